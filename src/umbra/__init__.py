@@ -1,0 +1,75 @@
+"""
+umbra: exact shadows from triangle meshes with shadow volumes.
+
+Data flows one way::
+
+    readers -> scene -> volume -> cpu -> study or frame -> writers
+    a file     records  silhouette counts  hours, lit      PNG, NetCDF
+
+The names below are the public face; they load what they need on first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from umbra.cpu.frame import count_shadows
+    from umbra.errors import InputError, UmbraError
+    from umbra.readers import read
+    from umbra.scene import Camera, Light, Mesh, Part, Scene
+    from umbra.scene import directional_light, make_scene, point_light, spot_light
+    from umbra.study import shadow_study
+    from umbra.sun import Site, find_sun
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Camera": "umbra.scene",
+    "InputError": "umbra.errors",
+    "Light": "umbra.scene",
+    "Mesh": "umbra.scene",
+    "Part": "umbra.scene",
+    "Scene": "umbra.scene",
+    "Site": "umbra.sun",
+    "UmbraError": "umbra.errors",
+    "count_shadows": "umbra.cpu.frame",
+    "directional_light": "umbra.scene",
+    "find_sun": "umbra.sun",
+    "make_scene": "umbra.scene",
+    "point_light": "umbra.scene",
+    "read": "umbra.readers",
+    "shadow_study": "umbra.study",
+    "spot_light": "umbra.scene",
+}
+
+__all__ = [
+    "Camera",
+    "InputError",
+    "Light",
+    "Mesh",
+    "Part",
+    "Scene",
+    "Site",
+    "UmbraError",
+    "count_shadows",
+    "directional_light",
+    "find_sun",
+    "make_scene",
+    "point_light",
+    "read",
+    "shadow_study",
+    "spot_light",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Load a public name on first use (PEP 562), so that ``import umbra`` is quick."""
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    msg = f"module 'umbra' has no attribute {name!r}"
+    raise AttributeError(msg)
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return [*__all__, "__version__"]

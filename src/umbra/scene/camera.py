@@ -1,0 +1,150 @@
+"""Cameras: where a pixel's ray starts and goes, and the homogeneous matrix that says so."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.errors import InputError
+
+__all__ = ["Camera"]
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """
+    A perspective or orthographic camera.
+
+    Parameters
+    ----------
+    eye, target : (3,) float64
+        In the model's own coordinates [m].
+    up : (3,) float64
+        Appears upward in the picture.
+    size : (int, int)
+        Columns and rows of pixels; row 0 is the top.
+    fov : float, optional
+        Vertical field of view [degrees] of a perspective camera.
+    height : float, optional
+        Height of the picture [m] of an orthographic camera.
+    near, far : float
+        Distances along the view axis [m]; far may be infinite.
+
+    Raises
+    ------
+    InputError
+        If the view is degenerate.
+    """
+
+    eye: NDArray[np.float64]
+    target: NDArray[np.float64]
+    up: NDArray[np.float64] = (0.0, 0.0, 1.0)  # type: ignore[assignment]
+    size: tuple[int, int] = (1024, 768)
+    fov: float = 50.0
+    height: float | None = None
+    near: float = 0.1
+    far: float = np.inf
+
+    def __post_init__(self) -> None:
+        for name in ("eye", "target", "up"):
+            value = np.array(getattr(self, name), np.float64).reshape(-1)
+            if value.shape != (3,) or not np.isfinite(value).all():
+                msg = f"the camera's {name} needs three finite numbers; got {getattr(self, name)}"
+                raise InputError(msg)
+            object.__setattr__(self, name, value)
+        cols, rows = self.size
+        if cols < 1 or rows < 1:
+            msg = f"a picture of {cols}x{rows} pixels is empty; give at least 1x1"
+            raise InputError(msg)
+        if not 0 < self.near < self.far:
+            msg = f"near must lie between 0 and far; got near {self.near:g}, far {self.far:g}"
+            raise InputError(msg)
+        if self.height is None and not 0 < self.fov < 180:
+            msg = f"the field of view must lie between 0 and 180 degrees; got {self.fov:g}"
+            raise InputError(msg)
+        if self.height is not None and not 0 < self.height < np.inf:
+            msg = f"an orthographic picture needs a height above 0 m; got {self.height:g}"
+            raise InputError(msg)
+        forward = self.target - self.eye
+        if not np.linalg.norm(np.cross(forward, self.up)) > 1e-12 * np.linalg.norm(
+            forward
+        ) * np.linalg.norm(self.up):
+            msg = (
+                "the camera looks along its up vector or at its own eye; "
+                "move the target or give another --up"
+            )
+            raise InputError(msg)
+
+    @property
+    def is_perspective(self) -> bool:
+        """Whether rays meet in the eye."""
+        return self.height is None
+
+    def axes(self) -> NDArray[np.float64]:
+        """
+        Give the camera's axes.
+
+        Returns
+        -------
+        axes : (3, 3) float64
+            Rows right, up, forward; orthonormal, world frame.
+        """
+        forward = self.target - self.eye
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, self.up)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(right, forward), forward])
+
+    def matrix(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
+        """
+        Give the homogeneous map from the world to pixels.
+
+        A point p maps to (X, Y, W, K): its pixel is (X/W, Y/W), where pixel
+        centres are whole numbers, columns run right and rows run down; its depth
+        key K/W is larger the nearer it is (1/distance along the view axis in
+        perspective, minus that distance in an orthographic view) and affine in
+        the picture across a plane. A point is in front of the eye where W > 0.
+
+        Parameters
+        ----------
+        origin : (3,) float64
+            Subtracted from the eye: points are given relative to it [m].
+
+        Returns
+        -------
+        matrix : (4, 4) float64
+        """
+        cols, rows = self.size
+        right, up, forward = self.axes()
+        eye = self.eye - np.asarray(origin, np.float64)
+        centre = np.array([(cols - 1) / 2, (rows - 1) / 2])
+        depth = np.append(forward, -forward @ eye)
+        one = np.array([0.0, 0.0, 0.0, 1.0])
+        if self.height is None:
+            scale = rows / 2 / np.tan(np.radians(self.fov) / 2)
+            weight, key = depth, one
+        else:
+            scale = rows / self.height
+            weight, key = one, -depth
+        across = scale * np.append(right, -right @ eye) + centre[0] * weight
+        down = -scale * np.append(up, -up @ eye) + centre[1] * weight
+        return np.stack([across, down, weight, key])
+
+    def key_range(self) -> tuple[float, float]:
+        """Give the depth keys (far, near): a visible point's key lies between them."""
+        if self.height is None:
+            return 1.0 / self.far, 1.0 / self.near
+        return -self.far, -self.near
+
+    def apex(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
+        """
+        Give the homogeneous point where all rays start, relative to an origin.
+
+        Returns
+        -------
+        apex : (4,) float64
+            The eye with w = 1, or the direction back along the rays with w = 0.
+        """
+        if self.height is None:
+            return np.append(self.eye - np.asarray(origin, np.float64), 1.0)
+        return np.append(-self.axes()[2], 0.0)

@@ -1,0 +1,241 @@
+"""A scene: parts about a local origin, and what the file says of its place on earth."""
+
+import fnmatch
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.errors import InputError
+from umbra.scene.mesh import Mesh, Part, transform_points
+
+__all__ = ["Scene", "Source", "Triangles", "make_scene"]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file that was read: its name and the SHA-256 of its bytes, in hex."""
+
+    name: str
+    sha256: str
+    format: str
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """
+    All triangles of some parts in one soup, in the scene's local frame.
+
+    Parameters
+    ----------
+    vertices : (n_vertices, 3) float64
+    faces : (n_faces, 3) int32
+    part : (n_faces,) int32
+        Index of each face's part in ``Scene.parts``.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    part: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """
+    What a file holds.
+
+    Parameters
+    ----------
+    parts : tuple of Part
+        In coordinates relative to ``origin``.
+    origin : (3,) float64
+        Add it to local coordinates to get the model's own [m].
+    crs : str, optional
+        Coordinate reference system of the model's own coordinates.
+    latitude, longitude : float, optional
+        Of the site, if the file says so [degrees].
+    true_north : float, optional
+        Azimuth of true north in the model's plan, clockwise from +y [degrees].
+    sources : tuple of Source
+    """
+
+    parts: tuple[Part, ...]
+    origin: NDArray[np.float64]
+    crs: str | None = None
+    latitude: float | None = None
+    longitude: float | None = None
+    true_north: float | None = None
+    sources: tuple[Source, ...] = ()
+
+    def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
+        """
+        Flatten parts into one soup; instances are moved into place.
+
+        Parameters
+        ----------
+        parts : sequence of int, optional
+            Indices into ``self.parts``; all by default.
+
+        Returns
+        -------
+        triangles : Triangles
+        """
+        vertices: list[NDArray[np.float64]] = []
+        faces: list[NDArray[np.int32]] = []
+        owners: list[int] = []
+        offsets: dict[int, int] = {}  # of vertex arrays that parts share
+        count = 0
+        for index in range(len(self.parts)) if parts is None else parts:
+            part = self.parts[index]
+            array = part.mesh.vertices
+            if part.transform is not None:
+                vertices.append(transform_points(part.transform, array))
+                offset, count = count, count + len(array)
+            elif id(array) in offsets:
+                offset = offsets[id(array)]
+            else:
+                vertices.append(array)
+                offset, count = count, count + len(array)
+                offsets[id(array)] = offset
+            turned = part.transform is not None and np.linalg.det(part.transform[:3, :3]) < 0
+            # A mirrored instance shows its back: wind it the other way.
+            faces.append((part.mesh.faces[:, ::-1] if turned else part.mesh.faces) + offset)
+            owners.append(index)
+        if not faces:
+            return Triangles(np.zeros((0, 3)), np.zeros((0, 3), np.int32), np.zeros(0, np.int32))
+        lengths = [len(f) for f in faces]
+        return Triangles(
+            np.concatenate(vertices),
+            np.concatenate(faces).astype(np.int32, copy=False),
+            np.repeat(np.array(owners, np.int32), lengths),
+        )
+
+    def bounds(self) -> NDArray[np.float64]:
+        """
+        Give the smallest box around the triangles.
+
+        Returns
+        -------
+        bounds : (2, 3) float64
+            Lowest and highest corner in the model's own coordinates [m].
+        """
+        soup = self.triangles()
+        used = soup.vertices[soup.faces.ravel()]
+        return np.stack([used.min(0), used.max(0)]) + self.origin
+
+    def select(self, cast: Sequence[str] = (), no_cast: Sequence[str] = ()) -> list[int]:
+        """
+        Find the parts that cast shadows.
+
+        Parameters
+        ----------
+        cast, no_cast : sequences of str
+            Shell patterns against names and kinds. Without ``cast`` every part
+            casts; ``no_cast`` then takes parts away.
+
+        Returns
+        -------
+        parts : list of int
+
+        Raises
+        ------
+        InputError
+            If a pattern matches no part.
+        """
+
+        def matches(pattern: str) -> set[int]:
+            found = {
+                i
+                for i, part in enumerate(self.parts)
+                if fnmatch.fnmatchcase(part.name, pattern)
+                or fnmatch.fnmatchcase(part.kind, pattern)
+            }
+            if not found:
+                kinds = sorted({part.kind for part in self.parts if part.kind})
+                names = sorted({part.name for part in self.parts})
+                shown = ", ".join((kinds + names)[:12])
+                more = len(kinds) + len(names) - 12
+                msg = (
+                    f"'{pattern}' matches no part; the file has {shown}"
+                    + (f" and {more} more" if more > 0 else "")
+                    + " (umbra inspect lists them)"
+                )
+                raise InputError(msg, pattern=pattern, names=names, kinds=kinds)
+            return found
+
+        chosen = set().union(*map(matches, cast)) if cast else set(range(len(self.parts)))
+        dropped = set().union(*map(matches, no_cast))
+        return sorted(chosen - dropped)
+
+
+def make_scene(
+    parts: Sequence[Part] | ArrayLike,
+    faces: ArrayLike | None = None,
+    *,
+    name: str = "mesh",
+    **facts: object,
+) -> Scene:
+    """
+    Make a scene from parts, or from one triangle soup.
+
+    Coordinates are the model's own; a local origin is chosen and subtracted, so
+    that nothing far from zero loses digits later.
+
+    Parameters
+    ----------
+    parts : sequence of Part, or (n, 3) float64
+        Parts, or the vertices of one mesh when ``faces`` is given.
+    faces : (m, 3) int, optional
+    name : str
+        Of the one part, when ``faces`` is given.
+    **facts
+        ``crs``, ``latitude``, ``longitude``, ``true_north``, ``sources``.
+
+    Raises
+    ------
+    InputError
+        If there is no triangle, or a used vertex is not finite.
+    """
+    if faces is not None:
+        parts = [Part(name, "", Mesh(np.asarray(parts), np.asarray(faces)))]
+    parts = tuple(part for part in parts if part.triangles)  # type: ignore[union-attr]
+    if not parts:
+        msg = "there are no triangles; export the model with its surfaces"
+        raise InputError(msg)
+    scene = Scene(parts, np.zeros(3))
+    soup = scene.triangles()
+    finite = np.isfinite(soup.vertices).all(1)
+    if not finite.all():
+        wrong = ~finite[soup.faces]
+        if wrong.any():
+            face, corner = np.argwhere(wrong)[0]
+            count = len(np.unique(soup.faces[wrong]))
+            msg = (
+                f"caster '{parts[soup.part[face]].name}' has vertices that are not finite: "
+                f"{count} in all (first: vertex {soup.faces[face, corner]}); remove or repair them"
+            )
+            raise InputError(msg, count=count, vertex=int(soup.faces[face, corner]))
+    bounds = scene.bounds()
+    # Whole metres, so that adding the origin back gives the file's own digits.
+    far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
+    origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
+    if origin.any():
+        parts = _shift(parts, origin)
+    return replace(scene, parts=parts, origin=origin, **facts)
+
+
+def _shift(parts: tuple[Part, ...], origin: NDArray[np.float64]) -> tuple[Part, ...]:
+    arrays: dict[int, NDArray[np.float64]] = {}
+    moved = []
+    for part in parts:
+        if part.transform is not None:
+            transform = part.transform.copy()
+            transform[:3, 3] -= origin
+            moved.append(replace(part, transform=transform))
+            continue
+        array = part.mesh.vertices
+        if id(array) not in arrays:
+            arrays[id(array)] = array - origin
+        moved.append(replace(part, mesh=Mesh(arrays[id(array)], part.mesh.faces)))
+    return tuple(moved)
