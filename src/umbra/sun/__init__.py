@@ -1,0 +1,14 @@
+"""
+Where the sun stands over a site: the site, its clock, the sun's place in the sky.
+
+Data flows one way::
+
+    find_site -> Site -> make_steps -> Steps -> find_sun -> SunPath
+    a scene      place   local clock   UTC     NREL SPA    unit vectors in the model's axes
+"""
+
+from umbra.sun.clock import Steps, make_steps
+from umbra.sun.position import SunPath, find_sun
+from umbra.sun.site import Site, find_site
+
+__all__ = ["Site", "Steps", "SunPath", "find_site", "find_sun", "make_steps"]

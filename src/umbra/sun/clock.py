@@ -1,0 +1,197 @@
+"""
+A day's clock at a site: steps of a period, in UTC, daylight saving counted as it is.
+
+A period runs in elapsed time. Its two ends are read from the local clock, and only
+they: from 01:00 to 05:00 on the night the clock jumps ahead is three hours.
+"""
+
+import datetime as dt
+import itertools
+import re
+import zoneinfo
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.sun.local_time import find_instant, parse_date
+from umbra.sun.site import find_zone
+
+__all__ = ["Steps", "make_steps"]
+
+MOST_STEPS = 100_000
+MICROSECOND = dt.timedelta(microseconds=1)
+UNITS = {"h": 3600, "hour": 3600, "min": 60, "minute": 60, "m": 60, "s": 1, "sec": 1, "second": 1}
+DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|sec|second)s?\s*")
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """
+    The n steps of a period, in order and without gaps.
+
+    Parameters
+    ----------
+    instants : (n,) datetime64[us]
+        UTC middle of each step.
+    hours : (n,) float64
+        Length of each step [h]; each is rounded once from whole microseconds.
+    stamps : (n + 1,) datetime64[us]
+        UTC start of each step, then the end of the last.
+    zone : str
+        IANA name of the local clock.
+    """
+
+    instants: NDArray[np.datetime64]
+    hours: NDArray[np.float64]
+    stamps: NDArray[np.datetime64]
+    zone: str
+
+    def labels(self) -> list[str]:
+        """
+        Read the stamps off the local clock.
+
+        Returns
+        -------
+        labels : list of str
+            ``HH:MM``, or ``HH:MM:SS`` where seconds are needed; the end of the day
+            is 24:00. Where the clock goes back within the period, each carries its
+            abbreviation: ``02:30 CEST``, ``02:30 CET``.
+        """
+        local = self._local()
+        spec = "minutes"
+        if any(when.second or when.microsecond for when in local):
+            spec = "microseconds" if any(when.microsecond for when in local) else "seconds"
+        labels = [when.time().isoformat(spec) for when in local]
+        if local[-1].date() > local[0].date():
+            labels[-1] = dt.time().isoformat(spec).replace("00", "24", 1)
+        if any(later <= label for label, later in itertools.pairwise(labels)):
+            labels = [f"{label} {name}" for label, name in zip(labels, self.abbreviations())]
+        return labels
+
+    def abbreviations(self) -> list[str]:
+        """
+        Name the local time of each stamp.
+
+        Returns
+        -------
+        names : list of str
+            Such as ``CEST``; ``UTC+05:45`` where the zone has letters for none.
+        """
+        offsets = self.offsets()
+        names = [when.tzname() or "" for when in self._local()]
+        return [name if name.isalpha() else offset for name, offset in zip(names, offsets)]
+
+    def offsets(self) -> list[str]:
+        """
+        Give what the local clock is ahead of UTC at each stamp.
+
+        Returns
+        -------
+        offsets : list of str
+            Such as ``UTC+02:00``.
+        """
+        return [f"UTC{when.isoformat()[len(_clock_text(when)) :]}" for when in self._local()]
+
+    def _local(self) -> list[dt.datetime]:
+        zone = zoneinfo.ZoneInfo(self.zone)
+        return [when.replace(tzinfo=dt.UTC).astimezone(zone) for when in self.stamps.tolist()]
+
+
+def _clock_text(when: dt.datetime) -> str:
+    return when.replace(tzinfo=None).isoformat()
+
+
+def make_steps(
+    date: str | dt.date,
+    start: str | dt.time,
+    end: str | dt.time,
+    every: str | dt.timedelta,
+    zone: str,
+) -> Steps:
+    """
+    Cut a period of one local date, start included and end not, into equal steps.
+
+    The last step is shorter where the period is no multiple of the step.
+
+    Parameters
+    ----------
+    date : str or datetime.date
+        ``YYYY-MM-DD``.
+    start, end : str or datetime.time
+        ``HH:MM`` or ``HH:MM:SS`` on the local clock; the end may be ``24:00``. With an
+        offset, ``02:30+02:00``, where the clock shows the time twice.
+    every : str or datetime.timedelta
+        ``15min``, ``1h``, ``1h30min``, ``0.5h``, ``30s``.
+    zone : str
+        IANA name.
+
+    Returns
+    -------
+    steps : Steps
+
+    Raises
+    ------
+    InputError
+        If one of them is not written so; if the date does not exist, or the local time
+        is skipped or comes twice on it; if the end is not after the start; if the step
+        is not above 0, is longer than the period, or makes over 100,000 steps.
+    """
+    clock = find_zone(zone)
+    day = parse_date(date)
+    step = _parse_duration(every)
+    first = find_instant(day, start, clock, "start")
+    last = find_instant(day, end, clock, "end")
+    if last <= first:
+        ends_at_midnight = str(end).strip() in {"00:00", "0:00", "00:00:00"}
+        advice = "write 24:00 for midnight" if ends_at_midnight else "swap them or correct one"
+        msg = f"the end {end} is not after the start {start}; {advice}"
+        raise InputError(msg, start=start, end=end)
+    # Whole microseconds from here, so that the lengths add up.
+    length, width = (last - first) // MICROSECOND, step // MICROSECOND
+    if width > length:
+        whole = _duration_text(last - first)
+        msg = (
+            f"the step {every} is longer than the period from {start} to {end}; "
+            f"give {whole} or less"
+        )
+        raise InputError(msg, every=every, length=last - first)
+    count = -(-length // width)
+    if count > MOST_STEPS:
+        least = _duration_text(dt.timedelta(seconds=-(-length // (MOST_STEPS * 1_000_000))))
+        msg = f"a step of {every} makes {count:,} steps; give {least} or more"
+        raise InputError(msg, every=every, count=count)
+    marks = np.minimum(np.arange(count + 1, dtype=np.int64) * width, length)
+    stamps = np.datetime64(first.replace(tzinfo=None), "us") + marks.astype("timedelta64[us]")
+    lengths = np.diff(marks)
+    instants = stamps[:-1] + (lengths // 2).astype("timedelta64[us]")
+    return Steps(instants, lengths / 3.6e9, stamps, zone)
+
+
+def _parse_duration(every: str | dt.timedelta) -> dt.timedelta:
+    if isinstance(every, dt.timedelta):
+        duration = every
+    else:
+        text = str(every).strip().lower()
+        if not text or not re.fullmatch(rf"(?:{DURATION.pattern})+", text):
+            msg = f"the step {every!r} is not a duration; write it like 15min, 1h, 1h30min or 30s"
+            raise InputError(msg, every=every)
+        # Fractions, so that 0.1h is 360 s and not a bit less.
+        seconds = sum(Fraction(n) * UNITS[unit] for n, unit in DURATION.findall(text))
+        try:
+            duration = dt.timedelta(microseconds=round(seconds * 1_000_000))
+        except OverflowError:
+            duration = dt.timedelta.max
+    if duration <= dt.timedelta(0):
+        msg = f"the step {every} is not longer than 0; write it like 15min, 1h or 30s"
+        raise InputError(msg, every=every)
+    return duration
+
+
+def _duration_text(duration: dt.timedelta) -> str:
+    minutes, seconds = divmod(int(duration.total_seconds()), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = ((hours, "h"), (minutes, "min"), (seconds, "s"))
+    return "".join(f"{number}{unit}" for number, unit in parts if number) or "1s"

@@ -1,0 +1,267 @@
+"""
+The sun's place in the sky, by NREL's Solar Position Algorithm.
+
+pvlib's numpy copy of SPA is used as it stands (0.0003 degrees, years -2000 to
+6000): solposx was the alternative, but its SPA wraps the same pvlib code, no more
+exact, and needs pandas and matplotlib besides.
+
+References
+----------
+.. [1] I. Reda and A. Andreas, "Solar position algorithm for solar radiation
+   applications", NREL/TP-560-34302, revised January 2008.
+.. [2] F. Espenak and J. Meeus, "Polynomial expressions for Delta T", NASA.
+.. [3] U.S. Standard Atmosphere, 1976.
+"""
+
+import datetime as dt
+import functools
+import importlib.util
+import os
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.errors import InputError
+from umbra.sun.site import Site
+
+__all__ = ["SunPath", "find_sun"]
+
+SEA_LEVEL_PRESSURE = 1010.0  # [hPa], yearly mean; the reference of SPA's refraction, [1] eq. 42
+TEMPERATURE = 12.0  # [degrees C], yearly mean
+SUN_RADIUS = 0.26667  # [degrees], [1] section 3.11
+HORIZON_REFRACTION = 0.5667  # [degrees], at sunrise and sunset
+
+_importing = threading.Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class SunPath:
+    """
+    Where the sun's centre stands, at n instants.
+
+    Parameters
+    ----------
+    altitude : (n,) float64
+        Above the horizon [degrees].
+    azimuth : (n,) float64
+        Clockwise from true north, in [0, 360) [degrees].
+    direction : (n, 3) float64
+        Unit vectors toward the sun in the model's axes.
+    is_up : (n,) bool
+        Whether the altitude is above 0.
+    """
+
+    altitude: NDArray[np.float64]
+    azimuth: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    is_up: NDArray[np.bool_]
+
+
+def find_sun(
+    site: Site,
+    instants: ArrayLike | Sequence[dt.datetime],
+    *,
+    refraction: Literal["standard", "none"] = "standard",
+) -> SunPath:
+    """
+    Find the sun's direction over a site.
+
+    Parameters
+    ----------
+    site : Site
+    instants : (n,) datetime64, or datetimes
+        UTC. A ``datetime`` with its own zone is converted; one instant gives n = 1.
+    refraction : {"standard", "none"}
+        ``standard``: the place from where the light arrives, bent by air of 12
+        degrees C and 1010 hPa at sea level, thinner at the site's elevation. Light is
+        bent only while the sun's upper limb is at or above the horizon, so the altitude
+        steps by half a degree, well below 0. ``none``: the place in space.
+
+    Returns
+    -------
+    path : SunPath
+        Altitude and direction follow the chosen refraction; the azimuth is the same.
+
+    Raises
+    ------
+    InputError
+        If an instant is missing (NaT) or outside the years -1999 to 3000, or the
+        refraction is neither of the two.
+
+    Examples
+    --------
+    >>> site = Site(48.2, 16.37, "Europe/Vienna")
+    >>> find_sun(site, np.datetime64("2026-06-21T11:00")).altitude.round(1)
+    array([65.2])
+    """
+    if refraction not in {"standard", "none"}:
+        msg = f"refraction '{refraction}' is not known; give 'standard' or 'none'"
+        raise InputError(msg, refraction=refraction)
+    utc = _to_utc(instants)
+    geometric, apparent, azimuth = _find_angles(
+        utc.astype(np.int64) / 1e6,
+        site.latitude,
+        site.longitude,
+        site.elevation,
+        pressure=_pressure_at(site.elevation),
+        temperature=TEMPERATURE,
+        delta_t=_delta_t(utc),
+    )
+    altitude = apparent if refraction == "standard" else geometric
+    direction = _to_direction(altitude, azimuth + site.true_north)
+    return SunPath(altitude, azimuth, direction, altitude > 0)
+
+
+def _to_direction(
+    altitude: NDArray[np.float64], azimuth: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """
+    Turn angles into unit vectors.
+
+    Parameters
+    ----------
+    altitude, azimuth : (n,) float64
+        Azimuth clockwise from +y [degrees].
+
+    Returns
+    -------
+    direction : (n, 3) float64
+    """
+    up, turn = np.radians(altitude), np.radians(azimuth)
+    return np.stack([np.sin(turn) * np.cos(up), np.cos(turn) * np.cos(up), np.sin(up)], axis=-1)
+
+
+def _find_angles(
+    seconds: NDArray[np.float64],
+    latitude: float,
+    longitude: float,
+    elevation: float,
+    *,
+    pressure: float,
+    temperature: float,
+    delta_t: ArrayLike,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Run SPA with every number of the air given.
+
+    Parameters
+    ----------
+    seconds : (n,) float64
+        Since 1970-01-01 00:00 UTC.
+    latitude, longitude, elevation : float
+        [degrees], [degrees], [m]
+    pressure, temperature : float
+        [hPa], [degrees C]
+    delta_t : float or (n,) float64
+        Terrestrial time less universal time [s].
+
+    Returns
+    -------
+    geometric, apparent, azimuth : (n,) float64
+        Altitude without and with refraction; clockwise from true north [degrees].
+    """
+    # SPA refracts every altitude and masks afterwards; its formula has a pole at -5.11
+    # degrees and arcsin a rounding one at the zenith. Both are mended below.
+    with np.errstate(all="ignore"):
+        _, _, apparent, geometric, azimuth, _ = _load_spa().solar_position(
+            seconds,
+            latitude,
+            longitude,
+            elevation,
+            pressure,
+            temperature,
+            delta_t,
+            HORIZON_REFRACTION,
+            1,
+        )
+    geometric = np.where(np.isnan(geometric), 90.0, geometric)
+    is_bent = geometric >= -(SUN_RADIUS + HORIZON_REFRACTION)
+    apparent = np.where(is_bent & np.isfinite(apparent), apparent, geometric)
+    return geometric, apparent, azimuth
+
+
+def _pressure_at(elevation: float) -> float:
+    """
+    Scale the pressure at sea level to an elevation, by the standard atmosphere [3]_.
+
+    Parameters
+    ----------
+    elevation : float
+        [m]
+
+    Returns
+    -------
+    pressure : float
+        [hPa]
+    """
+    return SEA_LEVEL_PRESSURE * (1 - 0.0065 * elevation / 288.15) ** 5.25588
+
+
+def _delta_t(utc: NDArray[np.datetime64]) -> NDArray[np.float64]:
+    """Terrestrial time less universal time [s], from each instant's own year and month [2]_."""
+    months = utc.astype("datetime64[M]").astype(np.int64)  # since January 1970
+    return np.asarray(_load_spa().calculate_deltat(1970 + months // 12, months % 12 + 1), float)
+
+
+def _to_utc(instants: Any) -> NDArray[np.datetime64]:
+    """Instants as a checked (n,) datetime64[us] array."""
+    listed = np.atleast_1d(np.asarray(instants))
+    msg = "instants must be a list or 1-D array of datetime64 or datetime; give them in UTC"
+    if listed.ndim != 1 or (listed.dtype.kind not in "MOU" and listed.size):
+        raise InputError(msg)
+    try:
+        if listed.dtype == object:
+            # numpy would drop the offset of a zoned datetime: take it to UTC first.
+            listed = np.array([_drop_offset(when) for when in listed])
+        utc = listed.astype("datetime64[us]")
+    except (TypeError, ValueError) as error:
+        raise InputError(msg) from error
+    years = utc.astype("datetime64[Y]").astype(np.int64) + 1970
+    wrong = np.isnat(utc) | (years < -1999) | (years > 3000)
+    if wrong.any():
+        first = int(np.flatnonzero(wrong)[0])
+        msg = (
+            f"{int(wrong.sum())} of {len(utc)} instants are missing or outside the years "
+            f"-1999 to 3000 (first: instant {first}, {utc[first]}); correct or remove them"
+        )
+        raise InputError(msg, indices=np.flatnonzero(wrong))
+    return utc
+
+
+def _drop_offset(when: Any) -> Any:
+    is_zoned = isinstance(when, dt.datetime) and when.tzinfo is not None
+    return when.astimezone(dt.UTC).replace(tzinfo=None) if is_zoned else when
+
+
+@functools.cache
+def _load_spa() -> ModuleType:
+    """
+    Load ``pvlib/spa.py`` alone.
+
+    ``import pvlib`` runs pandas, scipy and requests, 0.8 s; the one module
+    needed here imports numpy and nothing else, 0.01 s. So it is loaded from its file,
+    under a name of its own; where that file is not found, the usual way.
+    """
+    # The module reads PVLIB_USE_NUMBA as it loads. Compiled, its numpy entry would
+    # fail, so the variable is hidden from it and given back.
+    with _importing:
+        wish = os.environ.pop("PVLIB_USE_NUMBA", None)
+        try:
+            package = importlib.util.find_spec("pvlib")  # finds a top-level package, runs nothing
+            for folder in (package and package.submodule_search_locations) or ():
+                path = Path(folder) / "spa.py"
+                spec = importlib.util.spec_from_file_location("umbra_pvlib_spa", path)
+                if path.is_file() and spec and spec.loader:
+                    module = importlib.util.module_from_spec(spec)
+                    spec.loader.exec_module(module)
+                    return module
+            return importlib.import_module("pvlib.spa")
+        finally:
+            if wish is not None:
+                os.environ["PVLIB_USE_NUMBA"] = wish

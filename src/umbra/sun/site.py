@@ -1,0 +1,195 @@
+"""A place on earth: coordinates, time zone, and how the model lies to true north."""
+
+import difflib
+import math
+import zoneinfo
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from umbra.errors import InputError
+
+if TYPE_CHECKING:
+    from umbra.scene import Scene
+
+__all__ = ["Site", "find_site", "find_zone"]
+
+# Names that the database holds and that are no civil time of a place: the copies
+# with and without leap seconds, and aliases that depend on the machine.
+_NO_PLACE = ("posix/", "right/", "Factory", "localtime", "posixrules")
+
+
+@dataclass(frozen=True)
+class Site:
+    """
+    A place on earth, and the azimuth of true north in the model's plan.
+
+    Parameters
+    ----------
+    latitude : float
+        North is positive, -90 to 90 [degrees].
+    longitude : float
+        East is positive, -180 to 180 [degrees].
+    zone : str, optional
+        IANA name of the time zone, such as ``Europe/Vienna``. By default the zone
+        at the coordinates (package tzfpy).
+    elevation : float
+        Above sea level, -500 to 20,000 [m]. Thins the air that bends sunlight.
+    true_north : float
+        Azimuth of true north in the model's plan, clockwise from +y [degrees].
+
+    Raises
+    ------
+    InputError
+        If a number is not finite or outside its range, or the zone is unknown.
+    """
+
+    latitude: float
+    longitude: float
+    # None is for the call only: once made, a site always has a zone.
+    zone: str = None  # type: ignore[assignment]
+    elevation: float = 0.0
+    true_north: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every number, and look up the zone if none was given."""
+        _set_number(self, "latitude", -90, 90)
+        _set_number(self, "longitude", -180, 180)
+        _set_number(self, "elevation", -500, 20_000)
+        _set_number(self, "true_north", -math.inf, math.inf)
+        if self.zone is None:
+            object.__setattr__(self, "zone", _zone_at(self.latitude, self.longitude))
+        find_zone(self.zone)
+
+
+def find_site(
+    scene: "Scene",
+    latitude: float | None = None,
+    longitude: float | None = None,
+    zone: str | None = None,
+    true_north: float | None = None,
+) -> Site:
+    """
+    Find where a scene stands; what is not given is what its file says.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ``latitude``, ``longitude`` and ``true_north`` are the defaults.
+    latitude, longitude : float, optional
+        [degrees]
+    zone : str, optional
+        IANA name; by default the zone at the coordinates.
+    true_north : float, optional
+        Azimuth of true north in the model's plan, clockwise from +y [degrees];
+        0 if the file does not say.
+
+    Returns
+    -------
+    site : Site
+
+    Raises
+    ------
+    InputError
+        If neither the caller nor the file gives a latitude and a longitude, or
+        they are wrong.
+    """
+    latitude = scene.latitude if latitude is None else latitude
+    longitude = scene.longitude if longitude is None else longitude
+    true_north = scene.true_north if true_north is None else true_north
+    if latitude is None or longitude is None:
+        missing = [
+            word
+            for word, value in (("latitude", latitude), ("longitude", longitude))
+            if value is None
+        ]
+        options = " and ".join({"latitude": "--lat", "longitude": "--lon"}[w] for w in missing)
+        msg = (
+            f"the site is not known: the file does not say its {' and '.join(missing)}; "
+            f"give {options} in degrees ({' and '.join(w + '=' for w in missing)} in Python)"
+        )
+        raise InputError(msg, missing=missing)
+    return Site(
+        latitude,
+        longitude,
+        zone,  # type: ignore[arg-type]
+        true_north=0.0 if true_north is None else true_north,
+    )
+
+
+def find_zone(name: str) -> zoneinfo.ZoneInfo:
+    """
+    Find a time zone by its IANA name.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    zone : zoneinfo.ZoneInfo
+
+    Raises
+    ------
+    InputError
+        If there is no such zone; names the nearest.
+    """
+    try:
+        if isinstance(name, str) and not name.startswith(_NO_PLACE):
+            return zoneinfo.ZoneInfo(name)
+    except (zoneinfo.ZoneInfoNotFoundError, ValueError, OSError):
+        pass  # a folder of the database, or a name that is no path, is an OSError or ValueError
+    known = zoneinfo.available_timezones()
+    if not known:
+        msg = "this machine has no time zone database; install it with: pip install tzdata"
+        raise InputError(msg)
+    nearest = _nearest_zones(str(name), known)
+    advice = f"did you mean {' or '.join(nearest)}?" if nearest else "give an IANA name"
+    msg = f"there is no time zone {name!r}; {advice} (names are like Europe/Vienna)"
+    raise InputError(msg, zone=name, nearest=nearest)
+
+
+def _nearest_zones(name: str, known: set[str]) -> list[str]:
+    # People write a city, lower case, blanks: compare with the whole name and with its last word.
+    wanted = name.strip().replace(" ", "_").casefold()
+    scores = {}
+    for zone in sorted(known):
+        if zone.startswith(_NO_PLACE):
+            continue
+        words = {zone.casefold(), zone.casefold().rpartition("/")[2]}
+        scores[zone] = max(difflib.SequenceMatcher(None, word, wanted).ratio() for word in words)
+    best = sorted(scores, key=lambda zone: (-scores[zone], zone))[:3]
+    return [zone for zone in best if scores[zone] > 0.6]
+
+
+def _zone_at(latitude: float, longitude: float) -> str:
+    # 0.1 s and only needed when nobody named the zone, so it is imported here.
+    import tzfpy  # noqa: PLC0415
+
+    name = tzfpy.get_tz(longitude, latitude)
+    if not name:
+        msg = f"no time zone is known at latitude {latitude:g}, longitude {longitude:g}; give --tz"
+        raise InputError(msg, latitude=latitude, longitude=longitude)
+    return name
+
+
+def _set_number(site: Site, field: str, low: float, high: float) -> None:
+    given = getattr(site, field)
+    try:
+        value = float(given)
+    except (TypeError, ValueError):
+        value = math.nan
+    if math.isfinite(value) and low <= value <= high:
+        object.__setattr__(site, field, value)
+        return
+    shown = field.replace("_", " ")
+    if not math.isfinite(value):
+        msg = f"the {shown} {given!r} is not a finite number; give it in " + (
+            "metres" if field == "elevation" else "degrees"
+        )
+    else:
+        msg = f"the {shown} {value:g} is outside {low:g} to {high:g}; give it in " + (
+            "metres" if field == "elevation" else "degrees"
+        )
+        if field == "latitude" and abs(value) <= 180:
+            msg += " (or are latitude and longitude swapped?)"
+    raise InputError(msg, field=field, value=given)
