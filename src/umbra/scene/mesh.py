@@ -35,8 +35,13 @@ class Mesh:
     faces: NDArray[np.int32]
 
     def __post_init__(self) -> None:
-        vertices = np.ascontiguousarray(self.vertices, np.float64).reshape(-1, 3)
-        faces = np.ascontiguousarray(self.faces, np.int32).reshape(-1, 3)
+        vertices = np.ascontiguousarray(self.vertices, np.float64)
+        faces = np.ascontiguousarray(self.faces, np.int32)
+        # A reshape makes a new array object: keep the one that meshes share.
+        if vertices.ndim != 2 or vertices.shape[1] != 3:
+            vertices = vertices.reshape(-1, 3)
+        if faces.ndim != 2 or faces.shape[1] != 3:
+            faces = faces.reshape(-1, 3)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", faces)
         if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):

@@ -58,6 +58,8 @@ class Scene:
     true_north : float, optional
         Azimuth of true north in the model's plan, clockwise from +y [degrees].
     sources : tuple of Source
+    notes : tuple of str
+        What a reader left out or could not tell, one line each.
     """
 
     parts: tuple[Part, ...]
@@ -67,6 +69,7 @@ class Scene:
     longitude: float | None = None
     true_north: float | None = None
     sources: tuple[Source, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
         """
@@ -190,7 +193,7 @@ def make_scene(
     name : str
         Of the one part, when ``faces`` is given.
     **facts
-        ``crs``, ``latitude``, ``longitude``, ``true_north``, ``sources``.
+        ``crs``, ``latitude``, ``longitude``, ``true_north``, ``sources``, ``notes``.
 
     Raises
     ------

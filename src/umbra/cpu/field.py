@@ -1,0 +1,212 @@
+"""
+Shadow counts on a height field: whatever is topmost in a plan.
+
+Seen from the zenith no visible point can be in shadow while the sun is up, so a
+point's count is the signed number of volume sides above it: z-pass, without caps,
+right for every closed or open caster (its winding number at a topmost point is
+that of the sky, 0). Each silhouette edge sweeps a side away from the sun down to
+the lowest receiver; a row of cells crosses it in one span, along which the side's
+height is affine.
+"""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from umbra.cpu.sweep import MOST, Sweep
+from umbra.scene.grid import Grid
+from umbra.volume.adjacency import Caster
+from umbra.volume.silhouette import Silhouettes
+
+__all__ = ["FieldSweep"]
+
+_LANES = 32  # cells compared at once: a fixed length, so that the loop becomes vectors
+_FAR = 1e7  # cells; beyond every raster
+
+
+class FieldSweep(Sweep):
+    """
+    Count shadows on the topmost surface, sun after sun.
+
+    Parameters
+    ----------
+    caster : Caster
+    grid : Grid
+        In the caster's frame.
+    heights : (rows, cols) float64
+        z of the topmost surface [m]; no caster may lie above it.
+    threads : int
+    """
+
+    def __init__(
+        self, caster: Caster, grid: Grid, heights: NDArray[np.float64], threads: int = 1
+    ) -> None:
+        super().__init__(caster, grid, threads)
+        self.floor = float(heights.min())
+        self.heights = np.full((grid.rows, grid.cols + _LANES), np.inf)
+        self.heights[:, : grid.cols] = heights
+        self.ends = grid.to_cells(caster.ends().reshape(-1, 2, 3)).reshape(-1, 6)
+
+    def _run(
+        self,
+        found: Silhouettes,
+        suns: NDArray[np.float64],
+        which: NDArray[np.int64],
+        out: NDArray,
+        counts: NDArray,
+        count_type: type,
+    ) -> NDArray[np.bool_]:
+        grid = self.grid
+        level = self._buffer("level", (self.threads, grid.rows, grid.cols + _LANES), count_type)
+        away = np.ascontiguousarray(suns / (grid.dx, grid.dy, 1.0))
+        too_deep = np.zeros(len(suns), np.bool_)
+        _sweep(
+            self.ends, self.caster.weight, found.codes, found.starts, away, which,
+            self.heights, self.floor, level, out, counts, too_deep,
+        )  # fmt: skip
+        return too_deep
+
+
+@njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan", "ninf"})
+def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
+    """Add each side's multiplicity where it lies above; True if counts could not fit."""
+    rows, wide = level.shape
+    cols = wide - _LANES
+    kx = sx / sz
+    ky = sy / sz
+    deepest = 0
+    for q in range(codes.size):
+        code = codes[q]
+        e = code >> 2
+        az = ends[e, 2]
+        bz = ends[e, 5]
+        if az <= floor and bz <= floor:
+            continue
+        x0 = ends[e, 0]
+        y0 = ends[e, 1]
+        x1 = ends[e, 3]
+        y1 = ends[e, 4]
+        ex = x1 - x0
+        ey = y1 - y0
+        up = ex * sy - ey * sx  # z of the side's normal, edge x sun
+        if up == 0.0:
+            continue  # seen edge-on
+        m = np.int64(weight[e]) >> ((code >> 1) & 1)
+        if (code & 1 == 0) != (up < 0.0):
+            m = -m
+        # The side's other end: the edge's shadow on the floor.
+        drop0 = max(az - floor, 0.0)
+        drop1 = max(bz - floor, 0.0)
+        x2 = x0 - drop0 * kx
+        y2 = y0 - drop0 * ky
+        x3 = x1 - drop1 * kx
+        y3 = y1 - drop1 * ky
+        low = min(min(y0, y1), min(y2, y3))
+        high = max(max(y0, y1), max(y2, y3))
+        r0 = np.int64(np.ceil(min(max(low, 0.0), np.float64(rows))))
+        r1 = np.int64(np.ceil(min(max(high, 0.0), np.float64(rows))))
+        if r0 >= r1:
+            continue
+        if max(max(x0, x1), max(x2, x3)) < 0.0 or min(min(x0, x1), min(x2, x3)) > cols - 1:
+            continue
+        # Each bounding line is x = p + q * y, a left or a right bound. Lines through
+        # one vertex are computed from it alone, so that neighbours share them.
+        mid_x = (x0 + x1 + x2 + x3) * 0.25
+        mid_y = (y0 + y1 + y2 + y3) * 0.25
+        p_l0 = p_l1 = p_l2 = p_l3 = -_FAR
+        q_l0 = q_l1 = q_l2 = q_l3 = 0.0
+        p_r0 = p_r1 = p_r2 = p_r3 = _FAR
+        q_r0 = q_r1 = q_r2 = q_r3 = 0.0
+        if y0 != y1:
+            k = ex / ey
+            p = x0 - y0 * k
+            if p + k * mid_y < mid_x:
+                p_l0, q_l0 = p, k
+            else:
+                p_r0, q_r0 = p, k
+        if ky != 0.0:
+            k = kx / ky
+            p = x0 - y0 * k
+            if p + k * mid_y < mid_x:
+                p_l1, q_l1 = p, k
+            else:
+                p_r1, q_r1 = p, k
+            p = x1 - y1 * k
+            if p + k * mid_y < mid_x:
+                p_l2, q_l2 = p, k
+            else:
+                p_r2, q_r2 = p, k
+        if y2 != y3:
+            k = (x3 - x2) / (y3 - y2)
+            p = x2 - y2 * k
+            if p + k * mid_y < mid_x:
+                p_l3, q_l3 = p, k
+            else:
+                p_r3, q_r3 = p, k
+        # The side's height is z + gx * x + gy * y, from its normal.
+        gx = (sz * ey - (bz - az) * sy) / -up
+        gy = ((bz - az) * sx - sz * ex) / -up
+        base = az - gx * x0 - gy * y0
+        load[r0] += abs(m)
+        load[r1] -= abs(m)
+        deepest += abs(m)
+        for r in range(r0, r1):
+            y = np.float64(r)
+            left = max(max(p_l0 + q_l0 * y, p_l1 + q_l1 * y), max(p_l2 + q_l2 * y, p_l3 + q_l3 * y))
+            right = min(
+                min(p_r0 + q_r0 * y, p_r1 + q_r1 * y), min(p_r2 + q_r2 * y, p_r3 + q_r3 * y)
+            )
+            c = np.int64(np.ceil(min(max(left, 0.0), np.float64(cols))))
+            c1 = np.int64(np.ceil(min(max(right, 0.0), np.float64(cols))))
+            at = base + gy * y
+            while c < c1:
+                z = heights[r, c : c + _LANES]
+                n = level[r, c : c + _LANES]
+                side = at + gx * c
+                rest = c1 - c
+                for t in range(_LANES):
+                    n[t] += m if (z[t] < side + gx * t) & (t < rest) else 0
+                c += _LANES
+    if deepest > MOST:
+        deepest = 0
+        held = 0
+        for r in range(rows):
+            held += load[r]
+            deepest = max(deepest, held)
+    load[:] = 0
+    return deepest > MOST
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _add_steps(level, out):
+    """Add 1 to every cell in shadow; leave ``level`` at 0."""
+    for r in range(out.shape[0]):
+        n = level[r]
+        o = out[r]
+        for c in range(o.size):
+            o[c] += n[c] != 0
+            n[c] = 0
+        n[o.size :] = 0
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _sweep(
+    ends, weight, codes, starts, away, which, heights, floor, level, out, counts, too_deep
+):
+    """Count ``which`` suns as the plane's sweep does, one thread for each ``level``."""
+    threads = level.shape[0]
+    keep = counts.shape[0] == away.shape[0]
+    for t in prange(threads):
+        load = np.zeros(level.shape[1] + 1, np.int64)
+        for q in range(t, which.size, threads):
+            s = which[q]
+            too_deep[s] = _fill(
+                ends, weight, codes[starts[s] : starts[s + 1]],
+                away[s, 0], away[s, 1], away[s, 2], heights, floor, level[t], load,
+            )  # fmt: skip
+            if keep and not too_deep[s]:
+                counts[s, :, :] = level[t, :, : counts.shape[2]]
+            if keep or too_deep[s]:
+                level[t, :, :] = 0
+            else:
+                _add_steps(level[t], out[t])

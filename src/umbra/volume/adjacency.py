@@ -1,0 +1,309 @@
+"""
+Which faces meet at which edge, for any triangle soup.
+
+A face *adds* to the shadow count in one of two ways. In a **closed** component
+(every edge's signed incidences sum to 0) only lit faces add, by +1. In anything
+else every face adds, turned to face the light: +1 if lit, -1 along its own
+winding if not. Both are linear, so the multiplicity of an edge is the sum over
+its incident faces of (direction along the edge) x (what the face adds), and
+edges of any degree can be split into *pairs* of incidences. A pair of faces
+(a, b) with a weight w and a turn bit t then has the multiplicity
+
+    0 if lit(a) ^ lit(b) ^ t == 0, else w if lit(a), else -w
+
+in every case: closed (t = 0, |w| = 1), open and consistently wound (t = 0,
+|w| = 2), open and inconsistently wound (t = 1, |w| = 2), a border (b = a, t = 1,
+|w| = 1). This is the one rule that the silhouette kernels know.
+
+Sources: McGuire et al. 2003, section 6; Kim, Kim, Turk 2008 for multiplicities.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.volume.weld import weld_vertices
+
+__all__ = ["Caster", "make_caster"]
+
+
+@dataclass(frozen=True, eq=False)
+class Caster:
+    """
+    Triangles made ready to cast shadows.
+
+    Parameters
+    ----------
+    vertices : (n_vertices, 3) float64
+        Local frame [m]; equal places share one index in ``faces`` and ``edges``.
+    faces : (n_faces, 3) int32
+        In an order in which neighbours are near each other.
+    source : (n_faces,) int32
+        Which face of the soup each one was.
+    planes : (4, n_faces + 1) float64
+        Normal (of twice the face's area, outward) and offset: a face is lit when
+        ``planes[:, f] @ light > 0``. The last column is NaN: never lit, never edge-on.
+    component : (n_faces,) int32
+        Faces joined by edges share a number.
+    is_closed : (n_components,) bool
+        Whether only a component's lit faces add to the count.
+    edges : (n_edges, 2) int32
+        Vertices of each pair of incidences.
+    edge_faces : (n_edges, 2) int32
+        The faces (a, b) of the pair.
+    turn : (n_edges,) bool
+    weight : (n_edges,) int8
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    source: NDArray[np.int32]
+    planes: NDArray[np.float64]
+    component: NDArray[np.int32]
+    is_closed: NDArray[np.bool_]
+    edges: NDArray[np.int32]
+    edge_faces: NDArray[np.int32]
+    turn: NDArray[np.bool_]
+    weight: NDArray[np.int8]
+
+    @property
+    def face_is_closed(self) -> NDArray[np.bool_]:
+        """Whether each face follows the closed rule, (n_faces,) bool."""
+        return self.is_closed[self.component]
+
+    def ends(self) -> NDArray[np.float64]:
+        """Give both end points of every edge, (n_edges, 6) float64."""
+        return self.vertices[self.edges.ravel()].reshape(-1, 6)
+
+    def opened(self, components: NDArray[np.bool_]) -> "Caster":
+        """
+        Let components follow the open rule instead of the closed one.
+
+        In a closed component every pair is consistently wound with weight 1, so
+        letting its unlit faces add -1 doubles each multiplicity.
+
+        Parameters
+        ----------
+        components : (n_components,) bool
+            Closed components to open.
+        """
+        change = components & self.is_closed
+        if not change.any():
+            return self
+        doubled = change[self.component[self.edge_faces[:, 0]]]
+        weight = np.where(doubled, 2 * self.weight, self.weight)
+        return replace(self, is_closed=self.is_closed & ~change, weight=weight.astype(np.int8))
+
+
+def make_caster(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    group: NDArray[np.int32] | None = None,
+) -> Caster:
+    """
+    Weld, join and pair a triangle soup.
+
+    Triangles with two corners at one place are left out: they cast nothing and
+    their edges cancel.
+
+    Parameters
+    ----------
+    vertices : (n_vertices, 3) float64
+    faces : (n_faces, 3) int32
+        Counter-clockwise seen from outside, where there is an outside.
+    group : (n_faces,) int32, optional
+        Faces of one thing. A thing that is closed on its own stays closed though
+        it touches an open one.
+
+    Returns
+    -------
+    caster : Caster
+    """
+    first = weld_vertices(vertices)
+    welded = first[faces]
+    whole = (
+        (welded[:, 0] != welded[:, 1])
+        & (welded[:, 1] != welded[:, 2])
+        & (welded[:, 2] != welded[:, 0])
+    )
+    source = np.flatnonzero(whole).astype(np.int32)
+    source = source[_sort_along_curve(vertices, welded[source])]
+    welded = np.ascontiguousarray(welded[source])
+    things = np.zeros(len(source), np.int32) if group is None else group[source]
+
+    half = _HalfEdges.of(welded)
+    component = _join(half, len(welded))
+    is_closed = _find_closed(half, component)
+    loose = ~is_closed[component]
+    if loose.any() and things.any():
+        # A closed house must not turn open because a fence touches it.
+        part = half.within(loose, things)
+        again = _join(part, len(welded))
+        component = _renumber(np.where(loose, again + len(is_closed), component))
+        is_closed = _find_closed(half.within(np.ones_like(loose), component), component)
+
+    edges, edge_faces, turn, weight = _pair(half, component, is_closed)
+    return Caster(
+        vertices=vertices,
+        faces=welded,
+        source=source,
+        planes=_make_planes(vertices, welded),
+        component=component,
+        is_closed=is_closed,
+        edges=edges,
+        edge_faces=edge_faces,
+        turn=turn,
+        weight=weight,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _HalfEdges:
+    """Every face's three directed edges, sorted so that those on one edge are neighbours."""
+
+    key: NDArray[np.uint64]  # lower vertex << 32 | higher vertex, ascending
+    face: NDArray[np.int32]
+    sign: NDArray[np.int8]  # +1 where the face runs from lower to higher
+    start: NDArray[np.bool_]  # first of its run
+
+    @classmethod
+    def of(cls, faces: NDArray[np.int32]) -> "_HalfEdges":
+        tail = faces.ravel()
+        head = faces[:, [1, 2, 0]].ravel()
+        low = np.minimum(tail, head).astype(np.uint64)
+        key = (low << np.uint64(32)) | np.maximum(tail, head).astype(np.uint64)
+        order = np.argsort(key, kind="stable")
+        key = key[order]
+        face = (order // 3).astype(np.int32)
+        sign = np.where(tail < head, 1, -1).astype(np.int8)[order]
+        return cls(key, face, sign, _run_starts(key))
+
+    def within(self, chosen: NDArray[np.bool_], group: NDArray[np.int32]) -> "_HalfEdges":
+        """Keep the chosen faces, and part the runs by group."""
+        kept = np.flatnonzero(chosen[self.face])
+        key, face, sign = self.key[kept], self.face[kept], self.sign[kept]
+        order = np.lexsort((group[face], key))
+        key, face, sign = key[order], face[order], sign[order]
+        return _HalfEdges(key, face, sign, _run_starts(key) | _run_starts(group[face]))
+
+
+def _run_starts(values: NDArray) -> NDArray[np.bool_]:
+    starts = np.ones(len(values), np.bool_)
+    starts[1:] = values[1:] != values[:-1]
+    return starts
+
+
+def _renumber(labels: NDArray) -> NDArray[np.int32]:
+    return np.unique(labels, return_inverse=True)[1].astype(np.int32).ravel()
+
+
+def _join(half: _HalfEdges, n_faces: int) -> NDArray[np.int32]:
+    """Number the components that edges join, (n_faces,) int32."""
+    root = np.arange(n_faces, dtype=np.int32)
+    _union_roots(half.face, half.start, root)
+    return _renumber(root)
+
+
+@njit(cache=True, nogil=True)
+def _union_roots(face, start, root):
+    """Give every face the lowest face of its component (union-find, path halving)."""
+    for i in range(1, face.size):
+        if start[i]:
+            continue
+        a = face[i - 1]
+        b = face[i]
+        while root[a] != a:
+            root[a] = root[root[a]]
+            a = root[a]
+        while root[b] != b:
+            root[b] = root[root[b]]
+            b = root[b]
+        if a < b:
+            root[b] = a
+        elif b < a:
+            root[a] = b
+    for f in range(root.size):
+        root[f] = root[root[f]]  # a root is lower than its faces, so it is final
+
+
+def _find_closed(half: _HalfEdges, component: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Find the components whose every edge has signed incidences that sum to 0."""
+    if not len(half.face):
+        return np.zeros(int(component.max(initial=-1)) + 1, np.bool_)
+    starts = np.flatnonzero(half.start)
+    sums = np.add.reduceat(half.sign.astype(np.int32), starts)
+    is_closed = np.ones(int(component.max()) + 1, np.bool_)
+    is_closed[component[half.face[starts[sums != 0]]]] = False
+    return is_closed
+
+
+def _pair(
+    half: _HalfEdges, component: NDArray[np.int32], is_closed: NDArray[np.bool_]
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_], NDArray[np.int8]]:
+    """Pair the incidences of every edge, closed faces with closed and open with open."""
+    closed = is_closed[component[half.face]]
+    key, face, sign = half.key, half.face, half.sign
+    runs = np.diff(np.append(np.flatnonzero(half.start), len(key)))
+    if (runs > 2).any() or closed.any() != closed.all():
+        # In a run sorted by sign the first half are opposite to the second.
+        order = np.lexsort((-sign, closed, key))
+        key, face, sign, closed = key[order], face[order], sign[order], closed[order]
+    starts = np.flatnonzero(_run_starts(key) | _run_starts(closed))
+    lengths = np.diff(np.append(starts, len(key)))
+    n_pairs = lengths // 2
+
+    run = np.repeat(np.arange(len(starts)), n_pairs)
+    rank = np.arange(len(run)) - np.repeat(np.cumsum(n_pairs) - n_pairs, n_pairs)
+    one = starts[run] + rank
+    two = one + n_pairs[run]
+    odd = starts[lengths % 2 == 1] + lengths[lengths % 2 == 1] - 1  # one is left over: a border
+
+    a = np.concatenate([one, odd])
+    b = np.concatenate([two, odd])
+    same_way = sign[a] == sign[b]  # true of a border, which is its own partner
+    size = np.where(closed[a] | (a == b), 1, 2)
+    order = np.argsort(np.minimum(face[a], face[b]), kind="stable")
+    a, b, same_way, size = a[order], b[order], same_way[order], size[order]
+    ends = np.stack([key[a] >> np.uint64(32), key[a] & np.uint64(0xFFFFFFFF)], 1)
+    return (
+        ends.astype(np.int32),
+        np.stack([face[a], face[b]], 1),
+        same_way,
+        (sign[a] * size).astype(np.int8),
+    )
+
+
+def _make_planes(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32]
+) -> NDArray[np.float64]:
+    planes = np.full((4, len(faces) + 1), np.nan)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    planes[:3, :-1] = normal.T
+    planes[3, :-1] = -np.einsum("ij,ij->i", normal, a)
+    return planes
+
+
+def _sort_along_curve(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32]
+) -> NDArray[np.intp]:
+    """Order faces along a Morton curve, so that neighbours lie near in memory."""
+    if len(faces) < 2:
+        return np.arange(len(faces))
+    corner = vertices[faces[:, 0]]
+    low = corner.min(0)
+    cell = max(float(np.ptp(corner, axis=0).max()), 1e-300) / 1023.0
+    grid = ((corner - low) / cell).astype(np.uint32)
+    code = np.zeros(len(faces), np.uint32)
+    for axis in range(3):
+        code |= _spread_bits(grid[:, axis]) << np.uint32(2 - axis)
+    return np.argsort(code, kind="stable")
+
+
+def _spread_bits(value: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """Put two empty bits between each of the lower ten."""
+    for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+        value = (value | (value << np.uint32(shift))) & np.uint32(mask)
+    return value

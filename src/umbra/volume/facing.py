@@ -1,0 +1,51 @@
+"""Which faces are lit, for up to 64 lights at once: one bit a light."""
+
+import numpy as np
+from numba import njit, prange
+
+__all__ = ["LIGHTS_AT_ONCE", "find_lit"]
+
+LIGHTS_AT_ONCE = 64
+_BLOCK = 512  # faces whose planes stay in the first-level cache while lights pass
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def find_lit(planes, lights, lit, edge_on):
+    """
+    Find which faces each light lights; a plane exactly through the light is unlit.
+
+    Parameters
+    ----------
+    planes : (4, n_faces) float64
+        Outward normals and offsets.
+    lights : (n_lights, 4) float64
+        Homogeneous, at most 64.
+    lit : (n_faces,) uint64
+        Written: bit k is set where light k lights the face.
+    edge_on : (n_blocks,) uint64
+        Written: bit k is set where some face of the block of 512 is seen exactly
+        edge-on by light k.
+    """
+    n = planes.shape[1]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        low = block * _BLOCK
+        high = min(n, low + _BLOCK)
+        x = planes[0, low:high]
+        y = planes[1, low:high]
+        z = planes[2, low:high]
+        w = planes[3, low:high]
+        bits = lit[low:high]
+        for i in range(high - low):
+            bits[i] = 0
+        flat = np.uint64(0)
+        for k in range(lights.shape[0]):
+            l0, l1, l2, l3 = lights[k, 0], lights[k, 1], lights[k, 2], lights[k, 3]
+            bit = np.uint64(1) << np.uint64(k)
+            zeros = 0
+            for i in range(high - low):
+                side = x[i] * l0 + y[i] * l1 + z[i] * l2 + w[i] * l3
+                bits[i] |= bit if side > 0.0 else np.uint64(0)
+                zeros += 1 if side == 0.0 else 0
+            if zeros > 0:
+                flat |= bit
+        edge_on[block] = flat
