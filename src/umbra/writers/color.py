@@ -1,0 +1,85 @@
+"""Colour paths of even steps, made in OKLab, where equal distances look equal."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["make_ramp", "make_stamp_tints", "shade_ramp"]
+
+# Björn Ottosson, "A perceptual color space for image processing" (2020): OKLab to the
+# cube roots of cone responses, and cone responses to linear sRGB.
+LAB_TO_CONES = np.array(
+    [
+        [1.0, 0.3963377774, 0.2158037573],
+        [1.0, -0.1055613458, -0.0638541728],
+        [1.0, -0.0894841775, -1.2914855480],
+    ]
+)
+CONES_TO_RGB = np.array(
+    [
+        [4.0767416621, -3.3077115913, 0.2309699292],
+        [-1.2684380046, 2.6097574011, -0.3413193965],
+        [-0.0041960863, -0.7034186147, 1.7076147010],
+    ]
+)
+
+# Lightness, chroma and hue [degrees], from no shadow (warm white, as sunlit paper) to
+# shadow all the time (deep blue). Lightness falls all the way, so that the order holds
+# in grey print and for every kind of colour vision.
+SHADE_STOPS = [
+    (0.975, 0.025, 95.0),
+    (0.885, 0.085, 110.0),
+    (0.760, 0.105, 165.0),
+    (0.600, 0.110, 225.0),
+    (0.430, 0.120, 262.0),
+    (0.270, 0.090, 280.0),
+]
+# The day's light: yellow in the morning, red at noon, violet and blue in the evening.
+STAMP_STOPS = [
+    (0.86, 0.140, 92.0),
+    (0.78, 0.140, 55.0),
+    (0.72, 0.150, 10.0),
+    (0.68, 0.150, 330.0),
+    (0.66, 0.130, 295.0),
+    (0.66, 0.130, 255.0),
+]
+
+
+def make_ramp(stops: list[tuple[float, float, float]], positions: ArrayLike) -> NDArray[np.float64]:
+    """
+    Take colours from a path through stops, at equal perceptual steps.
+
+    Parameters
+    ----------
+    stops : list of (lightness, chroma, hue)
+        OKLCh; lightness in [0, 1], hue in degrees.
+    positions : (n,) float64
+        Along the path, 0 its start and 1 its end.
+
+    Returns
+    -------
+    colors : (n, 3) float64
+        sRGB in [0, 1].
+    """
+    lightness, chroma, hue = np.array(stops, np.float64).T
+    hue = np.unwrap(np.radians(hue))
+    knots = np.linspace(0, 1, len(stops))
+    fine = np.linspace(0, 1, 512)
+    lightness, chroma, hue = (np.interp(fine, knots, c) for c in (lightness, chroma, hue))
+    lab = np.column_stack([lightness, chroma * np.cos(hue), chroma * np.sin(hue)])
+    # Measure positions along the path's own length: stops are not evenly far apart.
+    steps = np.linalg.norm(np.diff(lab, axis=0), axis=1)
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    wanted = np.clip(np.asarray(positions, np.float64), 0, 1) * length[-1]
+    lab = np.column_stack([np.interp(wanted, length, c) for c in lab.T])
+    linear = np.clip((lab @ LAB_TO_CONES.T) ** 3 @ CONES_TO_RGB.T, 0, 1)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def shade_ramp(n: int = 256) -> NDArray[np.float64]:
+    """Give the colours of hours in shadow, (n, 3) sRGB, from none to all the time."""
+    return make_ramp(SHADE_STOPS, np.linspace(0, 1, n))
+
+
+def make_stamp_tints(n: int) -> NDArray[np.float64]:
+    """Give one tint for each of n stamps, (n, 3) sRGB, from the first to the last."""
+    return make_ramp(STAMP_STOPS, np.linspace(0, 1, n) if n > 1 else [0.5])

@@ -1,0 +1,109 @@
+"""The picture of a study: hours in shadow on a plan."""
+
+import os
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.writers.color import shade_ramp
+from umbra.writers.contours import draw_contours, find_levels, trace
+from umbra.writers.keys import draw_color_bar
+from umbra.writers.plan import Plan, shade_roofs
+from umbra.writers.raster import resample
+from umbra.writers.sheet import INK, QUIET, Sheet, make_sheet
+
+__all__ = ["draw_hours", "make_hours_sheet"]
+
+MISSING = 0.93  # grey of cells without a value
+OUTLINE = "#55555e"
+
+
+def draw_hours(
+    path: str | os.PathLike[str],
+    plan: Plan,
+    shadow_hours: NDArray,
+    max_hours: float,
+    receivers: Literal["ground", "top"] = "ground",
+) -> None:
+    """
+    Draw the hours in shadow, with contour lines at whole hours, as a PNG.
+
+    Parameters
+    ----------
+    path : path
+    plan : Plan
+    shadow_hours : (rows, cols) float32
+        Rows ascend in y; NaN where there is no value.
+    max_hours : float
+        The colour scale's end: the hours that the sun was up in the period [h].
+    receivers : {'ground', 'top'}
+        ``ground``: roofs are drawn in grey over the hours. ``top``: the hours are
+        those of roofs too, and buildings are outlined.
+
+    Raises
+    ------
+    ValueError
+        If ``shadow_hours`` does not fit the plan.
+    OSError
+        If the file cannot be written.
+    """
+    make_hours_sheet(plan, shadow_hours, max_hours, receivers).save(path)
+
+
+def make_hours_sheet(
+    plan: Plan,
+    shadow_hours: NDArray,
+    max_hours: float,
+    receivers: Literal["ground", "top"] = "ground",
+) -> Sheet:
+    """Lay out what ``draw_hours`` writes; same parameters, less the path."""
+    hours = np.asarray(shadow_hours, np.float32)
+    if hours.shape != plan.shape:
+        msg = f"shadow_hours is {hours.shape}, but the plan is {plan.shape}"
+        raise ValueError(msg)
+    sheet = make_sheet(plan, key_height=0.55)
+    ramp = shade_ramp()
+    has_scale = max_hours > 0
+
+    seen = resample(hours, sheet.map_size)
+    is_missing = np.isnan(seen)
+    index = np.nan_to_num(seen) * ((len(ramp) - 1) / (max_hours if has_scale else 1)) + 0.5
+    image = ramp.astype(np.float32)[np.clip(index, 0, len(ramp) - 1).astype(np.intp)]
+    image[is_missing] = MISSING
+    is_building = np.zeros(plan.shape, bool)
+    if plan.building_height is not None:
+        is_building = np.nan_to_num(plan.building_height) > 0
+    if receivers == "ground":
+        grey, coverage = shade_roofs(plan, sheet.map_size)
+        image += coverage[..., None] * (grey[..., None] - image)
+    sheet.paste(image, *sheet.map_box[:2])
+
+    is_ground = receivers == "ground"
+    levels = find_levels(max_hours)
+    if is_ground:
+        # A line may run on under a roof, not over it: there its hours mean nothing.
+        hours = np.where(is_building, np.float32(np.nan), hours)
+    colors = [_find_line_color(level / max_hours) for level in levels]
+    draw_contours(sheet, hours, levels, colors, is_building if is_ground else ~np.isfinite(hours))
+    sheet.rule(trace(sheet, is_building), OUTLINE, 0.6 if is_ground else 0.7, on_map=True)
+    if is_missing.all():
+        x, y, w, h = sheet.map_box
+        reason = "no values here" if has_scale else "the sun stays below the horizon"
+        sheet.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
+    if has_scale:
+        draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), ["hours in shadow"])
+    return sheet
+
+
+def _find_line_color(share: float) -> tuple[str, str]:
+    """Choose a line's colour and its label's halo to stand out on their shade."""
+    return (INK, "#ffffffb0") if share < 0.6 else ("#ffffff", "#20204090")
+
+
+def _find_scale_ticks(max_hours: float) -> list[tuple[float, str]]:
+    """Name whole hours on the colour scale, or the ends of a scale shorter than one."""
+    levels = [0, *find_levels(max_hours)]
+    if len(levels) == 1:
+        return [(0.0, "0 h"), (1.0, f"{max_hours * 60:.0f} min")]
+    return [(level / max_hours, f"{level} h") for level in levels]

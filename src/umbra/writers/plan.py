@@ -1,0 +1,137 @@
+"""What every picture of a plan shares: where it lies, what stands on it, what to say of it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.writers.raster import resample
+
+__all__ = ["DOTS_PER_INCH", "Plan", "find_map_size", "shade_roofs"]
+
+DOTS_PER_INCH = 150
+AREA = 6.5**2  # of the map [square inch], whatever its shape
+LONGEST, SHORTEST = 9.5, 0.3  # sides of the map [inch]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """
+    A raster seen from above, and the words around it.
+
+    Parameters
+    ----------
+    x : (cols,) float64
+    y : (rows,) float64
+        Cell centres in the model's own coordinates, ascending [m].
+    building_height : (rows, cols) float32, optional
+        Of roofs above the ground [m]; NaN or 0 where nothing stands.
+    true_north : float
+        Degrees clockwise from the picture's upward direction.
+    title, place, date, note : str
+        A headline, "48.200° N, 16.370° E · Europe/Vienna", a day, and how it was made.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit one another.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    building_height: NDArray[np.float32] | None = field(default=None, repr=False)
+    true_north: float = 0.0
+    title: str = ""
+    place: str = ""
+    date: str = ""
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        for axis in ("x", "y"):
+            centres = np.asarray(getattr(self, axis), np.float64)
+            if centres.ndim != 1 or not centres.size:
+                msg = f"{axis} must be a row of cell centres; got the shape {centres.shape}"
+                raise ValueError(msg)
+            object.__setattr__(self, axis, centres)
+        if self.building_height is not None:
+            height = np.asarray(self.building_height, np.float32)
+            if height.shape != self.shape:
+                msg = f"building_height is {height.shape}, but the plan is {self.shape}"
+                raise ValueError(msg)
+            object.__setattr__(self, "building_height", height)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return len(self.y), len(self.x)
+
+    @property
+    def cell(self) -> tuple[float, float]:
+        """A cell's width and height [m]."""
+        width = np.ptp(self.x) / (len(self.x) - 1) if len(self.x) > 1 else 0.0
+        height = np.ptp(self.y) / (len(self.y) - 1) if len(self.y) > 1 else 0.0
+        # A raster of one row or column has square cells.
+        return float(width or height or 1.0), float(height or width or 1.0)
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """The outer edges: x from, x to, y from, y to [m]."""
+        width, height = self.cell
+        return (
+            float(self.x[0] - width / 2),
+            float(self.x[-1] + width / 2),
+            float(self.y[0] - height / 2),
+            float(self.y[-1] + height / 2),
+        )
+
+
+def find_map_size(plan: Plan) -> tuple[int, int]:
+    """
+    Choose how many pixels of a picture the map takes.
+
+    Returns
+    -------
+    rows, cols : int
+    """
+    x0, x1, y0, y1 = plan.extent
+    scale = np.sqrt(AREA / ((x1 - x0) * (y1 - y0)))
+    scale = min(scale, LONGEST / (x1 - x0), LONGEST / (y1 - y0))
+    rows, cols = (max(side * scale, SHORTEST) * DOTS_PER_INCH for side in (y1 - y0, x1 - x0))
+    return round(rows), round(cols)
+
+
+def shade_roofs(
+    plan: Plan, size: tuple[int, int]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """
+    Draw roofs in light grey, lit from the picture's upper left as maps are.
+
+    Parameters
+    ----------
+    plan : Plan
+    size : (rows, cols)
+        Pixels of the map.
+
+    Returns
+    -------
+    grey : (rows, cols) float32
+        In [0, 1].
+    coverage : (rows, cols) float32
+        How much of each pixel is building, in [0, 1].
+    """
+    if plan.building_height is None:
+        return np.ones(size, np.float32), np.zeros(size, np.float32)
+    height = np.nan_to_num(plan.building_height)
+    is_building = height > 0
+    coverage = resample(is_building, size)
+    # The mean height of what stands in the pixel, not of building and ground together.
+    height = resample(np.where(is_building, height, 0), size)
+    height = height / np.maximum(coverage, np.float32(1e-3))
+
+    x0, x1, _, _ = plan.extent
+    pixel = (x1 - x0) / size[1]
+    slope_y = np.diff(height, axis=0, prepend=height[:1]) / pixel
+    slope_x = np.diff(height, axis=1, prepend=height[:, :1]) / pixel
+    # Rows ascend northward: a roof that falls toward upper left (-x, +y) is bright.
+    toward_light = (slope_x - slope_y) / np.sqrt(2 * (1 + slope_x**2 + slope_y**2))
+    return (0.855 + 0.075 * toward_light).astype(np.float32), coverage
