@@ -257,6 +257,8 @@ def test_midnights_that_the_clock_skips_or_doubles():
     toronto = make_steps("1919-03-30", "00:00", "24:00", "30min", "America/Toronto")
     assert toronto.hours.sum() == 23.5
     assert toronto.labels()[-1] == "24:00"
+    with pytest.raises(InputError, match=r"no 23:45 on 1919-03-30 .* from 23:30 to 00:30"):
+        make_steps("1919-03-30", "09:00", "23:45", "30min", "America/Toronto")
 
 
 def test_local_mean_time_with_seconds():

@@ -3,6 +3,7 @@ import os
 import subprocess
 import sys
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -211,6 +212,22 @@ def test_sun_right_overhead():
         assert np.isfinite(sun_at(0, longitude, *day, refraction="standard").direction).all()
 
 
+def test_holes_of_the_formulas_are_mended(monkeypatch):
+    # NaN where SPA's refraction has its pole, and where rounding takes arcsin above 1.
+    nan = np.nan
+
+    def solar_position(seconds, *_):
+        return np.array([[nan] * 3, [nan] * 3, [nan, nan, 5], [-5.11, nan, 4], [7, 8, 9], [0] * 3])
+
+    monkeypatch.setattr(
+        position_module, "_load_spa", lambda: SimpleNamespace(solar_position=solar_position)
+    )
+    geometric, apparent, azimuth = position_module._find_angles(np.zeros(3), **GOLDEN, **AIR)
+    assert geometric.tolist() == [-5.11, 90, 4]
+    assert apparent.tolist() == [-5.11, 90, 5]
+    assert azimuth.tolist() == [7, 8, 9]
+
+
 # ---------------------------------------------------------------- refraction
 
 
@@ -327,6 +344,7 @@ def test_instants_of_many_kinds():
             ["2026-01-01", "NaT", "NaT"],
             r"2 of 3 instants are missing .* \(first: instant 1, NaT\); correct",
         ),
+        (["-2000-12-31"], r"1 of 1 instants .*outside the years -1999 to 3000"),
         (["2026-01-01", "9999-01-01"], r"1 of 2 instants .*outside the years -1999 to 3000"),
     ],
 )

@@ -60,6 +60,7 @@ def test_numbers_become_floats():
         ({"latitude": "north"}, "the latitude 'north' is not a finite number; give it in degrees"),
         ({"latitude": None}, "the latitude None is not"),
         ({"true_north": float("nan")}, "the true north nan is not"),
+        ({"true_north": float("inf")}, "the true north inf is not a finite number"),
         ({"elevation": 1e5}, "the elevation 100000 is outside -500 to 20000; give it in metres"),
         ({"elevation": -501}, "the elevation -501 is outside"),
     ],

@@ -34,8 +34,8 @@ __all__ = ["SunPath", "find_sun"]
 
 SEA_LEVEL_PRESSURE = 1010.0  # [hPa], yearly mean; the reference of SPA's refraction, [1] eq. 42
 TEMPERATURE = 12.0  # [degrees C], yearly mean
-SUN_RADIUS = 0.26667  # [degrees], [1] section 3.11
-HORIZON_REFRACTION = 0.5667  # [degrees], at sunrise and sunset
+# At sunrise and sunset [degrees]. SPA bends light down to this and the sun's radius below 0.
+HORIZON_REFRACTION = 0.5667
 
 _importing = threading.Lock()
 
@@ -166,8 +166,9 @@ def _find_angles(
     geometric, apparent, azimuth : (n,) float64
         Altitude without and with refraction; clockwise from true north [degrees].
     """
-    # SPA refracts every altitude and masks afterwards; its formula has a pole at -5.11
-    # degrees and arcsin a rounding one at the zenith. Both are mended below.
+    # Two holes are mended below: SPA refracts every altitude and masks afterwards, which
+    # leaves NaN at the formula's pole at -5.11 degrees; and at the zenith rounding
+    # can take arcsin's argument above 1.
     with np.errstate(all="ignore"):
         _, _, apparent, geometric, azimuth, _ = _load_spa().solar_position(
             seconds,
@@ -181,9 +182,7 @@ def _find_angles(
             1,
         )
     geometric = np.where(np.isnan(geometric), 90.0, geometric)
-    is_bent = geometric >= -(SUN_RADIUS + HORIZON_REFRACTION)
-    apparent = np.where(is_bent & np.isfinite(apparent), apparent, geometric)
-    return geometric, apparent, azimuth
+    return geometric, np.where(np.isnan(apparent), geometric, apparent), azimuth
 
 
 def _pressure_at(elevation: float) -> float:
@@ -223,7 +222,7 @@ def _to_utc(instants: Any) -> NDArray[np.datetime64]:
     except (TypeError, ValueError) as error:
         raise InputError(msg) from error
     years = utc.astype("datetime64[Y]").astype(np.int64) + 1970
-    wrong = np.isnat(utc) | (years < -1999) | (years > 3000)
+    wrong = (years < -1999) | (years > 3000)  # NaT is the lowest year of all
     if wrong.any():
         first = int(np.flatnonzero(wrong)[0])
         msg = (
