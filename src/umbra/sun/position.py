@@ -244,7 +244,7 @@ def _load_spa() -> ModuleType:
     Load ``pvlib/spa.py`` alone.
 
     ``import pvlib`` runs pandas, scipy and requests, 0.8 s; the one module
-    needed here imports numpy and nothing else, 0.01 s. So it is loaded from its file,
+    needed here imports numpy and nothing else, a millisecond. So it is loaded from its file,
     under a name of its own; where that file is not found, the usual way.
     """
     # The module reads PVLIB_USE_NUMBA as it loads. Compiled, its numpy entry would
