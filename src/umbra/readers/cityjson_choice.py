@@ -1,0 +1,238 @@
+"""Which geometry of each CityJSON object to take: the best, once."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["DAMAGE", "Choice", "choose_geometries", "damaged", "find_kinds", "flatten"]
+
+from umbra.errors import InputError
+
+# What damaged nesting raises where lists are walked without looking.
+DAMAGE = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
+
+# Levels of lists above a surface.
+DEPTHS = {
+    "MultiSurface": 0,
+    "CompositeSurface": 0,
+    "Solid": 1,
+    "MultiSolid": 2,
+    "CompositeSolid": 2,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """
+    The geometry taken for one object.
+
+    Parameters
+    ----------
+    geometry : dict
+        As in the file; a GeometryInstance stands for its template.
+    shape : dict
+        What has the surfaces: the geometry itself, or the template.
+    lender : dict, optional
+        A geometry of the same level whose semantics the shape may borrow.
+    """
+
+    geometry: dict[str, Any]
+    shape: dict[str, Any]
+    lender: dict[str, Any] | None = None
+
+
+def damaged(name: str, error: Exception, where: str = "") -> InputError:
+    """Make the error for an object whose lists are not as CityJSON nests them."""
+    reason = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
+    msg = f"{where}object '{name}' is damaged ({reason}); repair it or export the file again"
+    return InputError(msg, object=name)
+
+
+def choose_geometries(
+    objects: dict[str, Any],
+    templates: Sequence[dict[str, Any]],
+    vertices: Sequence[Any],
+    counts: dict[str, int],
+    where: str = "",
+) -> dict[str, Choice]:
+    """
+    Choose each object's geometry and leave out what repeats a relative's.
+
+    Parameters
+    ----------
+    objects : dict
+        ``CityObjects`` of the file or feature.
+    templates : sequence of dict
+        The file's geometry templates.
+    vertices : sequence
+        As in the file, to compare surfaces by place.
+    counts : dict of str to int
+        What was left out, by what it is; added to.
+    where : str
+        Put before errors.
+
+    Returns
+    -------
+    choices : dict of str to Choice
+        In the file's order; without objects that have no surfaces.
+
+    Raises
+    ------
+    InputError
+        If an object is damaged.
+    """
+    choices: dict[str, Choice] = {}
+    for name, item in objects.items():
+        try:
+            geometries = item.get("geometry") or ()
+            choice = _choose(geometries, templates)
+        except DAMAGE as error:
+            raise damaged(name, error, where) from error
+        if choice is not None:
+            choices[name] = choice
+        elif geometries:
+            what = "objects without surfaces (points or lines) left out"
+            counts[what] = counts.get(what, 0) + 1
+    for name in list(choices):
+        try:
+            repeated = _find_repeats(name, objects, choices, vertices)
+        except DAMAGE as error:
+            raise damaged(name, error, where) from error
+        for other in repeated:
+            del choices[other]
+            what = "geometries left out that repeat those of a parent or of its parts"
+            counts[what] = counts.get(what, 0) + 1
+    return choices
+
+
+def _choose(
+    geometries: Sequence[dict[str, Any]], templates: Sequence[dict[str, Any]]
+) -> Choice | None:
+    best, best_rank = None, (-2.0, 0, False)
+    for geometry in geometries:
+        shape = geometry
+        if geometry["type"] == "GeometryInstance":
+            index = geometry["template"]
+            if index < 0:
+                msg = f"template {index}"
+                raise IndexError(msg)
+            shape = templates[index]
+        if shape["type"] not in DEPTHS or not shape["boundaries"]:
+            continue
+        # A solid before surfaces; what has semantics before what has none.
+        solid = DEPTHS[shape["type"]] > 0
+        rank = (_level(shape), int(solid), bool(shape.get("semantics")))
+        if rank > best_rank:
+            best, best_rank = (geometry, shape), rank
+    if best is None:
+        return None
+    geometry, shape = best
+    lender = None
+    if not shape.get("semantics") and shape is geometry:
+        for other in geometries:
+            if other.get("semantics") and other["type"] in DEPTHS and _level(other) == best_rank[0]:
+                lender = other
+                break
+    return Choice(geometry, shape, lender)
+
+
+def _level(geometry: dict[str, Any]) -> float:
+    """Give the level of detail as a number: "2.2" > 2 > "1.3"; -1 if there is none."""
+    try:
+        return float(geometry["lod"])
+    except (KeyError, TypeError, ValueError):
+        return -1.0
+
+
+def flatten(shape: dict[str, Any]) -> list[Any]:
+    """Give all surfaces of a shape, each a list of rings; of a solid, all shells."""
+    surfaces = shape["boundaries"]
+    for _ in range(DEPTHS[shape["type"]]):
+        surfaces = [inner for outer in surfaces for inner in outer]
+    return surfaces
+
+
+def find_kinds(choice: Choice, kind: str, vertices: Sequence[Any]) -> list[str]:
+    """
+    Find the semantic type of each surface of a shape.
+
+    Parameters
+    ----------
+    choice : Choice
+    kind : str
+        For surfaces without semantics.
+    vertices : sequence
+        As in the file, to match a lender's surfaces by place.
+
+    Returns
+    -------
+    kinds : list of str
+        One for each surface of ``flatten(choice.shape)``.
+    """
+    surfaces = flatten(choice.shape)
+    if choice.lender is None:
+        return list(_own_kinds(choice.shape, kind, len(surfaces)))
+    lent = flatten(choice.lender)
+    kinds = list(_own_kinds(choice.lender, kind, len(lent)))
+    if lent == surfaces:
+        return kinds
+    by_place = {_key(surface, vertices): k for surface, k in zip(lent, kinds, strict=True)}
+    return [by_place.get(_key(surface, vertices), kind) for surface in surfaces]
+
+
+def _own_kinds(shape: dict[str, Any], kind: str, count: int) -> Iterator[str]:
+    semantics = shape.get("semantics")
+    values = semantics.get("values") if semantics else None
+    if not semantics or values is None:
+        return iter([kind] * count)
+    depth = DEPTHS[shape["type"]]
+    indices = list(_walk_values(values, shape["boundaries"], depth))
+    # A null, at any level, means no semantics there.
+    types: dict[int | None, str] = dict(enumerate(str(s["type"]) for s in semantics["surfaces"]))
+    types[None] = kind
+    return iter([types[i] for i in indices])
+
+
+def _walk_values(values: Any, boundaries: list[Any], depth: int) -> Iterator[int | None]:
+    if depth == 0:
+        yield from [None] * len(boundaries) if values is None else values
+        return
+    inner = [None] * len(boundaries) if values is None else values
+    for value, boundary in zip(inner, boundaries, strict=True):
+        yield from _walk_values(value, boundary, depth - 1)
+
+
+def _key(surface: list[list[int]], vertices: Sequence[Any]) -> frozenset[tuple[float, ...]]:
+    """Name a surface by the places of its outer ring, whatever their order."""
+    return frozenset(tuple(vertices[i]) for i in surface[0])
+
+
+def _find_repeats(
+    name: str, objects: dict[str, Any], choices: dict[str, Choice], vertices: Sequence[Any]
+) -> list[str]:
+    """
+    Find which of an object and its children repeat each other.
+
+    CityGML lets a building with parts carry geometry of its own (its central
+    part), so a parent is left out only where its parts show the same surfaces or
+    a finer level of detail of the whole; a child (an installation cut out of the
+    building's solid) only where all its surfaces are its parent's too.
+    """
+    children = [c for c in objects[name].get("children") or () if c in choices]
+    if name not in choices or not children:
+        return []
+    own = choices[name]
+    parts = [c for c in children if str(objects[c]["type"]).endswith("Part")]
+    if parts and all(_level(choices[c].shape) > _level(own.shape) for c in parts):
+        return [name]
+    if own.shape is not own.geometry:
+        return []
+    mine = {_key(surface, vertices) for surface in flatten(own.shape)}
+    theirs = {
+        c: {_key(surface, vertices) for surface in flatten(choices[c].shape)}
+        for c in children
+        if choices[c].shape is choices[c].geometry
+    }
+    if mine <= set().union(*theirs.values()):
+        return [name]
+    return [c for c, surfaces in theirs.items() if surfaces <= mine]

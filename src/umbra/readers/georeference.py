@@ -1,0 +1,213 @@
+"""Where on earth: CRS names, metres from degrees and feet, latitude, longitude, north."""
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.scene import Mesh, Part, Scene
+
+if TYPE_CHECKING:
+    from pyproj import CRS
+
+__all__ = ["locate", "name_crs", "to_metres"]
+
+CODE = re.compile(r"\bEPSG(?:/|:)+(?:[\d.]+[/:]+)?(\d+)", re.IGNORECASE)
+
+# Half the step north [degrees] that finds the meridian in the grid: 1 km.
+STEP = 0.005
+
+# Farther than this outside its area of use [degrees], a CRS is taken for wrong.
+MARGIN = 1.0
+
+
+def name_crs(text: object) -> str | None:
+    """
+    Give a CRS a short name.
+
+    Parameters
+    ----------
+    text : object
+        A URL, a URN, ``EPSG:28992``, a bare number; anything else a file holds.
+
+    Returns
+    -------
+    crs : str or None
+        ``EPSG:7415``, ``EPSG:2056+5728`` for a pair, ``OGC:CRS84``; other text
+        unchanged; None for nothing.
+    """
+    if isinstance(text, int) and not isinstance(text, bool):
+        return f"EPSG:{text}"
+    if not isinstance(text, str) or not text.strip():
+        return None
+    codes = CODE.findall(text)
+    if codes:
+        return "EPSG:" + "+".join(codes)
+    if "CRS84" in text.upper():
+        return "OGC:CRS84h" if text.upper().endswith("H") else "OGC:CRS84"
+    return text.strip()
+
+
+def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...], str | None]:
+    """
+    Turn coordinates in degrees or feet into metres of the local UTM zone.
+
+    Parameters
+    ----------
+    parts : tuple of Part
+    crs : str or None
+        A CRS that is not known leaves the coordinates as they are.
+
+    Returns
+    -------
+    parts : tuple of Part
+    crs : str or None
+        The UTM zone's if anything changed.
+
+    Raises
+    ------
+    InputError
+        If the CRS is geocentric, or in feet without the heights' unit.
+    """
+    found = _find_crs(crs)
+    if found is None or crs is None:
+        return parts, crs
+    if found.is_geocentric:
+        msg = f"coordinates are geocentric ({crs}); convert them to a projected CRS in metres"
+        raise InputError(msg, crs=crs)
+    if not (found.is_projected or found.is_geographic):
+        return parts, crs
+    flat, height = _metres_per_unit(found)
+    if found.is_projected and flat == 1.0 and height in {1.0, None}:
+        return parts, crs
+    if height is None and found.is_projected:
+        msg = (
+            f"coordinates are in feet ({crs}, {found.name}) and the unit of the heights is not "
+            "said; convert to a CRS in metres (cjio FILE crs_reproject EPSG save OUT)"
+        )
+        raise InputError(msg, crs=crs)
+    if found.is_geographic and any(part.transform is not None for part in parts):
+        msg = f"geometry templates in degrees ({crs}) are not read; convert to a CRS in metres"
+        raise InputError(msg, crs=crs)
+    return _reproject(parts, crs, found, height or 1.0)
+
+
+def locate(scene: Scene) -> Scene:
+    """
+    Find latitude, longitude and true north from the CRS and the middle of the bounds.
+
+    Returns
+    -------
+    scene : Scene
+        With ``latitude``, ``longitude``, ``true_north`` where the CRS is known and
+        the place lies where it is used; with a note where not.
+    """
+    if scene.crs is None:
+        return scene
+    found = _find_crs(scene.crs)
+    remedy = "give --lat and --lon (and --north if the plan is turned)"
+    if found is None or not (found.is_projected or found.is_geographic):
+        note = f"the CRS '{scene.crs}' is not known, so coordinates are taken as metres; {remedy}"
+        return replace(scene, notes=(*scene.notes, note))
+    from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
+
+    flat = found.to_2d()
+    geographic = flat.geodetic_crs
+    there = Transformer.from_crs(flat, geographic, always_xy=True)
+    back = Transformer.from_crs(geographic, flat, always_xy=True)
+    x, y, _ = scene.bounds().mean(0)
+    lon, lat = there.transform(x, y)
+    area = found.area_of_use or flat.area_of_use
+    inside = bool(np.isfinite([lon, lat]).all() and abs(lat) <= 90)
+    if inside and area is not None:
+        width = (area.east - area.west) % 360 or 360
+        inside = (lon - area.west + MARGIN) % 360 <= width + 2 * MARGIN
+        inside = inside and area.south - MARGIN <= lat <= area.north + MARGIN
+    if not inside:
+        note = (
+            f"the coordinates lie outside the area where {scene.crs} ({found.name}) is used, "
+            f"so the site is not known; {remedy}"
+        )
+        return replace(scene, notes=(*scene.notes, note))
+    xs, ys = back.transform([lon, lon], [lat - STEP, lat + STEP])
+    north = float(np.degrees(np.arctan2(xs[1] - xs[0], ys[1] - ys[0])))
+    return replace(scene, latitude=float(lat), longitude=float(lon), true_north=north)
+
+
+def _find_crs(crs: str | None) -> "CRS | None":
+    if crs is None:
+        return None
+    from pyproj import CRS  # noqa: PLC0415 - 0.1 s, only with a CRS
+    from pyproj.exceptions import CRSError  # noqa: PLC0415
+
+    try:
+        return CRS.from_user_input(crs)
+    except CRSError:
+        return None
+
+
+def _metres_per_unit(crs: "CRS") -> tuple[float, float | None]:
+    """Give metres per plan unit and per height unit; None if heights have no unit."""
+    axes = crs.axis_info
+    up = [axis.unit_conversion_factor for axis in axes if axis.direction == "up"]
+    plan = axes[0].unit_conversion_factor
+    if up:
+        return plan, up[0]
+    # Without an axis of their own, heights go with a plan in metres.
+    return plan, 1.0 if plan == 1.0 or crs.is_geographic else None
+
+
+def _reproject(
+    parts: tuple[Part, ...], crs: str, found: "CRS", height: float
+) -> tuple[tuple[Part, ...], str]:
+    from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
+
+    flat = found.to_2d()
+    used = np.concatenate([_corners(part)[:, :2] for part in parts])
+    used = used[np.isfinite(used).all(1)]
+    if not len(used):
+        return parts, crs  # make_scene says which vertices are not finite
+    middle = (used.min(0) + used.max(0)) / 2
+    lon, lat = Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True).transform(*middle)
+    if not (np.isfinite([lon, lat]).all() and abs(lat) <= 84):
+        msg = (
+            f"the coordinates about x {middle[0]:g}, y {middle[1]:g} do not fit their CRS {crs} "
+            f"({found.name}); correct the CRS or convert to metres"
+        )
+        raise InputError(msg, crs=crs)
+    zone = _find_utm(found, lon, lat)
+    transformer = Transformer.from_crs(flat, zone, always_xy=True)
+
+    arrays: dict[int, NDArray[np.float64]] = {}
+    moved = []
+    for part in parts:
+        mesh = part.mesh
+        if part.transform is not None:
+            mesh = Mesh(_corners(part), np.arange(3 * part.triangles, dtype=np.int32))
+        key = id(mesh.vertices)
+        if key not in arrays or part.transform is not None:
+            x, y, z = mesh.vertices.T
+            east, north = transformer.transform(x, y)
+            arrays[key] = np.stack([east, north, z * height], axis=1)
+        moved.append(replace(part, mesh=Mesh(arrays[key], mesh.faces), transform=None))
+    return tuple(moved), zone
+
+
+def _corners(part: Part) -> NDArray[np.float64]:
+    """Give the corners of a part's triangles, in place."""
+    return Scene((part,), np.zeros(3)).triangles().vertices[part.mesh.faces.ravel()]
+
+
+def _find_utm(crs: "CRS", lon: float, lat: float) -> str:
+    """Find the UTM zone at a place, on the same datum where there is one."""
+    from pyproj.database import query_utm_crs_info  # noqa: PLC0415
+
+    zone = int((lon + 180) % 360 // 6) + 1
+    datum = crs.geodetic_crs.name if crs.geodetic_crs is not None else "WGS 84"
+    name = f"{datum} / UTM zone {zone}{'N' if lat >= 0 else 'S'}"
+    # By full name: some datums have zones with northing first or a prefixed easting.
+    codes = [info.code for info in query_utm_crs_info(datum_name=datum) if info.name == name]
+    return f"EPSG:{codes[0] if codes else (32600 if lat >= 0 else 32700) + zone}"

@@ -1,0 +1,197 @@
+"""glTF's bytes: the chunks of a GLB, buffers in and beside the file, accessors."""
+
+import base64
+import binascii
+import struct
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.scene import Source
+
+__all__ = ["Buffers", "split_glb"]
+
+DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
+
+
+def split_glb(data: bytes) -> tuple[bytes, bytes]:
+    """
+    Split a GLB file into its JSON text and its binary chunk.
+
+    Raises
+    ------
+    InputError
+        If it is cut short or has no JSON.
+    """
+    if len(data) < 20:
+        msg = f"is cut short: a GLB needs 20 bytes, this has {len(data)}; fetch it again"
+        raise InputError(msg)
+    _, version, length = struct.unpack_from("<4sII", data)
+    if version != 2:
+        msg = f"is GLB version {version}; umbra reads version 2"
+        raise InputError(msg, version=version)
+    if length > len(data):
+        msg = f"is cut short: its header says {length} bytes, it has {len(data)}; fetch it again"
+        raise InputError(msg)
+    text, binary = b"", b""
+    offset = 12
+    while offset + 8 <= length:
+        size, kind = struct.unpack_from("<II", data, offset)
+        chunk = data[offset + 8 : offset + 8 + size]
+        if len(chunk) < size:
+            msg = f"is damaged: the chunk at byte {offset} reaches past the end; fetch it again"
+            raise InputError(msg)
+        if kind == JSON_CHUNK and not text:
+            text = chunk
+        elif kind == BINARY_CHUNK and not binary:
+            binary = chunk
+        offset += 8 + size
+    if not text:
+        msg = "is damaged: it has no JSON chunk; export it again"
+        raise InputError(msg)
+    return text, binary
+
+
+class Buffers:
+    """
+    The buffers of one glTF file, loaded when first needed.
+
+    Parameters
+    ----------
+    tree : dict
+        The glTF JSON.
+    binary : bytes or None
+        The binary chunk of a GLB.
+    path : Path
+        Buffers in other files are looked for beside it.
+    """
+
+    def __init__(self, tree: dict[str, Any], binary: bytes | None, path: Path) -> None:
+        self._tree = tree
+        self._binary = binary
+        self._path = path
+        self._loaded: dict[int, bytes] = {}
+        self._sources: list[Source] = []
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """The other files that were read."""
+        return tuple(self._sources)
+
+    def read_accessor(self, index: int, where: str) -> NDArray[Any]:
+        """
+        Read an accessor.
+
+        Parameters
+        ----------
+        index : int
+        where : str
+            What needs it, for errors.
+
+        Returns
+        -------
+        values : (count, width) array
+            In the file's number type; float64 if it says that whole numbers are
+            normalized.
+
+        Raises
+        ------
+        InputError
+            If it reaches past its buffer, or the buffer is missing.
+        """
+        accessor = self._item("accessors", index, where)
+        dtype = np.dtype(DTYPES[accessor["componentType"]])
+        width = WIDTHS[accessor["type"]]
+        count = accessor["count"]
+        if "bufferView" in accessor:
+            values = self._read_view(
+                accessor["bufferView"], accessor.get("byteOffset", 0), count, width, dtype, where
+            )
+        else:
+            self._check_count(count, where)
+            values = np.zeros((count, width), dtype)
+        if "sparse" in accessor:
+            values = self._fill_sparse(values, accessor["sparse"], where)
+        if accessor.get("normalized") and dtype.kind != "f":
+            return np.maximum(values / np.iinfo(dtype).max, -1.0)
+        return values
+
+    def _check_count(self, count: int, where: str) -> None:
+        if not 0 <= count < 1 << 31:
+            msg = f"{where}: {count} values are not possible; export it again"
+            raise InputError(msg)
+
+    def _fill_sparse(
+        self, values: NDArray[Any], sparse: dict[str, Any], where: str
+    ) -> NDArray[Any]:
+        count, places, new = sparse["count"], sparse["indices"], sparse["values"]
+        kind = np.dtype(DTYPES[places["componentType"]])
+        rows = self._read_view(
+            places["bufferView"], places.get("byteOffset", 0), count, 1, kind, where
+        ).ravel()
+        filled = values.copy()
+        filled[rows] = self._read_view(
+            new["bufferView"], new.get("byteOffset", 0), count, values.shape[1], values.dtype, where
+        )
+        return filled
+
+    def _read_view(
+        self, index: int, offset: int, count: int, width: int, dtype: np.dtype[Any], where: str
+    ) -> NDArray[Any]:
+        view = self._item("bufferViews", index, where)
+        start = view.get("byteOffset", 0) + offset
+        row = width * dtype.itemsize
+        stride = view.get("byteStride", row)
+        self._check_count(count, where)
+        data = self._load(view["buffer"], where)
+        end = min(view.get("byteOffset", 0) + view["byteLength"], len(data))
+        if count == 0:
+            return np.zeros((0, width), dtype)
+        need = start + (count - 1) * stride + row
+        if start < 0 or stride < row or need > end:
+            msg = (
+                f"{where} needs bytes {start} to {need} of buffer {view['buffer']}, but only "
+                f"{end} are there; the file is cut short or damaged, export it again"
+            )
+            raise InputError(msg)
+        return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize)).copy()
+
+    def _load(self, index: int, where: str) -> bytes:
+        if index not in self._loaded:
+            self._loaded[index] = self._fetch(self._item("buffers", index, where), index)
+        return self._loaded[index]
+
+    def _fetch(self, buffer: dict[str, Any], index: int) -> bytes:
+        uri = buffer.get("uri")
+        if uri is None:
+            if index == 0 and self._binary is not None:
+                return self._binary
+            msg = f"buffer {index} has neither a name nor bytes; export it again"
+            raise InputError(msg)
+        if uri.startswith("data:"):
+            try:
+                return base64.b64decode(uri.partition(",")[2], validate=True)
+            except (binascii.Error, ValueError) as error:
+                msg = f"buffer {index} is not base64 ({error}); export it again"
+                raise InputError(msg) from error
+        try:
+            data = (self._path.parent / unquote(uri)).read_bytes()
+        except (OSError, ValueError) as error:
+            msg = f"buffer '{uri[:80]}' is not beside the file; keep both together, or use GLB"
+            raise InputError(msg, buffer=uri) from error
+        self._sources.append(Source(unquote(uri), sha256(data).hexdigest(), "glTF buffer"))
+        return data
+
+    def _item(self, key: str, index: Any, where: str) -> Any:
+        items = self._tree.get(key, [])
+        if type(index) is not int or not 0 <= index < len(items):
+            msg = f"{where} names {key}[{index}], but there are {len(items)}; export it again"
+            raise InputError(msg)
+        return items[index]

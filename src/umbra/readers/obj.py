@@ -1,0 +1,256 @@
+"""OBJ: groups and materials, polygons of any shape, indices from either end."""
+
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.readers.materials import read_materials
+from umbra.readers.model import Model
+from umbra.readers.polygons import Polygons, triangulate
+from umbra.readers.turn import turn_up
+from umbra.scene import Mesh, Part
+from umbra.scene.mesh import GREY
+
+__all__ = ["read_obj"]
+
+BLOCK = 65536  # face lines turned into numbers at once, to bound memory
+
+
+@dataclass(eq=False)
+class _Statements:
+    """An OBJ file's lines, sorted by what they say."""
+
+    vertices: list[list[bytes]] = field(default_factory=list)
+    faces: list[bytes] = field(default_factory=list)
+    # Vertices before each face, only where an index counts from the end.
+    seen: list[int] = field(default_factory=list)
+    # First face, object or group name, material; at each change.
+    states: list[tuple[int, str, str]] = field(default_factory=list)
+    libraries: list[str] = field(default_factory=list)
+
+
+def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
+    """
+    Read a Wavefront OBJ file.
+
+    Parameters
+    ----------
+    data : bytes
+    path : Path
+        Material libraries are looked for beside it.
+    up : {'x', 'y', 'z'}, optional
+        z if None: OBJ does not say.
+
+    Returns
+    -------
+    model : Model
+        A part for each pair of group (``g``, else ``o``) and material.
+
+    Raises
+    ------
+    InputError
+        If a line is damaged or names a vertex that does not exist (which line).
+    """
+    statements = _sort_lines(_split_lines(data), data)
+    vertices = _parse_vertices(statements, data)
+    corners, lengths = _parse_faces(statements, len(vertices), data)
+    faces, face_line, degenerate, crossed = _cut(vertices, corners, lengths)
+
+    # Parts in the order in which the file first names them.
+    starts = [start for start, _, _ in statements.states]
+    state = np.searchsorted(starts, face_line, "right") - 1
+    keys: dict[tuple[str, str], int] = {}
+    key_of_state = [keys.setdefault(s[1:], len(keys)) for s in statements.states]
+    part = np.array(key_of_state, np.int64)[state]
+    order = np.argsort(part, kind="stable")
+    faces = faces[order]
+    ends = np.cumsum(np.bincount(part, minlength=len(keys))).tolist()
+    colors, notes = read_materials(statements.libraries, path)
+    parts = [
+        Part(name, kind, Mesh(vertices, faces[start:end]), None, colors.get(kind, GREY))
+        for (name, kind), start, end in zip(keys, [0, *ends], ends)
+        if end > start
+    ]
+    if degenerate:
+        notes += (f"{degenerate} polygons with fewer than three distinct corners left out",)
+    if crossed:
+        notes += (f"{crossed} polygons whose rings cross themselves: their triangles overlap",)
+    return Model("OBJ", turn_up(tuple(parts), up), notes=notes)
+
+
+def _split_lines(data: bytes) -> list[bytes]:
+    if b"\\" in data:
+        data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
+    return data.splitlines()
+
+
+def _sort_lines(lines: list[bytes], data: bytes) -> _Statements:
+    found = _Statements(states=[(0, "", "")])
+    vertices, faces, seen = found.vertices, found.faces, found.seen
+    # An index from the end depends on the vertices so far.
+    relative = b" -" in data
+    name, group, material = "", "", ""
+    for line in lines:
+        start = line[:2]
+        if start == b"v ":
+            vertices.append(line.split())
+        elif start == b"f ":
+            faces.append(line)
+            if relative:
+                seen.append(len(vertices))
+        elif start not in {b"vt", b"vn", b"# ", b""}:
+            words = line.split(None, 1)
+            key = words[0] if words else b""
+            if key == b"v":
+                vertices.append(line.split())
+            elif key in {b"f", b"fo"}:
+                faces.append(line.strip())
+                if relative:
+                    seen.append(len(vertices))
+            elif key in {b"o", b"g", b"usemtl", b"mtllib"}:
+                text = words[1].strip().decode("utf-8", "replace") if len(words) > 1 else ""
+                if key == b"mtllib":
+                    found.libraries.append(text)
+                    continue
+                if key == b"o":
+                    name, group = text, ""
+                elif key == b"g":
+                    group = text
+                else:
+                    material = text
+                found.states.append((len(faces), group or name, material))
+    return found
+
+
+def _parse_vertices(statements: _Statements, data: bytes) -> NDArray[np.float64]:
+    rows = statements.vertices
+    # Further numbers are a weight or a colour.
+    try:
+        if set(map(len, rows)) <= {4}:
+            numbers = [float(word) for row in rows for word in row[1:]]
+        else:
+            numbers = [float(word) for row in rows for word in (row[1], row[2], row[3])]
+    except (IndexError, ValueError) as error:
+        raise _bad_vertex(rows, data) from error
+    return np.array(numbers, np.float64).reshape(-1, 3)
+
+
+def _bad_vertex(rows: list[list[bytes]], data: bytes) -> InputError:
+    for index, row in enumerate(rows):
+        try:
+            complete = len(list(map(float, row[1:4]))) == 3
+        except ValueError:
+            complete = False
+        if not complete:
+            line = _find_line(data, b"v", index)
+            text = b" ".join(row).decode("utf-8", "replace")[:60]
+            msg = f"line {line}: a vertex needs three numbers, not {text!r}; repair the file"
+            return InputError(msg, line=line)
+    msg = "a vertex is damaged; repair the file"
+    return InputError(msg)
+
+
+def _parse_faces(
+    statements: _Statements, n_vertices: int, data: bytes
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Give all faces' corners, checked and from 0, and how many each face has."""
+    corner_blocks = [np.zeros(0, np.int64)]
+    length_blocks = [np.zeros(0, np.int64)]
+    for first in range(0, len(statements.faces), BLOCK):
+        block = statements.faces[first : first + BLOCK]
+        if any(b"#" in line for line in block):
+            block = [line.partition(b"#")[0] for line in block]
+        rows = [line.split() for line in block]
+        lengths = np.array([len(row) for row in rows], np.int64) - 1
+        words = list(chain.from_iterable(row[1:] for row in rows))
+        try:
+            corners = np.array([int(word) for word in words], np.int64)
+        except (ValueError, OverflowError):
+            try:
+                corners = np.array([int(word.partition(b"/")[0]) for word in words], np.int64)
+            except (ValueError, OverflowError) as error:
+                raise _bad_face(rows, first, data) from error
+        if statements.seen:
+            seen = np.repeat(np.array(statements.seen[first : first + BLOCK]), lengths)
+            corners = np.where(corners < 0, corners + seen, corners - 1)
+        else:
+            corners -= 1
+        wrong = np.flatnonzero((corners < 0) | (corners >= n_vertices))
+        if len(wrong):
+            face = int(np.searchsorted(np.cumsum(lengths), wrong[0], "right"))
+            line = _find_line(data, b"f", first + face)
+            word = words[wrong[0]].decode("utf-8", "replace")
+            msg = (
+                f"line {line}: a face names vertex {word}, but there are {n_vertices} vertices; "
+                "repair the file"
+            )
+            raise InputError(msg, line=line)
+        corner_blocks.append(corners)
+        length_blocks.append(lengths)
+    return np.concatenate(corner_blocks), np.concatenate(length_blocks)
+
+
+def _bad_face(rows: list[list[bytes]], first: int, data: bytes) -> InputError:
+    for index, row in enumerate(rows):
+        for word in row[1:]:
+            try:
+                np.int64(int(word.partition(b"/")[0]))
+            except (ValueError, OverflowError):
+                line = _find_line(data, b"f", first + index)
+                text = word.decode("utf-8", "replace")[:40]
+                msg = f"line {line}: {text!r} is not a vertex index; repair the file"
+                return InputError(msg, line=line)
+    msg = "a face is damaged; repair the file"
+    return InputError(msg)
+
+
+def _find_line(data: bytes, key: bytes, index: int) -> int:
+    """Find the line, from 1, of the index-th statement of a kind."""
+    keys = {key, b"fo"} if key == b"f" else {key}
+    continued = False
+    for number, line in enumerate(data.splitlines(), 1):
+        words = line.split(None, 1)
+        if not continued and words and words[0] in keys:
+            if index == 0:
+                return number
+            index -= 1
+        continued = line.endswith(b"\\")
+    return 0
+
+
+def _cut(
+    vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
+) -> tuple[NDArray[np.int32], NDArray[np.int64], int, int]:
+    """
+    Cut faces into triangles; a triangle stays as the file has it, degenerate or not.
+
+    Returns
+    -------
+    faces : (n, 3) int32
+    source : (n,) int64
+        The file's face that each came from, ascending.
+    degenerate, crossed : int
+    """
+    if (lengths == 3).all():
+        return corners.reshape(-1, 3).astype(np.int32), np.arange(len(lengths)), 0, 0
+    is_triangle = lengths == 3
+    of_triangle = np.repeat(is_triangle, lengths)
+    triangles = corners[of_triangle].reshape(-1, 3).astype(np.int32)
+    cut = triangulate(
+        vertices,
+        Polygons(
+            corners[~of_triangle],
+            lengths[~is_triangle],
+            np.ones(int((~is_triangle).sum()), np.int64),
+        ),
+    )
+    source = np.concatenate(
+        [np.flatnonzero(is_triangle), np.flatnonzero(~is_triangle)[cut.polygon]]
+    )
+    order = np.argsort(source, kind="stable")
+    faces = np.concatenate([triangles, cut.faces])
+    return faces[order], source[order], cut.degenerate, cut.crossed

@@ -1,0 +1,218 @@
+"""
+Polygons in space, with holes, to triangles.
+
+Every ring edge stays an edge of exactly the triangles it bounded as a polygon:
+the signed sum of the triangles' edges is the ring, so a closed solid of polygons
+gives a closed solid of triangles. Corners are neither moved nor dropped.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.readers.ears import clip_ears
+
+__all__ = ["Polygons", "Triangulation", "triangulate"]
+
+
+@dataclass(frozen=True, eq=False)
+class Polygons:
+    """
+    Polygons as flat arrays, ring after ring.
+
+    Parameters
+    ----------
+    corners : (n_corners,) int64
+        Vertex indices of all rings; a polygon's first ring is its outside.
+    ring_lengths : (n_rings,) int64
+    rings : (n_polygons,) int64
+        Number of rings of each polygon.
+    """
+
+    corners: NDArray[np.int64]
+    ring_lengths: NDArray[np.int64]
+    rings: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Triangulation:
+    """
+    Triangles in the order of their polygons.
+
+    Parameters
+    ----------
+    faces : (n_faces, 3) int32
+        Vertex indices, wound as the polygon's outer ring.
+    polygon : (n_faces,) int64
+        Index of the polygon that each triangle came from.
+    degenerate : int
+        Polygons with fewer than three distinct corners: they gave no triangle.
+    crossed : int
+        Polygons whose rings cross themselves: their triangles overlap.
+    """
+
+    faces: NDArray[np.int32]
+    polygon: NDArray[np.int64]
+    degenerate: int
+    crossed: int
+
+
+def triangulate(vertices: NDArray[np.float64], polygons: Polygons) -> Triangulation:
+    """
+    Cut polygons into triangles.
+
+    Triangles, quads and convex polygons go through in batches; only concave
+    polygons of five corners or more and those with holes are cut one by one.
+
+    Parameters
+    ----------
+    vertices : (n_vertices, 3) float64
+        Positions [m].
+    polygons : Polygons
+        A ring may repeat its first corner at its end. Indices must be in range.
+
+    Returns
+    -------
+    triangulation : Triangulation
+    """
+    corners, lengths = _drop_repeats(vertices, polygons.corners, polygons.ring_lengths)
+    first_ring = np.cumsum(polygons.rings) - polygons.rings
+    ring_start = np.cumsum(lengths) - lengths
+    outside = np.zeros(len(polygons.rings), np.int64)
+    start = np.zeros(len(polygons.rings), np.int64)
+    has_ring = polygons.rings > 0
+    outside[has_ring] = lengths[first_ring[has_ring]]
+    start[has_ring] = ring_start[first_ring[has_ring]]
+    usable = outside >= 3
+
+    faces: list[NDArray[np.int64]] = []
+    owners: list[NDArray[np.int64]] = []
+    slow = np.flatnonzero(usable & (polygons.rings > 1))
+    simple = np.flatnonzero(usable & (polygons.rings == 1))
+    by_length = simple[np.argsort(outside[simple], kind="stable")]
+    counts, firsts = np.unique(outside[by_length], return_index=True)
+    for n, group in zip(counts.tolist(), np.split(by_length, firsts[1:]), strict=False):
+        rings = corners[start[group][:, None] + np.arange(n)]
+        if n == 3:
+            cut, done = rings[:, None, :], np.ones(len(rings), bool)
+        elif n == 4:
+            cut, done = _cut_quads(vertices, rings)
+            usable[group[~done]] = False
+        else:
+            cut, done = _cut_convex(vertices, rings)
+            slow = np.concatenate([slow, group[~done]])
+        faces.append(cut[done].reshape(-1, 3))
+        owners.append(np.repeat(group[done], n - 2))
+
+    crossed = 0
+    for index in np.sort(slow).tolist():
+        rows = slice(first_ring[index], first_ring[index] + polygons.rings[index])
+        pieces = [
+            corners[s : s + n]
+            for s, n in zip(ring_start[rows].tolist(), lengths[rows].tolist())
+            if n >= 3
+        ]
+        ring_corners = np.concatenate(pieces)
+        local, crosses = clip_ears(vertices[ring_corners], [len(piece) for piece in pieces])
+        crossed += crosses
+        if not len(local):
+            usable[index] = False
+        faces.append(ring_corners[local])
+        owners.append(np.full(len(local), index))
+
+    if not faces:
+        faces, owners = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+    owner = np.concatenate(owners)
+    order = np.argsort(owner, kind="stable")
+    return Triangulation(
+        np.concatenate(faces)[order].astype(np.int32),
+        owner[order],
+        int(len(usable) - usable.sum()),
+        crossed,
+    )
+
+
+def _drop_repeats(
+    vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Drop a corner that stands where the next one of its ring stands."""
+    if not len(corners):
+        return corners, lengths
+    filled = lengths > 0
+    ends = np.cumsum(lengths)
+    following = np.arange(1, len(corners) + 1)
+    following[ends[filled] - 1] = (ends - lengths)[filled]
+    after = corners[following]
+    same = corners == after
+    # Other indices, equal places: OBJ and STL exporters repeat vertices.
+    other = np.flatnonzero(~same)
+    same[other] = (vertices[corners[other]] == vertices[after[other]]).all(1)
+    if not same.any():
+        return corners, lengths
+    ring = np.repeat(np.arange(len(lengths)), lengths)
+    return corners[~same], np.bincount(ring[~same], minlength=len(lengths))
+
+
+def _corner_turns(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Find how much each corner turns, positive toward the inside.
+
+    Parameters
+    ----------
+    points : (n_polygons, n, 3) float64
+
+    Returns
+    -------
+    normals : (n_polygons, 3) float64
+        Newell normals, twice the area long.
+    turns : (n_polygons, n) float64
+        Cross product of the edges that meet there along the unit normal [m²].
+    """
+    # From the first corner, so that a far origin costs no digits.
+    points = points - points[:, :1]
+    after = np.roll(points, -1, axis=1)
+    normals = np.cross(points, after).sum(1)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    unit = normals / np.where(length > 0, length, 1.0)
+    edges = after - points
+    crosses = np.cross(np.roll(edges, 1, axis=1), edges)
+    return normals, np.einsum("pni,pi->pn", crosses, unit)
+
+
+def _cut_quads(
+    vertices: NDArray[np.float64], rings: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """
+    Cut quads along the diagonal from their most reflex corner.
+
+    That is the only diagonal inside a concave quad, and the one that leaves no
+    triangle without area where a corner is straight.
+    """
+    points = vertices[rings]
+    _, turns = _corner_turns(points)
+    even = turns.argmin(1) % 2 == 0
+    cut = np.where(
+        even[:, None, None],
+        rings[:, [[0, 1, 2], [0, 2, 3]]],
+        rings[:, [[1, 2, 3], [1, 3, 0]]],
+    )
+    # Opposite corners in one place: the edges cancel and nothing is left.
+    folded = (points[:, 0] == points[:, 2]).all(1) | (points[:, 1] == points[:, 3]).all(1)
+    return cut, ~folded
+
+
+def _cut_convex(
+    vertices: NDArray[np.float64], rings: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Cut polygons into fans; say which are strictly convex, so that it is right."""
+    points = vertices[rings]
+    normals, turns = _corner_turns(points)
+    spokes = points[:, 1:] - points[:, :1]
+    fan = np.einsum("pni,pi->pn", np.cross(spokes[:, :-1], spokes[:, 1:]), normals)
+    # A corner straight to within rounding goes the slow way, which keeps it.
+    straight = 1e-9 * np.linalg.norm(normals, axis=1)
+    convex = (turns > straight[:, None]).all(1) & (fan > 0).all(1)
+    n = rings.shape[1]
+    triangles = np.stack([np.zeros(n - 2, int), np.arange(1, n - 1), np.arange(2, n)], axis=1)
+    return rings[:, triangles], convex
