@@ -14,7 +14,11 @@ __all__ = ["draw_contours", "find_levels", "trace"]
 
 FINEST = 0.012  # the contour grid's spacing on the sheet [inch]
 SHORTEST = 0.10  # a contour smaller than this is a speck [inch]
+COARSE = 0.05  # a pixel of the rasters that labels are weighed on [inch]
+LABEL = SMALL - 0.5  # size of type [point]
 LABEL_GAP = 0.55  # between two labels' middles [inch]
+
+Place = tuple[float, float, float]
 
 
 def find_levels(max_hours: float, most: int = 8) -> list[int]:
@@ -30,8 +34,8 @@ def trace(sheet: Sheet, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64
     """
     Trace the border of a region of cells.
 
-    The region's share of each point of a grid is traced at one half, so that the line
-    runs between the cells and is smooth wherever cells are small.
+    The region's share of each point of a fine grid is traced at one half: a line keeps
+    to the edges of large cells, and is smooth where cells are small.
 
     Parameters
     ----------
@@ -43,13 +47,21 @@ def trace(sheet: Sheet, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64
         On the sheet [inch].
     """
     x, y, w, h = sheet.map_box
-    rows = min(is_inside.shape[0], max(2, round(h / FINEST)))
-    cols = min(is_inside.shape[1], max(2, round(w / FINEST)))
-    share = np.pad(resample(is_inside, (rows, cols)), 1, mode="edge")
+    rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))
+    share = _smooth(np.pad(resample(is_inside, (rows, cols)), 1, mode="edge"))
     across = x + (np.arange(-1, cols + 1) + 0.5) * (w / cols)
     up = y + (np.arange(-1, rows + 1) + 0.5) * (h / rows)
     lines: Any = contourpy.contour_generator(across, up, share).lines(0.5)
     return [line for line in lines if np.ptp(line, axis=0).max() >= SHORTEST]
+
+
+def _smooth(share: NDArray) -> NDArray:
+    """Blur by about a pixel of the picture: takes the staircase of cells off a line."""
+    for _ in range(2):
+        padded = np.pad(share, 1, mode="edge")
+        share = padded[:-2] + 2 * padded[1:-1] + padded[2:]
+        share = (share[:, :-2] + 2 * share[:, 1:-1] + share[:, 2:]) / 16
+    return share
 
 
 def draw_contours(
@@ -77,10 +89,12 @@ def draw_contours(
     for level, (color, halo) in zip(levels, colors, strict=True):
         # Hours are sums of float32 steps: a cell of exactly the level lies inside.
         lines = trace(sheet, hours >= level - 1e-3)
-        sheet.rule(lines, color, 0.55, on_map=True)
-        for x, y, angle in finder.find(lines, f"{level} h"):
+        text = f"{level} h"
+        lines, places = finder.find(lines, text)
+        sheet.rule(lines, color, 0.5, on_map=True)
+        for x, y, angle in places:
             sheet.write(
-                x, y, f"{level} h", SMALL - 0.5, color=color, halo=halo, rotation=angle,
+                x, y, text, LABEL, color=color, halo=halo, rotation=angle,
                 rotation_mode="anchor", ha="center", va="center_baseline",
             )  # fmt: skip
 
@@ -92,59 +106,75 @@ class _LabelFinder:
         self, sheet: Sheet, hours: NDArray[np.float32], blocked: NDArray[np.bool_]
     ) -> None:
         self.box = sheet.map_box
-        self.taken: list[tuple[float, float]] = []
+        self.taken: list[tuple[float, ...]] = []
         _, _, w, h = self.box
-        # Small rasters of what matters to a label: about a tenth of an inch a pixel.
-        size = (max(1, round(h / 0.1)), max(1, round(w / 0.1)))
+        # Small rasters of what matters to a label.
+        size = (max(1, round(h / COARSE)), max(1, round(w / COARSE)))
         self.blocked = resample(blocked, size) > 0.02
         self.hours = np.nan_to_num(resample(hours, size))
 
-    def find(self, lines: list[NDArray[np.float64]], text: str) -> list[tuple[float, float, float]]:
-        """Find up to three places (x, y, angle in degrees) for a label on a level's lines."""
-        half = measure(text, SMALL) / 2 + 0.04
-        found: list[tuple[float, float, float]] = []
-        for line in sorted(lines, key=len, reverse=True)[:12]:
-            length = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
-            if length[-1] < 5 * half:
-                continue
-            best = None
-            for at in np.linspace(
-                1.5 * half, length[-1] - 1.5 * half, min(60, int(length[-1] / 0.1) + 2)
-            ):
-                ends = [
-                    [np.interp(at + offset, length, line[:, axis]) for axis in (0, 1)]
-                    for offset in (-half, 0, half)
-                ]
-                place = self._judge(np.array(ends), half)
-                if place and (best is None or place < best):
-                    best = place
-            if best:
-                _, x, y, angle = best
-                self.taken.append((x, y))
-                found.append((x, y, angle))
-            if len(found) == 3:
-                break
-        return found
+    def find(self, lines: list[NDArray], text: str) -> tuple[list[NDArray], list[Place]]:
+        """
+        Find up to three places for a label on a level's lines, and cut the lines there.
 
-    def _judge(self, ends: NDArray, half: float) -> tuple[float, float, float, float] | None:
-        """Weigh a place: how restless its surroundings are, and the place; None if unfit."""
-        start, (x, y), end = ends
+        Returns
+        -------
+        lines : list of (n, 2) float64
+            With gaps for the labels [inch].
+        places : list of (x, y, angle)
+            The labels' middles [inch] and their turn [degrees].
+        """
+        half = measure(text, LABEL) / 2 + 0.03
+        places: list[Place] = []
+        parts: list[NDArray] = []
+        for line in sorted(lines, key=len, reverse=True):
+            length = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+            best = None
+            if len(places) < 3 and length[-1] > 5 * half:
+                tries = min(60, int(length[-1] / 0.1) + 2)
+                fits = (
+                    self._judge(line, length, at, half)
+                    for at in np.linspace(1.5 * half, length[-1] - 1.5 * half, tries)
+                )
+                best = min((fit for fit in fits if fit), default=None)
+            if best is None:
+                parts.append(line)
+                continue
+            _, at, place = best
+            self.taken.append(place[:2])
+            places.append(place)
+            parts += [_cut(line, length, 0, at - half), _cut(line, length, at + half, length[-1])]
+        return parts, places
+
+    def _judge(
+        self, line: NDArray, length: NDArray, at: float, half: float
+    ) -> tuple[float, float, Place] | None:
+        """Weigh a place on a line: how restless it is there, where, and how; None if unfit."""
+        start, (x, y), end = _cut(line, length, at - half, at + half, n=3)
         along = end - start
-        straight = float(np.hypot(*along)) / (2 * half)
+        straight = math.hypot(*along) / (2 * half)
         left, bottom, w, h = self.box
-        room = half + 0.06
-        if straight < 0.9:
-            return None
-        if not (left + room < x < left + w - room and bottom + room < y < bottom + h - room):
-            return None
-        if any(math.hypot(x - a, y - b) < LABEL_GAP for a, b in self.taken):
+        room = half + 0.04
+        if (
+            straight < 0.9
+            or not left + room < x < left + w - room
+            or not bottom + room < y < bottom + h - room
+            or any(math.hypot(x - a, y - b) < LABEL_GAP for a, b in self.taken)
+        ):
             return None
         rows, cols = self.hours.shape
         row, col = int((y - bottom) / h * rows), int((x - left) / w * cols)
-        reach = math.ceil(half / 0.1)
+        reach = math.ceil(half / COARSE)
         window = np.s_[max(0, row - reach) : row + reach + 1, max(0, col - reach) : col + reach + 1]
         if self.blocked[window].any():
             return None
         angle = math.degrees(math.atan2(along[1], along[0]))
         angle = (angle + 90) % 180 - 90  # never upside down
-        return float(np.ptp(self.hours[window])) + (1 - straight), x, y, angle
+        return float(np.ptp(self.hours[window])) + (1 - straight), at, (x, y, angle)
+
+
+def _cut(line: NDArray, length: NDArray, start: float, end: float, n: int = 0) -> NDArray:
+    """Give a line from one arc length to another, at its own vertices or at n even points."""
+    between = length[(length > start) & (length < end)]
+    at = np.linspace(start, end, n) if n else np.concatenate([[start], between, [end]])
+    return np.column_stack([np.interp(at, length, line[:, axis]) for axis in (0, 1)])

@@ -98,7 +98,7 @@ def make_hours_sheet(
 
 def _find_line_color(share: float) -> tuple[str, str]:
     """Choose a line's colour and its label's halo to stand out on their shade."""
-    return (INK, "#ffffffb0") if share < 0.6 else ("#ffffff", "#20204090")
+    return (INK, "#ffffffc8") if share < 0.6 else ("#ffffff", "#202048d0")
 
 
 def _find_scale_ticks(max_hours: float) -> list[tuple[float, str]]:

@@ -80,8 +80,9 @@ def draw_swatches(
     x, y, w, h = sheet.key_box
     top = y + h
     if sheet.is_wide:
-        sheet.write(x, top - 0.1, " ".join([*title, f"({remark})"] if remark else title), 8.0)
+        sheet.write(x, top - 0.1, " ".join(title) + (f", {remark}" if remark else ""), 8.0)
         per_row = max(1, int(w / 0.72))
+        per_row = -(-len(labels) // -(-len(labels) // per_row))  # rows of even length
         places = [
             (x + 0.72 * (n % per_row), top - 0.4 - 0.22 * (n // per_row))
             for n in range(len(labels))

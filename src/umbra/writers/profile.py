@@ -20,7 +20,7 @@ MOST_SWATCHES = 12
 OUTLINE = "#55555e"
 # Optical density adds up where shadows overlap; past this it is bent, so that the
 # deepest overlap of a long day stays dark blue or brown and never turns solid black.
-DEEPEST = 1.9
+DEEPEST = 1.6
 
 
 def compose_profile(
@@ -64,8 +64,12 @@ def compose_profile(
 
 def _find_tints(n: int) -> NDArray[np.float64]:
     """Give each stamp's tint, paler where many may overlap."""
-    strength = float(np.clip(5.0 / max(n, 1), 0.42, 0.85))
-    return 1 - strength * (1 - make_stamp_tints(n))
+    strength = float(np.clip(5.0 / max(n, 1), 0.26, 0.85))
+    tints = 1 - strength * (1 - make_stamp_tints(n))
+    # Where all overlap, no channel wins by much: shadow is a dark grey, not a brown.
+    densities = -np.log(tints)
+    balance = densities.sum() / 3 / densities.sum(axis=0)
+    return np.exp(-densities * balance**0.6) if n > 3 else tints
 
 
 def _bend(density: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -131,7 +135,9 @@ def make_profile_sheet(
     tints = _find_tints(n)
     title = ["shadows at", f"local time ({zone})" if zone else "local time"]
     if n <= MOST_SWATCHES:
-        draw_swatches(sheet, tints, list(labels), title, "darker: they overlap" if n > 1 else "")
+        draw_swatches(
+            sheet, tints, list(labels), title, "darker where they overlap" if n > 1 else ""
+        )
     else:
         draw_color_bar(sheet, tints, _find_bar_ticks(labels), title)
     return sheet

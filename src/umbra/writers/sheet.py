@@ -8,6 +8,7 @@ matplotlibrc could turn, and no pixel of the map resampled once more.
 
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,7 @@ __all__ = ["INK", "QUIET", "Sheet", "make_sheet", "measure"]
 
 INK, QUIET, RULE = "#1c1c22", "#5a5a64", "#8c8c96"
 MARGIN = 0.28
-KEY_WIDTH = 1.45
+KEY_WIDTH = 1.32
 NARROWEST = 4.4  # the words need this much [inch]
 TITLE, SUBTITLE, SMALL = 13.0, 9.5, 7.5  # sizes of type [point]
 LINE = 1.42 / 72  # from one line of type to the next [inch per point]
@@ -46,22 +47,31 @@ def measure(text: str, size: float, weight: str = "normal") -> float:
 
 
 def _wrap(text: str, size: float, width: float, weight: str = "normal") -> list[str]:
-    """Break a text into lines no wider than ``width`` [inch], inside a word if need be."""
+    """Break a text into lines no wider than ``width`` [inch]: between its parts if it can be."""
     lines: list[str] = []
-    for whole in text.split(" "):
-        word = whole
-        longer = f"{lines[-1]} {word}" if lines else word
+    for line in _join(text.split(" · "), " · ", size, width, weight):
+        lines += _join(line.split(" "), " ", size, width, weight)
+    return [line for line in lines if line]
+
+
+def _join(pieces: list[str], joint: str, size: float, width: float, weight: str) -> Iterator[str]:
+    """Join pieces into lines as long as they fit; cut a single word that is too long."""
+    line = ""
+    for piece in pieces:
+        longer = line + joint + piece if line else piece
         if measure(longer, size, weight) <= width:
-            lines[-1:] = [longer]
+            line = longer
             continue
-        while measure(word, size, weight) > width:
-            end = next(
-                n for n in range(len(word), 0, -1) if measure(word[:n], size) <= width or n == 1
-            )
-            lines.append(word[:end])
-            word = word[end:]
-        lines.append(word)
-    return [line.strip(" ·") for line in lines if line.strip(" ·")]
+        if line:
+            yield line
+        line = piece
+        while joint == " " and measure(line, size, weight) > width:
+            end = len(line) - 1
+            while end > 1 and measure(line[:end], size, weight) > width:
+                end -= 1
+            yield line[:end]
+            line = line[end:]
+    yield line
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +114,7 @@ class Sheet:
         written.set_parse_math(False)  # a dollar in a file's name is a dollar
         written.set_transform(self.figure.dpi_scale_trans)
         if halo is not None:
-            written.set_path_effects([withStroke(linewidth=1.8, foreground=halo)])
+            written.set_path_effects([withStroke(linewidth=2.2, foreground=halo)])
         self.figure.add_artist(written)
         return written
 
@@ -175,7 +185,7 @@ def make_sheet(plan: Plan, key_height: float) -> Sheet:
     y = MARGIN + len(note) * SMALL * LINE + (0.12 if note else 0)
     strip = y
     y += (key_height + 0.2) if is_wide else 0
-    bottom = y + 0.46
+    bottom = y + 0.42
     top = bottom + h
     height = (
         top + 0.16 + len(subtitle) * SUBTITLE * LINE + len(title) * TITLE * LINE + MARGIN - 0.05
