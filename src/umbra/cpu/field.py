@@ -67,7 +67,7 @@ class FieldSweep(Sweep):
         return too_deep
 
 
-@njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan", "ninf"})
+@njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
 def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
     """Add each side's multiplicity where it lies above; True if counts could not fit."""
     rows, wide = level.shape
@@ -190,9 +190,7 @@ def _add_steps(level, out):
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _sweep(
-    ends, weight, codes, starts, away, which, heights, floor, level, out, counts, too_deep
-):
+def _sweep(ends, weight, codes, starts, away, which, heights, floor, level, out, counts, too_deep):
     """Count ``which`` suns as the plane's sweep does, one thread for each ``level``."""
     threads = level.shape[0]
     keep = counts.shape[0] == away.shape[0]

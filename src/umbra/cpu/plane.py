@@ -38,7 +38,9 @@ class PlaneSweep(Sweep):
     """
 
     def __init__(self, caster: Caster, grid: Grid, height: float, threads: int = 1) -> None:
-        super().__init__(_open_where_negative(clip_above(caster, height), grid, height), grid, threads)
+        super().__init__(
+            _open_where_negative(clip_above(caster, height), grid, height), grid, threads
+        )
         self.ends = _place(self.caster, grid, height)
 
     def _run(

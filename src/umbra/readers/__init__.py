@@ -1,6 +1,9 @@
 """Files to scenes: CityJSON, glTF, OBJ, PLY, STL and OFF."""
 
+import gc
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 
@@ -55,7 +58,7 @@ def read(*paths: str | os.PathLike[str], up: str | None = None) -> Scene:
         msg = f"the up axis must be x, y or z; got {up!r}"
         raise InputError(msg, up=up)
     # Damaged numbers may overflow on the way to the check that names them.
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"), _pause_collection():
         models: list[Model] = []
         sources: list[Source] = []
         for path in map(Path, paths):
@@ -73,6 +76,18 @@ def read(*paths: str | os.PathLike[str], up: str | None = None) -> Scene:
         parts = tuple(part for model in models for part in model.parts)
         notes = tuple(note for model in models for note in model.notes)
         return _assemble(parts, next(iter(named), None), tuple(sources), notes, paths)
+
+
+@contextmanager
+def _pause_collection() -> Iterator[None]:
+    """Stop looking for cycles: parsers make millions of lists and no cycle."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
 
 
 def _assemble(

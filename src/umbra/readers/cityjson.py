@@ -89,7 +89,7 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
     parts = [Part(name, kind, mesh) for (name, kind), mesh in meshes.items()]
     metadata = head.get("metadata")
     crs = metadata.get("referenceSystem") if isinstance(metadata, dict) else None
-    notes = tuple(f"{n} {what}" for what, n in counts.items() if n)
+    notes = tuple(f"{what}: {n}" for what, n in counts.items() if n)
     form = "CityJSONSeq" if len(documents) > 1 else "CityJSON"
     return Model(
         f"{form} {version}".strip(), turn_up((*parts, *instances), up), name_crs(crs), notes

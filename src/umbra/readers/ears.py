@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 import mapbox_earcut
 import numpy as np
@@ -12,6 +12,9 @@ __all__ = ["clip_ears"]
 
 # The two axes left when one is dropped, so that they keep the third's sense.
 PLANES = ((1, 2), (2, 0), (0, 1))
+
+Point = tuple[float, float]
+Corners = tuple[int, int, int]
 
 TOO_FAR = 1e15  # [m]; squares beyond it overflow into infinities soon
 
@@ -45,57 +48,66 @@ def clip_ears(
     if not np.abs(points).max() < TOO_FAR:  # also true of NaN, which ear clipping cannot stand
         fan = [(0, i, i + 1) for i in range(1, lengths[0] - 1)]
         return np.array(fan, np.int64).reshape(-1, 3), False
-    points = points - points[0]
-    outer = points[: lengths[0]]
-    normal = np.cross(outer, np.roll(outer, -1, axis=0)).sum(0)
-    axis = int(np.abs(normal).argmax())
+    # From here on in lists: most polygons have some ten corners, where arrays are slow.
+    near = (points - points[0]).tolist()
+    normal = _find_normal(near[: lengths[0]])
+    axis = max(range(3), key=lambda k: abs(normal[k]))
     # Dropping an axis keeps coordinates bit for bit; a rotation would not.
-    flat = np.ascontiguousarray(points[:, PLANES[axis]])
-    if normal[axis] < 0:
-        flat = np.ascontiguousarray(flat[:, ::-1])
+    u, v = PLANES[axis] if normal[axis] >= 0 else PLANES[axis][::-1]
+    flat = [(point[u], point[v]) for point in near]
 
-    ends = np.cumsum(lengths)
-    ears = mapbox_earcut.triangulate_float64(flat, ends.astype(np.uint32)).astype(np.int64)
-    ears = ears.reshape(-1, 3)
-    areas = _signed_areas(flat, ears)
-    if areas.sum() < 0:
-        ears, areas = ears[:, ::-1], -areas
+    ends = list(accumulate(lengths))
+    ears = mapbox_earcut.triangulate_float64(
+        np.array(flat, np.float64), np.array(ends, np.uint32)
+    ).tolist()
+    triangles = list(zip(ears[::3], ears[1::3], ears[2::3], strict=True))
+    if sum(_find_area(flat, triangle) for triangle in triangles) < 0:
+        triangles = [(c, b, a) for a, b, c in triangles]
 
     # Corners in one place count as one: a hole may touch its outside there.
     places: dict[tuple[float, ...], int] = {}
-    place = [places.setdefault(tuple(point), i) for i, point in enumerate(points.tolist())]
-    rings = [np.array(place[end - n : end]) for n, end in zip(lengths, ends)]
-    loops = [rings[0].tolist()]
-    for ring in rings[1:]:
-        # A hole wound like its outside is a hole all the same.
-        same = _ring_area(flat[ring]) > 0
-        loops.append(ring[::-1].tolist() if same else ring.tolist())
+    place = [places.setdefault(tuple(point), i) for i, point in enumerate(near)]
+    if len(places) < len(place):
+        triangles = [(place[a], place[b], place[c]) for a, b, c in triangles]
+        triangles = [t for t in triangles if len(set(t)) == 3]
+    loops = [place[end - n : end] for n, end in zip(lengths, ends, strict=True)]
+    # A hole wound like its outside is a hole all the same.
+    loops[1:] = [hole[::-1] if _find_area(flat, hole) > 0 else hole for hole in loops[1:]]
 
-    triangles = [tuple(place[i] for i in ear) for ear in ears.tolist()]
-    triangles = [t for t in triangles if len(set(t)) == 3]
     missing = _missing_edges(loops, triangles)
     if missing:
         triangles = _split_at_corners(triangles, missing, flat)
         triangles += _slivers(missing)
-    result = np.array(triangles, np.int64).reshape(-1, 3)
-    areas = _signed_areas(flat, result)
-    crossed = bool(np.abs(areas).sum() > abs(areas.sum()) * (1 + 1e-6) + 1e-12)
-    return result, crossed
+    areas = [_find_area(flat, triangle) for triangle in triangles]
+    crossed = sum(map(abs, areas)) > abs(sum(areas)) * (1 + 1e-6) + 1e-12
+    return np.array(triangles, np.int64).reshape(-1, 3), crossed
 
 
-def _signed_areas(flat: NDArray[np.float64], triangles: NDArray[np.int64]) -> NDArray[np.float64]:
-    a, b, c = flat[triangles[:, 0]], flat[triangles[:, 1]], flat[triangles[:, 2]]
-    return ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+def _find_normal(ring: list[list[float]]) -> tuple[float, float, float]:
+    """Give Newell's normal, twice the ring's area long."""
+    x = y = z = 0.0
+    x0, y0, z0 = ring[-1]
+    for x1, y1, z1 in ring:
+        x += y0 * z1 - z0 * y1
+        y += z0 * x1 - x0 * z1
+        z += x0 * y1 - y0 * x1
+        x0, y0, z0 = x1, y1, z1
+    return x, y, z
 
 
-def _ring_area(ring: NDArray[np.float64]) -> float:
-    after = np.roll(ring, -1, axis=0)
-    return float((ring[:, 0] * after[:, 1] - ring[:, 1] * after[:, 0]).sum() / 2)
+def _find_area(flat: list[Point], ring: Sequence[int]) -> float:
+    """Give the signed area of a ring of corners [m²]."""
+    x0, y0 = flat[ring[0]]
+    area = 0.0
+    xa, ya = 0.0, 0.0
+    for corner in ring[1:]:
+        xb, yb = flat[corner][0] - x0, flat[corner][1] - y0
+        area += xa * yb - ya * xb
+        xa, ya = xb, yb
+    return area / 2
 
 
-def _missing_edges(
-    loops: list[list[int]], triangles: list[tuple[int, ...]]
-) -> dict[int, list[int]]:
+def _missing_edges(loops: list[list[int]], triangles: list[Corners]) -> dict[int, list[int]]:
     """
     Find the directed edges to add so that the triangles' boundary is the loops.
 
@@ -108,10 +120,16 @@ def _missing_edges(
     sums: dict[tuple[int, int], int] = defaultdict(int)
     for loop in loops:
         for a, b in pairwise([*loop, loop[0]]):
-            sums[min(a, b), max(a, b)] += 1 if a < b else -1
+            if a < b:
+                sums[a, b] += 1
+            else:
+                sums[b, a] -= 1
     for triangle in triangles:
-        for a, b in pairwise([*triangle, triangle[0]]):
-            sums[min(a, b), max(a, b)] -= 1 if a < b else -1
+        for a, b in pairwise((*triangle, triangle[0])):
+            if a < b:
+                sums[a, b] -= 1
+            else:
+                sums[b, a] += 1
     missing: dict[int, list[int]] = {}
     for (a, b), count in sums.items():
         start, end = (a, b) if count > 0 else (b, a)
@@ -121,10 +139,10 @@ def _missing_edges(
 
 
 def _split_at_corners(
-    triangles: list[tuple[int, ...]], missing: dict[int, list[int]], flat: NDArray[np.float64]
-) -> list[tuple[int, ...]]:
+    triangles: list[Corners], missing: dict[int, list[int]], flat: list[Point]
+) -> list[Corners]:
     """Split each triangle that spans dropped corners; take what is mended from ``missing``."""
-    mended: list[tuple[int, ...]] = []
+    mended: list[Corners] = []
     pending = list(triangles)
     while pending:
         triangle = pending.pop()
@@ -147,20 +165,20 @@ def _split_at_corners(
     return mended
 
 
-def _walk(
-    missing: dict[int, list[int]], a: int, c: int, flat: NDArray[np.float64]
-) -> list[int] | None:
+def _walk(missing: dict[int, list[int]], a: int, c: int, flat: list[Point]) -> list[int] | None:
     """Follow missing edges from a to c, always onward along a straight line."""
-    along = flat[c] - flat[a]
+    (xa, ya), (xc, yc) = flat[a], flat[c]
+    dx, dy = xc - xa, yc - ya
+    length = dx * dx + dy * dy
     chain, reached = [a], 0.0
     while chain[-1] != c:
-        here = flat[chain[-1]]
-        ahead = [
-            (float((flat[b] - flat[a]) @ along), b)
-            for b in missing.get(chain[-1], ())
-            if _is_on_line(flat[b] - here, along) and b not in chain
-        ]
-        ahead = [(t, b) for t, b in ahead if reached < t and (b == c or t < along @ along)]
+        ahead = []
+        for b in missing.get(chain[-1], ()):
+            x, y = flat[b][0] - xa, flat[b][1] - ya
+            along = x * dx + y * dy
+            straight = abs(x * dy - y * dx) <= 1e-9 * length
+            if b == c or (straight and reached < along < length):
+                ahead.append((along, b))
         if not ahead:
             return None
         reached, step = min(ahead)
@@ -168,14 +186,9 @@ def _walk(
     return chain if len(chain) > 2 else None
 
 
-def _is_on_line(step: NDArray[np.float64], along: NDArray[np.float64]) -> bool:
-    cross = step[0] * along[1] - step[1] * along[0]
-    return bool(abs(cross) <= 1e-9 * float(along @ along))
-
-
-def _slivers(missing: dict[int, list[int]]) -> list[tuple[int, ...]]:
+def _slivers(missing: dict[int, list[int]]) -> list[Corners]:
     """Close what is still missing, loop by loop, with fans that hardly have area."""
-    slivers: list[tuple[int, ...]] = []
+    slivers: list[Corners] = []
     while missing:
         path = [next(iter(missing))]
         seen = {path[0]: 0}

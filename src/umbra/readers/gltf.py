@@ -92,7 +92,7 @@ def read_gltf_tree(
             counts[what] = counts.get(what, 0) + 1
         name = str(node.get("name") or _item(tree, "meshes", mesh).get("name") or f"node {index}")
         parts += [Part(name, kind, piece, transform, color) for kind, color, piece in meshes[mesh]]
-    notes = tuple(f"{count} {what}" for what, count in counts.items())
+    notes = tuple(f"{what}: {count}" for what, count in counts.items())
     form = "GLB" if binary is not None else "glTF"
     return Model(f"{form} {version}", tuple(parts), notes=notes, companions=buffers.sources)
 

@@ -71,14 +71,16 @@ def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
     ends = np.cumsum(np.bincount(part, minlength=len(keys))).tolist()
     colors, notes = read_materials(statements.libraries, path)
     parts = [
-        Part(name, kind, Mesh(vertices, faces[start:end]), None, colors.get(kind, GREY))
+        Part(
+            name or path.stem, kind, Mesh(vertices, faces[start:end]), None, colors.get(kind, GREY)
+        )
         for (name, kind), start, end in zip(keys, [0, *ends], ends)
         if end > start
     ]
     if degenerate:
-        notes += (f"{degenerate} polygons with fewer than three distinct corners left out",)
+        notes += (f"polygons with fewer than three distinct corners left out: {degenerate}",)
     if crossed:
-        notes += (f"{crossed} polygons whose rings cross themselves: their triangles overlap",)
+        notes += (f"polygons whose rings cross themselves, so that triangles overlap: {crossed}",)
     return Model("OBJ", turn_up(tuple(parts), up), notes=notes)
 
 

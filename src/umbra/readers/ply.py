@@ -108,23 +108,8 @@ def _parse_header(data: bytes) -> tuple[str, list[_Element], int]:
     order: str | None = None
     elements: list[_Element] = []
     for number, line in enumerate(data[:end].decode("ascii", "replace").splitlines(), 1):
-        words = line.split()
         try:
-            match words:
-                case ["format", form, *_]:
-                    order = FORMATS[form]
-                case ["element", name, count]:
-                    elements.append(_Element(name, int(count)))
-                    if elements[-1].count < 0:
-                        raise ValueError
-                case ["property", "list", length_kind, kind, name]:
-                    elements[-1].properties.append(_Property(name, TYPES[kind], TYPES[length_kind]))
-                case ["property", kind, name]:
-                    elements[-1].properties.append(_Property(name, TYPES[kind]))
-                case ["property" | "element", *_]:
-                    raise ValueError
-                case _:
-                    pass
+            order = _parse_header_line(line.split(), elements, order)
         except (IndexError, KeyError, ValueError) as error:
             msg = f"line {number}: {line[:60]!r} is no PLY header line; repair the file"
             raise InputError(msg, line=number) from error
@@ -132,6 +117,24 @@ def _parse_header(data: bytes) -> tuple[str, list[_Element], int]:
         msg = "its header names no format; repair the file"
         raise InputError(msg)
     return order, elements, after + 1
+
+
+def _parse_header_line(words: list[str], elements: list[_Element], order: str | None) -> str | None:
+    match words:
+        case ["format", form, *_]:
+            return FORMATS[form]
+        case ["element", name, count] if count.isdecimal():
+            elements.append(_Element(name, int(count)))
+        case ["property", "list", length_kind, kind, name]:
+            elements[-1].properties.append(_Property(name, TYPES[kind], TYPES[length_kind]))
+        case ["property", kind, name]:
+            elements[-1].properties.append(_Property(name, TYPES[kind]))
+        case ["property" | "element", *_]:
+            msg = "too many or too few words"
+            raise ValueError(msg)
+        case _:
+            pass
+    return order
 
 
 class _Text:

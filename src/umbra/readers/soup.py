@@ -60,10 +60,12 @@ def make_model(
         cut = triangulate(vertices, Polygons(corners, lengths, np.ones(len(lengths), np.int64)))
         faces = cut.faces
         if cut.degenerate:
-            notes += (f"{cut.degenerate} polygons with fewer than three distinct corners left out",)
+            notes += (
+                f"polygons with fewer than three distinct corners left out: {cut.degenerate}",
+            )
         if cut.crossed:
             notes += (
-                f"{cut.crossed} polygons whose rings cross themselves: their triangles overlap",
+                f"polygons whose rings cross themselves, so that triangles overlap: {cut.crossed}",
             )
     part = Part(path.stem, "", Mesh(vertices, faces))
     return Model(form, turn_up((part,), up), notes=notes)

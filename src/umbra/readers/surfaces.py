@@ -120,7 +120,7 @@ class Surfaces:
         )
         for what, number in (
             ("polygons with fewer than three distinct corners left out", result.degenerate),
-            ("polygons whose rings cross themselves: their triangles overlap", result.crossed),
+            ("polygons whose rings cross themselves, so that triangles overlap", result.crossed),
         ):
             counts[what] = counts.get(what, 0) + number
         part = np.array(self._part, np.int64)[result.polygon]

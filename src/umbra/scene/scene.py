@@ -114,6 +114,13 @@ class Scene:
             np.repeat(np.array(owners, np.int32), lengths),
         )
 
+    def groups(self) -> NDArray[np.int32]:
+        """Number the things that parts belong to by their names, (n_parts,) int32."""
+        numbers: dict[str, int] = {}
+        return np.array(
+            [numbers.setdefault(part.name, len(numbers)) for part in self.parts], np.int32
+        )
+
     def bounds(self) -> NDArray[np.float64]:
         """
         Give the smallest box around the triangles.

@@ -275,9 +275,7 @@ def _pair(
     )
 
 
-def _make_planes(
-    vertices: NDArray[np.float64], faces: NDArray[np.int32]
-) -> NDArray[np.float64]:
+def _make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     planes = np.full((4, len(faces) + 1), np.nan)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
@@ -286,9 +284,7 @@ def _make_planes(
     return planes
 
 
-def _sort_along_curve(
-    vertices: NDArray[np.float64], faces: NDArray[np.int32]
-) -> NDArray[np.intp]:
+def _sort_along_curve(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.intp]:
     """Order faces along a Morton curve, so that neighbours lie near in memory."""
     if len(faces) < 2:
         return np.arange(len(faces))

@@ -47,9 +47,7 @@ def clip_above(caster: Caster, height: float) -> Caster:
     a, b = (cuts >> 32).astype(np.int64), (cuts & 0xFFFFFFFF).astype(np.int64)
     low, high = np.where(above[a], b, a), np.where(above[a], a, b)
     along = (height - z[low]) / (z[high] - z[low])
-    points = caster.vertices[low] + along[:, None] * (
-        caster.vertices[high] - caster.vertices[low]
-    )
+    points = caster.vertices[low] + along[:, None] * (caster.vertices[high] - caster.vertices[low])
     points[:, 2] = height
     n = len(caster.vertices)
 

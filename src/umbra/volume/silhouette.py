@@ -66,9 +66,7 @@ def find_silhouettes(
         batch = np.ascontiguousarray(lights[done : done + LIGHTS_AT_ONCE])
         find_lit(caster.planes, batch, lit, edge_on)
         counts = np.zeros((len(batch), _CHUNKS), np.int64)
-        _list_edges(
-            caster.edge_faces, caster.turn, lit, counts, np.zeros(0, np.int32), len(batch)
-        )
+        _list_edges(caster.edge_faces, caster.turn, lit, counts, np.zeros(0, np.int32), len(batch))
         totals = np.cumsum(counts.sum(1))
         n = max(1, int(np.searchsorted(totals, _CODES_AT_ONCE, "right")))
         n = min(n, len(batch))
@@ -107,7 +105,9 @@ def find_silhouette_edges(
     (_, found), *_ = find_silhouettes(caster, np.asarray(light, np.float64)[None])
     codes = found.codes[found.starts[0] : found.starts[1]]
     which = codes >> 2
-    signed = np.where(codes & 1, 1, -1) * (caster.weight[which].astype(np.int64) >> (codes >> 1 & 1))
+    signed = np.where(codes & 1, 1, -1) * (
+        caster.weight[which].astype(np.int64) >> (codes >> 1 & 1)
+    )
     pairs, place = np.unique(caster.edges[which], axis=0, return_inverse=True)
     sums = np.zeros(len(pairs), np.int64)
     np.add.at(sums, place.ravel(), signed)
@@ -169,7 +169,9 @@ def _list_edges(edge_faces, turn, lit, places, codes, n_lights):
             while found:
                 k = _lowest_bit(found)
                 if listing:
-                    codes[cursor[k]] = (edge << 2) | np.int64((first >> np.uint64(k)) & np.uint64(1))
+                    codes[cursor[k]] = (edge << 2) | np.int64(
+                        (first >> np.uint64(k)) & np.uint64(1)
+                    )
                 cursor[k] += 1
                 found &= found - np.uint64(1)
         if not listing:
@@ -204,7 +206,9 @@ def _drop_edge_on(
             mine = mine[~(edge_on[a] | edge_on[b])[mine >> 2]]
             # The face that still adds: a as it stands; b along the edge against a if
             # the pair is consistently wound, along it with a if not.
-            lit = np.where(edge_on[b[one]], side[a[one]] > 0, (side[b[one]] > 0) == caster.turn[one])
+            lit = np.where(
+                edge_on[b[one]], side[a[one]] > 0, (side[b[one]] > 0) == caster.turn[one]
+            )
             mine = np.concatenate([mine, (one << 2 | 2 | lit).astype(np.int32)])
         lists.append(mine)
     ends = np.cumsum([len(mine) for mine in lists])

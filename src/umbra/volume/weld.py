@@ -22,11 +22,7 @@ def _first_at_place(bits, table, first):
                 table[slot] = i
                 first[i] = i
                 break
-            if (
-                bits[j, 0] == bits[i, 0]
-                and bits[j, 1] == bits[i, 1]
-                and bits[j, 2] == bits[i, 2]
-            ):
+            if bits[j, 0] == bits[i, 0] and bits[j, 1] == bits[i, 1] and bits[j, 2] == bits[i, 2]:
                 first[i] = j
                 break
             slot = (slot + np.uint64(1)) & mask

@@ -16,6 +16,7 @@ def draw_color_bar(
     colors: NDArray,
     ticks: list[tuple[float, str]],
     title: list[str],
+    remark: str = "",
 ) -> None:
     """
     Draw a colour bar in the sheet's key box.
@@ -29,18 +30,23 @@ def draw_color_bar(
         Position 0 at the low end and 1 at the high.
     title : list of str
         Lines above the bar: what it shows and the unit.
+    remark : str
+        A line below it.
     """
     x, y, w, h = sheet.key_box
     if sheet.is_wide:
-        sheet.write(x, y + h - 0.1, " ".join(title), 8.0)
+        heading = " ".join(title) + (f", {remark}" if remark else "")
+        sheet.write(x, y + h - 0.1, heading, 8.0)
         length, thick = w, 0.15
         y += h - 0.17 - thick
     else:
         top = y + h
         for n, line in enumerate(title):
             sheet.write(x, top - 0.12 - 0.155 * n, line, 8.0)
-        length = min(h - 0.155 * len(title) - 0.15, 3.6)
+        length = min(h - 0.155 * len(title) - (0.4 if remark else 0.15), 3.6)
         y, thick = top - 0.155 * len(title) - 0.1 - length, THICK
+        if remark:
+            sheet.write(x, y - 0.24, remark, SMALL - 0.5, color=QUIET)
     pixels = round(length * DOTS_PER_INCH)
     length, width = pixels / DOTS_PER_INCH, round(thick * DOTS_PER_INCH)
     x, y, thick = (round(v * DOTS_PER_INCH) / DOTS_PER_INCH for v in (x, y, thick))

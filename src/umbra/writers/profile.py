@@ -17,6 +17,7 @@ from umbra.writers.sheet import Sheet, make_sheet
 __all__ = ["compose_profile", "draw_profile", "make_profile_sheet"]
 
 MOST_SWATCHES = 12
+OVERLAPS = "darker where they overlap"
 OUTLINE = "#55555e"
 # Optical density adds up where shadows overlap; past this it is bent, so that the
 # deepest overlap of a long day stays dark blue or brown and never turns solid black.
@@ -135,11 +136,9 @@ def make_profile_sheet(
     tints = _find_tints(n)
     title = ["shadows at", f"local time ({zone})" if zone else "local time"]
     if n <= MOST_SWATCHES:
-        draw_swatches(
-            sheet, tints, list(labels), title, "darker where they overlap" if n > 1 else ""
-        )
+        draw_swatches(sheet, tints, list(labels), title, OVERLAPS if n > 1 else "")
     else:
-        draw_color_bar(sheet, tints, _find_bar_ticks(labels), title)
+        draw_color_bar(sheet, tints, _find_bar_ticks(labels), title, OVERLAPS)
     return sheet
 
 

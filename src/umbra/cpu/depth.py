@@ -1,0 +1,221 @@
+"""
+What each pixel sees: a depth buffer of our own, in float64.
+
+Triangles are rasterised in homogeneous coordinates, so nothing is clipped: a pixel
+(x, y) is inside where the three edge functions of (x, y, 1) are not negative, also
+when corners lie behind the eye. An edge's line is computed alike from both of its
+faces (a cross product changes only its sign), and bounds are rounded up on both
+sides: every pixel centre belongs to exactly one of two faces that share an edge.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+__all__ = ["GROUND", "NOTHING", "View", "add_ground", "see"]
+
+NOTHING = -1
+GROUND = -2
+STRIPE = 16
+"""Rows that one thread takes at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """
+    The visible surface.
+
+    Parameters
+    ----------
+    key : (rows, cols) float64
+        Depth key as in ``Camera.matrix``; the far limit where nothing is seen.
+    face : (rows, cols) int32
+        Index of the visible face, ``NOTHING`` or ``GROUND``.
+    """
+
+    key: NDArray[np.float64]
+    face: NDArray[np.int32]
+
+
+def see(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    matrix: NDArray[np.float64],
+    size: tuple[int, int],
+    key_range: tuple[float, float] = (-np.inf, np.inf),
+    threads: int = 1,
+) -> View:
+    """
+    Find the nearest face at each pixel centre; the first of equally near ones.
+
+    Parameters
+    ----------
+    vertices : (n_vertices, 3) float64
+    faces : (n_faces, 3) int32
+    matrix : (4, 4) float64
+        To (X, Y, W, K), as in ``Camera.matrix``.
+    size : (int, int)
+        Columns and rows.
+    key_range : (float, float)
+        Keys of the far and near limits; what lies outside is not seen.
+    threads : int
+
+    Returns
+    -------
+    view : View
+    """
+    cols, rows = size
+    view = View(np.full((rows, cols), key_range[0]), np.full((rows, cols), NOTHING, np.int32))
+    points = vertices @ matrix[:, :3].T + matrix[:, 3]
+    numba.set_num_threads(threads)
+    _see(points, faces, view.key, view.face, key_range[1], threads)
+    return view
+
+
+def add_ground(
+    view: View,
+    matrix: NDArray[np.float64],
+    height: float,
+    key_range: tuple[float, float] = (-np.inf, np.inf),
+) -> None:
+    """
+    Let the plane z = height hide what lies behind it, in place.
+
+    Parameters
+    ----------
+    view : View
+    matrix : (4, 4) float64
+    height : float
+        In the frame that ``matrix`` maps [m].
+    key_range : (float, float)
+    """
+    # The plane's key is affine in the picture: fix it at two of the plane's points
+    # at infinity and one at hand.
+    points = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, height, 1]], np.float64) @ matrix.T
+    if abs(np.linalg.det(points[:, :3])) < 1e-300:
+        return  # the eye lies in the plane
+    slope = np.linalg.solve(points[:, :3], points[:, 3])
+    rows, cols = view.key.shape
+    key = slope[0] * np.arange(cols) + (slope[1] * np.arange(rows) + slope[2])[:, None]
+    nearer = (key > view.key) & (key <= key_range[1])
+    view.key[nearer] = key[nearer]
+    view.face[nearer] = GROUND
+
+
+@njit(cache=True, nogil=True)
+def bound(a, b, c, sign, left, right, rows):
+    """
+    Turn the half plane sign * (a x + b y + c) >= 0 into a bound on a pixel row.
+
+    Writes x >= p + q y into ``left``, or x < p + q y into ``right`` (each (p, q)),
+    or narrows ``rows`` (first, end) if the line is horizontal.
+    """
+    if a * sign > 0.0:
+        left[0] = -c / a
+        left[1] = -b / a
+    elif a * sign < 0.0:
+        right[0] = -c / a
+        right[1] = -b / a
+    elif b != 0.0:
+        y = np.ceil(-c / b)
+        if b * sign > 0.0:
+            rows[0] = max(rows[0], y)
+        else:
+            rows[1] = min(rows[1], y)
+    elif c * sign < 0.0:
+        rows[1] = rows[0]
+
+
+@njit(cache=True, nogil=True)
+def _cross(p, q, out):
+    out[0] = p[1] * q[2] - p[2] * q[1]
+    out[1] = p[2] * q[0] - p[0] * q[2]
+    out[2] = p[0] * q[1] - p[1] * q[0]
+
+
+@njit(cache=True, nogil=True)
+def _key_plane(p, det, out):
+    """Find the functional of (X, Y, W) that gives K on a triangle's plane."""
+    u = p[1] - p[0]
+    v = p[2] - p[0]
+    n = np.empty(3)
+    a = np.empty(3)
+    b = np.empty(3)
+    _cross(u, v, n)
+    _cross(v, p[0], a)
+    _cross(p[0], u, b)
+    for k in range(3):
+        out[k] = (p[0, 3] * n[k] + u[3] * a[k] + v[3] * b[k]) / det
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _see(points, faces, key, face, near, threads):
+    n_rows, n_cols = key.shape
+    for t in prange(threads):
+        p = np.empty((3, 4))
+        line = np.empty((3, 3))
+        left = np.empty((3, 2))
+        right = np.empty((3, 2))
+        slope = np.empty(3)
+        span = np.empty(2)
+        for f in range(faces.shape[0]):
+            low = np.inf
+            high = -np.inf
+            behind = 0
+            for k in range(3):
+                for j in range(4):
+                    p[k, j] = points[faces[f, k], j]
+                if p[k, 2] > 0.0:
+                    y = p[k, 1] / p[k, 2]
+                    low = min(low, y)
+                    high = max(high, y)
+                else:
+                    behind += 1
+            if behind == 3:
+                continue
+            if behind > 0:
+                low = 0.0
+                high = np.float64(n_rows)
+            span[0] = np.ceil(min(max(low, 0.0), np.float64(n_rows)))
+            span[1] = min(
+                np.floor(min(max(high, -1.0), np.float64(n_rows))) + 1.0, np.float64(n_rows)
+            )
+            if span[0] >= span[1]:
+                continue
+            for k in range(3):
+                _cross(p[(k + 1) % 3], p[(k + 2) % 3], line[k])
+            det = p[0, 0] * line[0, 0] + p[0, 1] * line[0, 1] + p[0, 2] * line[0, 2]
+            if det == 0.0:
+                continue
+            sign = 1.0 if det > 0.0 else -1.0
+            for k in range(3):
+                left[k, 0] = -1e9
+                left[k, 1] = 0.0
+                right[k, 0] = 1e9
+                right[k, 1] = 0.0
+                bound(line[k, 0], line[k, 1], line[k, 2], sign, left[k], right[k], span)
+            _key_plane(p, det, slope)
+            for r in range(np.int64(span[0]), np.int64(span[1])):
+                if (r // STRIPE) % threads != t:
+                    continue
+                y = np.float64(r)
+                x0 = max(
+                    max(left[0, 0] + left[0, 1] * y, left[1, 0] + left[1, 1] * y),
+                    left[2, 0] + left[2, 1] * y,
+                )
+                x1 = min(
+                    min(right[0, 0] + right[0, 1] * y, right[1, 0] + right[1, 1] * y),
+                    right[2, 0] + right[2, 1] * y,
+                )
+                at = slope[1] * y + slope[2]
+                for c in range(
+                    np.int64(np.ceil(min(max(x0, 0.0), np.float64(n_cols)))),
+                    np.int64(np.ceil(min(max(x1, 0.0), np.float64(n_cols)))),
+                ):
+                    value = at + slope[0] * c
+                    if value > key[r, c] and value <= near:
+                        key[r, c] = value
+                        face[r, c] = f

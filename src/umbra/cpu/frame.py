@@ -1,0 +1,302 @@
+"""
+A frame: what a camera sees, and how deep in shadow each visible point lies.
+
+``auto`` is z-pass started at the eye's own count: right wherever z-fail is, with
+no caps and far less fill. ``z-fail`` counts by its definition, caps and all, behind
+the surface. ``z-pass`` is Heidmann's, which takes the eye to be lit.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.anchor import FaceBlocks, find_anchor
+from umbra.cpu.depth import GROUND, NOTHING, View, add_ground, see
+from umbra.cpu.polygons import count_polygons
+from umbra.cpu.sides import LANES, add_sides, find_nearest_tiles
+from umbra.errors import InputError
+from umbra.scene import Camera, Light, Scene
+from umbra.volume.adjacency import Caster, make_caster
+from umbra.volume.polygons import Polygons, make_dark_cap, make_light_cap, make_sides
+from umbra.volume.silhouette import find_silhouettes
+
+__all__ = ["METHODS", "Frame", "FrameCounter", "count_shadows"]
+
+METHODS = ("auto", "z-pass", "z-fail")
+_NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before it
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """
+    The visible surface of a scene.
+
+    Parameters
+    ----------
+    position : (rows, cols, 3) float64
+        In the model's own coordinates [m]; NaN where nothing is seen.
+    normal : (rows, cols, 3) float64
+        Unit normal of the side that is seen; NaN where nothing is.
+    part : (rows, cols) int32
+        Index in ``Scene.parts``; ``NOTHING`` or ``GROUND``.
+    """
+
+    position: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    part: NDArray[np.int32]
+
+
+@dataclass(eq=False)
+class FrameCounter:
+    """
+    Count shadows in frames of one scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    casters : sequence of int, optional
+        Indices of the parts that cast; all by default.
+    ground : float, optional
+        z of a plane that receives shadows, in the model's own coordinates [m].
+    threads : int
+    warn : callable
+        Told, in a line, where a forced method is wrong for a view.
+    """
+
+    scene: Scene
+    casters: list[int] | None = None
+    ground: float | None = None
+    threads: int = 1
+    warn: Callable[[str], object] = lambda _: None
+    caster: Caster = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.triangles = self.scene.triangles()
+        chosen = self.scene.triangles(self.casters) if self.casters is not None else self.triangles
+        groups = self.scene.groups()
+        self.caster = make_caster(chosen.vertices, chosen.faces, groups[chosen.part])
+        self.blocks = FaceBlocks.of(self.caster)
+        self.ends = self.caster.ends()
+        low = self.triangles.vertices[self.triangles.faces.ravel(), 2].min()
+        self.floor = min(low, np.inf if self.ground is None else self.ground - self.scene.origin[2])
+
+    def see(self, camera: Camera) -> tuple[View, Frame]:
+        """Find what a camera sees."""
+        origin = self.scene.origin
+        matrix = camera.matrix(origin)
+        soup = self.triangles
+        limits = camera.key_range()
+        view = see(soup.vertices, soup.faces, matrix, camera.size, limits, self.threads)
+        if self.ground is not None:
+            add_ground(view, matrix, self.ground - origin[2], limits)
+        return view, self._locate(view, camera)
+
+    def count(
+        self, view: View, camera: Camera, light: Light, method: str = "auto"
+    ) -> NDArray[np.int32]:
+        """
+        Count the shadow volumes that hold each visible point.
+
+        Parameters
+        ----------
+        view : View
+            Of this camera, from ``see``.
+        camera : Camera
+        light : Light
+        method : {'auto', 'z-pass', 'z-fail'}
+
+        Returns
+        -------
+        counts : (rows, cols) int32
+            0 where nothing is seen.
+
+        Raises
+        ------
+        InputError
+            If the method is not one of these.
+        """
+        if method not in METHODS:
+            msg = f"the cpu has no method '{method}'; it has {', '.join(METHODS)}"
+            raise InputError(msg, method=method)
+        numba.set_num_threads(self.threads)
+        origin = self.scene.origin
+        place = light.local(origin)
+        apex = camera.apex(origin)
+        matrix = camera.matrix(origin)
+        near = camera.key_range()[1]
+        anchor = find_anchor(self.caster, self.blocks, apex, place)
+        caster = self.caster.opened(anchor.enclosed)
+        start = anchor.count(caster.is_closed)
+        hidden = view.face == NOTHING
+        if method == "z-fail":
+            counts = -self._behind(caster, view, matrix, place, near)
+            if not camera.is_perspective:  # there the dark cap is seen as one point, or not at all
+                far = np.append(-apex[:3], 0.0)
+                end = find_anchor(caster, self.blocks, far, place)
+                counts += end.count(caster.is_closed)
+        else:
+            floor = self.floor if (apex[2] >= self.floor if apex[3] else apex[2] >= 0) else -np.inf
+            counts = self._in_front(caster, view, matrix, place, floor)
+            caps = self._near_caps(caster, camera, place)
+            if method == "z-pass":
+                if start:
+                    self.warn(
+                        f"z-pass is wrong for this view: the eye stands in {start} shadow "
+                        "volumes, which it cannot see; use auto or z-fail"
+                    )
+                elif len(caps.multiplicity):
+                    self.warn(
+                        f"z-pass is wrong for this view: {len(caps.multiplicity)} casting faces "
+                        "may lie before the near plane, which it cannot see; use auto or z-fail"
+                    )
+            else:
+                counts += start
+                if len(caps.multiplicity):
+                    counts += count_polygons(caps, matrix, near, camera.size, nearer=True)
+        counts[hidden] = 0
+        return counts
+
+    def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:
+        """
+        Tell which visible points a light reaches: in no shadow, turned to it, in its cone.
+
+        Parameters
+        ----------
+        frame : Frame
+        counts : (rows, cols) int32
+        light : Light
+
+        Returns
+        -------
+        lit : (rows, cols) bool
+        """
+        way = light.position[:3] - light.position[3] * np.nan_to_num(frame.position)
+        facing = np.einsum("ijk,ijk->ij", np.nan_to_num(frame.normal), way) > 0
+        if light.axis is not None:
+            along = -(way @ light.axis)
+            facing &= along >= np.cos(np.radians(light.half_angle)) * np.linalg.norm(way, axis=-1)
+        return facing & (counts == 0) & (frame.part != NOTHING)
+
+    def _in_front(
+        self, caster: Caster, view: View, matrix: NDArray, light: NDArray, floor: float
+    ) -> NDArray[np.int32]:
+        rows, cols = view.key.shape
+        keys = np.full((rows, cols + LANES), _NOWHERE)
+        np.copyto(keys[:, :cols], view.key, where=view.face != NOTHING)
+        tiles = find_nearest_tiles(keys)
+        ((_, found),) = find_silhouettes(caster, light[None])
+        codes = found.codes[: found.starts[1]]
+        for dtype in (np.int16, np.int32):
+            counts = np.zeros((rows, cols + LANES), dtype)
+            if add_sides(
+                counts, keys, tiles, self.ends, codes, caster.weight, matrix, light, floor,
+                self.threads,
+            ):  # fmt: skip
+                break
+        return counts[:, :cols].astype(np.int32)
+
+    def _behind(
+        self, caster: Caster, view: View, matrix: NDArray, light: NDArray, near: float
+    ) -> NDArray[np.int32]:
+        """Count all faces of the volumes behind the visible surface."""
+        size = view.key.shape[::-1]
+        sums = count_polygons(make_sides(caster, light), matrix, view.key, size, nearer=False)
+        # What casts is drawn, so no cap past the near plane lies before the surface:
+        # caps need no depth test, and their own surface counts as behind.
+        for cap in (make_light_cap(caster, light), make_dark_cap(caster, light)):
+            sums += count_polygons(cap, matrix, near, size, nearer=False)
+        return sums
+
+    def _near_caps(self, caster: Caster, camera: Camera, light: NDArray) -> Polygons:
+        """Give the casting faces that reach before the near plane, where nothing is drawn."""
+        forward = camera.axes()[2]
+        at = (camera.eye - self.scene.origin) @ forward
+        bounds = self.blocks.bounds
+        nearest = np.minimum(bounds[:, :3] * forward, bounds[:, 3:] * forward).sum(1) - at
+        blocks = np.flatnonzero(nearest < camera.near)
+        faces = (blocks[:, None] * 64 + np.arange(64)).ravel()
+        faces = faces[faces < len(caster.faces)]
+        depth = (caster.vertices[caster.faces[faces]] @ forward).min(1) - at
+        faces = faces[depth < camera.near]
+        part = Caster(
+            caster.vertices, caster.faces[faces], caster.source[faces],
+            caster.planes[:, np.append(faces, -1)], caster.component[faces], caster.is_closed,
+            caster.edges[:0], caster.edge_faces[:0], caster.turn[:0], caster.weight[:0],
+        )  # fmt: skip
+        return make_light_cap(part, light)
+
+    def _locate(self, view: View, camera: Camera) -> Frame:
+        rows, cols = view.key.shape
+        right, up, forward = camera.axes()
+        x = np.arange(cols) - (cols - 1) / 2
+        y = (rows - 1) / 2 - np.arange(rows)
+        seen = view.face != NOTHING
+        position = np.full((rows, cols, 3), np.nan)
+        if camera.height is None:
+            pixel = 2 * np.tan(np.radians(camera.fov) / 2) / rows
+            ray = forward + pixel * (x[None, :, None] * right + y[:, None, None] * up)
+            apart = ray[seen] / view.key[seen, None]
+        else:
+            pixel = camera.height / rows
+            across = pixel * (x[None, :, None] * right + y[:, None, None] * up)
+            ray = np.broadcast_to(forward, across.shape)
+            apart = across[seen] - view.key[seen, None] * forward
+        position[seen] = camera.eye + apart
+        soup = self.triangles
+        normal = np.full((rows, cols, 3), np.nan)
+        mesh = view.face >= 0
+        corners = soup.vertices[soup.faces[view.face[mesh]]]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal[mesh] = across / np.linalg.norm(across, axis=1, keepdims=True)
+        normal[view.face == GROUND] = (0.0, 0.0, 1.0)
+        away = np.einsum("ijk,ijk->ij", np.nan_to_num(normal), ray) > 0
+        normal[away] *= -1.0
+        part = view.face.copy()
+        part[mesh] = soup.part[view.face[mesh]]
+        if self.ground is not None:
+            position[view.face == GROUND, 2] = self.ground
+        return Frame(position, normal, part)
+
+
+def count_shadows(
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    *,
+    ground: float | None = None,
+    method: str = "auto",
+    threads: int = 1,
+) -> NDArray[np.int32]:
+    """
+    Count the shadow volumes that hold each visible point.
+
+    In closed meshes this is the number of lit surfaces between the point and the
+    light; a triangle that belongs to no closed mesh counts by itself. A point is in
+    shadow where the count is not 0, or where its surface is turned from the light.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    light : Light
+    ground : float, optional
+        z of a plane that receives shadows [m].
+    method : {'auto', 'z-pass', 'z-fail'}
+    threads : int
+
+    Returns
+    -------
+    counts : (rows, cols) int32
+        Row 0 is the top; 0 where nothing is seen.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown.
+    """
+    counter = FrameCounter(scene, ground=ground, threads=threads)
+    view, _ = counter.see(camera)
+    return counter.count(view, camera, light, method)

@@ -1,0 +1,291 @@
+"""
+Volume sides over any picture: homogeneous quads, filled row by row.
+
+A side is the silhouette edge swept away from the light, to infinity or to the
+lowest receiver. In the picture it is an intersection of half planes, however much
+of it lies behind the eye, and its depth key is affine. Where it is nearer than the
+visible surface it adds its multiplicity: + if it faces the eye, - if not.
+"""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from umbra.cpu.depth import STRIPE, bound
+
+__all__ = ["LANES", "add_sides", "find_nearest_tiles"]
+
+LANES = 32
+TILE = 32
+_COLUMNS = 19  # (p, q) of 4 left and 4 right bounds, then the key's 3 factors
+
+
+def find_nearest_tiles(keys: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Find the farthest surface in each tile of 32 x 32 pixels.
+
+    Parameters
+    ----------
+    keys : (rows, cols + LANES) float64
+        Depth keys; infinite where nothing is to be counted.
+
+    Returns
+    -------
+    tiles : (ceil(rows / 32), ceil(cols / 32)) float64
+        The lowest key: a side nowhere above it adds nothing there.
+    """
+    rows, cols = keys.shape[0], keys.shape[1] - LANES
+    strips = np.minimum.reduceat(keys[:, :cols], np.arange(0, rows, TILE), axis=0)
+    return np.minimum.reduceat(strips, np.arange(0, cols, TILE), axis=1)
+
+
+def add_sides(
+    counts: NDArray,
+    keys: NDArray[np.float64],
+    tiles: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    codes: NDArray[np.int32],
+    weight: NDArray[np.int8],
+    matrix: NDArray[np.float64],
+    light: NDArray[np.float64],
+    floor: float,
+    threads: int,
+) -> bool:
+    """
+    Add the sides in front of the visible surface.
+
+    Parameters
+    ----------
+    counts : (rows, cols + LANES) int16 or int32
+        Added to.
+    keys : (rows, cols + LANES) float64
+    tiles : array
+        Of ``find_nearest_tiles``.
+    ends : (n_edges, 6) float64
+    codes : (n,) int32
+        The silhouette, as in ``Silhouettes``.
+    weight : (n_edges,) int8
+    matrix : (4, 4) float64
+        ``Camera.matrix``.
+    light : (4,) float64
+    floor : float
+        No receiver lies below, nor does the eye; -inf leaves sides infinite.
+    threads : int
+
+    Returns
+    -------
+    fits : bool
+        Whether no count can have exceeded its type; if not, nothing was added.
+    """
+    rows, cols = keys.shape[0], keys.shape[1] - LANES
+    quads = np.zeros((len(codes), _COLUMNS))
+    spans = np.zeros((len(codes), 3), np.int64)
+    chunks = max(1, min(threads * 4, len(codes) // 512))
+    filled = np.zeros(chunks, np.int64)
+    _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads, spans, filled)
+    starts = np.arange(chunks) * ((len(codes) + chunks - 1) // chunks)
+    if _deepest(spans, starts, filled, rows) > np.iinfo(counts.dtype).max:
+        return False
+    _fill(quads, spans, starts, filled, keys, counts, cols, threads)
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _cross(p, q, out):
+    out[0] = p[1] * q[2] - p[2] * q[1]
+    out[1] = p[2] * q[0] - p[0] * q[2]
+    out[2] = p[0] * q[1] - p[1] * q[0]
+
+
+@njit(cache=True, nogil=True)
+def _dot(p, q):
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads, spans, filled):
+    """Turn edges into bounds and key planes, dropping sides that cannot add."""
+    chunks = filled.size
+    length = (codes.size + chunks - 1) // chunks
+    for chunk in prange(chunks):
+        p = np.empty((4, 4))  # the edge's ends, then their ends away from the light
+        away = np.empty((2, 3))
+        line = np.empty((4, 3))
+        sign = np.empty(4)
+        edge = np.empty(4)
+        part = np.empty((3, 3))
+        span = np.empty(2)
+        out = chunk * length
+        for q in range(chunk * length, min(codes.size, chunk * length + length)):
+            code = codes[q]
+            e = code >> 2
+            for t in range(2):
+                for k in range(3):
+                    away[t, k] = ends[e, 3 * t + k] * light[3] - light[k]
+                for r in range(4):
+                    p[t, r] = matrix[r, 3]
+                    p[2 + t, r] = 0.0
+                    for k in range(3):
+                        p[t, r] += matrix[r, k] * ends[e, 3 * t + k]
+                        p[2 + t, r] += matrix[r, k] * away[t, k]
+            _cross(p[0], p[1], line[0])
+            _cross(p[0], p[2], line[1])
+            _cross(p[1], p[3], line[2])
+            det = _dot(line[0], p[2])
+            if det == 0.0:
+                continue  # seen edge-on
+            side = 1.0 if det > 0.0 else -1.0
+            sign[0] = side
+            sign[1] = -side
+            sign[2] = side
+            # The key on the side's plane, from differences: it passes close to receivers.
+            for r in range(4):
+                edge[r] = p[1, r] - p[0, r]
+            _cross(edge, p[2], part[0])
+            _cross(p[2], p[0], part[1])
+            _cross(p[0], edge, part[2])
+            key_away = p[2, 3]
+            n_lines = 3
+            az = ends[e, 2]
+            bz = ends[e, 5]
+            if away[0, 2] < 0.0 and away[1, 2] < 0.0:
+                if az <= floor and bz <= floor:
+                    continue
+                if floor > -np.inf:
+                    for t in range(2):
+                        far = max(0.0, (ends[e, 3 * t + 2] - floor) / -away[t, 2])
+                        for r in range(4):
+                            p[2 + t, r] = p[t, r] + far * p[2 + t, r]
+                    _cross(p[2], p[3], line[3])
+                    o = _dot(line[3], p[0])
+                    o1 = _dot(line[3], p[1])
+                    if o1 * o1 > o * o:
+                        o = o1
+                    sign[3] = 1.0 if o > 0.0 else -1.0
+                    n_lines = 4
+            # Bounds in the picture, and the nearest key.
+            low_x = low_y = nearest_sure = np.inf
+            high_x = high_y = nearest = -np.inf
+            for t in range(4):
+                i = t if t < 2 else 5 - t
+                j = (t + 1) if t < 1 else (3 if t == 1 else (2 if t == 2 else 0))
+                wi = p[i, 2]
+                wj = p[j, 2]
+                if wi > 0.0:
+                    x = p[i, 0] / wi
+                    y = p[i, 1] / wi
+                    low_x = min(low_x, x)
+                    high_x = max(high_x, x)
+                    low_y = min(low_y, y)
+                    high_y = max(high_y, y)
+                    nearest = max(nearest, p[i, 3] / wi)
+                if (wi > 0.0) != (wj > 0.0):
+                    # It leaves the picture's half space in this direction.
+                    a = wi / (wi - wj) if wi != wj else 0.0
+                    x = p[i, 0] + a * (p[j, 0] - p[i, 0])
+                    y = p[i, 1] + a * (p[j, 1] - p[i, 1])
+                    nearest = np.inf
+                    if x >= 0.0:
+                        high_x = np.inf
+                    if x <= 0.0:
+                        low_x = -np.inf
+                    if y >= 0.0:
+                        high_y = np.inf
+                    if y <= 0.0:
+                        low_y = -np.inf
+            if not (high_y >= 0.0 and low_y <= rows - 1 and high_x >= 0.0 and low_x <= cols - 1):
+                continue
+            span[0] = np.floor(max(low_y, 0.0))
+            span[1] = min(np.ceil(min(high_y, np.float64(rows))) + 1.0, np.float64(rows))
+            # Wholly behind the farthest surface of every tile it touches?
+            tx0 = np.int64(max(low_x - 1.0, 0.0)) // TILE
+            tx1 = np.int64(min(high_x + 1.0, cols - 1.0)) // TILE
+            ty0 = np.int64(span[0]) // TILE
+            ty1 = (np.int64(span[1]) - 1) // TILE
+            hidden = nearest < np.inf
+            limit = nearest + 1e-9 * abs(nearest)
+            ty = ty0
+            while hidden and ty <= ty1:
+                for tx in range(tx0, tx1 + 1):
+                    if tiles[ty, tx] < limit:
+                        hidden = False
+                ty += 1
+            if hidden:
+                continue
+            record = quads[out]
+            for t in range(4):
+                record[2 * t] = -1e9
+                record[2 * t + 1] = 0.0
+                record[8 + 2 * t] = 1e9
+                record[9 + 2 * t] = 0.0
+            for t in range(n_lines):
+                bound(
+                    line[t, 0], line[t, 1], line[t, 2], sign[t],
+                    record[2 * t : 2 * t + 2], record[8 + 2 * t : 10 + 2 * t], span,
+                )  # fmt: skip
+            if span[0] >= span[1]:
+                continue
+            for k in range(3):
+                record[16 + k] = (
+                    p[0, 3] * part[0, k] + edge[3] * part[1, k] + key_away * part[2, k]
+                ) / det
+            m = np.int64(weight[e]) >> ((code >> 1) & 1)
+            if (code & 1 == 0) != (side < 0.0):
+                m = -m
+            spans[out, 0] = np.int64(span[0])
+            spans[out, 1] = np.int64(span[1])
+            spans[out, 2] = m
+            out += 1
+        filled[chunk] = out - chunk * length
+
+
+@njit(cache=True, nogil=True)
+def _deepest(spans, starts, filled, rows):
+    """Bound what any count can reach: the sum of multiplicities that share a row."""
+    load = np.zeros(rows + 1, np.int64)
+    for chunk in range(starts.size):
+        for i in range(starts[chunk], starts[chunk] + filled[chunk]):
+            load[spans[i, 0]] += abs(spans[i, 2])
+            load[spans[i, 1]] -= abs(spans[i, 2])
+    return np.cumsum(load).max()
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False, fastmath={"nsz", "nnan"})
+def _fill(quads, spans, starts, filled, keys, counts, cols, threads):
+    """Fill all sides; each thread owns every so many stripes of rows."""
+    rows = keys.shape[0]
+    wide = np.float64(cols)
+    stripes = (rows + STRIPE - 1) // STRIPE
+    for t in prange(threads):
+        for chunk in range(starts.size):
+            for i in range(starts[chunk], starts[chunk] + filled[chunk]):
+                m = spans[i, 2]
+                b = quads[i]
+                for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
+                    if stripe % threads != t:
+                        continue
+                    first = max(spans[i, 0], stripe * STRIPE)
+                    for r in range(first, min(spans[i, 1], stripe * STRIPE + STRIPE)):
+                        y = np.float64(r)
+                        left = max(
+                            max(b[0] + b[1] * y, b[2] + b[3] * y),
+                            max(b[4] + b[5] * y, b[6] + b[7] * y),
+                        )
+                        right = min(
+                            min(b[8] + b[9] * y, b[10] + b[11] * y),
+                            min(b[12] + b[13] * y, b[14] + b[15] * y),
+                        )
+                        c = np.int64(np.ceil(min(max(left, 0.0), wide)))
+                        end = np.int64(np.ceil(min(max(right, 0.0), wide)))
+                        at = b[17] * y + b[18]
+                        slope = b[16]
+                        while c < end:
+                            k = keys[r, c : c + LANES]
+                            n = counts[r, c : c + LANES]
+                            side = at + slope * c
+                            rest = end - c
+                            for lane in range(LANES):
+                                n[lane] += (
+                                    m if (k[lane] < side + slope * lane) & (lane < rest) else 0
+                                )
+                            c += LANES
