@@ -1,0 +1,120 @@
+"""What is written as NetCDF is read back by both engines, in a fresh process."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from umbra.errors import UmbraError
+from umbra.writers.netcdf import write_netcdf
+
+ROWS, COLS, STEPS = 40, 50, 3
+
+
+def make_dataset(**attributes):
+    hours = np.linspace(0, 8, ROWS * COLS, dtype=np.float32).reshape(ROWS, COLS)
+    hours[0, 0] = np.nan
+    start = np.datetime64("2026-09-18T07:07:30.500", "ns")
+    return xr.Dataset(
+        {
+            "shadow_hours": (("y", "x"), hours, {"units": "hours", "long_name": "own name"}),
+            "receiver_z": (("y", "x"), np.full((ROWS, COLS), 1 / 3)),
+            "in_shadow": (("time", "y", "x"), np.repeat((hours > 4)[None], 3, 0).astype(np.uint8)),
+            "sun_altitude": ("time", np.array([10.0, 20.0, 30.0])),
+        },
+        coords={
+            "x": 2_683_000.25 + 0.5 * np.arange(COLS),
+            "y": 1_247_000.25 + 0.5 * np.arange(ROWS),
+            "time": start + np.arange(STEPS) * np.timedelta64(900, "s"),
+        },
+        attrs={"umbra_version": "0.1.0", "threads": 2, "count_seconds": 0.25, **attributes},
+    )
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_a_fresh_process_reads_the_same(tmp_path, engine):
+    if engine == "netcdf4":
+        pytest.importorskip("netCDF4")
+    dataset = make_dataset(crs=None)
+    write_netcdf(tmp_path / "study.nc", dataset)
+    script = f"""
+import json, xarray
+d = xarray.open_dataset({str(tmp_path / "study.nc")!r}, engine={engine!r})
+print(json.dumps({{
+    "dtypes": {{n: str(v.dtype) for n, v in d.variables.items()}},
+    "hours": d.shadow_hours.values.ravel()[[1, 7, -1]].tolist(),
+    "missing": int(d.shadow_hours.isnull().sum()),
+    "masks": d.in_shadow.sum(("y", "x")).values.tolist(),
+    "time": [str(t) for t in d.time.values],
+    "x": d.x.values[[0, -1]].tolist(),
+    "z": float(d.receiver_z[3, 4]),
+    "attrs": {{k: str(v) for k, v in d.attrs.items()}},
+    "units": {{n: v.attrs.get("units") for n, v in d.variables.items()}},
+    "names": [d.shadow_hours.long_name, d.sun_altitude.standard_name, d.time.standard_name],
+}}))"""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script], capture_output=True, text=True, check=True
+    )
+    read = json.loads(done.stdout)
+    assert read["dtypes"]["shadow_hours"] == "float32"
+    assert read["dtypes"]["receiver_z"] == "float64"
+    assert read["dtypes"]["in_shadow"] == "uint8"
+    assert read["hours"] == dataset.shadow_hours.values.ravel()[[1, 7, -1]].tolist()
+    assert read["missing"] == 1
+    assert read["masks"] == [int((dataset.shadow_hours > 4).sum())] * STEPS
+    assert read["time"] == [str(t) for t in dataset.time.values]  # to the half second
+    assert read["x"] == [2_683_000.25, 2_683_024.75]
+    assert read["z"] == 1 / 3
+    assert read["attrs"]["threads"] == "2"
+    assert read["attrs"]["Conventions"].startswith("CF-")
+    assert "crs" not in read["attrs"]
+    assert read["units"]["shadow_hours"] == "h"
+    assert read["units"]["x"] == "m"
+    assert read["names"] == ["own name", "solar_elevation_angle", "time"]
+
+
+def test_the_callers_dataset_is_not_changed(tmp_path):
+    dataset = make_dataset(crs="EPSG:2056")
+    before = dataset.copy(deep=True)
+    write_netcdf(tmp_path / "study.nc", dataset)
+    xr.testing.assert_identical(dataset, before)
+
+
+def test_rasters_are_compressed_and_coordinates_have_no_fill(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    write_netcdf(tmp_path / "study.nc", make_dataset())
+    with h5py.File(tmp_path / "study.nc") as file:
+        for name in ("shadow_hours", "receiver_z", "in_shadow"):
+            assert file[name].compression == "gzip"
+        assert file["in_shadow"].chunks == (1, ROWS, COLS)
+        assert "_FillValue" in file["shadow_hours"].attrs
+        for name in ("x", "y", "time"):
+            assert "_FillValue" not in file[name].attrs
+
+
+@pytest.mark.parametrize("crs", ["EPSG:2056", "EPSG:7415", "EPSG:31256"])
+def test_a_known_crs_becomes_a_grid_mapping(tmp_path, crs):
+    pyproj = pytest.importorskip("pyproj")
+    write_netcdf(tmp_path / "study.nc", make_dataset(crs=crs))
+    with xr.open_dataset(tmp_path / "study.nc") as read:
+        assert read.attrs["crs"] == crs
+        assert read.shadow_hours.attrs["grid_mapping"] == "spatial_ref"
+        assert read.x.attrs["standard_name"] == "projection_x_coordinate"
+        mapping = read["spatial_ref"].attrs
+    assert pyproj.CRS.from_cf(mapping) == pyproj.CRS(crs)
+
+
+def test_a_crs_that_pyproj_does_not_know_is_kept_as_text(tmp_path):
+    write_netcdf(tmp_path / "study.nc", make_dataset(crs="the site's own grid"))
+    with xr.open_dataset(tmp_path / "study.nc") as read:
+        assert read.attrs["crs"] == "the site's own grid"
+        assert "spatial_ref" not in read.variables
+
+
+def test_a_file_that_cannot_be_written_is_an_error_of_one_line(tmp_path):
+    with pytest.raises(UmbraError, match="could not write") as caught:
+        write_netcdf(tmp_path / "none" / "study.nc", make_dataset())
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,364 @@
+"""Pictures: nothing clipped, nothing over anything else, known colours at known places."""
+
+import itertools
+
+import numpy as np
+import pytest
+from matplotlib.collections import PolyCollection
+from matplotlib.image import FigureImage
+from matplotlib.text import Text
+from PIL import Image
+
+from umbra.writers.color import SHADE_STOPS, make_ramp, make_stamp_tints, shade_ramp
+from umbra.writers.contours import find_levels, trace
+from umbra.writers.hours import MISSING, draw_hours, make_hours_sheet
+from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size, shade_roofs
+from umbra.writers.png import write_png
+from umbra.writers.profile import compose_profile, draw_profile, make_profile_sheet
+from umbra.writers.raster import PackedMasks, resample
+from umbra.writers.sheet import make_sheet
+
+WORDS = {
+    "title": "Neubau Hardturm",
+    "place": "48.200° N, 16.370° E · Europe/Vienna",
+    "date": "18 September 2026, 09:00 to 17:00 CEST",
+    "note": "umbra 0.1.0 · cell 0.5 m · midpoints of 15 min steps · refraction standard",
+}
+LONG = {
+    "title": "A_very_long_name_without_a_single_space_" * 4 + "$5_a$.city.jsonl",
+    "place": "48.200° N, 16.370° E · America/Argentina/Buenos_Aires",
+    "date": "18 September 2026, 09:00 to 17:00 GMT-3",
+    "note": "umbra 0.1.0 · " * 20,
+}
+
+
+def make_plan(rows=60, cols=80, cell=0.5, origin=(0.0, 0.0), north=0.0, words=None):
+    """Make a plan with one building in its middle third."""
+    x, y = (o + cell * (np.arange(n) + 0.5) for o, n in zip(origin, (cols, rows), strict=True))
+    height = np.full((rows, cols), np.nan, np.float32)
+    height[rows // 3 : -(-2 * rows // 3), cols // 3 : -(-2 * cols // 3)] = 12.0
+    return Plan(x, y, height, north, **(WORDS if words is None else words))
+
+
+def make_hours(plan, most=8.0):
+    """Make hours that fall from the building's north side, in steps of a quarter hour."""
+    rows, cols = plan.shape
+    r, c = np.mgrid[:rows, :cols]
+    away = np.hypot((r - rows / 2) / rows, (c - cols / 2) / cols)
+    return (np.floor(np.clip(1 - 2 * away, 0, 1) * most * 4) / 4).astype(np.float32)
+
+
+def make_shadows(plan, n):
+    rows, cols = plan.shape
+    for i in range(n):
+        mask = np.zeros((rows, cols), bool)
+        mask[rows // 3 :, i * cols // (2 * n) : cols // 2 + i * cols // (2 * n)] = True
+        yield mask
+
+
+def clock(n):
+    return [f"{9 + i // 4:02d}:{15 * (i % 4):02d}" for i in range(n)]
+
+
+def check_layout(sheet):
+    """Every text and image lies on the paper; no two of them share a place."""
+    figure = sheet.figure
+    renderer = figure.canvas.get_renderer()
+    width, height = figure.bbox.width, figure.bbox.height
+    boxes = []
+    texts = figure.findobj(Text)
+    for text in texts:
+        if text.get_text():
+            box = text.get_window_extent(renderer)
+            boxes.append((text.get_text(), box.x0, box.y0, box.x1, box.y1))
+    x, y, w, h = (v * DOTS_PER_INCH for v in sheet.map_box)
+    for image in figure.findobj(FigureImage):
+        rows, cols = image.get_size()
+        boxes.append(("image", image.ox, image.oy, image.ox + cols, image.oy + rows))
+    assert len(boxes) > 6
+    for name, x0, y0, x1, y1 in boxes:
+        inside = x0 >= 4 and y0 >= 4 and x1 <= width - 4 and y1 <= height - 4
+        assert inside, f"{name!r} leaves the paper: {x0, y0, x1, y1} of {width, height}"
+    for (a, ax0, ay0, ax1, ay1), (b, bx0, by0, bx1, by1) in itertools.combinations(boxes, 2):
+        on_map = ax0 >= x and ax1 <= x + w and ay0 >= y and ay1 <= y + h
+        if b == "image" and on_map:
+            continue  # a contour's label
+        apart = ax1 <= bx0 + 1 or bx1 <= ax0 + 1 or ay1 <= by0 + 1 or by1 <= ay0 + 1
+        assert apart, f"{a!r} and {b!r} overlap"
+    return {text.get_text() for text in texts}
+
+
+SHAPES = [(60, 80), (600, 60), (60, 600), (300, 900), (4, 4), (1, 1), (1, 40), (700, 700)]
+ORIGINS = [(0.0, 0.0), (2_683_000.0, 1_247_000.0), (-310.0, -50.0)]
+
+
+@pytest.mark.parametrize("words", [WORDS, LONG, {}], ids=["words", "long", "none"])
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+@pytest.mark.parametrize("origin", ORIGINS, ids=str)
+def test_hours_are_laid_out_well_in_every_shape(shape, origin, words):
+    plan = make_plan(*shape, origin=origin, north=-25, words=words)
+    texts = check_layout(make_hours_sheet(plan, make_hours(plan), 8.0))
+    assert {"x [m]", "y [m]", "hours in shadow", "N", "8 h"} <= texts
+
+
+@pytest.mark.parametrize("n", [1, 5, 12, 13, 33, 97])
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+@pytest.mark.parametrize("words", [WORDS, LONG], ids=["words", "long"])
+def test_profiles_are_laid_out_well_in_every_shape(shape, n, words):
+    plan = make_plan(*shape, origin=ORIGINS[1], north=170, words=words)
+    texts = check_layout(make_profile_sheet(plan, make_shadows(plan, n), clock(n), "CEST"))
+    assert any("CEST" in text for text in texts)
+    assert "09:00" in texts
+
+
+def test_a_title_is_whole_and_its_dollars_are_dollars():
+    sheet = make_sheet(make_plan(words=LONG), 0.5)
+    texts = [t.get_text() for t in sheet.figure.findobj(Text)]
+    assert LONG["title"] in "".join(texts)
+    assert not any(t.get_parse_math() for t in sheet.figure.findobj(Text) if t.get_text())
+
+
+@pytest.mark.parametrize(("max_hours", "ticks"), [(0.75, "45 min"), (2.5, "2 h"), (24, "24 h")])
+def test_the_scale_ends_where_the_period_does(max_hours, ticks):
+    plan = make_plan()
+    assert ticks in check_layout(make_hours_sheet(plan, make_hours(plan, max_hours), max_hours))
+
+
+def test_a_night_says_so_and_has_no_scale():
+    plan = make_plan()
+    sheet = make_hours_sheet(plan, np.full(plan.shape, np.nan), 0.0)
+    texts = check_layout(sheet)
+    assert "the sun stays below the horizon" in texts
+    assert "hours in shadow" not in texts
+
+
+def read_pixel(path, sheet, x, y):
+    """Read a PNG's pixel at a place in model coordinates."""
+    with Image.open(path) as image:
+        across, up = sheet.place((x, y)) * DOTS_PER_INCH
+        return np.array(image.getpixel((int(across), image.height - 1 - int(up))), float)
+
+
+def test_hours_have_the_scales_colours_and_roofs_are_grey(tmp_path):
+    plan = make_plan()
+    hours = np.zeros(plan.shape, np.float32)
+    hours[:, 60:] = 8.0
+    hours[50:, :20] = np.nan
+    draw_hours(tmp_path / "hours.png", plan, hours, 8.0)
+    sheet = make_hours_sheet(plan, hours, 8.0)
+    ramp = shade_ramp() * 255
+    with Image.open(tmp_path / "hours.png") as image:
+        assert image.format == "PNG"
+        assert image.mode == "RGB"
+        assert np.allclose(image.size, sheet.figure.bbox.size)
+        assert image.info["dpi"] == pytest.approx((150, 150), abs=0.1)
+    west, east, north_west = ((5.0, 5.0), (35.0, 5.0), (5.0, 28.0))
+    np.testing.assert_allclose(read_pixel(tmp_path / "hours.png", sheet, *west), ramp[0], atol=1)
+    np.testing.assert_allclose(read_pixel(tmp_path / "hours.png", sheet, *east), ramp[-1], atol=1)
+    gap = read_pixel(tmp_path / "hours.png", sheet, *north_west)
+    np.testing.assert_allclose(gap, 255 * MISSING, atol=1)
+    roof = read_pixel(tmp_path / "hours.png", sheet, 18.0, 14.0)
+    assert np.ptp(roof) <= 1
+    assert 190 < roof[0] < 240
+
+    draw_hours(tmp_path / "top.png", plan, hours, 8.0, "top")
+    np.testing.assert_allclose(read_pixel(tmp_path / "top.png", sheet, 18.0, 14.0), ramp[0], atol=1)
+
+
+def test_overlapping_shadows_are_darker_and_roofs_lie_on_top(tmp_path):
+    plan = make_plan()
+    first, second = np.zeros((2, *plan.shape), bool)
+    first[:10, :40] = True
+    second[:10, 20:] = True
+    first[20:40] = True
+    draw_profile(tmp_path / "profile.png", plan, iter([first, second]), ["09:00", "10:00"])
+    sheet = make_profile_sheet(plan, [first, second], ["09:00", "10:00"])
+    check_layout(sheet)
+    one, both, other, bare, roof = (
+        read_pixel(tmp_path / "profile.png", sheet, x, y)
+        for x, y in [(5, 2.5), (15, 2.5), (30, 2.5), (5, 27), (20, 15)]
+    )
+    assert (bare == 255).all()
+    assert (both <= np.minimum(one, other)).all()
+    assert both.sum() < min(one.sum(), other.sum()) - 60
+    assert np.abs(one - other).max() > 60  # stamps tell apart
+    assert np.ptp(roof) <= 1
+    assert roof[0] > 190
+
+    draw_profile(tmp_path / "top.png", plan, [first, second], ["09:00", "10:00"], receivers="top")
+    on_roof = read_pixel(tmp_path / "top.png", sheet, 20, 15)
+    assert np.ptp(on_roof) > 20  # shadow falls on the roof
+
+
+def test_the_legend_shows_the_colours_of_single_stamps():
+    n = 9
+    masks = [np.full((2, n), False) for _ in range(n)]
+    for i, mask in enumerate(masks):
+        mask[:, i] = True
+    alone = compose_profile(masks, n, (2, n))[0]
+    plan = make_plan()
+    sheet = make_profile_sheet(plan, make_shadows(plan, n), clock(n))
+    swatches = [
+        artist.get_facecolor()[:, :3]
+        for artist in sheet.figure.artists
+        if isinstance(artist, PolyCollection) and len(artist.get_paths()) == n
+    ]
+    assert len(swatches) == 1
+    np.testing.assert_allclose(swatches[0], alone, atol=0.03)
+
+
+def test_darkness_grows_with_every_layer_and_never_ends_in_black():
+    n = 40
+    one = np.ones((1, 1), bool)
+    zero = np.zeros((1, 1), bool)
+    depth = [compose_profile([one] * k + [zero] * (n - k), n, (1, 1))[0, 0] for k in range(n + 1)]
+    assert (np.diff(depth, axis=0) <= 0).all()
+    assert (depth[0] == 1).all()
+    assert depth[1].mean() < 0.97
+    assert depth[-1].min() > 0.1
+
+
+def test_shadows_and_labels_must_match():
+    plan = make_plan()
+    for n in (2, 4):
+        with pytest.raises(ValueError, match=f"{n} shadows for 3 labels"):
+            make_profile_sheet(plan, make_shadows(plan, n), clock(3))
+
+
+@pytest.mark.parametrize("wrong", [(3, 4), (80, 60)])
+def test_arrays_must_fit_the_plan(wrong):
+    plan = make_plan()
+    with pytest.raises(ValueError, match="the plan is"):
+        make_hours_sheet(plan, np.zeros(wrong), 8.0)
+    with pytest.raises(ValueError, match="the plan is"):
+        Plan(plan.x, plan.y, np.zeros(wrong))
+
+
+def test_the_arrow_points_to_true_north():
+    sheet = make_sheet(make_plan(north=90), 0.5)
+    letter = next(t for t in sheet.figure.findobj(Text) if t.get_text() == "N")
+    upright = make_sheet(make_plan(north=0), 0.5)
+    above = next(t for t in upright.figure.findobj(Text) if t.get_text() == "N")
+    (x0, y0), (x1, y1) = letter.get_position(), above.get_position()
+    assert x0 - x1 == pytest.approx(0.29)  # clockwise: to the right
+    assert y1 - y0 == pytest.approx(0.29)
+
+
+def test_north_is_up_and_rows_ascend(tmp_path):
+    plan = Plan(np.arange(30.0), np.arange(20.0))
+    hours = np.zeros(plan.shape, np.float32)
+    hours[-5:, :5] = 8.0
+    draw_hours(tmp_path / "hours.png", plan, hours, 8.0)
+    with Image.open(tmp_path / "hours.png") as image:
+        pixels = np.asarray(image.convert("L")).astype(int)
+    sheet = make_sheet(plan, 0.5)
+    left, bottom, _, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)
+    top = len(pixels) - bottom - h
+    assert pixels[top + 20, left + 20] < 80
+    assert pixels[top + h - 20, left + 20] > 220
+
+
+def test_contours_enclose_at_least_so_many_hours():
+    # A step from exactly 2 h to 1.75 h at x = 20 m: the 2 h line is that step.
+    plan = Plan(np.arange(40) + 0.5, np.arange(30) + 0.5)
+    hours = np.full(plan.shape, 1.75)
+    hours[:, :20] = 2.0
+    sheet = make_sheet(plan, 0.5)
+    (line,) = trace(sheet, hours >= 2 - 1e-3)
+    expected = sheet.place((20.0, 0.0))[0]
+    np.testing.assert_allclose(line[:, 0], expected, atol=0.01)
+    assert np.ptp(line[:, 1]) >= sheet.map_box[3] - 0.01  # right across the map
+
+
+@pytest.mark.parametrize(
+    ("max_hours", "levels"),
+    [(0, []), (0.9, []), (1, [1]), (2.5, [1, 2]), (8, list(range(1, 9))), (9, [2, 4, 6, 8]),
+     (24, [3, 6, 9, 12, 15, 18, 21, 24]), (float("nan"), [])],
+)  # fmt: skip
+def test_levels_are_whole_hours_and_few(max_hours, levels):
+    assert find_levels(max_hours) == levels
+
+
+def test_labels_leave_gaps_and_keep_off_roofs():
+    plan = make_plan(300, 400)
+    sheet = make_hours_sheet(plan, make_hours(plan), 8.0)
+    labels = [
+        t
+        for t in sheet.figure.findobj(Text)
+        if t.get_text().endswith(" h") and t.get_path_effects()
+    ]
+    assert len(labels) >= 3
+    x, y, w, h = sheet.map_box
+    for label in labels:
+        at = (np.array(label.get_position()) - (x, y)) / (w, h)
+        assert not ((at > 1 / 3) & (at < 2 / 3)).all()
+        assert ((at > 0.02) & (at < 0.98)).all()
+
+
+def test_resampling_keeps_the_mean_and_the_cells():
+    values = np.random.default_rng(1).random((300, 400)).astype(np.float32)
+    assert resample(values, (70, 90)).mean() == pytest.approx(values.mean(), abs=2e-3)
+    np.testing.assert_array_equal(
+        resample(values[:3, :4], (30, 40)), values[:3, :4].repeat(10, 0).repeat(10, 1)
+    )
+    holes = values.copy()
+    holes[:, :200] = np.nan
+    small = resample(holes, (30, 40))
+    assert np.isnan(small[:, :19]).all()
+    assert np.isfinite(small[:, 21:]).all()
+    assert np.nanmin(small) > 0.2  # a hole pulls nothing toward zero
+
+
+def test_masks_come_back_from_their_bits():
+    masks = list(np.random.default_rng(2).random((5, 7, 9)) > 0.5)
+    packed = PackedMasks(iter(masks))
+    assert len(packed) == 5
+    for _ in range(2):
+        np.testing.assert_array_equal(list(packed), masks)
+
+
+def test_hours_colours_fall_evenly_in_lightness():
+    luma = shade_ramp() @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(luma) < 0).all()
+    assert luma[0] > 0.9
+    assert luma[-1] < 0.2
+    assert len(SHADE_STOPS) > 2
+
+
+def test_ramps_start_and_end_at_their_stops():
+    # White and black of OKLab, and sRGB red: its published OKLCh.
+    ramp = make_ramp([(1, 0, 0), (0, 0, 0)], [0, 1])
+    np.testing.assert_allclose(ramp, [[1, 1, 1], [0, 0, 0]], atol=1e-3)
+    red = make_ramp([(0.62796, 0.25768, 29.234), (0, 0, 29.234)], [0])
+    np.testing.assert_allclose(red, [[1, 0, 0]], atol=5e-3)
+
+
+def test_tints_of_a_day_all_differ():
+    tints = make_stamp_tints(12)
+    for a, b in itertools.combinations(tints, 2):
+        assert np.abs(a - b).max() > 0.03
+    assert make_stamp_tints(1).shape == (1, 3)
+
+
+def test_roofs_are_shaded_only_where_they_stand():
+    plan = make_plan(300, 300)
+    size = find_map_size(plan)
+    grey, coverage = shade_roofs(plan, size)
+    assert grey.shape == coverage.shape == size
+    assert coverage[size[0] // 2, size[1] // 2] == 1
+    assert coverage[5, 5] == 0
+    assert coverage.mean() == pytest.approx(1 / 9, abs=2e-3)
+
+
+def test_frames_are_written_top_row_first(tmp_path):
+    frame = np.zeros((3, 5, 3), np.uint8)
+    frame[0, 4] = [10, 20, 30]
+    write_png(tmp_path / "frame.png", frame)
+    with Image.open(tmp_path / "frame.png") as image:
+        assert image.size == (5, 3)
+        assert image.getpixel((4, 0)) == (10, 20, 30)
+        np.testing.assert_array_equal(np.asarray(image), frame)
+    for wrong in (frame[..., 0], frame.astype(float), np.zeros((3, 5, 4), np.uint8)):
+        with pytest.raises(ValueError, match="uint8"):
+            write_png(tmp_path / "wrong.png", wrong)
+    assert not (tmp_path / "wrong.png").exists()
