@@ -10,10 +10,11 @@ sides: every pixel centre belongs to exactly one of two faces that share an edge
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
+
+from umbra.cpu.threads import use_threads
 
 __all__ = ["GROUND", "NOTHING", "View", "add_ground", "see"]
 
@@ -70,7 +71,7 @@ def see(
     cols, rows = size
     view = View(np.full((rows, cols), key_range[0]), np.full((rows, cols), NOTHING, np.int32))
     points = vertices @ matrix[:, :3].T + matrix[:, 3]
-    numba.set_num_threads(threads)
+    use_threads(threads)
     _see(points, faces, view.key, view.face, key_range[1], threads)
     return view
 

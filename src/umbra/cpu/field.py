@@ -9,19 +9,47 @@ the lowest receiver; a row of cells crosses it in one span, along which the side
 height is affine.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.sweep import MOST, Sweep
+from umbra.volume.facing import find_lit
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes
 
-__all__ = ["FieldSweep"]
+__all__ = ["FieldSweep", "Slopes"]
 
 _LANES = 32  # cells compared at once: a fixed length, so that the loop becomes vectors
 _FAR = 1e7  # cells; beyond every raster
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """
+    Cells whose surface can turn from the sun: attached shadow.
+
+    Parameters
+    ----------
+    cells : (n,) int64
+        Flat indices, row * cols + column.
+    face : (n,) int32
+        Of each cell, in ``planes``.
+    planes : (4, n_faces) float64
+        Upward normals; the last row is 0.
+    """
+
+    cells: NDArray[np.int64]
+    face: NDArray[np.int32]
+    planes: NDArray[np.float64]
+
+    @classmethod
+    def none(cls) -> "Slopes":
+        """Give those of a level surface."""
+        return cls(np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros((4, 0)))
 
 
 class FieldSweep(Sweep):
@@ -36,12 +64,20 @@ class FieldSweep(Sweep):
     heights : (rows, cols) float64
         z of the topmost surface [m]; no caster may lie above it.
     threads : int
+    slopes : Slopes
+        Cells in attached shadow count as in shadow in ``add_steps`` and ``masks``.
     """
 
     def __init__(
-        self, caster: Caster, grid: Grid, heights: NDArray[np.float64], threads: int = 1
+        self,
+        caster: Caster,
+        grid: Grid,
+        heights: NDArray[np.float64],
+        threads: int = 1,
+        slopes: Slopes | None = None,
     ) -> None:
         super().__init__(caster, grid, threads)
+        self.slopes = slopes or Slopes.none()
         self.floor = float(heights.min())
         self.heights = np.full((grid.rows, grid.cols + _LANES), np.inf)
         self.heights[:, : grid.cols] = heights
@@ -62,9 +98,27 @@ class FieldSweep(Sweep):
         too_deep = np.zeros(len(suns), np.bool_)
         _sweep(
             self.ends, self.caster.weight, found.codes, found.starts, away, which,
-            self.heights, self.floor, level, out, counts, too_deep,
+            self.heights, self.floor, self.slopes.cells, self.slopes.face, self._face_sun(suns),
+            level, out, counts, too_deep,
         )  # fmt: skip
         return too_deep
+
+    def _attach(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> None:
+        for mask, away in zip(masks, self.is_turned_away(suns), strict=True):
+            mask.ravel()[self.slopes.cells[away]] = 1
+
+    def is_turned_away(self, suns: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which sloping cells face away from each sun, (n_suns, n_slopes) bool."""
+        bits = self._face_sun(suns)[self.slopes.face]
+        return (bits >> np.arange(len(suns), dtype=np.uint64)[:, None] & np.uint64(1)) == 0
+
+    def _face_sun(self, suns: NDArray[np.float64]) -> NDArray[np.uint64]:
+        """Tell which suns light each sloping face, one bit each."""
+        planes = self.slopes.planes
+        lit = np.zeros(planes.shape[1], np.uint64)
+        edge_on = np.zeros(len(lit) // 512 + 1, np.uint64)
+        find_lit(planes, np.append(suns, np.zeros((len(suns), 1)), 1), lit, edge_on)
+        return lit
 
 
 @njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
@@ -178,8 +232,11 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _add_steps(level, out):
-    """Add 1 to every cell in shadow; leave ``level`` at 0."""
+def _add_steps(level, out, cells, face, lit, sun):
+    """Add 1 to every cell in shadow, cast or attached; leave ``level`` at 0."""
+    for q in range(cells.size):
+        if (lit[face[q]] >> np.uint64(sun)) & np.uint64(1) == 0:
+            level[cells[q] // out.shape[1], cells[q] % out.shape[1]] = 1
     for r in range(out.shape[0]):
         n = level[r]
         o = out[r]
@@ -190,7 +247,10 @@ def _add_steps(level, out):
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _sweep(ends, weight, codes, starts, away, which, heights, floor, level, out, counts, too_deep):
+def _sweep(
+    ends, weight, codes, starts, away, which, heights, floor, cells, face, lit,
+    level, out, counts, too_deep,
+):  # fmt: skip
     """Count ``which`` suns as the plane's sweep does, one thread for each ``level``."""
     threads = level.shape[0]
     keep = counts.shape[0] == away.shape[0]
@@ -207,4 +267,4 @@ def _sweep(ends, weight, codes, starts, away, which, heights, floor, level, out,
             if keep or too_deep[s]:
                 level[t, :, :] = 0
             else:
-                _add_steps(level[t], out[t])
+                _add_steps(level[t], out[t], cells, face, lit, s)

@@ -9,7 +9,6 @@ the surface. ``z-pass`` is Heidmann's, which takes the eye to be lit.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +16,7 @@ from umbra.cpu.anchor import FaceBlocks, find_anchor
 from umbra.cpu.depth import GROUND, NOTHING, View, add_ground, see
 from umbra.cpu.polygons import count_polygons
 from umbra.cpu.sides import LANES, add_sides, find_nearest_tiles
+from umbra.cpu.threads import use_threads
 from umbra.errors import InputError
 from umbra.scene import Camera, Light, Scene
 from umbra.volume.adjacency import Caster, make_caster
@@ -121,7 +121,7 @@ class FrameCounter:
         if method not in METHODS:
             msg = f"the cpu has no method '{method}'; it has {', '.join(METHODS)}"
             raise InputError(msg, method=method)
-        numba.set_num_threads(self.threads)
+        use_threads(self.threads)
         origin = self.scene.origin
         place = light.local(origin)
         apex = camera.apex(origin)

@@ -1,11 +1,11 @@
 """Sweeping many suns over one receiver: batches, widening, and what is shared by both kinds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.threads import use_threads
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes, find_silhouettes
@@ -51,13 +51,41 @@ class Sweep:
             Called with the number of suns done, now and then.
         """
         shape = (self.threads, *steps.shape)
+        at_once = max(8 * self.threads, 16)
         for which, found in self._batches(suns):
+            mine = suns[which]
             out = self._buffer("out", shape, np.uint8)  # a batch has at most 64 suns
             out[:] = 0
-            self._count(found, suns[which], out, np.zeros((0, 1, 1), np.int32))
+            for first in range(0, len(mine), at_once):
+                some = np.arange(first, min(first + at_once, len(mine)))
+                self._count(found, mine, some, out, np.zeros((0, 1, 1), np.int32))
+                progress(len(some))
             for part in out:
                 steps += part
-            progress(which.stop - which.start)
+
+    def masks(
+        self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None
+    ) -> NDArray[np.uint8]:
+        """
+        Tell for each sun which cells are in shadow, cast or attached.
+
+        Parameters
+        ----------
+        suns : (n, 3) float64
+        progress : callable
+
+        Returns
+        -------
+        masks : (n, rows, cols) uint8
+            0 or 1.
+        """
+        masks = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.uint8)
+        for first in range(0, len(suns), 8):
+            some = suns[first : first + 8]
+            np.not_equal(self.counts(some), 0, out=masks[first : first + 8].view(np.bool_))
+            self._attach(some, masks[first : first + 8])
+            progress(len(some))
+        return masks
 
     def counts(self, suns: NDArray[np.float64]) -> NDArray[np.int32]:
         """
@@ -74,19 +102,27 @@ class Sweep:
         counts = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.int32)
         nothing = np.zeros((self.threads, 1, 1), np.uint8)
         for which, found in self._batches(suns):
-            self._count(found, suns[which], nothing, counts[which])
+            self._count(found, suns[which], np.arange(len(suns[which])), nothing, counts[which])
         return counts
 
-    def _batches(self, suns: NDArray[np.float64]):
-        numba.set_num_threads(self.threads)
+    def _batches(self, suns: NDArray[np.float64]) -> Iterator[tuple[slice, Silhouettes]]:
+        use_threads(self.threads)
         return find_silhouettes(self.caster, np.append(suns, np.zeros((len(suns), 1)), 1))
 
     def _count(
-        self, found: Silhouettes, suns: NDArray[np.float64], out: NDArray, counts: NDArray
+        self,
+        found: Silhouettes,
+        suns: NDArray[np.float64],
+        which: NDArray[np.int64],
+        out: NDArray,
+        counts: NDArray,
     ) -> None:
-        deep = self._run(found, suns, np.arange(len(suns)), out, counts, np.int16)
+        deep = self._run(found, suns, which, out, counts, np.int16)
         if deep.any():
             self._run(found, suns, np.flatnonzero(deep), out, counts, np.int32)
+
+    def _attach(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> None:
+        """Add the shadow of surfaces turned from the sun; a plane under the sun has none."""
 
     def _run(
         self,

@@ -1,0 +1,94 @@
+"""What a plan's shadows fall on: the ground, or whatever is topmost."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.depth import NOTHING, see
+from umbra.cpu.field import FieldSweep, Slopes
+from umbra.cpu.plane import PlaneSweep
+from umbra.cpu.sweep import Sweep
+from umbra.scene import Triangles
+from umbra.scene.grid import Grid
+from umbra.volume.adjacency import Caster
+
+__all__ = ["Surface", "find_surface", "make_sweep"]
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """
+    The plan of a model over its ground.
+
+    Parameters
+    ----------
+    heights : (rows, cols) float64
+        z of the topmost surface, the ground where nothing stands higher; local frame [m].
+    slopes : Slopes
+        The cells whose surface is not level, which can turn from the sun.
+    """
+
+    heights: NDArray[np.float64]
+    slopes: Slopes
+
+
+def find_surface(soup: Triangles, grid: Grid, ground: float, threads: int = 1) -> Surface:
+    """
+    Look at a model from the zenith.
+
+    Parameters
+    ----------
+    soup : Triangles
+    grid : Grid
+        In the local frame.
+    ground : float
+        z of the ground plane, local frame [m].
+    threads : int
+
+    Returns
+    -------
+    surface : Surface
+    """
+    matrix = np.array(
+        [
+            [1 / grid.dx, 0, 0, -grid.x0 / grid.dx],
+            [0, 1 / grid.dy, 0, -grid.y0 / grid.dy],
+            [0, 0, 0, 1],
+            [0, 0, 1, 0],
+        ]
+    )
+    size = (grid.cols, grid.rows)
+    view = see(soup.vertices, soup.faces, matrix, size, (ground, np.inf), threads)
+    seen = np.flatnonzero(view.face.ravel() != NOTHING)
+    faces, owner = np.unique(view.face.ravel()[seen], return_inverse=True)
+    a, b, c = (soup.vertices[soup.faces[faces, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    # The visible side decides, however the face is wound.
+    normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)
+    level = (normals[:, :2] == 0).all(1)
+    sloping = ~level[owner]
+    planes = np.zeros((4, len(faces)))
+    planes[:3] = normals.T
+    return Surface(view.key, Slopes(seen[sloping], owner[sloping].astype(np.int32), planes))
+
+
+def make_sweep(
+    receivers: str, caster: Caster, surface: Surface, grid: Grid, ground: float, threads: int
+) -> Sweep:
+    """
+    Choose how to count: on a plane by crossings, on anything else by spans.
+
+    Parameters
+    ----------
+    receivers : {'ground', 'top'}
+    caster : Caster
+    surface : Surface
+    grid : Grid
+    ground : float
+        Local frame [m].
+    threads : int
+    """
+    if receivers == "ground":
+        return PlaneSweep(caster, grid, ground, threads)
+    return FieldSweep(caster, grid, surface.heights, threads, surface.slopes)
