@@ -301,12 +301,16 @@ def test_resampling_keeps_the_mean_and_the_cells():
     np.testing.assert_array_equal(
         resample(values[:3, :4], (30, 40)), values[:3, :4].repeat(10, 0).repeat(10, 1)
     )
+    stripes = np.arange(300)[:, None] % 2 + np.zeros((300, 300), np.float32)
+    for view in (stripes, stripes.T, stripes > 0, stripes.T > 0):
+        np.testing.assert_allclose(resample(view, (50, 60)), 0.5, atol=0.08)
     holes = values.copy()
     holes[:, :200] = np.nan
     small = resample(holes, (30, 40))
     assert np.isnan(small[:, :19]).all()
     assert np.isfinite(small[:, 21:]).all()
-    assert np.nanmin(small) > 0.2  # a hole pulls nothing toward zero
+    flat = np.where(values < 0.3, np.float32(np.nan), np.float32(1))
+    np.testing.assert_allclose(resample(flat, (30, 40)), 1, atol=1e-5)  # holes weigh nothing
 
 
 def test_masks_come_back_from_their_bits():
@@ -326,9 +330,10 @@ def test_hours_colours_fall_evenly_in_lightness():
 
 
 def test_ramps_start_and_end_at_their_stops():
-    # White and black of OKLab, and sRGB red: its published OKLCh.
-    ramp = make_ramp([(1, 0, 0), (0, 0, 0)], [0, 1])
-    np.testing.assert_allclose(ramp, [[1, 1, 1], [0, 0, 0]], atol=1e-3)
+    # White, grey and black of OKLab (grey: the cube of 0.5 in linear light is 99 of 255 in
+    # sRGB), and sRGB's red: its published OKLCh.
+    ramp = make_ramp([(1, 0, 0), (0, 0, 0)], [0, 0.5, 1])
+    np.testing.assert_allclose(ramp, [[1] * 3, [99 / 255] * 3, [0] * 3], atol=2e-3)
     red = make_ramp([(0.62796, 0.25768, 29.234), (0, 0, 29.234)], [0])
     np.testing.assert_allclose(red, [[1, 0, 0]], atol=5e-3)
 
@@ -348,6 +353,15 @@ def test_roofs_are_shaded_only_where_they_stand():
     assert coverage[size[0] // 2, size[1] // 2] == 1
     assert coverage[5, 5] == 0
     assert coverage.mean() == pytest.approx(1 / 9, abs=2e-3)
+
+
+def test_roofs_that_face_the_upper_left_are_bright():
+    x, y = np.meshgrid(np.arange(60.0), np.arange(60.0))
+    ridge = 50 - 0.5 * np.abs(x - y)  # runs up to the right; falls to both sides
+    grey, _ = shade_roofs(Plan(x[0], y[:, 0], ridge), (60, 60))
+    upper_left, lower_right = grey[45, 15], grey[15, 45]
+    assert upper_left > 0.89
+    assert lower_right < 0.82
 
 
 def test_frames_are_written_top_row_first(tmp_path):

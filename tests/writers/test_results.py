@@ -140,8 +140,9 @@ def test_a_folder_left_half_removed_is_swept_up(tmp_path):
 
 def test_a_file_in_the_folders_place_is_refused_at_once(tmp_path):
     (tmp_path / "out").write_text("mine")
-    for folder in (tmp_path / "out", tmp_path / "out" / "deeper"):
-        with pytest.raises(InputError, match="folder") as caught, replace_results(folder):
+    for folder, what in (("out", "is a file, not a folder"), ("out/deeper", "not a directory")):
+        folder = tmp_path / folder  # noqa: PLW2901
+        with pytest.raises(InputError, match=what) as caught, replace_results(folder):
             pytest.fail("the work began")
         assert "\n" not in str(caught.value)
         assert str(folder) in str(caught.value)

@@ -122,11 +122,8 @@ def shade_roofs(
     if plan.building_height is None:
         return np.ones(size, np.float32), np.zeros(size, np.float32)
     stands = np.nan_to_num(plan.building_height)
-    is_building = stands > 0
-    coverage = resample(is_building, size)
-    # The mean height of what stands in the pixel, not of building and ground together.
-    total = resample(np.where(is_building, stands, 0), size)
-    height: NDArray = total / np.maximum(coverage, 1e-3)
+    coverage = resample(stands > 0, size)
+    height = resample(stands, size)
 
     x0, x1, _, _ = plan.extent
     pixel = (x1 - x0) / size[1]

@@ -62,10 +62,9 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         yield unfinished
         _move_files(unfinished, target)
-        made = []
     finally:
         _remove_unfinished(unfinished, lock)
-        for path in made:  # innermost first; one with files of another run in it stays
+        for path in made:  # innermost first; a folder that holds anything stays
             with suppress(OSError):
                 path.rmdir()
 
