@@ -56,11 +56,10 @@ class Measures:
 
 
 def open_edges(vertices, faces):
-    places = [tuple(v) for v in np.asarray(vertices).tolist()]
     sums = Counter()
-    for face in np.asarray(faces).tolist():
+    for corners in np.asarray(vertices)[np.asarray(faces)].tolist():
         for k in range(3):
-            a, b = places[face[k - 1]], places[face[k]]
+            a, b = tuple(corners[k - 1]), tuple(corners[k])
             if a != b:
                 sums[min(a, b), max(a, b)] += 1 if a < b else -1
     return [edge for edge, count in sums.items() if count]

@@ -112,8 +112,10 @@ def _assemble(
 
 def _check_size(scene: Scene) -> None:
     far = float(np.abs(scene.bounds()).max())
-    if far > FARTHEST:
-        msg = f"coordinates reach {far:g} m from zero; the file is damaged or in another unit"
+    # Numbers near the largest overflow to NaN on the way here, which is not below either.
+    if not far <= FARTHEST:
+        reach = f"{far:g}" if np.isfinite(far) else f"more than {FARTHEST:g}"
+        msg = f"coordinates reach {reach} m from zero; the file is damaged or in another unit"
         raise InputError(msg, far=far)
 
 

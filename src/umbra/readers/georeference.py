@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["locate", "name_crs", "to_metres"]
 
-CODE = re.compile(r"\bEPSG(?:/|:)+(?:[\d.]+[/:]+)?(\d+)", re.IGNORECASE)
+CODE = re.compile(r"\bEPSG(?:/|:)+(?:[\d.]+[/:]+)?(\d+(?:\+\d+)*)", re.IGNORECASE)
 
 # Half the step north [degrees] that finds the meridian in the grid: 1 km.
 STEP = 0.005

@@ -1,0 +1,213 @@
+"""Files cut and bent at random: an InputError in one line, or a scene; nothing else."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import umbra
+from umbra import InputError
+
+TRIANGLES = [t for a, b, c, d in ((0, 1, 2, 3), (0, 1, 5, 4)) for t in ((a, b, c), (a, c, d))]
+VERTICES = [[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0], [0, 0, 4], [2, 0, 4]]
+
+
+def cityjson(kind="CityJSON", **more):
+    geometry = {
+        "type": "Solid",
+        "lod": "2",
+        "boundaries": [[[[0, 1, 2, 3]], [[0, 1, 5, 4]]]],
+        "semantics": {
+            "surfaces": [{"type": "RoofSurface"}, {"type": "WallSurface"}],
+            "values": [[0, 1]],
+        },
+    }
+    loose = {"type": "MultiSurface", "lod": "2", "boundaries": [[[0, 1, 2, 3], [4, 5, 1]]]}
+    instance = {"type": "GeometryInstance", "template": 0, "boundaries": [1]}
+    return {
+        "type": kind,
+        "version": "2.0",
+        "transform": {"scale": [0.5, 0.5, 0.5], "translate": [85000, 447000, 0]},
+        "metadata": {"referenceSystem": "https://www.opengis.net/def/crs/EPSG/0/7415"},
+        "CityObjects": {
+            "a": {"type": "Building", "geometry": [loose, geometry], "children": ["b"]},
+            "b": {"type": "BuildingPart", "parents": ["a"], "geometry": [loose]},
+            "t": {"type": "SolitaryVegetationObject", "geometry": [instance]},
+        },
+        "vertices": VERTICES,
+        "geometry-templates": {"templates": [loose], "vertices-templates": VERTICES},
+    } | more
+
+
+def sequence():
+    head = cityjson(CityObjects={}, vertices=[])
+    feature = {k: v for k, v in cityjson("CityJSONFeature").items() if k != "metadata"}
+    return "\n".join(json.dumps(d) for d in (head, feature, feature))
+
+
+def gltf():
+    points = np.array(VERTICES, "<f4").tobytes()
+    indices = np.array(TRIANGLES, "<u2").tobytes()
+    tree = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"children": [1], "scale": [1, 2, 1]}, {"mesh": 0, "rotation": [0, 0, 0, 1]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": len(points)},
+            {"buffer": 0, "byteOffset": len(points), "byteLength": len(indices)},
+        ],
+        "buffers": [{"byteLength": len(points) + len(indices)}],
+    }
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    binary = points + indices
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text
+    chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def ply(*, binary):
+    form = "binary_little_endian" if binary else "ascii"
+    head = f"ply\nformat {form} 1.0\nelement vertex 6\nproperty float x\nproperty float y\n"
+    head += "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    if not binary:
+        rows = [" ".join(map(str, v)) for v in VERTICES] + ["4 0 1 2 3", "3 0 1 5"]
+        return head + "\n".join(rows) + "\n"
+    data = head.encode() + np.array(VERTICES, "<f4").tobytes()
+    for face in ([0, 1, 2, 3], [0, 1, 5]):
+        data += bytes([len(face)]) + np.array(face, "<i4").tobytes()
+    return data
+
+
+def stl():
+    facets = np.zeros(4, [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
+    facets["c"] = np.array(VERTICES, float)[np.array(TRIANGLES)]
+    return b"stl".ljust(80) + np.uint32(4).tobytes() + facets.tobytes()
+
+
+OBJ = (
+    "mtllib a.mtl\no a\n"
+    + "".join(f"v {x} {y} {z}\n" for x, y, z in VERTICES)
+    + "usemtl m\nf 1/1 2/2 3/3 4/4\ng b\nf 1 2 6 -2\nf 1 2 \\\n3\nf 1 2 6 5 4\n"
+)
+OFF = "OFF\n6 2 0\n" + "".join(f"{x} {y} {z}\n" for x, y, z in VERTICES) + "4 0 1 2 3\n3 0 1 5\n"
+TEXT_STL = """solid a
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+endsolid a
+"""
+
+FILES = {
+    "a.json": json.dumps(cityjson(), indent=1),
+    "b.json": json.dumps(cityjson(version="1.0")),
+    "a.jsonl": sequence(),
+    "a.glb": gltf(),
+    "a.obj": OBJ,
+    "a.off": OFF,
+    "t.ply": ply(binary=False),
+    "b.ply": ply(binary=True),
+    "b.stl": stl(),
+    "t.stl": TEXT_STL,
+}
+BYTES = {n: c if isinstance(c, bytes) else c.encode() for n, c in FILES.items()}
+
+
+def read_or_refuse(folder, name, data):
+    path = folder / name
+    path.write_bytes(data)
+    try:
+        scene = umbra.read(path)
+    except InputError as error:
+        message = str(error)
+        assert "\n" not in message
+        assert str(path) in message
+        assert len(message) < 600
+        return None
+    assert np.isfinite(scene.bounds()).all()
+    return scene
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("damage")
+
+
+@pytest.mark.parametrize("name", BYTES)
+def test_whole_files_are_read(folder, name):
+    assert read_or_refuse(folder, name, BYTES[name]) is not None
+
+
+@pytest.mark.parametrize("name", BYTES)
+def test_files_cut_anywhere(folder, name):
+    data = BYTES[name]
+    for end in range(0, len(data), max(1, len(data) // 150)):
+        read_or_refuse(folder, name, data[:end])
+
+
+@pytest.mark.parametrize("name", BYTES)
+@given(data=st.data())
+@settings(
+    deadline=None, max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_files_with_changed_bytes(folder, name, data):
+    changed = bytearray(BYTES[name])
+    for _ in range(data.draw(st.integers(1, 4))):
+        place = data.draw(st.integers(0, len(changed) - 1))
+        new = data.draw(
+            st.sampled_from(b'0123456789-.e,:[]{}"\\/ \n#\x00\xffnaN') | st.integers(0, 255)
+        )
+        how = data.draw(st.sampled_from(["put", "insert", "drop"]))
+        if how == "put":
+            changed[place] = new
+        elif how == "insert":
+            changed.insert(place, new)
+        else:
+            del changed[place]
+    read_or_refuse(folder, name, bytes(changed))
+
+
+def places_in(tree, path=()):
+    yield path
+    items = tree.items() if isinstance(tree, dict) else enumerate(tree)
+    for key, value in items if isinstance(tree, dict | list) else ():
+        if isinstance(value, dict | list):
+            yield from places_in(value, (*path, key))
+        else:
+            yield (*path, key)
+
+
+ODD = [None, True, -1, 0, 7, 10**12, 1.5, 1e308, "", "a", [], {}, [[]], [[0]], {"type": "Solid"}]
+TREES = {"a.json": cityjson(), "a.gltf": json.loads(BYTES["a.glb"][20:].split(b"BIN\0")[0][:-4])}
+
+
+@pytest.mark.parametrize("name", TREES)
+@pytest.mark.parametrize("odd", range(len(ODD)))
+def test_json_with_an_odd_value_anywhere(folder, name, odd):
+    buffer = BYTES["a.glb"][BYTES["a.glb"].index(b"BIN\0") + 4 :]
+    (folder / "a.bin").write_bytes(buffer)
+    text = json.dumps(TREES[name])
+    for path in places_in(TREES[name]):
+        if not path:
+            continue
+        tree = json.loads(text)
+        if name == "a.gltf" and path[:1] != ("buffers",):
+            tree["buffers"][0]["uri"] = "a.bin"
+        inner = tree
+        for key in path[:-1]:
+            inner = inner[key]
+        inner[path[-1]] = ODD[odd]
+        read_or_refuse(folder, name, json.dumps(tree).encode())
