@@ -270,6 +270,40 @@ def test_contours_enclose_at_least_so_many_hours():
     assert np.ptp(line[:, 1]) >= sheet.map_box[3] - 0.01  # right across the map
 
 
+def test_contours_end_at_hidden_cells_and_do_not_follow_them():
+    plan = Plan(np.arange(300) + 0.5, np.arange(300) + 0.5)
+    hours = np.zeros(plan.shape)
+    hours[:150] = 2.0
+    hidden = np.zeros(plan.shape, bool)
+    hidden[100:200, 100:200] = True
+    hours[hidden] = np.nan
+    sheet = make_sheet(plan, 0.5)
+    lines = trace(sheet, hours >= 1, hidden)
+    assert len(lines) == 2
+    for line in lines:
+        np.testing.assert_allclose(line[:, 1], sheet.place((0.0, 150.0))[1], atol=0.02)
+    (left, _), (right, _) = sheet.place((100, 0)), sheet.place((200, 0))
+    inner = sorted(np.concatenate(lines)[:, 0])
+    assert max(x for x in inner if x < (left + right) / 2) == pytest.approx(left, abs=0.03)
+    assert min(x for x in inner if x > (left + right) / 2) == pytest.approx(right, abs=0.03)
+
+
+def find_labels(sheet):
+    return [
+        t
+        for t in sheet.figure.findobj(Text)
+        if t.get_text().endswith(" h") and t.get_path_effects()
+    ]
+
+
+def test_no_label_covers_a_roof():
+    plan = make_plan(300, 400)
+    near = np.zeros(plan.shape, np.float32)
+    near[98:202, 131:269] = 3.0  # two cells wider than the roof: too narrow for a label
+    assert not find_labels(make_hours_sheet(plan, near, 3.0))
+    assert find_labels(make_hours_sheet(plan, near, 3.0, "top"))
+
+
 @pytest.mark.parametrize(
     ("max_hours", "levels"),
     [(0, []), (0.9, []), (1, [1]), (2.5, [1, 2]), (8, list(range(1, 9))), (9, [2, 4, 6, 8]),
@@ -279,14 +313,10 @@ def test_levels_are_whole_hours_and_few(max_hours, levels):
     assert find_levels(max_hours) == levels
 
 
-def test_labels_leave_gaps_and_keep_off_roofs():
+def test_labels_keep_off_roofs_and_edges():
     plan = make_plan(300, 400)
     sheet = make_hours_sheet(plan, make_hours(plan), 8.0)
-    labels = [
-        t
-        for t in sheet.figure.findobj(Text)
-        if t.get_text().endswith(" h") and t.get_path_effects()
-    ]
+    labels = find_labels(sheet)
     assert len(labels) >= 3
     x, y, w, h = sheet.map_box
     for label in labels:

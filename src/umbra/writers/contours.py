@@ -30,7 +30,9 @@ def find_levels(max_hours: float, most: int = 8) -> list[int]:
     return list(range(step, last + 1, step))
 
 
-def trace(sheet: Sheet, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
+def trace(
+    sheet: Sheet, is_inside: NDArray[np.bool_], is_hidden: NDArray[np.bool_] | None = None
+) -> list[NDArray[np.float64]]:
     """
     Trace the border of a region of cells.
 
@@ -40,6 +42,9 @@ def trace(sheet: Sheet, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64
     Parameters
     ----------
     is_inside : (rows, cols) bool
+    is_hidden : (rows, cols) bool, optional
+        Cells where it is not known what is inside: lines end there, and do not follow
+        their border.
 
     Returns
     -------
@@ -47,8 +52,11 @@ def trace(sheet: Sheet, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64
         On the sheet [inch].
     """
     x, y, w, h = sheet.map_box
-    rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))
-    share = _smooth(np.pad(resample(is_inside, (rows, cols)), 1, mode="edge"))
+    size = rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))
+    share = _smooth(resample(is_inside if is_hidden is None else is_inside & ~is_hidden, size))
+    if is_hidden is not None:
+        known = _smooth(resample(~is_hidden, size))
+        share = np.ma.masked_where(known < 0.5, share / np.maximum(known, 0.5))
     across = x + (np.arange(-1, cols + 1) + 0.5) * (w / cols)
     up = y + (np.arange(-1, rows + 1) + 0.5) * (h / rows)
     lines: Any = contourpy.contour_generator(across, up, share).lines(0.5)
@@ -56,7 +64,8 @@ def trace(sheet: Sheet, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64
 
 
 def _smooth(share: NDArray) -> NDArray:
-    """Blur by about a pixel of the picture: takes the staircase of cells off a line."""
+    """Go one point past the edges, and blur by a pixel: takes the cells' staircase off a line."""
+    share = np.pad(share, 1, mode="edge")
     for _ in range(2):
         padded = np.pad(share, 1, mode="edge")
         share = padded[:-2] + 2 * padded[1:-1] + padded[2:]
@@ -78,17 +87,16 @@ def draw_contours(
     ----------
     sheet : Sheet
     hours : (rows, cols) float32
-        NaN where there is none.
     levels : list of int
     colors : list of (line, halo)
         One pair for each level.
     blocked : (rows, cols) bool
-        Cells that no label may cover.
+        Cells whose hours do not count: no line runs there, and no label covers them.
     """
     finder = _LabelFinder(sheet, hours, blocked)
     for level, (color, halo) in zip(levels, colors, strict=True):
         # Hours are sums of float32 steps: a cell of exactly the level lies inside.
-        lines = trace(sheet, hours >= level - 1e-3)
+        lines = trace(sheet, hours >= level - 1e-3, blocked if blocked.any() else None)
         text = f"{level} h"
         lines, places = finder.find(lines, text)
         sheet.rule(lines, color, 0.5, on_map=True)

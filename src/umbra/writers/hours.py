@@ -81,11 +81,10 @@ def make_hours_sheet(
 
     is_ground = receivers == "ground"
     levels = find_levels(max_hours)
-    if is_ground:
-        # A line may run on under a roof, not over it: there its hours mean nothing.
-        hours = np.where(is_building, np.float32(np.nan), hours)
     colors = [_find_line_color(level / max_hours) for level in levels]
-    draw_contours(sheet, hours, levels, colors, is_building if is_ground else ~np.isfinite(hours))
+    # Under a roof the ground's hours mean nothing.
+    blocked = np.isnan(hours) | is_building if is_ground else np.isnan(hours)
+    draw_contours(sheet, hours, levels, colors, blocked)
     sheet.rule(trace(sheet, is_building), OUTLINE, 0.6 if is_ground else 0.7, on_map=True)
     if is_missing.all():
         x, y, w, h = sheet.map_box
