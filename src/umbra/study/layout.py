@@ -114,7 +114,9 @@ def _reach(
 def _round_up(value: float) -> float:
     """Give the next 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
-    return next(float(f"{step * power:.6g}") for step in (1, 2, 5, 10) if step * power >= value * 0.999)
+    return next(
+        float(f"{step * power:.6g}") for step in (1, 2, 5, 10) if step * power >= value * 0.999
+    )
 
 
 def _check_memory(cols: int, rows: int, masks: int, threads: int, side: float) -> None:

@@ -1,0 +1,119 @@
+"""``umbra inspect``: what a file is."""
+
+import dataclasses
+
+import click
+
+from umbra.cli.main import echo_json
+
+__all__ = ["command"]
+
+_MOST = 40  # parts listed for a person; --json has all
+
+
+@click.command("inspect")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(files: tuple[str, ...], up: str | None, as_json: bool) -> None:
+    """
+    Say what a file is: parts, size, place, and whether its meshes are closed.
+
+    A closed mesh casts by its lit faces, anything else triangle by triangle; shadows
+    are exact in both cases.
+    """
+    from umbra.readers import read  # noqa: PLC0415
+    from umbra.volume.inspection import inspect_scene  # noqa: PLC0415
+
+    scene = read(*files, up=up)
+    found = inspect_scene(scene)
+    bounds = scene.bounds()
+    total = dataclasses.asdict(found.total)
+    result = {
+        "format": ", ".join(dict.fromkeys(source.format for source in scene.sources)),
+        "parts": [dataclasses.asdict(part) for part in found.parts],
+        "vertices": found.vertices,
+        "triangles": total["triangles"],
+        "bounds": bounds.tolist(),
+        "closed": total["closed"],
+        "border_edges": total["border_edges"],
+        "nonmanifold_edges": total["nonmanifold_edges"],
+        "inconsistent_edges": total["inconsistent_edges"],
+        "degenerate_triangles": total["degenerate_triangles"],
+        "duplicate_triangles": total["duplicate_triangles"],
+        "first_bad_edge": None if found.first_bad_edge is None else found.first_bad_edge.tolist(),
+        "crs": scene.crs,
+        "latitude": scene.latitude,
+        "longitude": scene.longitude,
+        "true_north_deg": scene.true_north,
+        "notes": list(scene.notes),
+    }
+    if as_json:
+        echo_json(result)
+        return
+    for source in scene.sources:
+        click.echo(f"{source.name}: {source.format}")
+    size = bounds[1] - bounds[0]
+    click.echo(
+        f"{len(found.parts)} parts, {found.total.triangles} triangles, {found.vertices} vertices"
+    )
+    click.echo(
+        f"{size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} m, from "
+        + ", ".join(f"{v:.2f}" for v in bounds[0])
+        + " to "
+        + ", ".join(f"{v:.2f}" for v in bounds[1])
+    )
+    if scene.latitude is not None and scene.longitude is not None:
+        place = f"latitude {scene.latitude:.5f}°, longitude {scene.longitude:.5f}°"
+        if scene.true_north is not None:
+            place += f", true north at {scene.true_north:.2f}° from the model's y axis"
+        click.echo(f"{scene.crs or 'no CRS'}: {place}")
+    else:
+        click.echo(f"{scene.crs or 'no CRS'}: the file does not say where it is (--lat, --lon)")
+    click.echo("closed" if found.total.closed else _why_open(result))
+    for note in scene.notes:
+        click.echo(f"note: {note}")
+    _list_parts(result["parts"])
+
+
+def _why_open(result: dict) -> str:
+    reasons = [
+        f"{result[key]} {words}"
+        for key, words in (
+            ("border_edges", "border edges"),
+            ("nonmanifold_edges", "edges with more than two faces"),
+            ("inconsistent_edges", "edges with inconsistent windings"),
+            ("degenerate_triangles", "degenerate triangles"),
+            ("duplicate_triangles", "duplicate triangles"),
+        )
+        if result[key]
+    ]
+    text = "not closed: " + ", ".join(reasons)
+    if result["first_bad_edge"]:
+        ends = (", ".join(f"{v:.3f}" for v in end) for end in result["first_bad_edge"])
+        text += f" (first: {' to '.join(ends)})"
+    return text
+
+
+def _list_parts(parts: list[dict]) -> None:
+    """Print a table of parts: the first ones in full, all by kind."""
+    kinds: dict[str, list[int]] = {}
+    for part in parts:
+        tally = kinds.setdefault(part["kind"] or "-", [0, 0, 0])
+        tally[0] += 1
+        tally[1] += part["triangles"]
+        tally[2] += part["closed"]
+    click.echo("\nkind                       parts  triangles  closed")
+    for kind, (n, triangles, closed) in sorted(kinds.items()):
+        click.echo(f"{kind[:24]:24} {n:7} {triangles:10} {closed:7}")
+    width = min(max(len(part["name"]) for part in parts), 48)
+    click.echo(f"\n{'part':{width}}  {'kind':20} triangles  closed  border  >2 faces  windings")
+    for part in parts[:_MOST]:
+        name = part["name"] if len(part["name"]) <= width else part["name"][: width - 1] + "…"
+        click.echo(
+            f"{name:{width}}  {part['kind'][:20]:20} {part['triangles']:9}  "
+            f"{'yes' if part['closed'] else 'no':>6}  {part['border_edges']:6}  "
+            f"{part['nonmanifold_edges']:8}  {part['inconsistent_edges']:8}"
+        )
+    if len(parts) > _MOST:
+        click.echo(f"and {len(parts) - _MOST} more (--json lists all)")

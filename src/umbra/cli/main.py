@@ -1,0 +1,100 @@
+"""The ``umbra`` command: its subcommands, and how it ends."""
+
+import sys
+import traceback
+from importlib import import_module
+from typing import Any
+
+import click
+
+from umbra import __version__
+from umbra.errors import InputError, UmbraError
+
+__all__ = ["main"]
+
+COMMANDS = {
+    "bench": "Measure umbra against its peers.",
+    "inspect": "Say what a file is.",
+    "render": "Draw a picture with exact shadows.",
+    "study": "Find the hours of shadow around buildings.",
+}
+
+
+class _Commands(click.Group):
+    """Load a subcommand only when it is called: help and errors come at once."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            return None
+        return import_module(f"umbra.cli.{name}").command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="umbra")
+@click.option("--debug", is_flag=True, help="Show tracebacks.")
+def umbra(debug: bool) -> None:
+    """Exact shadows from triangle meshes with shadow volumes."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """
+    Run the command line and exit: 0 done, 1 the work failed, 2 bad input or usage.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Those of the process by default.
+    """
+    arguments = sys.argv[1:] if arguments is None else arguments
+    # A flag of the whole command may stand anywhere.
+    debug = "--debug" in arguments
+    given = [argument for argument in arguments if argument != "--debug"]
+    sys.exit(_run(given, debug))
+
+
+def _run(arguments: list[str], debug: bool) -> int:
+    try:
+        umbra.main(arguments, prog_name="umbra", standalone_mode=False)
+    except click.exceptions.Exit as ended:
+        return ended.exit_code
+    except click.UsageError as error:
+        where = f" (see '{error.ctx.command_path} --help')" if error.ctx else ""
+        return _fail(f"{error.format_message()}{where}", 2, debug)
+    except click.ClickException as error:
+        return _fail(error.format_message(), 2, debug)
+    except InputError as error:
+        return _fail(str(error), 2, debug)
+    except (KeyboardInterrupt, click.Abort):
+        return _fail("interrupted; earlier results are as they were", 2, debug)
+    except BrokenPipeError:
+        sys.stderr.close()  # whoever read the output has gone
+        return 1
+    except UmbraError as error:
+        return _fail(str(error), 1, debug)
+    except MemoryError:
+        return _fail("out of memory; choose a larger --cell or fewer --threads", 1, debug)
+    except Exception as error:  # noqa: BLE001  (the last line of defence)
+        return _fail(f"{type(error).__name__}: {error} (--debug shows where)", 1, debug)
+    return 0
+
+
+def _fail(message: str, status: int, debug: bool) -> int:
+    if debug:
+        traceback.print_exc()
+    click.echo("umbra: " + " ".join(message.split()), err=True)
+    return status
+
+
+def echo_json(result: dict[str, Any]) -> None:
+    """Print a result as one JSON object."""
+    import orjson  # noqa: PLC0415
+
+    options = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_INDENT_2
+    click.echo(orjson.dumps(result, option=options).decode())

@@ -1,0 +1,135 @@
+"""``umbra render``: a picture with exact shadows."""
+
+from contextlib import ExitStack
+from pathlib import Path
+
+import click
+
+from umbra.cli.main import echo_json
+from umbra.cli.values import SIZE, Numbers
+from umbra.errors import InputError
+
+__all__ = ["command"]
+
+POINT = Numbers("X,Y,Z", 3)
+
+
+@click.command("render")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.option("--eye", type=POINT, required=True, help="Where the camera is [m].")
+@click.option("--target", type=POINT, required=True, help="What it looks at [m].")
+@click.option("--up", type=POINT, default=(0.0, 0.0, 1.0), help="Upward in the picture.")
+@click.option("--fov", type=float, default=50.0, show_default=True, help="Vertical [degrees].")
+@click.option("--height", type=float, help="Orthographic instead: the picture's height [m].")
+@click.option("--size", type=SIZE, default=(1024, 768), show_default="1024x768")
+@click.option("--near", type=float, default=0.1, show_default=True, help="Near plane [m].")
+@click.option(
+    "--light",
+    "lights",
+    type=Numbers("X,Y,Z[,W]", 3, 4),
+    multiple=True,
+    help="Repeatable; W=1 a point (default), W=0 a direction toward the light.",
+)
+@click.option(
+    "--spot",
+    "spots",
+    type=Numbers("X,Y,Z,TX,TY,TZ,DEG", 7),
+    multiple=True,
+    help="Repeatable: place, target and half angle of a spot light, after the others.",
+)
+@click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
+@click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
+@click.option("--method", default="auto", show_default=True, help="auto, z-pass or z-fail.")
+@click.option("--device", type=click.Choice(["auto", "cpu", "gl"]), default="auto")
+@click.option("--threads", type=click.IntRange(1), help="All cores by default.")
+@click.option("--out", type=click.Path(path_type=Path), help="PNG to write.")
+@click.option("--arrays", type=click.Path(path_type=Path), help="NPZ to write.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(
+    files: tuple[str, ...],
+    eye: tuple[float, ...],
+    target: tuple[float, ...],
+    up: tuple[float, ...],
+    fov: float,
+    height: float | None,
+    size: tuple[int, int],
+    near: float,
+    lights: tuple[tuple[float, ...], ...],
+    spots: tuple[tuple[float, ...], ...],
+    ground: float | None,
+    axis_up: str | None,
+    method: str,
+    device: str,
+    threads: int | None,
+    out: Path | None,
+    arrays: Path | None,
+    as_json: bool,
+) -> None:
+    """
+    Draw a picture with exact hard shadows of any number of lights.
+
+    Example: umbra render tower.glb --eye 40,-60,30 --target 0,0,10
+    --light 0.4,-0.3,0.8,0 --ground 0 --out tower.png
+    """
+    if out is None and arrays is None:
+        msg = "nothing to write; give --out FILE.png or --arrays FILE.npz"
+        raise InputError(msg)
+    if not lights and not spots:
+        msg = "no light; give --light X,Y,Z for a point or X,Y,Z,0 for a direction"
+        raise InputError(msg)
+    if device == "gl":
+        msg = "this version renders on the cpu; leave --device out"
+        raise InputError(msg)
+    import numpy as np  # noqa: PLC0415
+
+    from umbra.cpu.frame import METHODS, FrameCounter  # noqa: PLC0415
+    from umbra.cpu.shade import shade  # noqa: PLC0415
+    from umbra.cpu.threads import count_cores  # noqa: PLC0415
+    from umbra.readers import read  # noqa: PLC0415
+    from umbra.scene import Camera, Light, spot_light  # noqa: PLC0415
+    from umbra.writers.png import write_png  # noqa: PLC0415
+    from umbra.writers.beside import replace_file  # noqa: PLC0415
+
+    if method not in METHODS:
+        msg = f"the cpu has no method '{method}'; it has {', '.join(METHODS)}"
+        raise InputError(msg)
+    camera = Camera(eye, target, up, size=size, fov=fov, height=height, near=near)  # type: ignore[arg-type]
+    all_lights = [Light(np.array(v if len(v) == 4 else (*v, 1.0))) for v in lights]
+    all_lights += [spot_light(v[:3], v[3:6], v[6]) for v in spots]
+    threads = threads or count_cores()
+    written = [path for path in (out, arrays) if path is not None]
+    with ExitStack() as stack:
+        beside = {path: stack.enter_context(replace_file(path)) for path in written}
+        scene = read(*files, up=axis_up)
+        counter = FrameCounter(scene, ground=ground, threads=threads, warn=_warn)
+        view, frame = counter.see(camera)
+        counts = [counter.count(view, camera, light, method) for light in all_lights]
+        lit = [counter.lit(frame, n, light) for n, light in zip(counts, all_lights, strict=True)]
+        if out is not None:
+            write_png(beside[out], shade(scene, frame, all_lights, lit))
+        if arrays is not None:
+            with beside[arrays].open("wb") as file:
+                np.savez_compressed(
+                    file,
+                    position=frame.position,
+                    normal=frame.normal,
+                    count=np.stack(counts),
+                    lit=np.stack(lit),
+                )
+    if as_json:
+        seen = frame.part != -1
+        echo_json(
+            {
+                "files": [str(path) for path in written],
+                "pixels": int(seen.sum()),
+                "deepest_count": [int(n.max()) for n in counts],
+                "lit_share": [float(m.sum() / max(seen.sum(), 1)) for m in lit],
+            }
+        )
+    else:
+        for path in written:
+            click.echo(path)
+
+
+def _warn(message: str) -> None:
+    click.echo(f"umbra: {message}", err=True)

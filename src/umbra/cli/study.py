@@ -1,0 +1,201 @@
+"""``umbra study``: hours of shadow around buildings."""
+
+import shlex
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from umbra.cli.main import echo_json
+from umbra.cli.values import SIZE, Numbers
+from umbra.errors import InputError
+
+if TYPE_CHECKING:
+    from umbra.scene import Scene
+    from umbra.study import Study
+
+__all__ = ["command"]
+
+
+@click.command("study")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.option("--lat", type=float, metavar="DEG", help="Latitude, if the file does not say.")
+@click.option("--lon", type=float, metavar="DEG", help="Longitude, east positive.")
+@click.option("--tz", metavar="ZONE", help="IANA zone; from the coordinates by default.")
+@click.option(
+    "--north", type=float, metavar="DEG", help="True north's azimuth in the model's plan."
+)
+@click.option("--date", required=True, metavar="YYYY-MM-DD", help="Local date.")
+@click.option("--from", "start", default="09:00", show_default=True, metavar="HH:MM")
+@click.option("--to", "end", default="17:00", show_default=True, metavar="HH:MM")
+@click.option("--every", default="15min", show_default=True, help="Step of the clock.")
+@click.option(
+    "--receivers",
+    type=click.Choice(["ground", "top"]),
+    default="ground",
+    show_default=True,
+    help="The ground plane, or the topmost surface of the plan.",
+)
+@click.option("--ground", type=float, metavar="Z", help="Default: the lowest point.")
+@click.option("--extent", type=Numbers("XMIN,YMIN,XMAX,YMAX", 4), help="Default: with shadows.")
+@click.option("--cell", type=float, metavar="M", help="Side of a cell.")
+@click.option("--size", type=SIZE, help="Or the raster's size.")
+@click.option("--cast", multiple=True, metavar="PATTERN", help="Parts that cast; repeatable.")
+@click.option("--no-cast", multiple=True, metavar="PATTERN", help="Parts that do not.")
+@click.option("--masks", is_flag=True, help="Also keep every instant.")
+@click.option(
+    "--refraction",
+    type=click.Choice(["standard", "none"]),
+    default="standard",
+    show_default=True,
+    help="The sun where it is seen, or where it is.",
+)
+@click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
+@click.option("--device", type=click.Choice(["auto", "cpu", "gl"]), default="auto")
+@click.option("--threads", type=click.IntRange(1), help="All cores by default.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(
+    files: tuple[str, ...],
+    lat: float | None,
+    lon: float | None,
+    tz: str | None,
+    north: float | None,
+    up: str | None,
+    device: str,
+    out: Path,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """
+    Find the hours of shadow around buildings on a day.
+
+    Writes study.nc, hours.png and profile.png into the folder --out.
+
+    Example: umbra study block.city.json --date 2026-03-21 --every 15min --out out/
+    """
+    if device == "gl":
+        msg = "this version counts on the cpu; leave --device out"
+        raise InputError(msg)
+    _check_clock(options)
+    from umbra.writers.painter import Painter  # noqa: PLC0415
+    from umbra.writers.results import replace_results  # noqa: PLC0415
+
+    with replace_results(out) as unfinished, Painter() as painter:
+        from umbra.readers import read  # noqa: PLC0415
+        from umbra.study import run_study  # noqa: PLC0415
+        from umbra.sun import find_site  # noqa: PLC0415
+        from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
+
+        scene = read(*files, up=up)
+        for note in scene.notes:
+            click.echo(f"note: {note}", err=True)
+        site = find_site(scene, lat, lon, tz, north)
+        with _progress() as progress:
+            study = run_study(scene, site, device=device, progress=progress, **options)
+        study.facts["command"] = shlex.join(["umbra", *sys.argv[1:]])
+        if not study.sun.is_up.any():
+            click.echo(
+                "umbra: warning: the sun is below the horizon all this time; "
+                "there are no hours of sun or shadow",
+                err=True,
+            )
+        plan = _describe(study, scene, options)
+        zone = "/".join(dict.fromkeys(study.steps.abbreviations()))
+        painter.draw_hours(
+            unfinished / "hours.png", plan, study.shadow_hours, study.up_hours,
+            receivers=study.receivers,
+        )  # fmt: skip
+        painter.draw_profile(
+            unfinished / "profile.png", plan, study.find_stamp_shadows(), study.steps.labels(),
+            zone=zone, receivers=study.receivers,
+        )  # fmt: skip
+        write_netcdf(unfinished / "study.nc", study.to_dataset())
+    written = [out / name for name in ("study.nc", "hours.png", "profile.png")]
+    if as_json:
+        echo_json(
+            {
+                "files": [str(path) for path in written],
+                "cols": len(study.x),
+                "rows": len(study.y),
+                "cell": [study.sweep.grid.dx, study.sweep.grid.dy],
+                "hours": study.up_hours,
+                "most_shadow_hours": float(study.shadow_hours.max()),
+                "mean_shadow_hours": float(study.shadow_hours.mean()),
+                **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
+            }
+        )
+    else:
+        for path in written:
+            click.echo(path)
+
+
+def _check_clock(options: dict[str, Any]) -> None:
+    """Find slips in the dates before anything is read."""
+    from umbra.sun import make_steps  # noqa: PLC0415
+
+    # In UTC no time is missing or doubled: what fails here fails everywhere.
+    make_steps(options["date"], options["start"], options["end"], options["every"], "UTC")
+
+
+@contextmanager
+def _progress() -> Iterator[Any]:
+    """Show a bar on a terminal, and say why a first run takes long; else stay silent."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _all: None
+        return
+    notice = threading.Timer(
+        2.0,
+        lambda: click.echo("compiling kernels: once, the next runs start at once", err=True),
+    )
+    notice.daemon = True
+    notice.start()
+    bar: Any = None
+
+    def advance(done: int, everything: int) -> None:
+        nonlocal bar
+        notice.cancel()
+        if bar is None:
+            bar = click.progressbar(length=everything, label="counting shadows", file=sys.stderr)
+            bar.__enter__()
+        bar.update(done - bar.pos)
+
+    try:
+        yield advance
+    finally:
+        notice.cancel()
+        if bar is not None:
+            bar.__exit__(None, None, None)
+
+
+def _describe(study: "Study", scene: "Scene", options: dict[str, Any]) -> Any:
+    """Say in words what the pictures show."""
+    import numpy as np  # noqa: PLC0415
+
+    from umbra.writers.plan import Plan  # noqa: PLC0415
+
+    site, facts = study.site, study.facts
+    north = "N" if site.latitude >= 0 else "S"
+    east = "E" if site.longitude >= 0 else "W"
+    grid = study.sweep.grid
+    cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
+    offsets = "/".join(dict.fromkeys(study.steps.offsets()))
+    return Plan(
+        study.x,
+        study.y,
+        np.maximum(study.heights - study.ground, 0.0),
+        true_north=site.true_north,
+        title=" + ".join(Path(source.name).name for source in scene.sources[:3]),
+        place=(
+            f"{abs(site.latitude):.3f}° {north}, {abs(site.longitude):.3f}° {east} · {site.zone}"
+        ),
+        date=f"{options['date']}, {options['start']} to {options['end']} ({offsets})",
+        note=(
+            f"umbra {facts['umbra_version']} · cell {cell} · midpoints of {options['every']} steps"
+            f" · refraction {facts['refraction']}"
+        ),
+    )

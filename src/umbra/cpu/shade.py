@@ -1,0 +1,63 @@
+"""Colours of a frame: diffuse surfaces, hard shadows, a quiet sky."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.depth import GROUND, NOTHING
+from umbra.cpu.frame import Frame
+from umbra.scene import Light, Scene
+
+__all__ = ["shade"]
+
+GROUND_COLOR = (0.50, 0.50, 0.48)
+SKY, HORIZON = (0.42, 0.60, 0.82), (0.86, 0.91, 0.95)  # linear RGB
+AMBIENT = 0.20  # of a white surface that looks up; half as much looking down
+
+
+def shade(
+    scene: Scene, frame: Frame, lights: Sequence[Light], lit: Sequence[NDArray[np.bool_]]
+) -> NDArray[np.uint8]:
+    """
+    Shade what is seen by Lambert's cosine law.
+
+    Lights do not weaken with distance; several share the exposure of one.
+
+    Parameters
+    ----------
+    scene : Scene
+    frame : Frame
+    lights : sequence of Light
+    lit : sequence of (rows, cols) bool
+        Where each light reaches the surface.
+
+    Returns
+    -------
+    rgb : (rows, cols, 3) uint8
+        sRGB.
+    """
+    rows, cols = frame.part.shape
+    seen = frame.part != NOTHING
+    palette = np.array([part.color for part in scene.parts] + [GROUND_COLOR])
+    part = frame.part[seen]
+    albedo = palette[np.where(part == GROUND, len(palette) - 1, part)]
+    normal, position = frame.normal[seen], frame.position[seen]
+    energy = np.repeat(AMBIENT * (0.75 + 0.25 * normal[:, 2:]), 3, 1)
+    exposure = 0.8 / max(len(lights), 1) ** 0.5
+    for light, reached in zip(lights, lit, strict=True):
+        way = light.position[:3] - light.position[3] * position
+        cosine = np.einsum("ij,ij->i", normal, way) / np.linalg.norm(way, axis=1)
+        amount = exposure * np.where(reached[seen], np.maximum(cosine, 0.0), 0.0)
+        energy += amount[:, None] * light.color
+    fade = np.linspace(0, 1, rows)[:, None, None]
+    linear = np.broadcast_to((1 - fade) * SKY + fade * np.array(HORIZON), (rows, cols, 3)).copy()
+    linear[seen] = albedo * energy
+    return _to_srgb(linear)
+
+
+def _to_srgb(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Encode linear RGB as sRGB (IEC 61966-2-1)."""
+    value = np.clip(linear, 0.0, 1.0)
+    encoded = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    return np.round(255 * encoded).astype(np.uint8)

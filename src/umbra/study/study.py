@@ -1,0 +1,302 @@
+"""
+The shadow study: hours of shadow in every cell of a plan over a part of a day.
+
+The period is cut into steps and each step is judged at its midpoint, so that hours
+add up to exactly the period less the night. The profile is drawn at the steps' ends.
+"""
+
+import datetime as dt
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+import umbra
+from umbra.cpu.sweep import Sweep
+from umbra.cpu.threads import count_cores
+from umbra.errors import InputError
+from umbra.scene import Scene
+from umbra.scene.grid import Grid
+from umbra.study.layout import lay_out
+from umbra.study.receivers import find_surface, make_sweep
+from umbra.sun import Site, Steps, SunPath, find_sun, make_steps
+from umbra.volume.adjacency import make_caster
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Study", "run_study", "shadow_study"]
+
+RECEIVERS = ("ground", "top")
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """
+    A study's result and what its pictures are drawn from.
+
+    Parameters
+    ----------
+    x : (cols,) float64
+    y : (rows,) float64
+        Cell centres in the model's own coordinates, ascending [m].
+    steps : Steps
+        Of the period.
+    sun : SunPath
+        At the steps' midpoints.
+    shadow_hours : (rows, cols) float32
+    up_hours : float
+        How long the sun was above the horizon [h].
+    heights : (rows, cols) float64
+        z of the topmost surface or the ground, in the model's own coordinates [m].
+    ground : float
+        z of the ground [m].
+    masks : (n_steps, rows, cols) uint8, optional
+        1 where in shadow at a midpoint; 0 at night.
+    facts : dict
+        What the result's attributes say.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    site: Site
+    steps: Steps
+    sun: SunPath
+    shadow_hours: NDArray[np.float32]
+    up_hours: float
+    heights: NDArray[np.float64]
+    ground: float
+    masks: NDArray[np.uint8] | None
+    facts: dict[str, object]
+    sweep: Sweep
+
+    @property
+    def receivers(self) -> str:
+        """What received the shadows: 'ground' or 'top'."""
+        return str(self.facts["receivers"])
+
+    @property
+    def sun_hours(self) -> NDArray[np.float32]:
+        """Hours in the sun, (rows, cols) float32."""
+        return np.float32(self.up_hours) - self.shadow_hours
+
+    def find_stamp_shadows(self) -> NDArray[np.bool_]:
+        """Find where shadow falls at each stamp, (n_stamps, rows, cols) bool; none at night."""
+        path = find_sun(self.site, self.steps.stamps, refraction=str(self.facts["refraction"]))
+        shadows = np.zeros((len(path.altitude), *self.shadow_hours.shape), np.bool_)
+        shadows[path.is_up] = self.sweep.masks(path.direction[path.is_up]).view(np.bool_)
+        return shadows
+
+    def to_dataset(self) -> "xr.Dataset":
+        """
+        Give the result as a dataset, as written to ``study.nc``.
+
+        Returns
+        -------
+        dataset : xarray.Dataset
+        """
+        import xarray as xr  # noqa: PLC0415  (half a second; scripts that only count do without)
+
+        plan = ("y", "x")
+        receiver = np.full(self.heights.shape, self.ground)
+        variables: dict[str, object] = {
+            "shadow_hours": (plan, self.shadow_hours),
+            "sun_hours": (plan, self.sun_hours),
+            "receiver_z": (plan, self.heights if self.receivers == "top" else receiver),
+            "sun_altitude": ("time", self.sun.altitude),
+            "sun_azimuth": ("time", self.sun.azimuth),
+            "sun_direction": (("time", "xyz"), self.sun.direction),
+        }
+        if self.masks is not None:
+            variables["in_shadow"] = (("time", *plan), self.masks)
+        instants = self.steps.instants.astype("datetime64[ns]")
+        coords = {"x": self.x, "y": self.y, "time": instants, "xyz": ["x", "y", "z"]}
+        return xr.Dataset(variables, coords, self.facts)
+
+
+def run_study(
+    scene: Scene,
+    site: Site,
+    *,
+    date: str | dt.date,
+    start: str | dt.time = "09:00",
+    end: str | dt.time = "17:00",
+    every: str | dt.timedelta = "15min",
+    receivers: str = "ground",
+    ground: float | None = None,
+    extent: Sequence[float] | None = None,
+    cell: float | None = None,
+    size: tuple[int, int] | None = None,
+    cast: Sequence[str] = (),
+    no_cast: Sequence[str] = (),
+    masks: bool = False,
+    refraction: str = "standard",
+    device: str = "auto",
+    threads: int | None = None,
+    progress: Callable[[int, int], object] = lambda _done, _all: None,
+) -> Study:
+    """
+    Run a study and keep what its pictures need; see ``shadow_study``.
+
+    ``progress`` is told how many instants are done, and of how many.
+    """
+    if receivers not in RECEIVERS:
+        msg = f"unknown receivers '{receivers}'; choose ground or top"
+        raise InputError(msg, receivers=receivers)
+    if device not in {"auto", "cpu"}:
+        msg = f"device '{device}' is not available; choose auto or cpu"
+        raise InputError(msg, device=device)
+    threads = count_cores() if threads is None else threads
+    if threads < 1:
+        msg = f"threads must be at least 1; got {threads}"
+        raise InputError(msg, threads=threads)
+    steps = make_steps(date, start, end, every, site.zone)
+    sun = find_sun(site, steps.instants, refraction=refraction)
+    stamps = find_sun(site, steps.stamps, refraction=refraction)
+    casters = scene.select(cast, no_cast)
+    if not casters:
+        msg = "no part is left to cast a shadow; take a --no-cast pattern away"
+        raise InputError(msg)
+
+    begun = time.perf_counter()
+    bounds = scene.bounds()
+    level = float(bounds[0, 2]) if ground is None else float(ground)
+    if not np.isfinite(level):
+        msg = f"the ground's height must be a finite number; got {level:g}"
+        raise InputError(msg, ground=ground)
+    suns = sun.direction[sun.is_up]
+    around = np.concatenate([suns, stamps.direction[stamps.is_up]])
+    grid, x, y = lay_out(
+        bounds, around, level, extent=extent, cell=cell, size=size,
+        masks=(len(suns) if masks else 0) + len(stamps.altitude), threads=threads,
+    )  # fmt: skip
+    local = Grid(
+        grid.x0 - scene.origin[0], grid.y0 - scene.origin[1], grid.dx, grid.dy, grid.cols, grid.rows
+    )
+    floor = level - scene.origin[2]
+    everything = scene.triangles()
+    surface = find_surface(everything, local, floor, threads)
+    soup = everything if len(casters) == len(scene.parts) else scene.triangles(casters)
+    caster = make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
+    sweep = make_sweep(receivers, caster, surface, local, floor, threads)
+    if len(suns):  # one sun loads or compiles the kernels and makes the buffers
+        sweep.add_steps(suns[:1], np.zeros((grid.rows, grid.cols), np.int32))
+    prepared = time.perf_counter()
+
+    hours, kept = _count(sweep, steps, sun, (grid.rows, grid.cols), masks, progress)
+    counted = time.perf_counter()
+    facts: dict[str, object] = {
+        "umbra_version": umbra.__version__,
+        "command": "umbra.shadow_study",
+        "source": "; ".join(f"{s.name} sha256:{s.sha256}" for s in scene.sources),
+        "device": "cpu",
+        "threads": threads,
+        "crs": scene.crs,
+        "receivers": receivers,
+        "ground_z": level,
+        "latitude": site.latitude,
+        "longitude": site.longitude,
+        "time_zone": site.zone,
+        "true_north_deg": site.true_north,
+        "refraction": refraction,
+        "prepare_seconds": prepared - begun,
+        "count_seconds": counted - prepared,
+    }
+    return Study(
+        x=x,
+        y=y,
+        site=site,
+        steps=steps,
+        sun=sun,
+        shadow_hours=hours,
+        up_hours=float(steps.hours[sun.is_up].sum()),
+        heights=surface.heights + scene.origin[2],
+        ground=level,
+        masks=kept,
+        facts={name: fact for name, fact in facts.items() if fact is not None},
+        sweep=sweep,
+    )
+
+
+def _count(
+    sweep: Sweep,
+    steps: Steps,
+    sun: SunPath,
+    shape: tuple[int, int],
+    masks: bool,
+    progress: Callable[[int, int], object],
+) -> tuple[NDArray[np.float32], NDArray[np.uint8] | None]:
+    """Add up the hours in shadow, keeping every instant's mask if asked."""
+    up = np.flatnonzero(sun.is_up)
+    done = 0
+
+    def advance(n: int) -> None:
+        nonlocal done
+        done += n
+        progress(done, len(up))
+
+    if masks:
+        kept = np.zeros((len(sun.is_up), *shape), np.uint8)
+        kept[up] = sweep.masks(sun.direction[up], advance)
+        hours = np.zeros(shape)
+        for i in up:
+            hours += steps.hours[i] * kept[i]
+        return hours.astype(np.float32), kept
+    hours = np.zeros(shape)
+    # All steps are equally long but for the last: at most two lengths.
+    for length in np.unique(steps.hours[up]):
+        counts = np.zeros(shape, np.int32)
+        sweep.add_steps(sun.direction[up[steps.hours[up] == length]], counts, advance)
+        hours += length * counts
+    return hours.astype(np.float32), None
+
+
+def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
+    """
+    Find how long every cell of a plan lies in shadow on a day.
+
+    Parameters
+    ----------
+    scene : Scene
+        From ``umbra.read``.
+    site : Site
+        Latitude, longitude, time zone and true north.
+    date : str
+        Local date, ``"2026-09-18"``.
+    start, end : str
+        Local clock times, ``"09:00"`` and ``"17:00"`` by default.
+    every : str
+        Step, ``"15min"`` by default.
+    receivers : {'ground', 'top'}
+        The plane z = ``ground``, or the topmost surface of the plan.
+    ground : float, optional
+        z of the ground [m]; the model's lowest point by default.
+    extent : (4,) float, optional
+        xmin, ymin, xmax, ymax in the model's own coordinates [m]; the model and its
+        shadows by default.
+    cell : float, optional
+        Side of a cell [m]; or ``size``, (columns, rows).
+    cast, no_cast : sequences of str
+        Shell patterns of the names or kinds of parts that cast, or do not.
+    masks : bool
+        Keep every instant as ``in_shadow``.
+    refraction : {'standard', 'none'}
+        Whether the sun stands where it is seen (default) or where it is.
+    threads : int, optional
+        All cores by default; results do not depend on it.
+
+    Returns
+    -------
+    dataset : xarray.Dataset
+        ``shadow_hours`` and ``sun_hours`` (y, x) [h], ``receiver_z`` [m], and the sun
+        at each step's midpoint; see the contract in the docs.
+
+    Raises
+    ------
+    InputError
+        If an option is wrong, a pattern matches no part, or the raster is too large.
+    """
+    return run_study(scene, site, **options).to_dataset()  # type: ignore[arg-type]
