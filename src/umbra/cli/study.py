@@ -15,8 +15,12 @@ from umbra.cli.values import SIZE, Numbers
 from umbra.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from umbra.scene import Scene
-    from umbra.study import Study
+    from umbra.study import Preview, Study
+    from umbra.writers.plan import Plan
 
 __all__ = ["command"]
 
@@ -87,7 +91,7 @@ def command(
 
     with replace_results(out) as unfinished, Painter() as painter:
         from umbra.readers import read  # noqa: PLC0415
-        from umbra.study import run_study  # noqa: PLC0415
+        from umbra.study import make_preview, run_study  # noqa: PLC0415
         from umbra.sun import find_site  # noqa: PLC0415
         from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
 
@@ -104,14 +108,15 @@ def command(
                 "there are no hours of sun or shadow",
                 err=True,
             )
-        plan = _describe(study, scene, options)
-        zone = "/".join(dict.fromkeys(study.steps.abbreviations()))
+        preview = make_preview(study)
+        plan = _describe(study, preview, scene, options)
         painter.draw_hours(
-            unfinished / "hours.png", plan, study.shadow_hours, study.up_hours,
-            receivers=study.receivers,
+            unfinished / "hours.png", plan, _coarsen(study.shadow_hours, plan.shape),
+            study.up_hours, receivers=study.receivers,
         )  # fmt: skip
+        zone = "/".join(dict.fromkeys(study.steps.abbreviations()))
         painter.draw_profile(
-            unfinished / "profile.png", plan, study.find_stamp_shadows(), study.steps.labels(),
+            unfinished / "profile.png", plan, preview.shadows, study.steps.labels(),
             zone=zone, receivers=study.receivers,
         )  # fmt: skip
         write_netcdf(unfinished / "study.nc", study.to_dataset())
@@ -122,7 +127,7 @@ def command(
                 "files": [str(path) for path in written],
                 "cols": len(study.x),
                 "rows": len(study.y),
-                "cell": [study.sweep.grid.dx, study.sweep.grid.dy],
+                "cell": [study.grid.dx, study.grid.dy],
                 "hours": study.up_hours,
                 "most_shadow_hours": float(study.shadow_hours.max()),
                 "mean_shadow_hours": float(study.shadow_hours.mean()),
@@ -172,22 +177,31 @@ def _progress() -> Iterator[Any]:
             bar.__exit__(None, None, None)
 
 
-def _describe(study: "Study", scene: "Scene", options: dict[str, Any]) -> Any:
-    """Say in words what the pictures show."""
-    import numpy as np  # noqa: PLC0415
+def _coarsen(hours: "NDArray[np.float32]", shape: tuple[int, int]) -> "NDArray[np.float32]":
+    """Average hours to the cells of the pictures."""
+    if hours.shape == shape:
+        return hours
+    from umbra.writers.raster import resample  # noqa: PLC0415
 
+    return resample(hours, shape)
+
+
+def _describe(
+    study: "Study", preview: "Preview", scene: "Scene", options: dict[str, Any]
+) -> "Plan":
+    """Say in words what the pictures show."""
     from umbra.writers.plan import Plan  # noqa: PLC0415
 
     site, facts = study.site, study.facts
     north = "N" if site.latitude >= 0 else "S"
     east = "E" if site.longitude >= 0 else "W"
-    grid = study.sweep.grid
+    grid = study.grid
     cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
     offsets = "/".join(dict.fromkeys(study.steps.offsets()))
     return Plan(
-        study.x,
-        study.y,
-        np.maximum(study.heights - study.ground, 0.0),
+        preview.x,
+        preview.y,
+        preview.heights,  # type: ignore[arg-type]
         true_north=site.true_north,
         title=" + ".join(Path(source.name).name for source in scene.sources[:3]),
         place=(

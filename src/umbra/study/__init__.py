@@ -1,5 +1,6 @@
 """Shadow studies: from a scene, a place and a day to hours of shadow."""
 
+from umbra.study.preview import Preview, make_preview
 from umbra.study.study import Study, run_study, shadow_study
 
-__all__ = ["Study", "run_study", "shadow_study"]
+__all__ = ["Preview", "Study", "make_preview", "run_study", "shadow_study"]

@@ -15,7 +15,8 @@ __all__ = ["LONGEST_SHADOW", "lay_out"]
 LONGEST_SHADOW = 4.0
 """The default extent follows shadows up to this many times the model's height."""
 _LONG_SIDE = 1024  # cells of the default raster
-_BYTES = 64  # held for each cell: heights, counts, hours, and what the pictures need
+_BYTES = 32  # held for each cell: heights, hours, and their copies on the way to the file
+_WORK = 1.5e9  # for counting a tile and drawing [byte]
 
 
 def lay_out(
@@ -27,7 +28,6 @@ def lay_out(
     cell: float | None = None,
     size: tuple[int, int] | None = None,
     masks: int = 0,
-    threads: int = 1,
 ) -> tuple[Grid, NDArray[np.float64], NDArray[np.float64]]:
     """
     Choose the cells of a plan.
@@ -48,7 +48,6 @@ def lay_out(
         Columns and rows, instead of ``cell``.
     masks : int
         Instants that are kept one by one.
-    threads : int
 
     Returns
     -------
@@ -92,7 +91,7 @@ def lay_out(
     else:
         cols, rows = size
         dx, dy = (high - low) / (cols, rows)
-    _check_memory(cols, rows, masks, threads, float(max(dx, dy)))
+    _check_memory(cols, rows, masks, float(max(dx, dy)))
     grid = Grid(float(low[0] + dx / 2), float(low[1] + dy / 2), float(dx), float(dy), cols, rows)
     return grid, grid.x, grid.y
 
@@ -119,13 +118,13 @@ def _round_up(value: float) -> float:
     )
 
 
-def _check_memory(cols: int, rows: int, masks: int, threads: int, side: float) -> None:
+def _check_memory(cols: int, rows: int, masks: int, side: float) -> None:
     cells = cols * rows
-    needed = cells * (_BYTES + 6 * threads + masks)
+    needed = cells * (_BYTES + masks) + _WORK
     held = _memory()
-    if needed <= 0.8 * held:
+    if needed <= held:
         return
-    fits = side * math.sqrt(needed / (0.8 * held))
+    fits = side * math.sqrt((needed - _WORK) / max(held - _WORK, 0.1 * held))
     advice = f"a cell of {_round_up(fits):g} m would fit"
     if masks:
         advice += ", or leave out the masks"

@@ -6,14 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import NOTHING, see
-from umbra.cpu.field import FieldSweep, Slopes
-from umbra.cpu.plane import PlaneSweep
-from umbra.cpu.sweep import Sweep
+from umbra.cpu.field import Slopes
 from umbra.scene import Triangles
 from umbra.scene.grid import Grid
-from umbra.volume.adjacency import Caster
 
-__all__ = ["Surface", "find_surface", "make_sweep"]
+__all__ = ["Surface", "find_surface"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,24 +68,3 @@ def find_surface(soup: Triangles, grid: Grid, ground: float, threads: int = 1) -
     planes = np.zeros((4, len(faces)))
     planes[:3] = normals.T
     return Surface(view.key, Slopes(seen[sloping], owner[sloping].astype(np.int32), planes))
-
-
-def make_sweep(
-    receivers: str, caster: Caster, surface: Surface, grid: Grid, ground: float, threads: int
-) -> Sweep:
-    """
-    Choose how to count: on a plane by crossings, on anything else by spans.
-
-    Parameters
-    ----------
-    receivers : {'ground', 'top'}
-    caster : Caster
-    surface : Surface
-    grid : Grid
-    ground : float
-        Local frame [m].
-    threads : int
-    """
-    if receivers == "ground":
-        return PlaneSweep(caster, grid, ground, threads)
-    return FieldSweep(caster, grid, surface.heights, threads, surface.slopes)

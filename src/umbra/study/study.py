@@ -8,8 +8,8 @@ add up to exactly the period less the night. The profile is drawn at the steps' 
 import datetime as dt
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,18 @@ from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.study.layout import lay_out
-from umbra.study.receivers import find_surface, make_sweep
+from umbra.study.model import Model, prepare_model
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps
-from umbra.volume.adjacency import make_caster
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["Study", "run_study", "shadow_study"]
 
+Refraction = Literal["standard", "none"]
 RECEIVERS = ("ground", "top")
+TILE = 4096
+"""Side of the tiles that a large raster is counted in [cell], so that work arrays stay small."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +60,9 @@ class Study:
         1 where in shadow at a midpoint; 0 at night.
     facts : dict
         What the result's attributes say.
+    model : Model
+    grid : Grid
+        In the model's local frame.
     """
 
     x: NDArray[np.float64]
@@ -71,7 +76,8 @@ class Study:
     ground: float
     masks: NDArray[np.uint8] | None
     facts: dict[str, object]
-    sweep: Sweep
+    model: Model
+    grid: Grid
 
     @property
     def receivers(self) -> str:
@@ -79,16 +85,14 @@ class Study:
         return str(self.facts["receivers"])
 
     @property
+    def refraction(self) -> Refraction:
+        """Where the sun was taken to stand: 'standard' or 'none'."""
+        return "none" if self.facts["refraction"] == "none" else "standard"
+
+    @property
     def sun_hours(self) -> NDArray[np.float32]:
         """Hours in the sun, (rows, cols) float32."""
         return np.float32(self.up_hours) - self.shadow_hours
-
-    def find_stamp_shadows(self) -> NDArray[np.bool_]:
-        """Find where shadow falls at each stamp, (n_stamps, rows, cols) bool; none at night."""
-        path = find_sun(self.site, self.steps.stamps, refraction=str(self.facts["refraction"]))
-        shadows = np.zeros((len(path.altitude), *self.shadow_hours.shape), np.bool_)
-        shadows[path.is_up] = self.sweep.masks(path.direction[path.is_up]).view(np.bool_)
-        return shadows
 
     def to_dataset(self) -> "xr.Dataset":
         """
@@ -133,7 +137,7 @@ def run_study(
     cast: Sequence[str] = (),
     no_cast: Sequence[str] = (),
     masks: bool = False,
-    refraction: str = "standard",
+    refraction: Refraction = "standard",
     device: str = "auto",
     threads: int | None = None,
     progress: Callable[[int, int], object] = lambda _done, _all: None,
@@ -171,23 +175,28 @@ def run_study(
     around = np.concatenate([suns, stamps.direction[stamps.is_up]])
     grid, x, y = lay_out(
         bounds, around, level, extent=extent, cell=cell, size=size,
-        masks=(len(suns) if masks else 0) + len(stamps.altitude), threads=threads,
+        masks=len(sun.is_up) if masks else 0,
     )  # fmt: skip
-    local = Grid(
-        grid.x0 - scene.origin[0], grid.y0 - scene.origin[1], grid.dx, grid.dy, grid.cols, grid.rows
-    )
-    floor = level - scene.origin[2]
-    everything = scene.triangles()
-    surface = find_surface(everything, local, floor, threads)
-    soup = everything if len(casters) == len(scene.parts) else scene.triangles(casters)
-    caster = make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
-    sweep = make_sweep(receivers, caster, surface, local, floor, threads)
-    if len(suns):  # one sun loads or compiles the kernels and makes the buffers
-        sweep.add_steps(suns[:1], np.zeros((grid.rows, grid.cols), np.int32))
-    prepared = time.perf_counter()
-
-    hours, kept = _count(sweep, steps, sun, (grid.rows, grid.cols), masks, progress)
-    counted = time.perf_counter()
+    origin = scene.origin
+    local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
+    model = prepare_model(scene, casters, receivers, level - origin[2], threads)
+    hours = np.zeros((grid.rows, grid.cols), np.float32)
+    heights = np.zeros((grid.rows, grid.cols))
+    kept = np.zeros((len(sun.is_up), grid.rows, grid.cols), np.uint8) if masks else None
+    tiles = list(local.tiles(TILE))
+    seconds = 0.0  # spent in counting
+    for n, (rows, cols, tile) in enumerate(tiles):
+        surface, sweep = model.make_sweep(tile)
+        heights[rows, cols] = surface.heights
+        if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes the buffers
+            sweep.add_steps(suns[:1], np.zeros((tile.rows, tile.cols), np.int32))
+        before = time.perf_counter()
+        hours[rows, cols] = _count(
+            sweep, steps, sun, None if kept is None else kept[:, rows, cols],
+            lambda done, n=n: progress(n * len(suns) + done, len(tiles) * len(suns)),
+        )  # fmt: skip
+        seconds += time.perf_counter() - before
+    heights += origin[2]
     facts: dict[str, object] = {
         "umbra_version": umbra.__version__,
         "command": "umbra.shadow_study",
@@ -202,8 +211,8 @@ def run_study(
         "time_zone": site.zone,
         "true_north_deg": site.true_north,
         "refraction": refraction,
-        "prepare_seconds": prepared - begun,
-        "count_seconds": counted - prepared,
+        "prepare_seconds": time.perf_counter() - begun - seconds,
+        "count_seconds": seconds,
     }
     return Study(
         x=x,
@@ -213,11 +222,12 @@ def run_study(
         sun=sun,
         shadow_hours=hours,
         up_hours=float(steps.hours[sun.is_up].sum()),
-        heights=surface.heights + scene.origin[2],
+        heights=heights,
         ground=level,
         masks=kept,
         facts={name: fact for name, fact in facts.items() if fact is not None},
-        sweep=sweep,
+        model=model,
+        grid=local,
     )
 
 
@@ -225,33 +235,33 @@ def _count(
     sweep: Sweep,
     steps: Steps,
     sun: SunPath,
-    shape: tuple[int, int],
-    masks: bool,
-    progress: Callable[[int, int], object],
-) -> tuple[NDArray[np.float32], NDArray[np.uint8] | None]:
-    """Add up the hours in shadow, keeping every instant's mask if asked."""
+    masks: NDArray[np.uint8] | None,
+    progress: Callable[[int], object],
+) -> NDArray[np.float32]:
+    """Add up the hours in shadow; write every instant's mask if there is room for it."""
     up = np.flatnonzero(sun.is_up)
+    hours = np.zeros((sweep.grid.rows, sweep.grid.cols))
     done = 0
 
     def advance(n: int) -> None:
         nonlocal done
         done += n
-        progress(done, len(up))
+        progress(done)
 
-    if masks:
-        kept = np.zeros((len(sun.is_up), *shape), np.uint8)
-        kept[up] = sweep.masks(sun.direction[up], advance)
-        hours = np.zeros(shape)
-        for i in up:
-            hours += steps.hours[i] * kept[i]
-        return hours.astype(np.float32), kept
-    hours = np.zeros(shape)
+    if masks is not None:
+        for first in range(0, len(up), 8):
+            some = up[first : first + 8]
+            masks[some] = sweep.masks(sun.direction[some])
+            for i in some:
+                hours += steps.hours[i] * masks[i]
+            advance(len(some))
+        return hours.astype(np.float32)
     # All steps are equally long but for the last: at most two lengths.
     for length in np.unique(steps.hours[up]):
-        counts = np.zeros(shape, np.int32)
+        counts = np.zeros(hours.shape, np.int32)
         sweep.add_steps(sun.direction[up[steps.hours[up] == length]], counts, advance)
         hours += length * counts
-    return hours.astype(np.float32), None
+    return hours.astype(np.float32)
 
 
 def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":

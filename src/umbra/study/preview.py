@@ -1,0 +1,62 @@
+"""What a study's pictures show: the same plan, with no more cells than a picture has pixels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.study.study import Study
+from umbra.sun import find_sun
+
+__all__ = ["Preview", "make_preview"]
+
+LONGEST = 1600
+"""Cells along the longer side: more than the map of a picture shows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """
+    A study at the resolution of its pictures.
+
+    Parameters
+    ----------
+    x : (cols,) float64
+    y : (rows,) float64
+        Cell centres in the model's own coordinates [m].
+    heights : (rows, cols) float64
+        z of the topmost surface above the ground [m].
+    shadows : (n_stamps, rows, cols) bool
+        Where shadow falls at each stamp, counted at this resolution; none at night.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    heights: NDArray[np.float64]
+    shadows: NDArray[np.bool_]
+
+
+def make_preview(study: Study, longest: int = LONGEST) -> Preview:
+    """
+    Count where shadow falls at each stamp of a study.
+
+    Parameters
+    ----------
+    study : Study
+    longest : int
+        Most cells along a side.
+
+    Returns
+    -------
+    preview : Preview
+    """
+    grid = study.grid.coarser(longest)
+    surface, sweep = study.model.make_sweep(grid)
+    path = find_sun(study.site, study.steps.stamps, refraction=study.refraction)
+    shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
+    shadows[path.is_up] = sweep.masks(path.direction[path.is_up]).view(np.bool_)
+    # From local coordinates to the model's own, as the study's cells went.
+    shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
+    return Preview(
+        grid.x + shift_x, grid.y + shift_y, surface.heights - study.model.ground, shadows
+    )
