@@ -16,8 +16,17 @@ if TYPE_CHECKING:
     from umbra.cpu.frame import count_shadows
     from umbra.errors import InputError, UmbraError
     from umbra.readers import read
-    from umbra.scene import Camera, Light, Mesh, Part, Scene
-    from umbra.scene import directional_light, make_scene, point_light, spot_light
+    from umbra.scene import (
+        Camera,
+        Light,
+        Mesh,
+        Part,
+        Scene,
+        directional_light,
+        make_scene,
+        point_light,
+        spot_light,
+    )
     from umbra.study import shadow_study
     from umbra.sun import Site, find_sun
 

@@ -87,8 +87,8 @@ def command(
     from umbra.cpu.threads import count_cores  # noqa: PLC0415
     from umbra.readers import read  # noqa: PLC0415
     from umbra.scene import Camera, Light, spot_light  # noqa: PLC0415
-    from umbra.writers.png import write_png  # noqa: PLC0415
     from umbra.writers.beside import replace_file  # noqa: PLC0415
+    from umbra.writers.png import write_png  # noqa: PLC0415
 
     if method not in METHODS:
         msg = f"the cpu has no method '{method}'; it has {', '.join(METHODS)}"

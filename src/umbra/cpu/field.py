@@ -16,9 +16,9 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.sweep import MOST, Sweep
-from umbra.volume.facing import find_lit
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
+from umbra.volume.facing import find_lit
 from umbra.volume.silhouette import Silhouettes
 
 __all__ = ["FieldSweep", "Slopes"]

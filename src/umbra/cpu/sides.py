@@ -164,7 +164,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                     sign[3] = 1.0 if o > 0.0 else -1.0
                     n_lines = 4
             # Bounds in the picture, and the nearest key.
-            low_x = low_y = nearest_sure = np.inf
+            low_x = low_y = np.inf
             high_x = high_y = nearest = -np.inf
             for t in range(4):
                 i = t if t < 2 else 5 - t
@@ -253,9 +253,7 @@ def _deepest(spans, starts, filled, rows):
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False, fastmath={"nsz", "nnan"})
 def _fill(quads, spans, starts, filled, keys, counts, cols, threads):
     """Fill all sides; each thread owns every so many stripes of rows."""
-    rows = keys.shape[0]
     wide = np.float64(cols)
-    stripes = (rows + STRIPE - 1) // STRIPE
     for t in prange(threads):
         for chunk in range(starts.size):
             for i in range(starts[chunk], starts[chunk] + filled[chunk]):

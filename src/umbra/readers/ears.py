@@ -61,6 +61,7 @@ def clip_ears(
         np.array(flat, np.float64), np.array(ends, np.uint32)
     ).tolist()
     triangles = list(zip(ears[::3], ears[1::3], ears[2::3], strict=True))
+    # Counter-clockwise as a rule, but earcut does not promise it.
     if sum(_find_area(flat, triangle) for triangle in triangles) < 0:
         triangles = [(c, b, a) for a, b, c in triangles]
 

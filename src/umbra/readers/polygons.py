@@ -62,8 +62,8 @@ def triangulate(vertices: NDArray[np.float64], polygons: Polygons) -> Triangulat
     """
     Cut polygons into triangles.
 
-    Triangles, quads and convex polygons go through in batches; only concave
-    polygons of five corners or more and those with holes are cut one by one.
+    Triangles, quads and polygons whose first corner sees all of them go through in
+    batches; only the other concave ones and those with holes are cut one by one.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def triangulate(vertices: NDArray[np.float64], polygons: Polygons) -> Triangulat
             cut, done = _cut_quads(vertices, rings)
             usable[group[~done]] = False
         else:
-            cut, done = _cut_convex(vertices, rings)
+            cut, done = _cut_fans(vertices, rings)
             slow = np.concatenate([slow, group[~done]])
         faces.append(cut[done].reshape(-1, 3))
         owners.append(np.repeat(group[done], n - 2))
@@ -154,7 +154,7 @@ def _drop_repeats(
     return corners[~same], np.bincount(ring[~same], minlength=len(lengths))
 
 
-def _corner_turns(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _corner_turns(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     Find how much each corner turns, positive toward the inside.
 
@@ -164,20 +164,16 @@ def _corner_turns(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDA
 
     Returns
     -------
-    normals : (n_polygons, 3) float64
-        Newell normals, twice the area long.
     turns : (n_polygons, n) float64
-        Cross product of the edges that meet there along the unit normal [m²].
+        Cross product of the edges that meet there, along the polygon's normal.
     """
     # From the first corner, so that a far origin costs no digits.
     points = points - points[:, :1]
     after = np.roll(points, -1, axis=1)
     normals = np.cross(points, after).sum(1)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    unit = normals / np.where(length > 0, length, 1.0)
     edges = after - points
     crosses = np.cross(np.roll(edges, 1, axis=1), edges)
-    return normals, np.einsum("pni,pi->pn", crosses, unit)
+    return np.einsum("pni,pi->pn", crosses, normals)
 
 
 def _cut_quads(
@@ -190,8 +186,7 @@ def _cut_quads(
     triangle without area where a corner is straight.
     """
     points = vertices[rings]
-    _, turns = _corner_turns(points)
-    even = turns.argmin(1) % 2 == 0
+    even = _corner_turns(points).argmin(1) % 2 == 0
     cut = np.where(
         even[:, None, None],
         rings[:, [[0, 1, 2], [0, 2, 3]]],
@@ -202,17 +197,17 @@ def _cut_quads(
     return cut, ~folded
 
 
-def _cut_convex(
+def _cut_fans(
     vertices: NDArray[np.float64], rings: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Cut polygons into fans; say which are strictly convex, so that it is right."""
+    """Cut polygons into fans; say of which the first corner sees all, so that it is right."""
     points = vertices[rings]
-    normals, turns = _corner_turns(points)
     spokes = points[:, 1:] - points[:, :1]
-    fan = np.einsum("pni,pi->pn", np.cross(spokes[:, :-1], spokes[:, 1:]), normals)
-    # A corner straight to within rounding goes the slow way, which keeps it.
-    straight = 1e-9 * np.linalg.norm(normals, axis=1)
-    convex = (turns > straight[:, None]).all(1) & (fan > 0).all(1)
+    blades = np.cross(spokes[:, :-1], spokes[:, 1:])
+    normals = blades.sum(1)
+    along = np.einsum("pni,pi->pn", blades, normals)
+    # A corner straight to within rounding goes the slow way, which leaves no sliver.
+    flat = 1e-9 * np.einsum("pi,pi->p", normals, normals)
     n = rings.shape[1]
     triangles = np.stack([np.zeros(n - 2, int), np.arange(1, n - 1), np.arange(2, n)], axis=1)
-    return rings[:, triangles], convex
+    return rings[:, triangles], (along > flat[:, None]).all(1)

@@ -33,12 +33,12 @@ class Grid:
     @property
     def x(self) -> NDArray[np.float64]:
         """Centres of the columns, (cols,) [m]."""
-        return self.x0 + self.dx * np.arange(self.cols)
+        return self.x0 + self.dx * np.arange(self.cols, dtype=np.float64)
 
     @property
     def y(self) -> NDArray[np.float64]:
         """Centres of the rows, (rows,) [m]."""
-        return self.y0 + self.dy * np.arange(self.rows)
+        return self.y0 + self.dy * np.arange(self.rows, dtype=np.float64)
 
     def tiles(self, side: int) -> Iterator[tuple[slice, slice, "Grid"]]:
         """Cut the raster into tiles of at most ``side`` cells a side: rows, columns, grid."""

@@ -3,6 +3,7 @@
 import fnmatch
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -115,7 +116,7 @@ class Scene:
         )
 
     def groups(self) -> NDArray[np.int32]:
-        """Number the things that parts belong to by their names, (n_parts,) int32."""
+        """Give a number to each name: parts of one thing share it, (n_parts,) int32."""
         numbers: dict[str, int] = {}
         return np.array(
             [numbers.setdefault(part.name, len(numbers)) for part in self.parts], np.int32
@@ -184,7 +185,7 @@ def make_scene(
     faces: ArrayLike | None = None,
     *,
     name: str = "mesh",
-    **facts: object,
+    **facts: Any,
 ) -> Scene:
     """
     Make a scene from parts, or from one triangle soup.
@@ -208,21 +209,23 @@ def make_scene(
         If there is no triangle, or a used vertex is not finite.
     """
     if faces is not None:
-        parts = [Part(name, "", Mesh(np.asarray(parts), np.asarray(faces)))]
-    parts = tuple(part for part in parts if part.triangles)  # type: ignore[union-attr]
-    if not parts:
+        given: tuple[Part, ...] = (Part(name, "", Mesh(np.asarray(parts), np.asarray(faces))),)
+    else:
+        given = tuple(cast("Sequence[Part]", parts))
+    kept = tuple(part for part in given if part.triangles)
+    if not kept:
         msg = "there are no triangles; export the model with its surfaces"
         raise InputError(msg)
-    scene = Scene(parts, np.zeros(3))
+    scene = Scene(kept, np.zeros(3))
     soup = scene.triangles()
-    finite = np.isfinite(soup.vertices).all(1)
+    finite = np.asarray(np.isfinite(soup.vertices).all(1))
     if not finite.all():
         wrong = ~finite[soup.faces]
         if wrong.any():
             face, corner = np.argwhere(wrong)[0]
             count = len(np.unique(soup.faces[wrong]))
             msg = (
-                f"caster '{parts[soup.part[face]].name}' has vertices that are not finite: "
+                f"caster '{kept[soup.part[face]].name}' has vertices that are not finite: "
                 f"{count} in all (first: vertex {soup.faces[face, corner]}); remove or repair them"
             )
             raise InputError(msg, count=count, vertex=int(soup.faces[face, corner]))
@@ -231,8 +234,8 @@ def make_scene(
     far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
     origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
     if origin.any():
-        parts = _shift(parts, origin)
-    return replace(scene, parts=parts, origin=origin, **facts)
+        kept = _shift(kept, origin)
+    return replace(scene, parts=kept, origin=origin, **facts)
 
 
 def _shift(parts: tuple[Part, ...], origin: NDArray[np.float64]) -> tuple[Part, ...]:

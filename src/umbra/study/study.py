@@ -190,12 +190,15 @@ def run_study(
         heights[rows, cols] = surface.heights
         if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes the buffers
             sweep.add_steps(suns[:1], np.zeros((tile.rows, tile.cols), np.int32))
-        before = time.perf_counter()
+
+        def advance(done: int, before: int = n * len(suns)) -> None:
+            progress(before + done, len(tiles) * len(suns))
+
+        started = time.perf_counter()
         hours[rows, cols] = _count(
-            sweep, steps, sun, None if kept is None else kept[:, rows, cols],
-            lambda done, n=n: progress(n * len(suns) + done, len(tiles) * len(suns)),
-        )  # fmt: skip
-        seconds += time.perf_counter() - before
+            sweep, steps, sun, None if kept is None else kept[:, rows, cols], advance
+        )
+        seconds += time.perf_counter() - started
     heights += origin[2]
     facts: dict[str, object] = {
         "umbra_version": umbra.__version__,

@@ -200,7 +200,7 @@ def _renumber(labels: NDArray) -> NDArray[np.int32]:
 
 
 def _join(half: _HalfEdges, n_faces: int) -> NDArray[np.int32]:
-    """Number the components that edges join, (n_faces,) int32."""
+    """Give each face the number of its component, which edges join, (n_faces,) int32."""
     root = np.arange(n_faces, dtype=np.int32)
     _union_roots(half.face, half.start, root)
     return _renumber(root)

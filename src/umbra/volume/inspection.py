@@ -78,7 +78,7 @@ def inspect_scene(scene: Scene) -> Inspection:
     faces = weld_vertices(soup.vertices)[soup.faces]
     a, b, c = (soup.vertices[faces[:, k]] for k in range(3))
     # Zero area to the last digit of the coordinates, not to a tolerance.
-    degenerate = ~np.cross(b - a, c - a).any(1)
+    degenerate = np.asarray(~np.cross(b - a, c - a).any(1))
     _, first, times = np.unique(np.sort(faces, 1), axis=0, return_index=True, return_counts=True)
     duplicate = np.ones(len(faces), np.bool_)
     duplicate[first] = False
@@ -93,7 +93,7 @@ def inspect_scene(scene: Scene) -> Inspection:
     edge = edge.ravel()
     sums = np.zeros(len(ends), np.int64)
     np.add.at(sums, edge, np.where(tail < head, 1, -1))
-    kinds = (n_faces == 1, n_faces > 2, (n_faces == 2) & (sums != 0))
+    kinds: list[NDArray[np.bool_]] = [n_faces == 1, n_faces > 2, (n_faces == 2) & (sums != 0)]
     touched = np.unique(np.stack([edge, part], 1), axis=0)
 
     def per_part(values: NDArray, owner: NDArray) -> NDArray[np.int64]:
@@ -106,14 +106,12 @@ def inspect_scene(scene: Scene) -> Inspection:
         per_part(degenerate, soup.part),
         per_part(duplicate, soup.part),
     ]
-    reports = []
-    for i, p in enumerate(scene.parts):
-        triangles, n_open, *counts = (int(column[i]) for column in columns)
-        reports.append(PartReport(p.name, p.kind, triangles, n_open == 0, *counts))
-    total = PartReport(
-        "all", "", len(faces), not is_open.any(), *(int(kind.sum()) for kind in kinds),
-        int(degenerate.sum()), int((times - 1).sum()),
-    )  # fmt: skip
+    reports = [
+        PartReport(part.name, part.kind, int(row[0]), not row[1], *(int(n) for n in row[2:]))
+        for part, row in zip(scene.parts, np.stack(columns, 1), strict=True)
+    ]
+    counts = [int(kind.sum()) for kind in (*kinds, degenerate)] + [int((times - 1).sum())]
+    total = PartReport("all", "", len(faces), not is_open.any(), *counts)
     bad = np.flatnonzero(sums)
     corner = soup.vertices[ends[bad[0]]] + scene.origin if len(bad) else None
     return Inspection(reports, total, len(np.unique(faces)), corner)
