@@ -1,0 +1,94 @@
+# make study   sets umbra up in .venv and studies an example city quarter
+# make test    sets it up with what the tests need and runs them all
+# make help    lists the rest
+
+PYTHON ?= python3
+VENV ?= .venv
+OUT ?= out
+
+PY := $(VENV)/bin/python
+UMBRA := $(VENV)/bin/umbra
+SOURCES := $(shell find src -name '*.py')
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help study test lint docs bench pictures clean
+
+help:
+	@echo "make study     a shadow study of an example city quarter, from nothing to pictures"
+	@echo "make test      every test"
+	@echo "make lint      ruff (rules and format) and mypy"
+	@echo "make docs      the documentation, in docs/_build/html"
+	@echo "make bench     the benchmarks, at small sizes"
+	@echo "make pictures  the pictures of README.md and docs/, made anew"
+	@echo "make clean     delete what all these made, and $(VENV)"
+
+# -- the virtual environment: one stamp for each group of packages -----------------------
+
+$(PY):
+	@command -v $(PYTHON) >/dev/null || { \
+	  echo "There is no '$(PYTHON)' here: install Python 3.11 or newer," \
+	       "or name it: make PYTHON=/path/to/python3" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "umbra needs Python 3.11 or newer; '$(PYTHON)' is $$($(PYTHON) -V 2>&1)." \
+	       "Name another: make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "'$(PYTHON)' cannot make virtual environments. On Debian and Ubuntu:" \
+	       "apt install python3-venv" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV)
+	@$(PY) -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
+
+$(VENV)/.umbra: pyproject.toml | $(PY)
+	@echo "installing umbra and the packages it needs into $(VENV) (a minute or two, once)"
+	@$(PY) -m pip install --quiet --editable .
+	@touch $@
+
+$(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.umbra
+	@echo "installing the packages of the group '$*' into $(VENV)"
+	@$(PY) -m pip install --quiet --group $*
+	@touch $@
+
+# -- the example -------------------------------------------------------------------------
+
+BLOCK := $(OUT)/city_block.city.json
+STUDY := --date 2026-03-21 --from 09:00 --to 17:00 --every 15min \
+         --extent 2545,340005,2895,340245
+
+$(BLOCK): examples/city_block.py | $(PY)
+	$(PY) examples/city_block.py $@ >/dev/null
+
+$(OUT)/city_block/study.nc: $(BLOCK) $(VENV)/.umbra $(SOURCES)
+	$(UMBRA) study $(BLOCK) $(STUDY) --cell 0.25 --out $(OUT)/city_block >/dev/null
+
+$(OUT)/city_block.png: $(BLOCK) $(VENV)/.umbra $(SOURCES)
+	$(UMBRA) render $(BLOCK) --eye 2560,339860,330 --target 2690,340105,185 --fov 35 \
+	  --light -0.5,-0.45,0.5,0 --ground 171 --size 1200x720 --out $@ >/dev/null
+
+study: $(OUT)/city_block/study.nc $(OUT)/city_block.png
+	@echo
+	@echo "An invented quarter of Vienna on 21 March 2026, 9:00 to 17:00. Look at"
+	@echo "  $(OUT)/city_block/hours.png    how long each place lies in shadow"
+	@echo "  $(OUT)/city_block/profile.png  where the shadows fall, every 15 minutes"
+	@echo "  $(OUT)/city_block.png          the quarter itself, seen from the south"
+	@echo "The figures are in $(OUT)/city_block/study.nc, the model in $(BLOCK)"
+
+# -- checks ------------------------------------------------------------------------------
+
+test: $(VENV)/.test
+	$(PY) -m pytest $(ARGS)
+
+lint: $(VENV)/.lint
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+
+docs: $(VENV)/.docs
+	$(VENV)/bin/sphinx-build -W --keep-going -q -b html docs docs/_build/html
+	@echo docs/_build/html/index.html
+
+bench: $(VENV)/.test $(BLOCK)
+	$(UMBRA) study $(BLOCK) $(STUDY) --size 512x512 --json --out $(OUT)/bench
+
+clean:
+	rm -rf $(VENV) $(OUT) docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find src tests docs examples benchmarks -name __pycache__ -prune -exec rm -rf {} +
