@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Anchor", "FaceBlocks", "find_anchor"]
+__all__ = ["BLOCK", "Anchor", "FaceBlocks", "find_anchor"]
 
-_BLOCK = 64
+BLOCK = 64
+"""Faces in a block."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ class FaceBlocks:
     @classmethod
     def of(cls, caster: Caster) -> "FaceBlocks":
         """Bound a caster's faces."""
-        starts = np.arange(0, len(caster.faces), _BLOCK)
+        starts = np.arange(0, len(caster.faces), BLOCK)
         corners = caster.vertices[caster.faces]
         low = (
             np.minimum.reduceat(corners.min(1), starts, axis=0) if len(starts) else np.zeros((0, 3))
@@ -148,7 +149,7 @@ def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, 
     for block in range(boxes.shape[0]):
         if _misses(boxes[block], start, way, finite):
             continue
-        for f in range(block * _BLOCK, min(faces.shape[0], block * _BLOCK + _BLOCK)):
+        for f in range(block * BLOCK, min(faces.shape[0], block * BLOCK + BLOCK)):
             at_light = 0.0
             at_eye = 0.0
             for k in range(4):

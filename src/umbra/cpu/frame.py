@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import FaceBlocks, find_anchor
+from umbra.cpu.anchor import BLOCK, FaceBlocks, find_anchor
 from umbra.cpu.depth import GROUND, NOTHING, View, add_ground, see
 from umbra.cpu.polygons import count_polygons
 from umbra.cpu.sides import LANES, add_sides, find_nearest_tiles
@@ -20,7 +20,7 @@ from umbra.cpu.threads import use_threads
 from umbra.errors import InputError
 from umbra.scene import Camera, Light, Scene
 from umbra.volume.adjacency import Caster, make_caster
-from umbra.volume.polygons import Polygons, make_dark_cap, make_light_cap, make_sides
+from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
 from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["METHODS", "Frame", "FrameCounter", "count_shadows"]
@@ -128,35 +128,31 @@ class FrameCounter:
         matrix = camera.matrix(origin)
         near = camera.key_range()[1]
         anchor = find_anchor(self.caster, self.blocks, apex, place)
-        caster = self.caster.opened(anchor.enclosed)
+        near_faces = self._find_near_faces(camera)
+        caster = self.caster.opened(anchor.enclosed | self._find_cut_open(near_faces, place))
         start = anchor.count(caster.is_closed)
-        hidden = view.face == NOTHING
-        if method == "z-fail":
+        caps = make_light_cap(caster, place, near_faces)
+        seen_along = _compare(apex, place)
+        if method == "z-pass":
+            self._judge_z_pass(start, len(caps.multiplicity))
+        # Rays that start in the light end at its first surface; those that run straight
+        # to it see no side, only what is behind.
+        if (method == "z-fail" and seen_along <= 0) or (method == "auto" and seen_along < 0):
             counts = -self._behind(caster, view, matrix, place, near)
             if not camera.is_perspective:  # there the dark cap is seen as one point, or not at all
                 far = np.append(-apex[:3], 0.0)
-                end = find_anchor(caster, self.blocks, far, place)
-                counts += end.count(caster.is_closed)
+                counts += find_anchor(caster, self.blocks, far, place).count(caster.is_closed)
         else:
             floor = self.floor if (apex[2] >= self.floor if apex[3] else apex[2] >= 0) else -np.inf
-            counts = self._in_front(caster, view, matrix, place, floor)
-            caps = self._near_caps(caster, camera, place)
-            if method == "z-pass":
-                if start:
-                    self.warn(
-                        f"z-pass is wrong for this view: the eye stands in {start} shadow "
-                        "volumes, which it cannot see; use auto or z-fail"
-                    )
-                elif len(caps.multiplicity):
-                    self.warn(
-                        f"z-pass is wrong for this view: {len(caps.multiplicity)} casting faces "
-                        "may lie before the near plane, which it cannot see; use auto or z-fail"
-                    )
+            if seen_along > 0:
+                counts = np.zeros(view.key.shape, np.int32)
             else:
+                counts = self._in_front(caster, view, matrix, place, floor)
+            if method != "z-pass":
                 counts += start
                 if len(caps.multiplicity):
                     counts += count_polygons(caps, matrix, near, camera.size, nearer=True)
-        counts[hidden] = 0
+        counts[view.face == NOTHING] = 0
         return counts
 
     def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:
@@ -210,23 +206,48 @@ class FrameCounter:
             sums += count_polygons(cap, matrix, near, size, nearer=False)
         return sums
 
-    def _near_caps(self, caster: Caster, camera: Camera, light: NDArray) -> Polygons:
-        """Give the casting faces that reach before the near plane, where nothing is drawn."""
+    def _find_near_faces(self, camera: Camera) -> NDArray[np.intp]:
+        """Find the casting faces that reach before the near plane, where nothing is drawn."""
         forward = camera.axes()[2]
         at = (camera.eye - self.scene.origin) @ forward
         bounds = self.blocks.bounds
         nearest = np.minimum(bounds[:, :3] * forward, bounds[:, 3:] * forward).sum(1) - at
         blocks = np.flatnonzero(nearest < camera.near)
-        faces = (blocks[:, None] * 64 + np.arange(64)).ravel()
-        faces = faces[faces < len(caster.faces)]
-        depth = (caster.vertices[caster.faces[faces]] @ forward).min(1) - at
-        faces = faces[depth < camera.near]
-        part = Caster(
-            caster.vertices, caster.faces[faces], caster.source[faces],
-            caster.planes[:, np.append(faces, -1)], caster.component[faces], caster.is_closed,
-            caster.edges[:0], caster.edge_faces[:0], caster.turn[:0], caster.weight[:0],
-        )  # fmt: skip
-        return make_light_cap(part, light)
+        faces = (blocks[:, None] * BLOCK + np.arange(BLOCK)).ravel()
+        faces = faces[faces < len(self.caster.faces)]
+        depth = (self.caster.vertices[self.caster.faces[faces]] @ forward).min(1) - at
+        return faces[depth < camera.near]
+
+    def _find_cut_open(self, near_faces: NDArray[np.intp], light: NDArray) -> NDArray[np.bool_]:
+        """
+        Find components that the near plane opens to view and whose inside might mislead.
+
+        Past a wall that is not drawn the winding number is not the eye's. Lit faces
+        alone still tell, unless the light is inside or the component is wound inward.
+        """
+        caster = self.caster
+        opened = np.zeros(len(caster.is_closed), np.bool_)
+        if not len(near_faces):
+            return opened
+        opened[caster.component[near_faces]] = True
+        sky = np.array([0.36, 0.48, 0.8, 0.0])
+        around = find_anchor(caster, self.blocks, sky, light)
+        a, b, c = (caster.vertices[caster.faces[:, k]] for k in range(3))
+        volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
+        return opened & ((around.lit != around.unlit) | (volume < 0))
+
+    def _judge_z_pass(self, start: int, caps: int) -> None:
+        """Warn where the eye's own count or what the near plane cuts away is needed."""
+        if start:
+            self.warn(
+                f"z-pass is wrong for this view: the eye stands in {start} shadow "
+                "volumes, which it cannot see; use auto or z-fail"
+            )
+        elif caps:
+            self.warn(
+                f"z-pass is wrong for this view: {caps} casting faces "
+                "may lie before the near plane, which it cannot see; use auto or z-fail"
+            )
 
     def _locate(self, view: View, camera: Camera) -> Frame:
         rows, cols = view.key.shape
@@ -259,6 +280,19 @@ class FrameCounter:
         if self.ground is not None:
             position[view.face == GROUND, 2] = self.ground
         return Frame(position, normal, part)
+
+
+def _compare(apex: NDArray[np.float64], light: NDArray[np.float64]) -> int:
+    """Give 1 if rays start in the light, -1 if they run straight to it, else 0."""
+    if apex[3] and light[3]:
+        apart = np.abs(apex - light).max()
+        return int(apart <= 1e-9 * (1.0 + np.abs(apex).max()))
+    if apex[3] or light[3]:
+        return 0
+    a, b = (v[:3] / np.linalg.norm(v[:3]) for v in (apex, light))
+    if np.linalg.norm(np.cross(a, b)) > 1e-9:
+        return 0
+    return 1 if a @ b > 0 else -1
 
 
 def count_shadows(

@@ -35,7 +35,9 @@ class Polygons:
     multiplicity: NDArray[np.int64]
 
 
-def make_light_cap(caster: Caster, light: NDArray[np.float64]) -> Polygons:
+def make_light_cap(
+    caster: Caster, light: NDArray[np.float64], among: NDArray[np.intp] | None = None
+) -> Polygons:
     """
     Give the faces that cast, turned to face the light.
 
@@ -45,15 +47,18 @@ def make_light_cap(caster: Caster, light: NDArray[np.float64]) -> Polygons:
     ----------
     caster : Caster
     light : (4,) float64
+    among : (n,) int, optional
+        Only these faces.
 
     Returns
     -------
     cap : Polygons
         Triangles with w = 1.
     """
-    side = light @ caster.planes[:, :-1]
-    turned = ~caster.face_is_closed & (side < 0)
-    faces = np.concatenate([caster.faces[side > 0], caster.faces[turned][:, ::-1]])
+    some = np.arange(len(caster.faces)) if among is None else among
+    side = light @ caster.planes[:, some]
+    turned = (side < 0) & ~caster.face_is_closed[some]
+    faces = np.concatenate([caster.faces[some[side > 0]], caster.faces[some[turned]][:, ::-1]])
     corners = np.ones((len(faces), 3, 4))
     corners[..., :3] = caster.vertices[faces]
     return Polygons(corners, np.ones(len(faces), np.int64))
