@@ -1,0 +1,9 @@
+"""
+Measuring umbra against its peers: ``umbra bench``.
+
+Each benchmark runs umbra and a peer in turn in one process, so that whatever
+slows the machine slows both, and compares their answers as well as their times::
+
+    scenes -> study, frame, silhouette -> measure -> report
+    meshes    what is run                 in turn    medians and ratios
+"""

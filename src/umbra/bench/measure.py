@@ -1,0 +1,63 @@
+"""Timing contenders in turn: whatever slows the machine slows all of them."""
+
+import gc
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Contender", "Timing", "run_in_turn", "timed"]
+
+Contender = Callable[[], float]
+"""Does its work once and gives the seconds that count."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """
+    How long a contender took.
+
+    Parameters
+    ----------
+    median, least : float
+        Of all its runs [s].
+    """
+
+    median: float
+    least: float
+
+
+def timed(work: Callable[[], object]) -> Contender:
+    """Let all of some work count."""
+
+    def run() -> float:
+        begun = time.perf_counter()
+        work()
+        return time.perf_counter() - begun
+
+    return run
+
+
+def run_in_turn(contenders: Mapping[str, Contender], repeat: int) -> dict[str, Timing]:
+    """
+    Run contenders A B C A B C ..., after one run of each that does not count.
+
+    Parameters
+    ----------
+    contenders : dict of Contender
+    repeat : int
+        Runs of each that count.
+
+    Returns
+    -------
+    timings : dict of Timing
+    """
+    seconds: dict[str, list[float]] = {name: [] for name in contenders}
+    for run in contenders.values():
+        run()
+    gc.collect()
+    for _ in range(repeat):
+        for name, run in contenders.items():
+            seconds[name].append(run())
+    return {name: Timing(float(np.median(all_)), min(all_)) for name, all_ in seconds.items()}

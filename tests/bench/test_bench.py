@@ -1,0 +1,110 @@
+"""Every benchmark runs and says what it measured; how fast it was is not judged here."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from umbra.bench.measure import run_in_turn
+from umbra.bench.scenes import make_boulder, make_suns, make_town
+from umbra.cli.bench import command
+from umbra.cli.main import main
+from umbra.volume.adjacency import make_caster
+
+
+def run(*arguments):
+    result = CliRunner().invoke(command, [*arguments, "--quick", "--repeat", "1"])
+    assert result.exception is None, result.output
+    return result
+
+
+@pytest.mark.parametrize("name", ["study", "frame", "silhouette"])
+def test_a_benchmark_prints_one_object(name):
+    if name != "silhouette":
+        pytest.importorskip("embreex")
+    found = json.loads(run(name, "--json", "--threads", "1").stdout)
+    assert found["benchmark"] == name
+    assert found["threads"] == 1
+    assert found["quick"] is True
+    assert found["peer"]
+    assert found["machine"]
+    assert found["rows"]
+    for row in found["rows"]:
+        assert row["ratio"] == pytest.approx(row["peer_ms"] / row["ours_ms"])
+        assert row["ratio_of_minima"] == pytest.approx(row["peer_min_ms"] / row["ours_min_ms"])
+        assert row["speed_up"] == pytest.approx(row["ours_ms"] / row["ours_threads_ms"])
+        assert row["ours_min_ms"] <= row["ours_ms"]
+        assert row["peer_min_ms"] <= row["peer_ms"]
+        assert row["compared"] > 0
+        # Shadow edges may differ by Embree's float32; a wrong scene would differ everywhere.
+        assert row["disagreements"] <= 1e-3 * row["compared"]
+        if name == "silhouette":
+            assert row["disagreements"] == 0
+
+
+def test_a_table_is_for_people():
+    text = run("silhouette").stdout
+    assert "too small to mean anything" in text
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    assert len({line.count("|") for line in lines}) == 1
+    assert len(lines) == 2 + 4
+
+
+def test_startup_measures_whole_processes():
+    found = json.loads(run("startup", "--json").stdout)
+    assert found["peak_bytes"] > found["read_bytes"] > 1e7
+    assert found["above_mesh_bytes"] == found["peak_bytes"] - found["read_bytes"]
+    rest = found["study_seconds"] - found["read_seconds"] - found["count_seconds"]
+    assert found["rest_seconds"] == pytest.approx(rest)
+    assert 0 < rest
+
+
+def test_a_missing_peer_is_named_with_its_remedy(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "embreex", None)
+    monkeypatch.setitem(sys.modules, "embreex.mesh_construction", None)
+    with pytest.raises(SystemExit) as ended:
+        main(["bench", "study", "--quick"])
+    assert ended.value.code == 2
+    assert "pip install 'umbra-shadows[bench]'" in capsys.readouterr().err
+
+
+def test_contenders_run_in_turn_after_a_warm_up():
+    order = []
+
+    def contender(name, *seconds):
+        left = list(seconds)
+
+        def work():
+            order.append(name)
+            return left.pop(0)
+
+        return work
+
+    timings = run_in_turn({"a": contender("a", 99, 3, 1, 8), "b": contender("b", 99, 5, 7, 6)}, 3)
+    assert "".join(order) == "ab" * 4
+    assert (timings["a"].median, timings["a"].least) == (3, 1)
+    assert (timings["b"].median, timings["b"].least) == (6, 5)
+
+
+@pytest.mark.parametrize(
+    "model", [make_town(12, 100.0, 5), make_boulder(2)], ids=["town", "boulder"]
+)
+def test_scenes_are_closed_and_wound_outward(model):
+    a, b, c = (model.vertices[model.faces[:, k]] for k in range(3))
+    assert np.einsum("ij,ij->i", a - a.mean(0), np.cross(b - a, c - a)).sum() > 0
+    assert make_caster(model.vertices, model.faces).is_closed.all()
+    assert (model.vertices[:, :2].min(0) > 0).all()
+    assert (model.vertices[:, :2].max(0) < model.side).all()
+    assert (model.vertices == model.vertices.astype(np.float32)).all()
+
+
+def test_sizes_are_as_said():
+    assert len(make_town(300, 500.0, 1).faces) == 3600
+    assert len(make_boulder(3).faces) == 1280
+    suns = make_suns()
+    assert suns.shape == (33, 3)
+    assert np.allclose(np.linalg.norm(suns, axis=1), 1)
+    assert suns[0, 0] > 0.8  # in the east at nine
+    assert suns[32, 0] < -0.8
