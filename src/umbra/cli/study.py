@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
+COVERED = 0.9
+"""Share of a model's plan from which on its ground is taken to be part of it."""
+
 
 @click.command("study")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
@@ -109,6 +112,12 @@ def command(
                 err=True,
             )
         preview = make_preview(study)
+        if study.receivers == "ground" and preview.covered(scene.bounds()) > COVERED:
+            click.echo(
+                f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m, as a "
+                "terrain or base plate does; --receivers top shows the shadows that fall on it",
+                err=True,
+            )
         plan = _describe(study, preview, scene, options)
         painter.draw_hours(
             unfinished / "hours.png", plan, _coarsen(study.shadow_hours, plan.shape),

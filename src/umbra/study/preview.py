@@ -35,6 +35,13 @@ class Preview:
     heights: NDArray[np.float64]
     shadows: NDArray[np.bool_]
 
+    def covered(self, bounds: NDArray[np.float64]) -> float:
+        """Give the share of a box (2, 3) in plan that stands above the ground."""
+        cols = (self.x >= bounds[0, 0]) & (self.x <= bounds[1, 0])
+        rows = (self.y >= bounds[0, 1]) & (self.y <= bounds[1, 1])
+        inside = self.heights[np.ix_(rows, cols)]
+        return float((inside > 0).mean()) if inside.size else 0.0
+
 
 def make_preview(study: Study, longest: int = LONGEST) -> Preview:
     """
