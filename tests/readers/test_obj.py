@@ -83,7 +83,7 @@ def test_concave_polygon_is_not_fanned(save, measure):
 def test_groups_and_materials_make_parts(save):
     text = BOX + (
         "f 1 2 3\no tower\nusemtl glass\nf 1 2 4\ng north wall\nf 1 2 5\nusemtl stone\n"
-        "f 1 2 6\ng\nf 1 2 7\no tower\nusemtl glass\nf 1 2 8 3\n"
+        "f 1 2 6\no tower\nf 1 2 7\ng x\ng\nusemtl glass\nf 1 2 8 3\n"
     )
     scene = umbra.read(save(text))
     assert [(p.name, p.kind, p.triangles) for p in scene.parts] == [

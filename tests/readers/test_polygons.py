@@ -117,9 +117,26 @@ def test_closed_ring_and_repeated_corners_are_tolerated():
     assert vector_areas(points, result.faces)[:, 2].sum() == pytest.approx(4.0)
 
 
-@pytest.mark.parametrize("ring", [[], [0], [0, 1], [0, 1, 0, 1], [0, 0, 0], [0, 1, 1, 0]])
+def test_quad_with_two_corners_in_one_place_is_one_triangle():
+    points = flat((0, 0), (2, 0), (2, 0), (0, 2))
+    assert len(cut([[0, 1, 2, 3]], points).faces) == 1
+
+
+def test_fan_where_the_first_corner_sees_all_and_ears_where_not():
+    # A reflex corner: a fan from it is right, one from its neighbours is not.
+    points = flat((1, 1), (0, 4), (-2, 2), (-1, 0), (4, 0))
+    for turn in range(5):
+        areas = vector_areas(points, cut([np.roll(range(5), turn).tolist()], points).faces)
+        assert (areas[:, 2] > 0).all()
+        assert areas[:, 2].sum() == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize(
+    "ring", [[], [0], [0, 1], [0, 1, 0, 1], [0, 0, 0], [0, 1, 1, 0], [0, 1, 3], [0, 1, 3, 0]]
+)
 def test_fewer_than_three_distinct_corners_are_skipped_and_counted(ring):
-    result = cut([ring], flat((0, 0), (1, 0), (1, 1)))
+    # Corner 3 stands on corner 1.
+    result = cut([ring], flat((0, 0), (1, 0), (1, 1), (1, 0)))
     assert len(result.faces) == 0
     assert result.degenerate == 1
 
