@@ -1,0 +1,134 @@
+"""Plans judged by rays: every cell of a plane and of the topmost surface, on every kind of mesh."""
+
+import numpy as np
+import pytest
+from support.judge import judge_field, judge_plane, look_down
+from support.shapes import SCENES, aligned_boxes, stack_of_triangles, staircase, turned
+
+from umbra.cpu.field import FieldSweep
+from umbra.cpu.plane import PlaneSweep
+from umbra.scene.grid import Grid
+from umbra.volume.adjacency import make_caster
+
+GRID = Grid(-24.03, -22.07, 0.83, 0.71, 60, 64)
+SUNS = [(0.3, 0.2, 0.8), (-0.7, 0.1, 0.3), (0.05, -1, 0.2), (0, 0, 1), (1, 0, 1), (-2, 3, 0.05)]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_counts_on_a_plane_are_pierced_triangles(name):
+    verdicts, _ = judge_plane(SCENES[name](), GRID, SUNS)
+    verdicts.check()
+    assert verdicts.deepest > 0
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_counts_on_the_topmost_surface_are_pierced_triangles(name):
+    verdicts, _ = judge_field(SCENES[name](), GRID, SUNS)
+    verdicts.check()
+    assert verdicts.deepest > 0
+
+
+@pytest.mark.parametrize("height", [1.5, 3.0, 6.5, 11.0])
+@pytest.mark.parametrize("name", ["nested boxes", "jumble", "wound inward", "cavity", "torus knot"])
+def test_planes_that_cut_casters(name, height):
+    judge_plane(SCENES[name](), GRID, SUNS, height=height)[0].check()
+
+
+def test_pixel_centres_on_edges_and_suns_along_boxes():
+    # Cells of 1 m whose centres are whole numbers, as are all corners.
+    grid = Grid(-10.0, -10.0, 1.0, 1.0, 36, 36)
+    suns = [(1, 0, 1), (-1, 0, 1), (0, 1, 1), (0, -1, 2), (1, 1, 1), (-1, 1, 1), (0, 0, 1),
+            (3, 4, 5), (1e-9, 1, 1), (1, 1e-12, 1), (2, 0, 1)]  # fmt: skip
+    for judge in judge_plane, judge_field:
+        # Half of all cells may lie on edges here; off them each must be right.
+        verdicts, counts = judge(aligned_boxes(), grid, suns)
+        verdicts.check(most_on_edges=0.5)
+        if judge is judge_plane:
+            # Half open: under the zenith every box counts its own area in whole cells.
+            assert counts[6].sum() == 4 * 3 + 3 * 3 + 4 * 3 + 3 * 3 + 2 * 2 + 5 * 2 + 4 * 3
+
+
+def test_a_staircase_counts_every_one_of_its_300_steps():
+    mesh = staircase()
+    # Just below the noses a ray up the flight passes in and out of each step.
+    grid = Grid(-0.61, 0.05, 0.06, 0.19, 12, 10)
+    suns = [(0.5, 0, 0.25), (0.5, 0.001, 0.25), (0.5, -0.0007, 0.2501)]
+    for judge in judge_plane, judge_field:
+        verdicts, counts = judge(mesh, grid, suns)
+        verdicts.check()
+        assert verdicts.deepest > 255
+        assert counts[0].max() == 300
+        assert set(np.unique(counts[0])) == {0, 300}
+
+
+@pytest.mark.parametrize("way", [judge_plane, judge_field])
+def test_more_layers_than_int16_holds(way):
+    mesh = stack_of_triangles(40_000)
+    grid = Grid(-6.0, -5.0, 1.1, 1.3, 12, 9)
+    # The second sun is as deep; the third leaves the stack's shadow off the grid.
+    suns = [(0.1, 0.05, 1), (-0.2, 0.1, 1), (9, 9, 1)]
+    verdicts, counts = way(mesh, grid, suns)
+    verdicts.check()
+    assert set(np.unique(counts[:2])) == {0, 40_000}
+    assert counts[:2].any(axis=(1, 2)).all()
+    assert not counts[2].any()
+
+
+def test_deep_suns_do_not_disturb_the_others_in_a_batch():
+    caster = make_caster(*stack_of_triangles(40_000))
+    grid = Grid(-6.0, -5.0, 1.1, 1.3, 12, 9)
+    suns = np.array([(9, 9, 1), (0.1, 0.05, 1), (9, -9, 1), (-0.2, 0.1, 1)], float)
+    for sweep in PlaneSweep(caster, grid, 0.0), FieldSweep(caster, grid, np.zeros((9, 12))):
+        counts = sweep.counts(suns)
+        steps = np.zeros((9, 12), np.int32)
+        sweep.add_steps(suns, steps)
+        np.testing.assert_array_equal(steps, (counts > 0).sum(0))
+
+
+@pytest.mark.parametrize("name", ["turned boxes", "jumble", "wound inward"])
+def test_results_do_not_depend_on_threads(name):
+    mesh = SCENES[name]()
+    caster = make_caster(*mesh)
+    rng = np.random.default_rng(3)
+    suns = np.column_stack([rng.normal(size=(70, 2)), rng.uniform(0.05, 1, 70)])
+    heights = look_down(mesh, GRID, ground=0.0)[0]
+    results = []
+    for threads in (1, 2, 3):
+        found = []
+        for sweep in (
+            PlaneSweep(caster, GRID, 0.5, threads),
+            FieldSweep(caster, GRID, heights, threads),
+        ):
+            steps = np.zeros((GRID.rows, GRID.cols), np.int32)
+            sweep.add_steps(suns, steps)
+            counts = sweep.counts(suns)
+            np.testing.assert_array_equal(steps, (counts != 0).sum(0))
+            found += [steps, counts]
+        found.append(look_down(mesh, GRID, threads=threads)[1])
+        results.append(found)
+    for other in results[1:]:
+        for first, again in zip(results[0], other):
+            np.testing.assert_array_equal(first, again)
+
+
+@pytest.mark.parametrize("name", ["turned boxes", "soup", "flipped windings", "sheets"])
+def test_a_flat_field_counts_as_the_plane_does(name):
+    mesh = SCENES[name]()
+    caster = make_caster(*mesh)
+    suns = np.array(SUNS)
+    plane = PlaneSweep(caster, GRID, 0.0).counts(suns)
+    field = FieldSweep(caster, GRID, np.zeros((GRID.rows, GRID.cols))).counts(suns)
+    # Where a caster stands on the cell the field asks for its foot, seen from the sky.
+    stands = look_down(mesh, GRID)[1] >= 0
+    np.testing.assert_array_equal(plane[:, ~stands], field[:, ~stands])
+
+
+def test_a_turned_world_gives_turned_counts():
+    # Quarter turns map this grid onto itself: rows become columns.
+    grid = Grid(-20.5, -20.5, 1.0, 1.0, 42, 42)
+    mesh = SCENES["turned boxes"]()
+    sun = np.array([(0.61, 0.23, 0.4)])
+    first = PlaneSweep(make_caster(*mesh), grid, 0.0).counts(sun)[0]
+    again = PlaneSweep(make_caster(*turned(mesh, 90)), grid, 0.0).counts(turned((sun, 0), 90)[0])[0]
+    # A point (x, y) goes to (-y, x).
+    np.testing.assert_array_equal(again, first.T[:, ::-1])

@@ -1,0 +1,301 @@
+"""
+A plain ray caster in float64: brute force over all triangles, no offset, no tree.
+
+It shares nothing with umbra but the counting rule. A triangle is pierced where the
+point and the light lie strictly on opposite sides of its plane and the way between
+them passes inside its three edges. Each edge is asked in one direction only, from
+the lower of its welded vertices to the higher, so two triangles that share an edge
+never both miss a way, nor both take it.
+
+A point is meant as the limit from the viewer's side: a face that the point lies on
+(its own, or one within ``TOUCH``) is between point and light exactly if the viewer
+and the light are on opposite sides of it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+TOUCH = 1e-6
+"""Within this distance of a plane [m] a point lies on it."""
+
+ASIDE = np.array([0.61e-9, 0.57e-9, 0.0])
+"""How far a point steps aside when its way to the light passes through a vertex [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pierced:
+    """
+    What lies between points and a light.
+
+    Parameters
+    ----------
+    count : (n,) int64
+        Pierced triangles that add to the shadow count: lit ones of closed
+        components, all of open ones.
+    any : (n,) bool
+        Whether any triangle at all is pierced.
+    touching : (n,) int64
+        Triangles on which the point lies, its own one left out.
+    """
+
+    count: np.ndarray
+    any: np.ndarray
+    touching: np.ndarray
+
+
+class RayCaster:
+    """
+    All triangles of a soup.
+
+    Parameters
+    ----------
+    vertices : (n_vertices, 3) float64
+    faces : (n_faces, 3) int
+    """
+
+    def __init__(self, vertices, faces):
+        vertices = np.asarray(vertices, np.float64) + 0.0
+        self.vertices, place = np.unique(vertices, axis=0, return_inverse=True)
+        self.faces = place.ravel()[np.asarray(faces)].astype(np.int64).reshape(-1, 3)
+
+    def count(self, points, own, eye, light, is_closed):
+        """
+        Count the triangles between points and a light.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+        own : (n,) int
+            The face that each point lies on; negative for none.
+        eye, light : (4,) float64
+            Homogeneous.
+        is_closed : (n_faces,) bool
+            Whether only its lit side lets a face count.
+        """
+        points = np.array(points, np.float64)
+        own = np.asarray(own, np.int64)
+        pierced = Pierced(*(np.zeros(len(points), kind) for kind in (np.int64, bool, np.int64)))
+        which = np.arange(len(points))
+        while len(which):
+            count, found, touching, corner = (np.zeros(len(which), np.int64) for _ in range(4))
+            _pierce(
+                points[which],
+                own[which],
+                np.asarray(eye, np.float64),
+                np.asarray(light, np.float64),
+                self.vertices,
+                self.faces,
+                np.asarray(is_closed, bool),
+                count,
+                found,
+                touching,
+                corner,
+            )
+            pierced.count[which], pierced.any[which], pierced.touching[which] = (
+                count,
+                found > 0,
+                touching,
+            )
+            # Some ways lead exactly through a vertex, where faces cannot agree: step aside.
+            which = which[corner > 0]
+            points[which] += ASIDE
+        return pierced
+
+    def winding_excess(self, eye, light, component):
+        """
+        Give each component's winding number at the eye less that at the light.
+
+        It is the number of lit faces less that of unlit faces on the way between.
+        """
+        start, end = (eye, light) if eye[3] else (light, eye)
+        excess = np.zeros(int(component.max(initial=-1)) + 1, np.int64)
+        if start[3] == 0:
+            return excess
+        point = (start[:3] / start[3])[None]
+        turn = 1 if start is eye else -1
+        for part in range(len(excess)):
+            mine = RayCaster(self.vertices, self.faces[component == part])
+            lit = mine.count(point, [-1], end, end, np.ones(len(mine.faces), bool)).count[0]
+            both = mine.count(point, [-1], end, end, np.zeros(len(mine.faces), bool)).count[0]
+            excess[part] = turn * (2 * lit - both)
+        return excess
+
+    def silhouette(self, light, is_closed):
+        """Find the edges across which the count can change, (n, 2) vertex indices."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        side = normal @ light[:3] - light[3] * np.einsum("ij,ij->i", normal, a)
+        adds = np.where(side > 0, 1, np.where((side < 0) & ~is_closed, -1, 0))
+        tail, head = self.faces.ravel(), np.roll(self.faces, -1, 1).ravel()
+        along = np.repeat(adds, 3) * np.where(tail < head, 1, -1)
+        pairs = np.stack([np.minimum(tail, head), np.maximum(tail, head)], 1)
+        edges, place = np.unique(pairs, axis=0, return_inverse=True)
+        sums = np.bincount(place.ravel(), along, len(edges))
+        return edges[sums != 0]
+
+    def distance_to_shadow_edges(self, points, normals, own, light, is_closed):
+        """
+        Give how far each point is from the nearest place where its count changes.
+
+        Measured in the point's own plane: to the shadows of silhouette edges, and
+        to the lines along which triangles cut the plane.
+
+        Returns
+        -------
+        distance : (n,) float64
+        """
+        distance = np.full(len(points), np.inf)
+        _measure(
+            np.ascontiguousarray(points, np.float64),
+            np.ascontiguousarray(normals, np.float64),
+            np.asarray(own, np.int64),
+            np.asarray(light, np.float64),
+            self.vertices,
+            self.faces,
+            self.silhouette(light, np.asarray(is_closed, bool)),
+            distance,
+        )
+        return distance
+
+
+@njit(cache=True, nogil=True)
+def _triple(d, p, q):
+    """Give d . (p x q)."""
+    return (
+        d[0] * (p[1] * q[2] - p[2] * q[1])
+        + d[1] * (p[2] * q[0] - p[0] * q[2])
+        + d[2] * (p[0] * q[1] - p[1] * q[0])
+    )
+
+
+@njit(cache=True, nogil=True)
+def _dot(p, q):
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+
+
+@njit(cache=True, nogil=True)
+def _is_inside(way, corners, face):
+    """
+    Whether the way from 0 passes inside a triangle, and whether through a corner of it.
+
+    Each edge is asked in one direction.
+    """
+    ahead = 0
+    through = 0
+    for k in range(3):
+        n = (k + 1) % 3
+        i, j = (k, n) if face[k] < face[n] else (n, k)
+        side = _triple(way, corners[i], corners[j])
+        ahead += (side >= 0.0) == (i == k)
+        square = _dot(way, way) * _dot(corners[i], corners[i]) * _dot(corners[j], corners[j])
+        through += side * side <= 1e-28 * square
+    return ahead in (0, 3), through > 1
+
+
+@njit(cache=True, nogil=True)
+def _pierce(points, own, eye, light, vertices, faces, is_closed, count, found, touching, corner):
+    way = np.empty(3)
+    corners = np.empty((3, 3))
+    for f in range(faces.shape[0]):
+        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+        normal = np.cross(b - a, c - a)
+        length = np.sqrt((normal * normal).sum())
+        if length == 0.0:
+            continue
+        normal /= length
+        at_light = (normal * (light[:3] - light[3] * a)).sum()
+        at_eye = (normal * (eye[:3] - eye[3] * a)).sum()
+        if at_light == 0.0:
+            continue
+        casts = at_light > 0.0 or not is_closed[f]
+        for i in range(points.shape[0]):
+            height = 0.0
+            for k in range(3):
+                height += normal[k] * (points[i, k] - a[k])
+            if own[i] == f:
+                if at_eye * at_light < 0.0:
+                    count[i] += casts
+                    found[i] += 1
+                continue
+            on_it = abs(height) <= TOUCH
+            if not on_it and not height * at_light < 0.0:
+                continue
+            for k in range(3):
+                way[k] = light[k] - light[3] * points[i, k]
+                corners[0, k] = a[k] - points[i, k]
+                corners[1, k] = b[k] - points[i, k]
+                corners[2, k] = c[k] - points[i, k]
+            inside, through = _is_inside(way, corners, faces[f])
+            corner[i] += through
+            if not inside:
+                continue
+            touching[i] += on_it
+            if not on_it or at_eye * at_light < 0.0:
+                count[i] += casts
+                found[i] += 1
+
+
+@njit(cache=True, nogil=True)
+def _to_segment(p, q):
+    """Give the distance from 0 to the segment between two points."""
+    along = q - p
+    square = (along * along).sum()
+    t = 0.0 if square == 0.0 else min(1.0, max(0.0, -(p * along).sum() / square))
+    nearest = p + t * along
+    return np.sqrt((nearest * nearest).sum())
+
+
+@njit(cache=True, nogil=True)
+def _measure(points, normals, own, light, vertices, faces, edges, distance):
+    cut = np.empty((3, 3))
+    ends = np.empty((2, 3))
+    for i in range(points.shape[0]):
+        point, normal = points[i], normals[i]
+        way = light[:3] - light[3] * point
+        rise = (normal * way).sum()
+        if rise < 0.0:  # look at the plane from the side that the light is on
+            normal = -normal
+            rise = -rise
+        # Lines along which triangles cut the plane.
+        for f in range(faces.shape[0]):
+            if f == own[i]:
+                continue
+            n = 0
+            for k in range(3):
+                p, q = vertices[faces[f, k]] - point, vertices[faces[f, (k + 1) % 3]] - point
+                hp, hq = (normal * p).sum(), (normal * q).sum()
+                if (hp > 0.0) != (hq > 0.0):
+                    cut[n] = p + hp / (hp - hq) * (q - p)
+                    n += 1
+            if n == 2:
+                distance[i] = min(distance[i], _to_segment(cut[0], cut[1]))
+        # Shadows of silhouette edges, of the part between the plane and the light.
+        for e in range(edges.shape[0]):
+            ends[0] = vertices[edges[e, 0]] - point
+            ends[1] = vertices[edges[e, 1]] - point
+            low, high = 0.0, 1.0
+            h0, h1 = (normal * ends[0]).sum(), (normal * ends[1]).sum()
+            top = rise * (1.0 - 1e-12) if light[3] > 0.0 else np.inf
+            for bound, sign in ((0.0, 1.0), (top, -1.0)):
+                g0, g1 = sign * (h0 - bound), sign * (h1 - bound)
+                if bound == np.inf:
+                    continue
+                if g0 < 0.0 and g1 < 0.0:
+                    high = -1.0
+                elif g0 < 0.0:
+                    low = max(low, g0 / (g0 - g1))
+                elif g1 < 0.0:
+                    high = min(high, g0 / (g0 - g1))
+            if low > high:
+                continue
+            along = ends[1] - ends[0]
+            p, q = ends[0] + low * along, ends[0] + high * along
+            down_p, down_q = way - light[3] * p, way - light[3] * q
+            fall_p, fall_q = (normal * down_p).sum(), (normal * down_q).sum()
+            if fall_p <= 0.0 or fall_q <= 0.0:
+                continue
+            p = p - max(0.0, (normal * p).sum()) / fall_p * down_p
+            q = q - max(0.0, (normal * q).sum()) / fall_q * down_q
+            distance[i] = min(distance[i], _to_segment(p, q))
