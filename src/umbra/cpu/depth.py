@@ -163,14 +163,17 @@ def _see(points, faces, key, face, near, threads):
         slope = np.empty(3)
         span = np.empty(2)
         for f in range(faces.shape[0]):
-            low = np.inf
-            high = -np.inf
+            low = least = np.inf
+            high = most = -np.inf
             behind = 0
             for k in range(3):
                 for j in range(4):
                     p[k, j] = points[faces[f, k], j]
                 if p[k, 2] > 0.0:
+                    x = p[k, 0] / p[k, 2]
                     y = p[k, 1] / p[k, 2]
+                    least = min(least, x)
+                    most = max(most, x)
                     low = min(low, y)
                     high = max(high, y)
                 else:
@@ -178,8 +181,9 @@ def _see(points, faces, key, face, near, threads):
             if behind == 3:
                 continue
             if behind > 0:
-                low = 0.0
+                low = least = 0.0
                 high = np.float64(n_rows)
+                most = np.float64(n_cols)
             span[0] = np.ceil(min(max(low, 0.0), np.float64(n_rows)))
             span[1] = min(
                 np.floor(min(max(high, -1.0), np.float64(n_rows))) + 1.0, np.float64(n_rows)
@@ -192,10 +196,13 @@ def _see(points, faces, key, face, near, threads):
             if det == 0.0:
                 continue
             sign = 1.0 if det > 0.0 else -1.0
+            # Lines that nearly coincide may cross anywhere: never go beyond the corners.
+            least = min(max(np.floor(least), 0.0), np.float64(n_cols))
+            most = min(max(np.ceil(most), 0.0), np.float64(n_cols))
             for k in range(3):
-                left[k, 0] = -1e9
+                left[k, 0] = least
                 left[k, 1] = 0.0
-                right[k, 0] = 1e9
+                right[k, 0] = most
                 right[k, 1] = 0.0
                 bound(line[k, 0], line[k, 1], line[k, 2], sign, left[k], right[k], span)
             _key_plane(p, det, slope)
@@ -213,8 +220,8 @@ def _see(points, faces, key, face, near, threads):
                 )
                 at = slope[1] * y + slope[2]
                 for c in range(
-                    np.int64(np.ceil(min(max(x0, 0.0), np.float64(n_cols)))),
-                    np.int64(np.ceil(min(max(x1, 0.0), np.float64(n_cols)))),
+                    np.int64(np.ceil(min(max(x0, least), most))),
+                    np.int64(np.ceil(min(max(x1, least), most))),
                 ):
                     value = at + slope[0] * c
                     if value > key[r, c] and value <= near:

@@ -24,7 +24,6 @@ from umbra.volume.silhouette import Silhouettes
 __all__ = ["FieldSweep", "Slopes"]
 
 _LANES = 32  # cells compared at once: a fixed length, so that the loop becomes vectors
-_FAR = 1e7  # cells; beyond every raster
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,42 +160,37 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
         r1 = np.int64(np.ceil(min(max(high, 0.0), np.float64(rows))))
         if r0 >= r1:
             continue
-        if max(max(x0, x1), max(x2, x3)) < 0.0 or min(min(x0, x1), min(x2, x3)) > cols - 1:
+        # Lines that nearly coincide may cross anywhere: never go beyond the corners.
+        least = max(np.floor(min(min(x0, x1), min(x2, x3))), 0.0)
+        most = min(np.ceil(max(max(x0, x1), max(x2, x3))), np.float64(cols))
+        if least >= most:
             continue
-        # Each bounding line is x = p + q * y, a left or a right bound. Lines through
-        # one vertex are computed from it alone, so that neighbours share them.
-        mid_x = (x0 + x1 + x2 + x3) * 0.25
-        mid_y = (y0 + y1 + y2 + y3) * 0.25
-        p_l0 = p_l1 = p_l2 = p_l3 = -_FAR
-        q_l0 = q_l1 = q_l2 = q_l3 = 0.0
-        p_r0 = p_r1 = p_r2 = p_r3 = _FAR
-        q_r0 = q_r1 = q_r2 = q_r3 = 0.0
+        # Each bounding line is x = p + q * y, computed from a vertex and a direction that
+        # neighbours share. Of the four, which bound the left follows from their sense.
+        p_l0 = p_l1 = p_l2 = least
+        p_r0 = p_r1 = p_r2 = most
+        q_l0 = q_l1 = q_l2 = q_r0 = q_r1 = q_r2 = 0.0
         if y0 != y1:
             k = ex / ey
             p = x0 - y0 * k
-            if p + k * mid_y < mid_x:
+            if (up > 0.0) == (ey > 0.0):
                 p_l0, q_l0 = p, k
             else:
                 p_r0, q_r0 = p, k
         if ky != 0.0:
             k = kx / ky
-            p = x0 - y0 * k
-            if p + k * mid_y < mid_x:
-                p_l1, q_l1 = p, k
-            else:
-                p_r1, q_r1 = p, k
-            p = x1 - y1 * k
-            if p + k * mid_y < mid_x:
-                p_l2, q_l2 = p, k
-            else:
-                p_r2, q_r2 = p, k
+            p_l1 = x0 - y0 * k
+            p_r1 = x1 - y1 * k
+            if (up > 0.0) != (sy > 0.0):
+                p_l1, p_r1 = p_r1, p_l1
+            q_l1 = q_r1 = k
         if y2 != y3:
             k = (x3 - x2) / (y3 - y2)
             p = x2 - y2 * k
-            if p + k * mid_y < mid_x:
-                p_l3, q_l3 = p, k
+            if (up > 0.0) != (y3 > y2):
+                p_l2, q_l2 = p, k
             else:
-                p_r3, q_r3 = p, k
+                p_r2, q_r2 = p, k
         # The side's height is z + gx * x + gy * y, from its normal.
         gx = (sz * ey - (bz - az) * sy) / -up
         gy = ((bz - az) * sx - sz * ex) / -up
@@ -206,12 +200,10 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
         deepest += abs(m)
         for r in range(r0, r1):
             y = np.float64(r)
-            left = max(max(p_l0 + q_l0 * y, p_l1 + q_l1 * y), max(p_l2 + q_l2 * y, p_l3 + q_l3 * y))
-            right = min(
-                min(p_r0 + q_r0 * y, p_r1 + q_r1 * y), min(p_r2 + q_r2 * y, p_r3 + q_r3 * y)
-            )
-            c = np.int64(np.ceil(min(max(left, 0.0), np.float64(cols))))
-            c1 = np.int64(np.ceil(min(max(right, 0.0), np.float64(cols))))
+            left = max(max(p_l0 + q_l0 * y, p_l1 + q_l1 * y), p_l2 + q_l2 * y)
+            right = min(min(p_r0 + q_r0 * y, p_r1 + q_r1 * y), p_r2 + q_r2 * y)
+            c = np.int64(np.ceil(min(max(left, least), most)))
+            c1 = np.int64(np.ceil(min(max(right, least), most)))
             at = base + gy * y
             while c < c1:
                 z = heights[r, c : c + _LANES]

@@ -17,7 +17,7 @@ __all__ = ["LANES", "add_sides", "find_nearest_tiles"]
 
 LANES = 32
 TILE = 32
-_COLUMNS = 19  # (p, q) of 4 left and 4 right bounds, then the key's 3 factors
+_COLUMNS = 21  # (p, q) of 4 left and 4 right bounds, the key's 3 factors, first and end column
 
 
 def find_nearest_tiles(keys: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -86,7 +86,7 @@ def add_sides(
     starts = np.arange(chunks) * ((len(codes) + chunks - 1) // chunks)
     if _deepest(spans, starts, filled, rows) > np.iinfo(counts.dtype).max:
         return False
-    _fill(quads, spans, starts, filled, keys, counts, cols, threads)
+    _fill(quads, spans, starts, filled, keys, counts, threads)
     return True
 
 
@@ -157,11 +157,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                         for r in range(4):
                             p[2 + t, r] = p[t, r] + far * p[2 + t, r]
                     _cross(p[2], p[3], line[3])
-                    o = _dot(line[3], p[0])
-                    o1 = _dot(line[3], p[1])
-                    if o1 * o1 > o * o:
-                        o = o1
-                    sign[3] = 1.0 if o > 0.0 else -1.0
+                    sign[3] = -side  # across the side from the edge
                     n_lines = 4
             # Bounds in the picture, and the nearest key.
             low_x = low_y = np.inf
@@ -213,10 +209,15 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             if hidden:
                 continue
             record = quads[out]
+            # Lines that nearly coincide may cross anywhere: never go beyond the corners.
+            least = np.floor(max(low_x, 0.0))
+            most = np.ceil(min(high_x, np.float64(cols - 1))) + 1.0
+            record[19] = least
+            record[20] = most
             for t in range(4):
-                record[2 * t] = -1e9
+                record[2 * t] = least
                 record[2 * t + 1] = 0.0
-                record[8 + 2 * t] = 1e9
+                record[8 + 2 * t] = most
                 record[9 + 2 * t] = 0.0
             for t in range(n_lines):
                 bound(
@@ -251,9 +252,8 @@ def _deepest(spans, starts, filled, rows):
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False, fastmath={"nsz", "nnan"})
-def _fill(quads, spans, starts, filled, keys, counts, cols, threads):
+def _fill(quads, spans, starts, filled, keys, counts, threads):
     """Fill all sides; each thread owns every so many stripes of rows."""
-    wide = np.float64(cols)
     for t in prange(threads):
         for chunk in range(starts.size):
             for i in range(starts[chunk], starts[chunk] + filled[chunk]):
@@ -273,8 +273,8 @@ def _fill(quads, spans, starts, filled, keys, counts, cols, threads):
                             min(b[8] + b[9] * y, b[10] + b[11] * y),
                             min(b[12] + b[13] * y, b[14] + b[15] * y),
                         )
-                        c = np.int64(np.ceil(min(max(left, 0.0), wide)))
-                        end = np.int64(np.ceil(min(max(right, 0.0), wide)))
+                        c = np.int64(np.ceil(min(max(left, b[19]), b[20])))
+                        end = np.int64(np.ceil(min(max(right, b[19]), b[20])))
                         at = b[17] * y + b[18]
                         slope = b[16]
                         while c < end:
