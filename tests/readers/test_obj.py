@@ -161,3 +161,11 @@ def test_large_indices_and_many_faces_come_in_blocks(save):
     assert len(faces) == 2 * n + 1
     assert faces[-1].tolist() == [0, 2, 3]
     assert np.unique(faces).size == 2 * n + 2
+
+
+def test_a_word_too_many_does_not_make_up_for_one_too_few(save):
+    # Two faces of 4 and 2 corners have as many words as two triangles.
+    scene = umbra.read(save(BOX + "f 1 2 3 4\nf 1 2\nf 5 6 7\n"))
+    assert scene.triangles().faces.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6]]
+    with pytest.raises(InputError, match="line 12: a vertex needs three numbers"):
+        umbra.read(save(BOX + "v 1 2 3 4\nv 1 2\nf 1 2 3\n"))

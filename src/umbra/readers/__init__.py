@@ -8,6 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.formats import FORMATS, find_reader
@@ -103,15 +104,16 @@ def _assemble(
         if metric_crs != crs:
             notes = (*notes, f"coordinates were converted from {crs} to {metric_crs}")
         scene = make_scene(metric, crs=metric_crs, sources=sources, notes=notes)
-        _check_size(scene)
-        return locate(scene)
+        bounds = scene.bounds()
+        _check_size(bounds)
+        return locate(scene, bounds)
     except InputError as error:
         msg = f"{names}: {error}"
         raise InputError(msg, **error.data) from error
 
 
-def _check_size(scene: Scene) -> None:
-    far = float(np.abs(scene.bounds()).max())
+def _check_size(bounds: NDArray[np.float64]) -> None:
+    far = float(np.abs(bounds).max())
     # Numbers near the largest overflow to NaN on the way here, which is not below either.
     if not far <= FARTHEST:
         reach = f"{far:g}" if np.isfinite(far) else f"more than {FARTHEST:g}"

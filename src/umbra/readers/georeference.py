@@ -95,9 +95,15 @@ def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...
     return _reproject(parts, crs, found, height or 1.0)
 
 
-def locate(scene: Scene) -> Scene:
+def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     """
     Find latitude, longitude and true north from the CRS and the middle of the bounds.
+
+    Parameters
+    ----------
+    scene : Scene
+    bounds : (2, 3) float64
+        Of the scene, in the model's own coordinates.
 
     Returns
     -------
@@ -118,7 +124,7 @@ def locate(scene: Scene) -> Scene:
     geographic = flat.geodetic_crs
     there = Transformer.from_crs(flat, geographic, always_xy=True)
     back = Transformer.from_crs(geographic, flat, always_xy=True)
-    x, y, _ = scene.bounds().mean(0)
+    x, y, _ = bounds.mean(0)
     lon, lat = there.transform(x, y)
     area = found.area_of_use or flat.area_of_use
     inside = bool(np.isfinite([lon, lat]).all() and abs(lat) <= 90)

@@ -24,7 +24,7 @@ BLOCK = 65536  # face lines turned into numbers at once, to bound memory
 class _Statements:
     """An OBJ file's lines, sorted by what they say."""
 
-    vertices: list[list[bytes]] = field(default_factory=list)
+    vertices: list[bytes] = field(default_factory=list)
     faces: list[bytes] = field(default_factory=list)
     # Vertices before each face, only where an index counts from the end.
     seen: list[int] = field(default_factory=list)
@@ -99,7 +99,7 @@ def _sort_lines(lines: list[bytes], data: bytes) -> _Statements:
     for line in lines:
         start = line[:2]
         if start == b"v ":
-            vertices.append(line.split())
+            vertices.append(line)
         elif start == b"f ":
             faces.append(line)
             if relative:
@@ -108,7 +108,7 @@ def _sort_lines(lines: list[bytes], data: bytes) -> _Statements:
             words = line.split(None, 1)
             key = words[0] if words else b""
             if key == b"v":
-                vertices.append(line.split())
+                vertices.append(line)
             elif key in {b"f", b"fo"}:
                 faces.append(line.strip())
                 if relative:
@@ -129,16 +129,30 @@ def _sort_lines(lines: list[bytes], data: bytes) -> _Statements:
 
 
 def _parse_vertices(statements: _Statements, data: bytes) -> NDArray[np.float64]:
-    rows = statements.vertices
-    # Further numbers are a weight or a colour.
-    try:
-        if set(map(len, rows)) <= {4}:
-            numbers = [float(word) for row in rows for word in row[1:]]
-        else:
-            numbers = [float(word) for row in rows for word in (row[1], row[2], row[3])]
-    except (IndexError, ValueError) as error:
-        raise _bad_vertex(rows, data) from error
-    return np.array(numbers, np.float64).reshape(-1, 3)
+    blocks = [np.zeros(0)]
+    for first in range(0, len(statements.vertices), BLOCK):
+        block = statements.vertices[first : first + BLOCK]
+        words = _split_even(block, 3)
+        try:
+            if words is None:
+                # Further numbers are a weight or a colour.
+                rows = [line.split() for line in block]
+                words = [word for row in rows for word in (row[1], row[2], row[3])]
+            blocks.append(np.array([float(word) for word in words], np.float64))
+        except (IndexError, ValueError) as error:
+            raise _bad_vertex([line.split() for line in statements.vertices], data) from error
+    return np.concatenate(blocks).reshape(-1, 3)
+
+
+def _split_even(lines: list[bytes], count: int) -> list[bytes] | None:
+    """Split lines at once, without their keywords, if each has ``count`` words besides."""
+    words = b" ".join(lines).split()
+    step = count + 1
+    # With a word too many here and one too few there, a keyword is out of step.
+    if len(words) != step * len(lines) or set(words[::step]) != {lines[0].split()[0]}:
+        return None
+    del words[::step]
+    return words
 
 
 def _bad_vertex(rows: list[list[bytes]], data: bytes) -> InputError:
@@ -166,16 +180,20 @@ def _parse_faces(
         block = statements.faces[first : first + BLOCK]
         if any(b"#" in line for line in block):
             block = [line.partition(b"#")[0] for line in block]
-        rows = [line.split() for line in block]
-        lengths = np.array([len(row) for row in rows], np.int64) - 1
-        words = list(chain.from_iterable(row[1:] for row in rows))
+        words = _split_even(block, 3)
+        if words is not None:
+            lengths = np.full(len(block), 3)
+        else:
+            rows = [line.split() for line in block]
+            lengths = np.array([len(row) for row in rows], np.int64) - 1
+            words = list(chain.from_iterable(row[1:] for row in rows))
         try:
             corners = np.array([int(word) for word in words], np.int64)
         except (ValueError, OverflowError):
             try:
                 corners = np.array([int(word.partition(b"/")[0]) for word in words], np.int64)
             except (ValueError, OverflowError) as error:
-                raise _bad_face(rows, first, data) from error
+                raise _bad_face(block, first, data) from error
         if statements.seen:
             seen = np.repeat(np.array(statements.seen[first : first + BLOCK]), lengths)
             corners = np.where(corners < 0, corners + seen, corners - 1)
@@ -196,9 +214,9 @@ def _parse_faces(
     return np.concatenate(corner_blocks), np.concatenate(length_blocks)
 
 
-def _bad_face(rows: list[list[bytes]], first: int, data: bytes) -> InputError:
-    for index, row in enumerate(rows):
-        for word in row[1:]:
+def _bad_face(lines: list[bytes], first: int, data: bytes) -> InputError:
+    for index, line_words in enumerate(lines):
+        for word in line_words.split()[1:]:
             try:
                 np.int64(int(word.partition(b"/")[0]))
             except (ValueError, OverflowError):
