@@ -61,8 +61,8 @@ $(OUT)/city_block/study.nc: $(BLOCK) $(VENV)/.umbra $(SOURCES)
 	$(UMBRA) study $(BLOCK) $(STUDY) --cell 0.25 --out $(OUT)/city_block >/dev/null
 
 $(OUT)/city_block.png: $(BLOCK) $(VENV)/.umbra $(SOURCES)
-	$(UMBRA) render $(BLOCK) --eye 2560,339860,330 --target 2690,340105,185 --fov 35 \
-	  --light -0.5,-0.45,0.5,0 --ground 171 --size 1200x720 --out $@ >/dev/null
+	$(UMBRA) render $(BLOCK) --eye 2640,339790,370 --target 2702,340118,180 --fov 25 \
+	  --light -0.75,-0.25,0.5,0 --ground 171 --size 1200x640 --out $@ >/dev/null
 
 study: $(OUT)/city_block/study.nc $(OUT)/city_block.png
 	@echo
@@ -88,6 +88,12 @@ docs: $(VENV)/.docs
 
 bench: $(VENV)/.test $(BLOCK)
 	$(UMBRA) study $(BLOCK) $(STUDY) --size 512x512 --json --out $(OUT)/bench
+
+pictures: study
+	$(PY) examples/draw_diagrams.py docs/pictures
+	$(PY) examples/count_in_a_frame.py $(OUT)
+	$(PY) docs/shrink.py $(OUT)/city_block/hours.png $(OUT)/city_block/profile.png \
+	  $(OUT)/city_block.png $(OUT)/table.png $(OUT)/table_count.png docs/pictures
 
 clean:
 	rm -rf $(VENV) $(OUT) docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,78 @@
+"""Every example runs as shown, in a folder of its own."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import umbra
+from umbra.volume.inspection import inspect_scene
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def run(name, *arguments):
+    done = subprocess.run(
+        [sys.executable, str(EXAMPLES / name), *map(str, arguments)],
+        capture_output=True, text=True, encoding="utf-8", check=False,
+        env={**os.environ, "PYTHONIOENCODING": "utf-8"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def quarter(tmp_path_factory):
+    file = tmp_path_factory.mktemp("quarter") / "block.city.json"
+    assert run("city_block.py", file).strip() == str(file)
+    return file
+
+
+def test_each_example_has_a_test():
+    tested = Path(__file__).read_text(encoding="utf-8")
+    assert [p.name for p in EXAMPLES.glob("*.py") if f'"{p.name}"' not in tested] == []
+
+
+def test_the_quarter_is_closed_and_in_vienna(quarter):
+    scene = umbra.read(quarter)
+    assert scene.notes == ()
+    assert scene.crs == "EPSG:31256"
+    assert (scene.latitude, scene.longitude) == pytest.approx((48.2, 16.369), abs=1e-3)
+    found = inspect_scene(scene)
+    assert found.total.closed
+    assert found.total.degenerate_triangles == found.total.duplicate_triangles == 0
+    kinds = {part.kind for part in scene.parts}
+    assert kinds == {"WallSurface", "RoofSurface", "GroundSurface", "SolitaryVegetationObject"}
+    low, high = scene.bounds()
+    assert high[2] - low[2] == 67.5  # the high-rise; in whole millimetres
+
+
+def test_the_quarter_can_do_without_trees(quarter, tmp_path):
+    file = tmp_path / "bare.city.json"
+    run("city_block.py", file, "--no-trees")
+    houses = {p.name for p in umbra.read(quarter).parts if not p.name.startswith("Tree")}
+    assert {part.name for part in umbra.read(file).parts} == houses
+
+
+def test_study_in_python(tmp_path):
+    said = run("study_in_python.py", tmp_path)
+    assert (tmp_path / "square.nc").exists()
+    hours = {line.split("  ")[0].strip(): float(line[14:].split()[0]) for line in said.splitlines()
+             if line.startswith("with")}  # fmt: skip
+    assert hours["with trees"] > hours["without trees"] > 0
+
+
+def test_shadow_of_a_pole():
+    assert "10.00 m due north" in run("shadow_of_a_pole.py")
+
+
+def test_count_in_a_frame(tmp_path):
+    run("count_in_a_frame.py", tmp_path)
+    assert {p.name for p in tmp_path.iterdir()} == {"table.png", "table_count.png"}
+
+
+def test_draw_diagrams(tmp_path):
+    run("draw_diagrams.py", tmp_path)
+    assert {p.name for p in tmp_path.iterdir()} == {"shadow_count.svg", "multiplicity.svg"}
