@@ -114,8 +114,8 @@ def command(
         preview = make_preview(study)
         if study.receivers == "ground" and preview.covered(scene.bounds()) > COVERED:
             click.echo(
-                f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m, as a "
-                "terrain or base plate does; --receivers top shows the shadows that fall on it",
+                f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m, as "
+                "a terrain or base plate does; --receivers top shows the shadows that fall on it",
                 err=True,
             )
         plan = _describe(study, preview, scene, options)
