@@ -3,6 +3,8 @@
 import math
 import os
 from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +12,18 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 
-__all__ = ["LONGEST_SHADOW", "lay_out"]
+__all__ = ["LONGEST_SHADOW", "TILE", "lay_out"]
 
 LONGEST_SHADOW = 4.0
 """The default extent follows shadows up to this many times the model's height."""
+TILE = 4096
+"""Side of the tiles that a large raster is counted in [cell], so that work arrays stay small."""
 _LONG_SIDE = 1024  # cells of the default raster
 _BYTES = 32  # held for each cell: heights, hours, and their copies on the way to the file
-_WORK = 1.5e9  # for counting a tile and drawing [byte]
+_WORK = 30  # held for each cell of the tile that is counted,
+_THREAD_WORK = 4  # and this by each thread
+_CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+_BASE = 0.4e9  # what the program and the one that draws hold without any cell [byte]
 
 
 def lay_out(
@@ -28,6 +35,7 @@ def lay_out(
     cell: float | None = None,
     size: tuple[int, int] | None = None,
     masks: int = 0,
+    threads: int = 1,
 ) -> tuple[Grid, NDArray[np.float64], NDArray[np.float64]]:
     """
     Choose the cells of a plan.
@@ -48,6 +56,8 @@ def lay_out(
         Columns and rows, instead of ``cell``.
     masks : int
         Instants that are kept one by one.
+    threads : int
+        Each holds counts of its own.
 
     Returns
     -------
@@ -75,23 +85,28 @@ def lay_out(
         low, high = _reach(bounds, suns, ground)
     else:
         low, high = np.array(extent[:2], np.float64), np.array(extent[2:], np.float64)
-        if not (np.isfinite(low).all() and np.isfinite(high).all() and (high > low).all()):
+        with np.errstate(all="ignore"):
+            is_right = bool((high > low).all() and np.isfinite(high - low).all())
+        if not is_right:
             msg = (
                 "the extent must be XMIN,YMIN,XMAX,YMAX with XMIN < XMAX and YMIN < YMAX; "
                 f"got {','.join(f'{v:g}' for v in extent)}"
             )
             raise InputError(msg, extent=tuple(extent))
+    most = _most_cells(masks, threads)
+    wide, deep = (float(length) for length in high - low)
     if size is None:
-        side = cell or _round_up(float((high - low).max()) / _LONG_SIDE)
+        side = cell or _round_up(max(wide, deep) / _LONG_SIDE)
         if extent is None:
             low = np.floor(low / side) * side
-        # A whole number of cells, but for the rounding of decimal fractions.
-        cols, rows = (max(1, math.ceil(n - 1e-6)) for n in (high - low) / side)
+            wide, deep = (float(length) for length in high - low)
+        cols, rows = _count_cells(wide, side), _count_cells(deep, side)
         dx = dy = side
     else:
         cols, rows = size
-        dx, dy = (high - low) / (cols, rows)
-    _check_memory(cols, rows, masks, float(max(dx, dy)))
+        dx, dy = wide / cols, deep / rows
+    if cols * rows > most:
+        raise _too_large(cols, rows, most, wide, deep, masks, threads)
     grid = Grid(float(low[0] + dx / 2), float(low[1] + dy / 2), float(dx), float(dy), cols, rows)
     return grid, grid.x, grid.y
 
@@ -110,34 +125,57 @@ def _reach(
     return low - margin, high + margin
 
 
-def _round_up(value: float) -> float:
-    """Give the next 1, 2 or 5 times a power of ten."""
+def _round_up(value: float, tolerance: float = 0.999) -> float:
+    """Give the next 1, 2 or 5 times a power of ten; a bit above one counts as it."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(
-        float(f"{step * power:.6g}") for step in (1, 2, 5, 10) if step * power >= value * 0.999
+        float(f"{step * power:.6g}") for step in (1, 2, 5, 10) if step * power >= value * tolerance
     )
 
 
-def _check_memory(cols: int, rows: int, masks: int, side: float) -> None:
+def _count_cells(length: float, side: float) -> int:
+    """Give the whole number of cells that cover a length, but for rounding."""
+    return max(1, math.ceil(min(length / side, 1e15) - 1e-6))
+
+
+def _most_cells(masks: int, threads: int) -> int:
+    """Give the number of cells that fit in memory."""
+    room = max(_memory() - _BASE, 0.0)
+    work = _WORK + _THREAD_WORK * threads
+    in_one_tile = room / (_BYTES + masks + work)
+    if in_one_tile <= TILE**2:
+        return int(in_one_tile)
+    return int((room - TILE**2 * work) / (_BYTES + masks))
+
+
+def _too_large(
+    cols: int, rows: int, most: int, wide: float, deep: float, masks: int, threads: int
+) -> InputError:
     cells = cols * rows
-    needed = cells * (_BYTES + masks) + _WORK
-    held = _memory()
-    if needed <= held:
-        return
-    fits = side * math.sqrt((needed - _WORK) / max(held - _WORK, 0.1 * held))
-    advice = f"a cell of {_round_up(fits):g} m would fit"
+    needed = (
+        _BASE + cells * (_BYTES + masks) + min(cells, TILE**2) * (_WORK + _THREAD_WORK * threads)
+    )
+    side = max(math.sqrt(wide * deep / max(most, 1)), max(wide, deep) / max(most, 1))
+    # One more cell than needed each way: a default extent begins at whole cells.
+    while (wide / side + 2) * (deep / side + 2) > max(most, 9):
+        side *= 1.1
+    advice = f"a cell of {_round_up(side, 1.0):g} m would fit"
     if masks:
         advice += ", or leave out the masks"
     msg = (
         f"a raster of {cols}x{rows} cells needs {needed / 1e9:.1f} GB "
-        f"and this machine has {held / 1e9:.1f} GB; {advice}"
+        f"and this machine has {_memory() / 1e9:.1f} GB; {advice}"
     )
-    raise InputError(msg, cells=cells, bytes=needed)
+    return InputError(msg, cells=cells, bytes=needed)
 
 
 def _memory() -> float:
-    """Give the machine's memory [byte]; 8 GB where it does not tell."""
+    """Give the memory this process may use [byte]; 8 GB where no one tells."""
     try:
-        return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
+        held = float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
         return 8e9
+    for limit in _CGROUPS:  # a container's share of the machine
+        with suppress(OSError, ValueError):
+            held = min(held, float(Path(limit).read_text(encoding="ascii")))
+    return held

@@ -20,7 +20,7 @@ from umbra.cpu.threads import count_cores
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
-from umbra.study.layout import lay_out
+from umbra.study.layout import TILE, lay_out
 from umbra.study.model import Model, prepare_model
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps
 
@@ -31,8 +31,6 @@ __all__ = ["Study", "run_study", "shadow_study"]
 
 Refraction = Literal["standard", "none"]
 RECEIVERS = ("ground", "top")
-TILE = 4096
-"""Side of the tiles that a large raster is counted in [cell], so that work arrays stay small."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +173,7 @@ def run_study(
     around = np.concatenate([suns, stamps.direction[stamps.is_up]])
     grid, x, y = lay_out(
         bounds, around, level, extent=extent, cell=cell, size=size,
-        masks=len(sun.is_up) if masks else 0,
+        masks=len(sun.is_up) if masks else 0, threads=threads,
     )  # fmt: skip
     origin = scene.origin
     local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
