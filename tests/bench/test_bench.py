@@ -58,7 +58,7 @@ def test_startup_measures_whole_processes():
     assert found["above_mesh_bytes"] == found["peak_bytes"] - found["read_bytes"]
     rest = found["study_seconds"] - found["read_seconds"] - found["count_seconds"]
     assert found["rest_seconds"] == pytest.approx(rest)
-    assert 0 < rest
+    assert rest > 0
 
 
 def test_a_missing_peer_is_named_with_its_remedy(monkeypatch, capsys):

@@ -11,7 +11,7 @@ from typing import Any
 from umbra.bench.measure import Timing
 from umbra.cpu.threads import count_cores
 
-__all__ = ["Report", "Row", "describe_machine", "name_version"]
+__all__ = ["Report", "Row", "describe_machine", "lay_out_table", "name_version"]
 
 
 @dataclass(frozen=True)
@@ -128,17 +128,23 @@ class Report:
             ]
             for row in self.rows
         ]
-        widths = [max(len(line[k]) for line in [head, *lines]) for k in range(len(head))]
-        rule = ["-" * width for width in widths]
-        table = "\n".join(
-            "| " + " | ".join(cell.ljust(width) for cell, width in zip(line, widths)) + " |"
-            for line in [head, rule, *lines]
-        )
         small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         return (
             f"umbra bench {self.benchmark}: {describe_machine()}. Medians of {self.repeat} runs in "
-            f"turn, one thread on both sides unless said.{small}\n\n{table}"
+            f"turn, one thread on both sides unless said.{small}\n\n{lay_out_table(head, lines)}"
         )
+
+
+def lay_out_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """Give a Markdown table with its columns aligned."""
+    widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
+    rule = ["-" * width for width in widths]
+    return "\n".join(
+        "| "
+        + " | ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True))
+        + " |"
+        for line in [head, rule, *lines]
+    )
 
 
 def describe_machine() -> str:

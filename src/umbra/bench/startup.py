@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from umbra.bench.report import describe_machine
+from umbra.bench.report import describe_machine, lay_out_table
 from umbra.bench.scenes import Model, make_town
 from umbra.errors import UmbraError
 
@@ -89,18 +89,15 @@ class Startup:
 
     def to_table(self) -> str:
         """Give it in words."""
-        return "\n".join(
-            [
-                f"umbra bench startup: {describe_machine()}. A town of 300 boxes, whole processes.",
-                "",
-                "| what                                     | figure   | mark   |",
-                "| ---------------------------------------- | -------- | ------ |",
-                f"| umbra study, start to exit               | {self.study_seconds:5.2f} s  |        |",
-                f"| ... outside reading and counting         | {self.rest_seconds:5.2f} s  | 1.5 s  |",
-                f"| ... on the processors                    | {self.cpu_seconds:5.2f} s  |        |",
-                f"| memory above the mesh, {self.large:4}² cells       | "
-                f"{self.above_bytes / 1e9:5.2f} GB | 1.5 GB |",
-            ]
+        lines = [
+            ["umbra study, start to exit", f"{self.study_seconds:.2f} s", ""],
+            ["... outside reading and counting", f"{self.rest_seconds:.2f} s", "1.5 s"],
+            ["... on the processors", f"{self.cpu_seconds:.2f} s", ""],
+            [f"memory above the mesh, {self.large}²", f"{self.above_bytes / 1e9:.2f} GB", "1.5 GB"],
+        ]
+        return (
+            f"umbra bench startup: {describe_machine()}. A town of 300 boxes, whole processes.\n\n"
+            + lay_out_table(["what", "figure", "mark"], lines)
         )
 
 
@@ -140,8 +137,16 @@ def bench_startup(*, repeat: int, quick: bool) -> Startup:
             reader = _run(_READ, [str(path)])
             reads.append(float(reader.text))
         peak = _run(_STUDY, [*fixed, "--size", f"{large}x{large}"]).peak_bytes
-    medians = [float(np.median(values)) for values in (studies, busy, reads, counts)]
-    return Startup(*medians, peak, reader.peak_bytes, large, quick)
+    return Startup(
+        study_seconds=float(np.median(studies)),
+        cpu_seconds=float(np.median(busy)),
+        read_seconds=float(np.median(reads)),
+        count_seconds=float(np.median(counts)),
+        peak_bytes=peak,
+        read_bytes=reader.peak_bytes,
+        large=large,
+        quick=quick,
+    )
 
 
 @dataclass(frozen=True)
@@ -156,7 +161,7 @@ def _run(program: str, arguments: list[str]) -> _Run:
     """Run Python in a process of its own and see what it takes."""
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
         begun = time.perf_counter()
-        child = subprocess.Popen(  # noqa: S603
+        child = subprocess.Popen(
             [sys.executable, "-c", program, *arguments], stdout=out, stderr=err
         )
         _, status, used = os.wait4(child.pid, 0)

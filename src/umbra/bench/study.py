@@ -91,17 +91,20 @@ def bench_study(
             cell = model.side / cells
             grid = Grid(cell / 2, cell / 2, cell, cell, cells, cells)
             surface = find_surface(soup, grid, 0.0)
-            points, normals = _place_points(caster, grid, surface, receivers)
-            rows.append(
-                _compare(
-                    work,
-                    lambda n, r=receivers, g=grid, s=surface: _make_sweep(caster, g, s, r, n),
-                    _Rays(embree, points, normals, suns),
-                    threads,
-                    repeat,
-                    mark,
-                )
+            rays = _Rays(embree, *_place_points(grid, surface, receivers), suns)
+            alone = _make_sweep(caster, grid, surface, receivers, 1)
+            together = _make_sweep(caster, grid, surface, receivers, threads)
+            timings = run_in_turn(
+                {"ours": _count(alone, suns), "peer": rays.run, "threads": _count(together, suns)},
+                repeat,
             )
+            rows.append(
+                Row(
+                    work, timings["ours"], timings["peer"], timings["threads"], mark,
+                    *_count_differences(alone, rays),
+                    {"suns": len(suns), "cells": cells**2},
+                )
+            )  # fmt: skip
     return Report("study", f"embreex {name_version('embreex')}", threads, repeat, quick, rows)
 
 
@@ -137,7 +140,7 @@ def _make_sweep(
 
 
 def _place_points(
-    caster: Caster, grid: Grid, surface: Surface, receivers: str
+    grid: Grid, surface: Surface, receivers: str
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Give where rays start and the receiver's unit normal there, (n, 3) each."""
     x, y = np.meshgrid(grid.x, grid.y)
@@ -152,33 +155,15 @@ def _place_points(
     return (points + OFFSET * normals).astype(np.float32), normals
 
 
-def _compare(
-    work: str,
-    make_sweep: Callable[[int], Sweep],
-    rays: _Rays,
-    threads: int,
-    repeat: int,
-    mark: float | None,
-) -> Row:
-    alone, together = make_sweep(1), make_sweep(threads)
-    timings = run_in_turn(
-        {
-            "ours": _count(alone, rays.suns),
-            "peer": rays.run,
-            "threads": _count(together, rays.suns),
-        },
-        repeat,
-    )
+def _count_differences(sweep: Sweep, rays: _Rays) -> tuple[int, int]:
+    """Count the answers that differ, and all where the surface faces the sun."""
     differ = compared = 0
     for sun, (found, _) in zip(rays.suns, rays.ask(), strict=True):
         facing = rays.normals @ sun > 0
-        in_shadow = (alone.counts(sun[None]) != 0).ravel()
+        in_shadow = (sweep.counts(sun[None]) != 0).ravel()
         differ += int(((found == 0) != in_shadow)[facing].sum())
         compared += int(facing.sum())
-    return Row(
-        work, timings["ours"], timings["peer"], timings["threads"], mark, differ, compared,
-        {"suns": len(rays.suns), "cells": len(rays.points)},
-    )  # fmt: skip
+    return differ, compared
 
 
 def _count(sweep: Sweep, suns: NDArray[np.float64]) -> Contender:
