@@ -99,10 +99,9 @@ class Painter:
 
     def __exit__(self, kind: object, *_: object) -> None:
         child = self._child
-        self._is_ending = True
+        self._is_ending = kind is not None
         try:
             if kind is None:
-                self._is_ending = False
                 for future in self._futures:
                     future.result()
         except BaseException:
