@@ -19,7 +19,7 @@ help:
 	@echo "make test      every test"
 	@echo "make lint      ruff (rules and format) and mypy"
 	@echo "make docs      the documentation, in docs/_build/html"
-	@echo "make bench     the benchmarks, at small sizes"
+	@echo "make bench     the benchmarks at small sizes (umbra bench NAME: in full)"
 	@echo "make pictures  the pictures of README.md and docs/, made anew"
 	@echo "make clean     delete what all these made, and $(VENV)"
 
@@ -86,8 +86,8 @@ docs: $(VENV)/.docs
 	$(VENV)/bin/sphinx-build -W --keep-going -q -b html docs docs/_build/html
 	@echo docs/_build/html/index.html
 
-bench: $(VENV)/.test $(BLOCK)
-	$(UMBRA) study $(BLOCK) $(STUDY) --size 512x512 --json --out $(OUT)/bench
+bench: $(VENV)/.test
+	for name in study frame silhouette startup; do $(UMBRA) bench $$name --quick || exit 1; done
 
 pictures: study
 	$(PY) examples/draw_diagrams.py docs/pictures

@@ -100,7 +100,7 @@ def draw_multiplicity(path):
     fold = np.array([(0, 0), (2.0, 0.1), (1.3, 1.6)])
     star = np.array([(0, 0.25), (1.8, 0), (1.2, 1.7), (-1.6, 0)])
     draw_mesh(axes, 1.0, box, quads, "a closed box:\nits lit faces cast")
-    draw_mesh(axes, 5.0, *make_fan(fold), "a fold: both wings\nlie on one side of the light")
+    draw_mesh(axes, 5.0, *make_fan(fold), "a fold: both wings\non one side of the edge")
     draw_mesh(axes, 10.0, *make_fan(star), "three walls on an edge:\n1 + 1 " + MINUS + " 1")
     axes.set_xlim(-0.4, 12.6)
     axes.set_ylim(-1.5, 3.4)
