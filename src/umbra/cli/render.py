@@ -21,7 +21,9 @@ POINT = Numbers("X,Y,Z", 3)
 @click.option("--up", type=POINT, default=(0.0, 0.0, 1.0), help="Upward in the picture.")
 @click.option("--fov", type=float, default=50.0, show_default=True, help="Vertical [degrees].")
 @click.option("--height", type=float, help="Orthographic instead: the picture's height [m].")
-@click.option("--size", type=SIZE, default=(1024, 768), show_default="1024x768")
+@click.option(
+    "--size", type=SIZE, default=(1024, 768), show_default="1024x768", help="Of the picture."
+)
 @click.option("--near", type=float, default=0.1, show_default=True, help="Near plane [m].")
 @click.option(
     "--light",
@@ -40,10 +42,19 @@ POINT = Numbers("X,Y,Z", 3)
 @click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
 @click.option("--method", default="auto", show_default=True, help="auto, z-pass or z-fail.")
-@click.option("--device", type=click.Choice(["auto", "cpu", "gl"]), default="auto")
+@click.option(
+    "--device",
+    type=click.Choice(["auto", "cpu", "gl"]),
+    default="auto",
+    help="Where to count; this version has cpu.",
+)
 @click.option("--threads", type=click.IntRange(1), help="All cores by default.")
-@click.option("--out", type=click.Path(path_type=Path), help="PNG to write.")
-@click.option("--arrays", type=click.Path(path_type=Path), help="NPZ to write.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), metavar="FILE.png", help="Picture to write."
+)
+@click.option(
+    "--arrays", type=click.Path(path_type=Path), metavar="FILE.npz", help="Arrays to write."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],

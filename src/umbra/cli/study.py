@@ -39,7 +39,13 @@ COVERED = 0.9
 @click.option("--date", required=True, metavar="YYYY-MM-DD", help="Local date.")
 @click.option("--from", "start", default="09:00", show_default=True, metavar="HH:MM")
 @click.option("--to", "end", default="17:00", show_default=True, metavar="HH:MM")
-@click.option("--every", default="15min", show_default=True, help="Step of the clock.")
+@click.option(
+    "--every",
+    default="15min",
+    show_default=True,
+    metavar="DURATION",
+    help="Step of the clock: 15min, 1h, 30s.",
+)
 @click.option(
     "--receivers",
     type=click.Choice(["ground", "top"]),
@@ -47,12 +53,25 @@ COVERED = 0.9
     show_default=True,
     help="The ground plane, or the topmost surface of the plan.",
 )
-@click.option("--ground", type=float, metavar="Z", help="Default: the lowest point.")
-@click.option("--extent", type=Numbers("XMIN,YMIN,XMAX,YMAX", 4), help="Default: with shadows.")
-@click.option("--cell", type=float, metavar="M", help="Side of a cell.")
-@click.option("--size", type=SIZE, help="Or the raster's size.")
-@click.option("--cast", multiple=True, metavar="PATTERN", help="Parts that cast; repeatable.")
-@click.option("--no-cast", multiple=True, metavar="PATTERN", help="Parts that do not.")
+@click.option(
+    "--ground", type=float, metavar="Z", help="The ground's height [m]; default: the lowest point."
+)
+@click.option(
+    "--extent",
+    type=Numbers("XMIN,YMIN,XMAX,YMAX", 4),
+    help="The plan's rectangle [m]; default: the model and its shadows.",
+)
+@click.option("--cell", type=float, metavar="M", help="Side of a cell [m].")
+@click.option("--size", type=SIZE, help="The raster's size, instead of --cell.")
+@click.option(
+    "--cast",
+    multiple=True,
+    metavar="PATTERN",
+    help="Names or kinds of parts that cast; repeatable.",
+)
+@click.option(
+    "--no-cast", multiple=True, metavar="PATTERN", help="Those of parts that do not; repeatable."
+)
 @click.option("--masks", is_flag=True, help="Also keep every instant.")
 @click.option(
     "--refraction",
@@ -62,9 +81,20 @@ COVERED = 0.9
     help="The sun where it is seen, or where it is.",
 )
 @click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
-@click.option("--device", type=click.Choice(["auto", "cpu", "gl"]), default="auto")
+@click.option(
+    "--device",
+    type=click.Choice(["auto", "cpu", "gl"]),
+    default="auto",
+    help="Where to count; this version has cpu.",
+)
 @click.option("--threads", type=click.IntRange(1), help="All cores by default.")
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="DIR",
+    help="Folder for results.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],
