@@ -64,6 +64,9 @@ def _run(arguments: list[str], debug: bool) -> int:
         umbra.main(arguments, prog_name="umbra", standalone_mode=False)
     except click.exceptions.Exit as ended:
         return ended.exit_code
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)  # the help, in its own lines
+        return 2
     except click.UsageError as error:
         where = f" (see '{error.ctx.command_path} --help')" if error.ctx else ""
         return _fail(f"{error.format_message()}{where}", 2, debug)
