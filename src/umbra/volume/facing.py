@@ -20,13 +20,14 @@ def find_lit(planes, lights, lit, edge_on):
         Outward normals and offsets.
     lights : (n_lights, 4) float64
         Homogeneous, at most 64.
-    lit : (n_faces,) uint64
+    lit : (n_faces,) uint8 or uint64
         Written: bit k is set where light k lights the face.
     edge_on : (n_blocks,) uint64
         Written: bit k is set where some face of the block of 512 is seen exactly
         edge-on by light k.
     """
     n = planes.shape[1]
+    none = lit.dtype.type(0)
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         low = block * _BLOCK
         high = min(n, low + _BLOCK)
@@ -41,10 +42,11 @@ def find_lit(planes, lights, lit, edge_on):
         for k in range(lights.shape[0]):
             l0, l1, l2, l3 = lights[k, 0], lights[k, 1], lights[k, 2], lights[k, 3]
             bit = np.uint64(1) << np.uint64(k)
+            mark = lit.dtype.type(bit)
             zeros = 0
             for i in range(high - low):
                 side = x[i] * l0 + y[i] * l1 + z[i] * l2 + w[i] * l3
-                bits[i] |= bit if side > 0.0 else np.uint64(0)
+                bits[i] |= mark if side > 0.0 else none
                 zeros += 1 if side == 0.0 else 0
             if zeros > 0:
                 flat |= bit

@@ -2,7 +2,8 @@
 Silhouettes by brute force: every edge asked, for up to 64 lights in one pass.
 
 The lit bits of both faces are read once per edge and serve all lights, so the
-gather, which dominates the work for one light, is paid once for 64.
+gather, which dominates the work for one light, is paid once for 64. Edges in no
+silhouette at all are left behind there; the lights then look at the others.
 """
 
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from umbra.volume.facing import LIGHTS_AT_ONCE, find_lit
 __all__ = ["Silhouettes", "find_silhouette_edges", "find_silhouettes"]
 
 _CODES_AT_ONCE = 24_000_000  # 96 MB of silhouette edges held at a time
-_CHUNKS = 32  # independent stretches of edges: enough for any thread count, few enough to count
+_STRETCH = 4096  # edges that one thread takes at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,26 +58,28 @@ def find_silhouettes(
         Of ``lights``.
     silhouettes : Silhouettes
     """
-    n_faces = caster.planes.shape[1]
-    lit = np.zeros(n_faces, np.uint64)
+    n_faces, n_edges = caster.planes.shape[1], len(caster.edges)
+    lit = np.zeros(n_faces, np.uint64 if len(lights) > 8 else np.uint8)
     edge_on = np.zeros((n_faces + 511) // 512, np.uint64)
-    n_edges = len(caster.edges)
+    edges = np.zeros(n_edges, np.int32)
+    found, first = np.zeros((2, n_edges), np.uint64)
+    active = np.zeros((n_edges + _STRETCH - 1) // _STRETCH, np.int64)
     done = 0
     while done < len(lights):
         batch = np.ascontiguousarray(lights[done : done + LIGHTS_AT_ONCE])
         find_lit(caster.planes, batch, lit, edge_on)
-        counts = np.zeros((len(batch), _CHUNKS), np.int64)
-        _list_edges(caster.edge_faces, caster.turn, lit, counts, np.zeros(0, np.int32), len(batch))
+        counts = np.zeros((len(batch), len(active)), np.int64)
+        _find_active(
+            caster.edge_faces, caster.turn, lit, len(batch), edges, found, first, active, counts
+        )
         totals = np.cumsum(counts.sum(1))
         n = max(1, int(np.searchsorted(totals, _CODES_AT_ONCE, "right")))
         n = min(n, len(batch))
         # Where each light's list starts, and within it each stretch of edges.
-        ends = np.cumsum(counts[:n].ravel())
-        places = np.concatenate([[0], ends[:-1]]).reshape(n, _CHUNKS)
-        starts = np.append(places[:, 0], ends[-1])
-        codes = np.zeros(max(int(ends[-1]), 1), np.int32)
-        if n_edges:
-            _list_edges(caster.edge_faces, caster.turn, lit, places, codes, n)
+        starts = np.append(0, totals[:n])
+        places = np.cumsum(counts[:n], axis=1) - counts[:n] + starts[:-1, None]
+        codes = np.zeros(max(int(starts[-1]), 1), np.int32)
+        _list_codes(edges, found, first, active, places, codes)
         flat = int(np.bitwise_or.reduce(edge_on)) if len(edge_on) else 0
         codes, starts = _drop_edge_on(caster, batch[:n], flat, codes, starts)
         yield slice(done, done + n), Silhouettes(codes, starts)
@@ -116,67 +119,55 @@ def find_silhouette_edges(
     return np.where(sums[:, None] > 0, edges, edges[:, ::-1]).astype(np.int32), np.abs(sums)
 
 
-@njit(cache=True, nogil=True)
-def _lowest_bit(bits):
-    """Give the place of the lowest set bit of a number that is not 0."""
-    place = 0
-    if bits & np.uint64(0xFFFFFFFF) == 0:
-        place += 32
-        bits >>= np.uint64(32)
-    if bits & np.uint64(0xFFFF) == 0:
-        place += 16
-        bits >>= np.uint64(16)
-    if bits & np.uint64(0xFF) == 0:
-        place += 8
-        bits >>= np.uint64(8)
-    if bits & np.uint64(0xF) == 0:
-        place += 4
-        bits >>= np.uint64(4)
-    if bits & np.uint64(0x3) == 0:
-        place += 2
-        bits >>= np.uint64(2)
-    if bits & np.uint64(0x1) == 0:
-        place += 1
-    return place
-
-
-@njit(cache=True, nogil=True, parallel=True)
-def _list_edges(edge_faces, turn, lit, places, codes, n_lights):
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, counts):
     """
-    Count silhouette edges per light and stretch, or list them.
+    Find the edges that are in some light's silhouette, in stretches of edges.
 
-    With empty ``codes`` the counts are written to ``places``; else the codes are
-    written from ``places[light, stretch]`` on.
+    Stretch j writes its ``active[j]`` edges from place j * _STRETCH on: the edge, for
+    which lights it is found, and which lights light its first face. How many each
+    light has goes to ``counts[light, stretch]``. What may or may not be kept is always
+    written, and the place moved on by 0 or 1: no branch to mispredict.
     """
-    n = edge_faces.shape[0]
-    chunks = places.shape[1]
-    length = (n + chunks - 1) // chunks
-    listing = codes.size > 0
     wanted = np.uint64(0xFFFFFFFFFFFFFFFF)
     if n_lights < 64:
         wanted = (np.uint64(1) << np.uint64(n_lights)) - np.uint64(1)
-    for chunk in prange(chunks):
-        cursor = np.zeros(64, np.int64)
-        if listing:
-            for k in range(n_lights):
-                cursor[k] = places[k, chunk]
-        for edge in range(chunk * length, min(n, chunk * length + length)):
-            first = lit[edge_faces[edge, 0]]
-            found = first ^ lit[edge_faces[edge, 1]]
-            if turn[edge]:
-                found = ~found
-            found &= wanted
-            while found:
-                k = _lowest_bit(found)
-                if listing:
-                    codes[cursor[k]] = (edge << 2) | np.int64(
-                        (first >> np.uint64(k)) & np.uint64(1)
-                    )
-                cursor[k] += 1
-                found &= found - np.uint64(1)
-        if not listing:
-            for k in range(n_lights):
-                places[k, chunk] = cursor[k]
+    for stretch in prange(active.size):
+        start = stretch * _STRETCH
+        n = start
+        for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
+            one = np.uint64(lit[edge_faces[edge, 0]])
+            two = np.uint64(lit[edge_faces[edge, 1]])
+            turned = np.uint64(0) - np.uint64(turn[edge])  # all bits where turned
+            bits = (one ^ two ^ turned) & wanted
+            edges[n] = edge
+            found[n] = bits
+            first[n] = one
+            n += bits != 0
+        active[stretch] = n - start
+        for k in range(n_lights):
+            m = np.uint64(0)
+            for i in range(start, n):
+                m += (found[i] >> np.uint64(k)) & np.uint64(1)
+            counts[k, stretch] = m
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _list_codes(edges, found, first, active, places, codes):
+    """Write each light's codes, every stretch from ``places[light, stretch]`` on."""
+    for stretch in prange(active.size):
+        start = stretch * _STRETCH
+        picked = np.zeros(active[stretch], np.int32)
+        for k in range(places.shape[0]):
+            light = np.uint64(k)
+            m = 0
+            for i in range(start, start + active[stretch]):
+                is_lit = np.int32((first[i] >> light) & np.uint64(1))
+                picked[m] = (edges[i] << 2) | is_lit
+                m += np.int64((found[i] >> light) & np.uint64(1))
+            place = places[k, stretch]
+            for i in range(m):
+                codes[place + i] = picked[i]
 
 
 def _drop_edge_on(
