@@ -97,4 +97,4 @@ pictures: study
 
 clean:
 	rm -rf $(VENV) $(OUT) docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find src tests docs examples benchmarks -name __pycache__ -prune -exec rm -rf {} +
+	find src tests docs examples -name __pycache__ -prune -exec rm -rf {} +
