@@ -1,5 +1,6 @@
 """The ``umbra`` command: its subcommands, and how it ends."""
 
+import difflib
 import sys
 import traceback
 from importlib import import_module
@@ -31,16 +32,33 @@ class _Commands(click.Group):
             return None
         return import_module(f"umbra.cli.{name}").command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            near = difflib.get_close_matches(args[0], COMMANDS, n=1)
+            advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(COMMANDS)}"
+            ctx.fail(f"there is no command '{args[0]}'; {advice}")
+        return super().resolve_command(ctx, args)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
 
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=_Commands,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
 @click.version_option(__version__, prog_name="umbra")
 @click.option("--debug", is_flag=True, help="Show tracebacks.")
-def umbra(debug: bool) -> None:
+@click.pass_context
+def umbra(context: click.Context, debug: bool) -> None:  # noqa: ARG001  (main looks for it)
     """Exact shadows from triangle meshes with shadow volumes."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help(), err=True)
+        context.exit(2)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -61,12 +79,8 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _run(arguments: list[str], debug: bool) -> int:
     try:
-        umbra.main(arguments, prog_name="umbra", standalone_mode=False)
-    except click.exceptions.Exit as ended:
-        return ended.exit_code
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)  # the help, in its own lines
-        return 2
+        # Commands give nothing back; click gives the status of one that exits.
+        status = umbra.main(arguments, prog_name="umbra", standalone_mode=False, obj=arguments)
     except click.UsageError as error:
         where = f" (see '{error.ctx.command_path} --help')" if error.ctx else ""
         return _fail(f"{error.format_message()}{where}", 2, debug)
@@ -82,10 +96,10 @@ def _run(arguments: list[str], debug: bool) -> int:
     except UmbraError as error:
         return _fail(str(error), 1, debug)
     except MemoryError:
-        return _fail("out of memory; choose a larger --cell or fewer --threads", 1, debug)
+        return _fail("out of memory; choose fewer cells or pixels, or fewer --threads", 1, debug)
     except Exception as error:  # noqa: BLE001  (the last line of defence)
         return _fail(f"{type(error).__name__}: {error} (--debug shows where)", 1, debug)
-    return 0
+    return status or 0
 
 
 def _fail(message: str, status: int, debug: bool) -> int:

@@ -1,5 +1,6 @@
 """``umbra render``: a picture with exact shadows."""
 
+import math
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -12,19 +13,31 @@ from umbra.errors import InputError
 __all__ = ["command"]
 
 POINT = Numbers("X,Y,Z", 3)
+_BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its lights
 
 
 @click.command("render")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option("--eye", type=POINT, required=True, help="Where the camera is [m].")
 @click.option("--target", type=POINT, required=True, help="What it looks at [m].")
-@click.option("--up", type=POINT, default=(0.0, 0.0, 1.0), help="Upward in the picture.")
-@click.option("--fov", type=float, default=50.0, show_default=True, help="Vertical [degrees].")
-@click.option("--height", type=float, help="Orthographic instead: the picture's height [m].")
 @click.option(
-    "--size", type=SIZE, default=(1024, 768), show_default="1024x768", help="Of the picture."
+    "--up", type=POINT, default=(0.0, 0.0, 1.0), help="Upward in the picture; default: 0,0,1."
 )
-@click.option("--near", type=float, default=0.1, show_default=True, help="Near plane [m].")
+@click.option(
+    "--fov",
+    type=float,
+    metavar="DEG",
+    default=50.0,
+    show_default=True,
+    help="Vertical field of view [degrees].",
+)
+@click.option(
+    "--height", type=float, metavar="M", help="Orthographic instead: the picture's height [m]."
+)
+@click.option("--size", type=SIZE, default=(1024, 768), help="In pixels; default: 1024x768.")
+@click.option(
+    "--near", type=float, metavar="M", default=0.1, show_default=True, help="Near plane [m]."
+)
 @click.option(
     "--light",
     "lights",
@@ -41,14 +54,16 @@ POINT = Numbers("X,Y,Z", 3)
 )
 @click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
-@click.option("--method", default="auto", show_default=True, help="auto, z-pass or z-fail.")
+@click.option(
+    "--method", metavar="NAME", default="auto", show_default=True, help="auto, z-pass or z-fail."
+)
 @click.option(
     "--device",
     type=click.Choice(["auto", "cpu", "gl"]),
     default="auto",
     help="Where to count; this version has cpu.",
 )
-@click.option("--threads", type=click.IntRange(1), help="All cores by default.")
+@click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="FILE.png", help="Picture to write."
 )
@@ -79,14 +94,18 @@ def command(
     """
     Draw a picture with exact hard shadows of any number of lights.
 
-    Example: umbra render tower.glb --eye 40,-60,30 --target 0,0,10
-    --light 0.4,-0.3,0.8,0 --ground 0 --out tower.png
-    """
+    \b
+    Example:
+    umbra render tower.glb --eye 40,-60,30 --target 0,0,10 --light 4,-3,8,0 --out tower.png
+    """  # noqa: D301  (click asks for a real backspace)
     if out is None and arrays is None:
         msg = "nothing to write; give --out FILE.png or --arrays FILE.npz"
         raise InputError(msg)
     if not lights and not spots:
         msg = "no light; give --light X,Y,Z for a point or X,Y,Z,0 for a direction"
+        raise InputError(msg)
+    if out is not None and out.suffix.lower() != ".png":
+        msg = f"the picture '{out}' would be a PNG; name it {out.with_suffix('.png')}"
         raise InputError(msg)
     if device == "gl":
         msg = "this version renders on the cpu; leave --device out"
@@ -108,6 +127,7 @@ def command(
     all_lights = [Light(np.array(v if len(v) == 4 else (*v, 1.0))) for v in lights]
     all_lights += [spot_light(v[:3], v[3:6], v[6]) for v in spots]
     threads = threads or count_cores()
+    _check_memory(size, len(all_lights))
     written = [path for path in (out, arrays) if path is not None]
     with ExitStack() as stack:
         beside = {path: stack.enter_context(replace_file(path)) for path in written}
@@ -140,6 +160,23 @@ def command(
     else:
         for path in written:
             click.echo(path)
+
+
+def _check_memory(size: tuple[int, int], lights: int) -> None:
+    """Refuse a picture that memory cannot hold, before anything is read."""
+    from umbra.cpu.memory import find_memory  # noqa: PLC0415
+
+    cols, rows = size
+    needed, held = cols * rows * (_BYTES + _LIGHT_BYTES * lights), find_memory()
+    if needed <= held:
+        return
+    scale = math.sqrt(held / needed)
+    msg = (
+        f"a picture of {cols}x{rows} pixels needs {needed / 1e9:.1f} GB and this machine has "
+        f"{held / 1e9:.1f} GB; a --size of {max(int(cols * scale), 1)}x{max(int(rows * scale), 1)} "
+        "would fit"
+    )
+    raise InputError(msg, bytes=needed)
 
 
 def _warn(message: str) -> None:

@@ -24,21 +24,42 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-COVERED = 0.9
-"""Share of a model's plan from which on its ground is taken to be part of it."""
-
 
 @click.command("study")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--lat", type=float, metavar="DEG", help="Latitude, if the file does not say.")
-@click.option("--lon", type=float, metavar="DEG", help="Longitude, east positive.")
-@click.option("--tz", metavar="ZONE", help="IANA zone; from the coordinates by default.")
+@click.option("--lat", type=float, metavar="DEG", help="Latitude; default: what the file says.")
 @click.option(
-    "--north", type=float, metavar="DEG", help="True north's azimuth in the model's plan."
+    "--lon",
+    type=float,
+    metavar="DEG",
+    help="Longitude, east positive; default: what the file says.",
+)
+@click.option(
+    "--tz", metavar="ZONE", help="IANA zone, as Europe/Vienna; default: that of the coordinates."
+)
+@click.option(
+    "--north",
+    type=float,
+    metavar="DEG",
+    help="True north's azimuth in the plan, clockwise from y; default: what the file says, or 0.",
 )
 @click.option("--date", required=True, metavar="YYYY-MM-DD", help="Local date.")
-@click.option("--from", "start", default="09:00", show_default=True, metavar="HH:MM")
-@click.option("--to", "end", default="17:00", show_default=True, metavar="HH:MM")
+@click.option(
+    "--from",
+    "start",
+    default="09:00",
+    show_default=True,
+    metavar="HH:MM",
+    help="Start, on the local clock.",
+)
+@click.option(
+    "--to",
+    "end",
+    default="17:00",
+    show_default=True,
+    metavar="HH:MM",
+    help="End; 24:00 is midnight.",
+)
 @click.option(
     "--every",
     default="15min",
@@ -61,7 +82,12 @@ COVERED = 0.9
     type=Numbers("XMIN,YMIN,XMAX,YMAX", 4),
     help="The plan's rectangle [m]; default: the model and its shadows.",
 )
-@click.option("--cell", type=float, metavar="M", help="Side of a cell [m].")
+@click.option(
+    "--cell",
+    type=float,
+    metavar="M",
+    help="Side of a cell [m]; default: about 1000 cells on the longer side.",
+)
 @click.option("--size", type=SIZE, help="The raster's size, instead of --cell.")
 @click.option(
     "--cast",
@@ -72,7 +98,7 @@ COVERED = 0.9
 @click.option(
     "--no-cast", multiple=True, metavar="PATTERN", help="Those of parts that do not; repeatable."
 )
-@click.option("--masks", is_flag=True, help="Also keep every instant.")
+@click.option("--masks", is_flag=True, help="Also write in_shadow, every instant.")
 @click.option(
     "--refraction",
     type=click.Choice(["standard", "none"]),
@@ -87,13 +113,13 @@ COVERED = 0.9
     default="auto",
     help="Where to count; this version has cpu.",
 )
-@click.option("--threads", type=click.IntRange(1), help="All cores by default.")
+@click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
     required=True,
     metavar="DIR",
-    help="Folder for results.",
+    help="Folder for results; made if missing.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
@@ -113,8 +139,10 @@ def command(
 
     Writes study.nc, hours.png and profile.png into the folder --out.
 
-    Example: umbra study block.city.json --date 2026-03-21 --every 15min --out out/
-    """
+    \b
+    Example:
+    umbra study block.city.json --date 2026-03-21 --receivers top --cell 0.5 --out out/
+    """  # noqa: D301  (click asks for a real backspace)
     if device == "gl":
         msg = "this version counts on the cpu; leave --device out"
         raise InputError(msg)
@@ -134,7 +162,7 @@ def command(
         site = find_site(scene, lat, lon, tz, north)
         with _progress() as progress:
             study = run_study(scene, site, device=device, progress=progress, **options)
-        study.facts["command"] = shlex.join(["umbra", *sys.argv[1:]])
+        study.facts["command"] = shlex.join(["umbra", *click.get_current_context().obj])
         if not study.sun.is_up.any():
             click.echo(
                 "umbra: warning: the sun is below the horizon all this time; "
@@ -142,7 +170,7 @@ def command(
                 err=True,
             )
         preview = make_preview(study)
-        if study.receivers == "ground" and preview.covered(scene.bounds()) > COVERED:
+        if study.receivers == "ground" and preview.has_terrain(scene.bounds()):
             click.echo(
                 f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m, as "
                 "a terrain or base plate does; --receivers top shows the shadows that fall on it",

@@ -1,14 +1,12 @@
 """Where a study's raster lies: extent, cell size, and whether it fits in memory."""
 
 import math
-import os
 from collections.abc import Sequence
-from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.memory import find_memory
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 
@@ -22,7 +20,6 @@ _LONG_SIDE = 1024  # cells of the default raster
 _BYTES = 32  # held for each cell: heights, hours, and their copies on the way to the file
 _WORK = 30  # held for each cell of the tile that is counted,
 _THREAD_WORK = 4  # and this by each thread
-_CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 _BASE = 0.4e9  # what the program and the one that draws hold without any cell [byte]
 
 
@@ -140,7 +137,7 @@ def _count_cells(length: float, side: float) -> int:
 
 def _most_cells(masks: int, threads: int) -> int:
     """Give the number of cells that fit in memory."""
-    room = max(_memory() - _BASE, 0.0)
+    room = max(find_memory() - _BASE, 0.0)
     work = _WORK + _THREAD_WORK * threads
     in_one_tile = room / (_BYTES + masks + work)
     if in_one_tile <= TILE**2:
@@ -164,18 +161,6 @@ def _too_large(
         advice += ", or leave out the masks"
     msg = (
         f"a raster of {cols}x{rows} cells needs {needed / 1e9:.1f} GB "
-        f"and this machine has {_memory() / 1e9:.1f} GB; {advice}"
+        f"and this machine has {find_memory() / 1e9:.1f} GB; {advice}"
     )
     return InputError(msg, cells=cells, bytes=needed)
-
-
-def _memory() -> float:
-    """Give the memory this process may use [byte]; 8 GB where no one tells."""
-    try:
-        held = float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):
-        return 8e9
-    for limit in _CGROUPS:  # a container's share of the machine
-        with suppress(OSError, ValueError):
-            held = min(held, float(Path(limit).read_text(encoding="ascii")))
-    return held

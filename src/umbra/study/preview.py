@@ -12,6 +12,10 @@ __all__ = ["Preview", "make_preview"]
 
 LONGEST = 1600
 """Cells along the longer side: more than the map of a picture shows."""
+COVERED = 0.9
+"""Share of its plan that a model with terrain covers at least."""
+LOW = 0.25
+"""Share of the model's height that a tenth of the terrain stays below."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +39,27 @@ class Preview:
     heights: NDArray[np.float64]
     shadows: NDArray[np.bool_]
 
-    def covered(self, bounds: NDArray[np.float64]) -> float:
-        """Give the share of a box (2, 3) in plan that stands above the ground."""
+    def has_terrain(self, bounds: NDArray[np.float64]) -> bool:
+        """
+        Tell whether the model brings its own ground: it covers its plan, low down for a part.
+
+        A single house covers its plan as well, but stands high everywhere.
+
+        Parameters
+        ----------
+        bounds : (2, 3) float64
+            Of the model, in its own coordinates [m].
+
+        Returns
+        -------
+        has_terrain : bool
+        """
         cols = (self.x >= bounds[0, 0]) & (self.x <= bounds[1, 0])
         rows = (self.y >= bounds[0, 1]) & (self.y <= bounds[1, 1])
         inside = self.heights[np.ix_(rows, cols)]
-        return float((inside > 0).mean()) if inside.size else 0.0
+        if not inside.size or (inside > 0).mean() <= COVERED:
+            return False
+        return bool(np.quantile(inside, 0.1) < LOW * inside.max())
 
 
 def make_preview(study: Study, longest: int = LONGEST) -> Preview:

@@ -45,7 +45,10 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         os.umask(mask)
         Path(name).chmod(0o666 & ~mask)  # as any new file; mkstemp's are private
     except OSError as error:
-        msg = f"cannot write '{target}' ({error.strerror or error}); choose another place"
+        reason = error.strerror or str(error)
+        if isinstance(error, FileExistsError):  # only where a file stands for a folder
+            reason = f"'{target.parent}' is not a folder"
+        msg = f"cannot write '{target}' ({reason}); choose another place"
         raise InputError(msg, path=target) from error
     try:
         yield Path(name)
