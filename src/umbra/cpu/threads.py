@@ -1,6 +1,10 @@
-"""How many threads kernels use."""
+"""How many threads kernels use, and who runs them."""
 
+import ctypes
 import os
+import sys
+from contextlib import suppress
+from pathlib import Path
 
 import numba
 
@@ -22,3 +26,20 @@ def use_threads(threads: int) -> None:
     """
     most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
     numba.set_num_threads(max(1, min(threads, most)))
+
+
+def _load_tbb() -> None:
+    """
+    Load oneTBB where pip put it, so that numba finds it among its threading layers.
+
+    numba asks the system's loader, which does not look into virtual environments, and
+    falls back to OpenMP: that one spins while it waits, which on a busy machine makes
+    two threads several times slower than one.
+    """
+    library = Path(sys.prefix) / "lib" / "libtbb.so.12"
+    if library.exists():
+        with suppress(OSError):
+            ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
+
+
+_load_tbb()

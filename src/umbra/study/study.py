@@ -241,7 +241,7 @@ def _count(
 ) -> NDArray[np.float32]:
     """Add up the hours in shadow; write every instant's mask if there is room for it."""
     up = np.flatnonzero(sun.is_up)
-    hours = np.zeros((sweep.grid.rows, sweep.grid.cols))
+    shape = (sweep.grid.rows, sweep.grid.cols)
     done = 0
 
     def advance(n: int) -> None:
@@ -250,19 +250,21 @@ def _count(
         progress(done)
 
     if masks is not None:
+        total = np.zeros(shape)
         for first in range(0, len(up), 8):
             some = up[first : first + 8]
             masks[some] = sweep.masks(sun.direction[some])
             for i in some:
-                hours += steps.hours[i] * masks[i]
+                total += steps.hours[i] * masks[i]
             advance(len(some))
-        return hours.astype(np.float32)
+        return total.astype(np.float32)
     # All steps are equally long but for the last: at most two lengths.
+    hours = np.zeros(shape, np.float32)
     for length in np.unique(steps.hours[up]):
-        counts = np.zeros(hours.shape, np.int32)
+        counts = np.zeros(shape, np.int32)
         sweep.add_steps(sun.direction[up[steps.hours[up] == length]], counts, advance)
-        hours += length * counts
-    return hours.astype(np.float32)
+        hours += np.multiply(counts, np.float32(length), dtype=np.float32)
+    return hours
 
 
 def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
