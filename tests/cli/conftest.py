@@ -1,0 +1,122 @@
+"""The command line in this process and in one of its own, and models to feed it."""
+
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import orjson
+import pytest
+from support.model_files import save_obj
+from support.shapes import box
+
+from umbra.cli import main
+from umbra.writers import painter
+
+SCRIPT = Path(sys.executable).with_name("umbra")
+VIENNA = ["--lat", "48.2", "--lon", "16.37"]
+PICTURE = b"\x89PNG, a stand-in"
+
+
+@dataclass(frozen=True)
+class Said:
+    """How a run ended and what it said."""
+
+    status: int
+    out: str
+    err: str
+
+    def json(self):
+        return orjson.loads(self.out)
+
+    def refusal(self):
+        """Give the one line of a run that was refused."""
+        assert self.status == 2, self
+        assert not self.out, self
+        assert self.err.count("\n") == 1, self
+        assert self.err.startswith("umbra: "), self
+        assert "Traceback" not in self.err
+        return self.err
+
+
+@pytest.fixture
+def umbra_here(capsys):
+    """Run the command line in this process."""
+
+    def run(*arguments):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        said = capsys.readouterr()
+        return Said(ended.value.code or 0, said.out, said.err)
+
+    return run
+
+
+@pytest.fixture
+def umbra_alone():
+    """Run the installed command in a process of its own."""
+
+    def run(*arguments, **options):
+        command = [str(SCRIPT), *map(str, arguments)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
+        return Said(done.returncode, done.stdout, done.stderr)
+
+    return run
+
+
+class StandIn:
+    """A painter that only leaves files: most tests are not about pictures."""
+
+    def draw_hours(self, path, plan, hours, *args, **options):
+        assert hours.shape == plan.shape
+        Path(path).write_bytes(PICTURE)
+
+    def draw_profile(self, path, plan, shadows, labels, **options):
+        assert len(shadows) == len(labels)
+        Path(path).write_bytes(PICTURE)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+
+@pytest.fixture
+def no_pictures(monkeypatch):
+    monkeypatch.setattr(painter, "Painter", StandIn)
+
+
+@pytest.fixture
+def tower(tmp_path):
+    """An OBJ of a tower of 4 x 4 x 12 m about the origin."""
+    return save_obj(tmp_path / "tower.obj", {"tower": box((-2, -2, 0), (2, 2, 12))})
+
+
+@pytest.fixture
+def study(umbra_here, no_pictures, tower, tmp_path):
+    """Run a small study of the tower, or of other files, with more options."""
+
+    def run(*options, files=None, out=None, day="2026-09-18", site=VIENNA, cell="1"):
+        date = ["--date", day] if day else []
+        size = ["--cell", cell] if cell else []
+        where = ["--out", out or tmp_path / "out"]
+        return umbra_here("study", *(files or [tower]), *site, *date, *size, *where, *options)
+
+    return run
+
+
+@pytest.fixture
+def keep(study, tmp_path):
+    """Make a result, then give a function that tells whether it is still as it was."""
+    folder = tmp_path / "out"
+    assert study().status == 0
+    (folder / "notes.txt").write_text("mine")
+
+    def snapshot():
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    before = snapshot()
+    assert set(before) == {"study.nc", "hours.png", "profile.png", "notes.txt"}
+    return lambda: snapshot() == before
