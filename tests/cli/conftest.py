@@ -1,20 +1,18 @@
 """The command line in this process and in one of its own, and models to feed it."""
 
 import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import orjson
 import pytest
+from support.command import SCRIPT, VIENNA
 from support.model_files import save_obj
 from support.shapes import box
 
 from umbra.cli import main
 from umbra.writers import painter
 
-SCRIPT = Path(sys.executable).with_name("umbra")
-VIENNA = ["--lat", "48.2", "--lon", "16.37"]
 PICTURE = b"\x89PNG, a stand-in"
 
 

@@ -24,6 +24,15 @@ COMMANDS = {
 class _Commands(click.Group):
     """Load a subcommand only when it is called: help and errors come at once."""
 
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            # click would print an empty line; only a terminal, which shows ^C, needs it.
+            if sys.stderr.isatty():
+                click.echo(err=True)
+            raise click.Abort from None
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
 

@@ -1,0 +1,321 @@
+"""Bad input gives one line and exit status 2, and takes nothing away."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command import SCRIPT, VIENNA
+from support.model_files import save_city, save_glb, save_obj
+from support.shapes import box, moved
+
+from umbra.study import layout
+
+TOWER = {"tower": box((-2, -2, 0), (2, 2, 12))}
+
+
+def test_umbra_alone_and_wrong_commands(umbra_here):
+    said = umbra_here("studdy")
+    assert "did you mean 'study'?" in said.refusal()
+    assert "bench, inspect, render, study" in umbra_here("frobnicate").refusal()
+    assert "--frob" in umbra_here("--frob").refusal()
+    assert "FILE" in umbra_here("study").refusal()
+    assert "--date" in umbra_here("study", "x.obj", "--out", "o", "--dat", "1").refusal()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("gone.obj", None, "no such file"),
+        ("plan.dwg", b"AC1027", "plan.dwg"),
+        ("empty.obj", b"", "is empty"),
+        ("noise.glb", b"glTF\x02\0\0\0\xff\0\0\0junk", "noise.glb"),
+        ("cut.city.json", b'{"type": "CityJSON", "version": "2.0", "CityOb', "cut.city.json"),
+        ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles"),
+        (
+            "holes.obj",
+            b"v 0 0 0\nv nan 0 0\nv 0 1 0\nv 0 0 inf\nf 1 2 3\nf 1 3 4\n",
+            "not finite: 2 in all (first: vertex 1)",
+        ),
+        ("model.ifc", b"ISO-10303-21;\nHEADER;\n", "IFC"),
+    ],
+)
+def test_files_that_cannot_be_read(study, umbra_here, keep, tmp_path, name, content, words):
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    said = study(files=[path])
+    assert words in said.refusal()
+    assert name in said.err
+    assert study("--json", files=[path]).refusal() == said.err
+    assert umbra_here("inspect", path, "--json").refusal() == said.err
+    assert keep()
+
+
+@pytest.mark.parametrize(
+    ("options", "day", "words"),
+    [
+        (["--tz", "Europe/Wien"], "2026-09-18", "did you mean Europe/Vienna"),
+        (["--lat", "91"], "2026-09-18", "outside -90 to 90"),
+        (["--lat", "48,2"], "2026-09-18", "48,2"),
+        (["--north", "nan"], "2026-09-18", "north"),
+        ([], "18.09.2026", "YYYY-MM-DD"),
+        ([], "2026-02-29", "February 2026 has 28 days"),
+        (["--from", "02:30", "--to", "05:00"], "2026-03-29", "jumps from 02:00 to 03:00"),
+        (["--from", "02:30", "--to", "05:00"], "2026-10-25", "02:30+02:00"),
+        (["--from", "17:00", "--to", "09:00"], "2026-09-18", "not after the start"),
+        (["--from", "9"], "2026-09-18", "HH:MM"),
+        (["--every", "9h"], "2026-09-18", "give 8h or less"),
+        (["--every", "0min"], "2026-09-18", "not longer than 0"),
+        (["--every", "soon"], "2026-09-18", "15min"),
+        (["--cast", "Wand*"], "2026-09-18", "the file has tower"),
+        (["--no-cast", "Wand*"], "2026-09-18", "the file has tower"),
+        (["--no-cast", "*"], "2026-09-18", "no part is left"),
+        (["--extent", "0,0,5"], "2026-09-18", "XMIN,YMIN,XMAX,YMAX"),
+        (["--extent", "5,0,0,5"], "2026-09-18", "XMIN < XMAX"),
+        (["--size", "40"], "2026-09-18", "COLSxROWS"),
+        (["--size", "40x40"], "2026-09-18", "not both"),
+        (["--cell", "0"], "2026-09-18", "larger than 0"),
+        (["--cell", "1e-9"], "2026-09-18", "would fit"),
+        (["--ground", "inf"], "2026-09-18", "finite"),
+        (["--receivers", "roofs"], "2026-09-18", "'ground', 'top'"),
+        (["--threads", "0"], "2026-09-18", "--threads"),
+        (["--device", "gl"], "2026-09-18", "cpu"),
+        (["--ever", "1h"], "2026-09-18", "--every"),
+        (["--date"], "2026-09-18", "--date"),
+    ],
+)
+def test_options_that_cannot_be(study, keep, options, day, words):
+    assert words in study(*options, day=day).refusal()
+    assert keep()
+
+
+def test_no_site_says_which_options_to_give(study, keep):
+    assert "--lat and --lon" in study(site=[]).refusal()
+    line = study(site=["--lat", "48"]).refusal()
+    assert "--lon" in line
+    assert "--lat" not in line.partition("give")[2]
+    assert keep()
+
+
+def test_parts_are_listed_where_a_pattern_matches_none(study, tmp_path):
+    meshes = {name: moved(TOWER["tower"], (9 * k, 0, 0)) for k, name in enumerate("abc")}
+    path = save_city(tmp_path / "town.city.json", meshes)
+    line = study("--cast", "Dach*", files=[path]).refusal()
+    assert "'Dach*' matches no part; the file has RoofSurface, WallSurface, a, b, c" in line
+
+
+def test_a_raster_too_large_names_a_cell_that_fits(study, keep, monkeypatch):
+    monkeypatch.setattr(layout, "find_memory", lambda: 0.45e9)
+    line = study("--extent", "-100,-100,100,100", cell="0.01").refusal()
+    assert "20000x20000 cells needs" in line
+    assert "this machine has 0.5 GB" in line or "this machine has 0.4 GB" in line
+    assert keep()
+    cell = line.partition("a cell of ")[2].partition(" m ")[0]
+    assert study("--extent", "-100,-100,100,100", cell=cell).status == 0
+
+
+def test_an_output_folder_that_cannot_be_written(study, tower):
+    for out in (tower, tower / "deeper", tower / "deeper" / "still"):
+        assert str(tower) in study(out=out).refusal()
+    assert tower.read_text().startswith("g tower")
+
+
+def test_a_failed_run_leaves_no_folder_behind(study, tmp_path):
+    study("--cast", "Wand*", out=tmp_path / "new" / "folder").refusal()
+    assert not (tmp_path / "new").exists()
+
+
+def test_debug_shows_where(umbra_here):
+    for arguments in (["--debug", "inspect", "none.obj"], ["inspect", "none.obj", "--debug"]):
+        said = umbra_here(*arguments)
+        assert said.status == 2
+        assert "Traceback" in said.err
+        assert said.err.splitlines()[-1].startswith("umbra: none.obj: no such file")
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "words"),
+    [
+        (MemoryError(), 1, "out of memory"),
+        (RuntimeError("kernel\nfell over"), 1, "RuntimeError: kernel fell over (--debug"),
+        (KeyboardInterrupt(), 2, "interrupted"),
+    ],
+)
+def test_failed_work_is_one_line_too(umbra_here, monkeypatch, tower, error, status, words):
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr("umbra.readers.read", fail)
+    said = umbra_here("inspect", tower)
+    assert said.status == status
+    assert words in said.err
+    assert said.err.count("\n") == 1
+    assert not said.out
+
+
+# -- a run that is ended from outside ----------------------------------------------------
+
+
+def children(pid):
+    """Find the processes whose parent is one."""
+    found = []
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = status.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == pid and fields[0] != "Z":
+            found.append(int(status.parent.name))
+    return found
+
+
+def is_running(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.fixture
+def long_run(tmp_path):
+    """Start a study that takes minutes into a folder with results; give the process."""
+    folder = tmp_path / "out"
+    folder.mkdir()
+    for name in ("study.nc", "hours.png", "profile.png"):
+        (folder / name).write_text(f"old {name}")
+    meshes = {
+        f"{i} {j}": moved(TOWER["tower"], (9 * i, 9 * j, 0)) for i in range(20) for j in range(20)
+    }
+    model = save_obj(tmp_path / "town.obj", meshes)
+    command = [
+        SCRIPT, "study", model, *VIENNA, "--date", "2026-09-18", "--every", "5s", "--size",
+        "2500x2500", "--receivers", "top", "--out", folder,
+    ]  # fmt: skip
+    running = subprocess.Popen(
+        [str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        # It works once the painter has loaded its modules, at the latest.
+        until = time.monotonic() + 60
+        while time.monotonic() < until and not children(running.pid):
+            time.sleep(0.05)
+        time.sleep(1.5)
+        assert running.poll() is None, running.communicate()
+        yield running, folder
+    finally:
+        running.kill()
+        running.communicate()
+
+
+def check_old_results(folder):
+    for name in ("study.nc", "hours.png", "profile.png"):
+        assert (folder / name).read_text() == f"old {name}"
+
+
+def wait_until_gone(pids):
+    until = time.monotonic() + 20
+    while any(map(is_running, pids)) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not any(map(is_running, pids))
+
+
+on_linux = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+
+
+@on_linux
+def test_ctrl_c_keeps_the_old_results_and_leaves_no_process(long_run):
+    running, folder = long_run
+    own = children(running.pid)
+    assert own
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+    assert running.returncode == 2
+    assert not out
+    assert err.count("\n") == 1
+    assert "interrupted" in err
+    check_old_results(folder)
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "hours.png", "profile.png", "study.nc",
+    ]  # fmt: skip
+    wait_until_gone(own)
+
+
+@on_linux
+def test_a_killed_run_keeps_the_old_results_and_the_next_run_sweeps_up(
+    long_run, umbra_alone, tower
+):
+    running, folder = long_run
+    own = children(running.pid)
+    running.kill()
+    running.communicate()
+    check_old_results(folder)
+    assert len(list(folder.glob(".umbra*"))) == 1
+    wait_until_gone(own)
+    day = ["--date", "2026-09-18", "--cell", "1"]
+    said = umbra_alone("study", tower, *VIENNA, *day, "--out", folder)
+    assert said.status == 0, said
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "hours.png", "profile.png", "study.nc",
+    ]  # fmt: skip
+    assert (folder / "study.nc").read_bytes()[:4] == b"\x89HDF"
+
+
+# -- the command as it is installed ------------------------------------------------------
+
+
+def test_the_installed_command_from_a_glb_to_pictures(umbra_alone, tmp_path):
+    path = save_glb(tmp_path / "tower.glb", TOWER)
+    said = umbra_alone(
+        "study", path, *VIENNA, "--date", "2026-09-18", "--every", "1h", "--cell", "0.5",
+        "--out", "results", cwd=tmp_path,
+    )  # fmt: skip
+    assert said.status == 0, said
+    assert not said.err
+    files = said.out.splitlines()
+    assert files == [f"results/{name}" for name in ("study.nc", "hours.png", "profile.png")]
+    for name in files[1:]:
+        assert (tmp_path / name).read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+        assert (tmp_path / name).stat().st_size > 20_000
+
+
+def test_errors_of_the_installed_command(umbra_alone, tmp_path):
+    said = umbra_alone("study", tmp_path / "none.obj", *VIENNA, "--date", "2026-09-18",
+                       "--out", tmp_path / "o", "--json")  # fmt: skip
+    assert "no such file" in said.refusal()
+
+
+def test_python_m_umbra(tower):
+    command = [sys.executable, "-m", "umbra", "inspect", str(tower), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["triangles"] == 12
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a pipe that closes early")
+def test_a_reader_that_leaves_early_is_no_fault(tmp_path):
+    path = save_obj(
+        tmp_path / "many.obj",
+        {f"part {k}": moved(TOWER["tower"], (9 * k, 0, 0)) for k in range(900)},
+    )
+    done = subprocess.run(
+        f"'{SCRIPT}' inspect '{path}' --json | head -n 1",
+        shell=True, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.stdout == "{\n"
+    assert not done.stderr
+
+
+def test_notes_go_to_stderr_and_results_to_stdout(umbra_here, tmp_path):
+    vertices = np.vstack([TOWER["tower"][0], [[5, 5, 0], [6, 5, 0]]])
+    path = save_obj(tmp_path / "t.obj", {"tower": (vertices, TOWER["tower"][1])})
+    with path.open("a") as file:
+        file.write("f 9 10 9\n")
+    said = umbra_here("inspect", path, "--json")
+    assert said.status == 0
+    assert json.loads(said.out)["triangles"] >= 12
