@@ -78,7 +78,7 @@ class RayCaster:
         own = np.asarray(own, np.int64)
         pierced = Pierced(*(np.zeros(len(points), kind) for kind in (np.int64, bool, np.int64)))
         which = np.arange(len(points))
-        while len(which):
+        for _ in range(4):
             count, found, touching, corner = (np.zeros(len(which), np.int64) for _ in range(4))
             _pierce(
                 points[which],
@@ -100,6 +100,8 @@ class RayCaster:
             )
             # Some ways lead exactly through a vertex, where faces cannot agree: step aside.
             which = which[corner > 0]
+            if not len(which):
+                break
             points[which] += ASIDE
         return pierced
 
@@ -278,7 +280,7 @@ def _measure(points, normals, own, light, vertices, faces, edges, distance):
             low, high = 0.0, 1.0
             h0, h1 = (normal * ends[0]).sum(), (normal * ends[1]).sum()
             top = rise * (1.0 - 1e-12) if light[3] > 0.0 else np.inf
-            for bound, sign in ((0.0, 1.0), (top, -1.0)):
+            for bound, sign in ((-TOUCH, 1.0), (top, -1.0)):
                 g0, g1 = sign * (h0 - bound), sign * (h1 - bound)
                 if bound == np.inf:
                     continue

@@ -3,6 +3,10 @@ The eye's own shadow count: which faces lie between the eye and the light.
 
 z-pass starts at the eye, so it must know how deep in shadow the eye stands. That
 anchor is counted once per view, with the same lit flags as everything else.
+
+An eye that stands exactly in the side of a volume is both in and out: rays to the
+left and to the right of that side have different counts. The anchor says so, for
+the eye to step aside by less than matters.
 """
 
 from dataclasses import dataclass
@@ -53,10 +57,16 @@ class Anchor:
     ----------
     lit, unlit : (n_components,) int64
         Pierced faces of each component that face the light, or do not.
+    touched : (n_components,) bool
+        Components with a face on which the light lies.
+    is_clean : bool
+        Whether the way passes no edge within rounding: the eye is in no volume's side.
     """
 
     lit: NDArray[np.int64]
     unlit: NDArray[np.int64]
+    touched: NDArray[np.bool_]
+    is_clean: bool
 
     def count(self, is_closed: NDArray[np.bool_]) -> int:
         """Give the eye's shadow count under each component's rule."""
@@ -68,9 +78,10 @@ class Anchor:
         Components around the light but not the eye, more often than the reverse.
 
         Lit minus unlit is the winding number at the eye less that at the light;
-        where it is negative, the closed rule could miss a shadow.
+        where it is negative, the closed rule could miss a shadow. A light in a face
+        is neither inside nor outside, so the closed rule does not hold for it.
         """
-        return self.lit < self.unlit
+        return (self.lit < self.unlit) | self.touched
 
 
 def find_anchor(
@@ -91,25 +102,15 @@ def find_anchor(
     anchor : Anchor
     """
     n = len(caster.is_closed)
-    anchor = Anchor(np.zeros(n, np.int64), np.zeros(n, np.int64))
+    lit, unlit, touched = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.bool_)
     if eye[3] == 0 and light[3] == 0:
-        return anchor  # both beyond everything
+        return Anchor(lit, unlit, touched, True)  # both beyond everything
     start, end = (eye, light) if eye[3] else (light, eye)
-    way = end[:3] - end[3] * start[:3]
-    nudge = np.zeros(3)
-    for attempt in range(8):
-        clean = _pierce(
-            caster.vertices, caster.faces, caster.planes, caster.component, blocks.bounds,
-            start[:3] + nudge, way - end[3] * nudge, bool(end[3]), eye, light,
-            anchor.lit, anchor.unlit,
-        )  # fmt: skip
-        if clean:
-            break
-        # The way passes exactly through a vertex: step aside by less than rounding shows.
-        anchor.lit[:] = anchor.unlit[:] = 0
-        nudge = np.array([0.61, 0.58, 0.53]) * 1e-11 * (attempt + 1)
-        nudge *= 1.0 + np.abs(start[:3]).max()
-    return anchor
+    is_clean = _pierce(
+        caster.vertices, caster.faces, caster.planes, caster.component, blocks.bounds,
+        start[:3], end[:3] - end[3] * start[:3], bool(end[3]), eye, light, lit, unlit, touched,
+    )  # fmt: skip
+    return Anchor(lit, unlit, touched, is_clean)
 
 
 @njit(cache=True, nogil=True)
@@ -143,41 +144,85 @@ def _misses(box, start, way, finite):
 
 
 @njit(cache=True, nogil=True)
-def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit):
-    """Count pierced faces; False if the way passes through a vertex."""
-    side = np.empty(3)
+def _lies_on(point, a, b, c, normal):
+    """Whether a point of a triangle's plane lies in the triangle, rim included."""
+    for k in range(3):
+        margin = 1e-9 * (abs(a[k]) + abs(b[k]) + abs(c[k]))
+        low = min(a[k], min(b[k], c[k])) - margin
+        high = max(a[k], max(b[k], c[k])) + margin
+        if point[k] < low or point[k] > high:
+            return False
+    square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]
+    for p, q in ((a, b), (b, c), (c, a)):
+        ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        vx, vy, vz = point[0] - p[0], point[1] - p[1], point[2] - p[2]
+        side = (
+            normal[0] * (uy * vz - uz * vy)
+            + normal[1] * (uz * vx - ux * vz)
+            + normal[2] * (ux * vy - uy * vx)
+        )
+        if side < -1e-12 * square:
+            return False
+    return square > 0.0
+
+
+@njit(cache=True, nogil=True)
+def _pierce(
+    vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit, touched
+):
+    """Count pierced faces; False if the way passes through an edge, within rounding."""
+    clean = True
     for block in range(boxes.shape[0]):
         if _misses(boxes[block], start, way, finite):
             continue
         for f in range(block * BLOCK, min(faces.shape[0], block * BLOCK + BLOCK)):
             at_light = 0.0
             at_eye = 0.0
+            size = 0.0
             for k in range(4):
                 at_light += planes[k, f] * light[k]
                 at_eye += planes[k, f] * eye[k]
+                size += abs(planes[k, f] * light[k])
+            a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+            if light[3] > 0.0 and abs(at_light) <= 1e-12 * size:
+                touched[component[f]] |= _lies_on(light, a, b, c, planes[:, f])
             if not ((at_light > 0.0 and at_eye < 0.0) or (at_light < 0.0 and at_eye > 0.0)):
                 continue
-            zeros = 0
+            flat = 0
+            ahead = 0
+            behind = 0
             positive = 0
             for k in range(3):
-                a = faces[f, k]
-                b = faces[f, (k + 1) % 3]
+                i = faces[f, k]
+                j = faces[f, (k + 1) % 3]
                 # Both faces of an edge must agree on a tie: ask in one direction only.
-                if a < b:
-                    side[k] = _side(vertices[a], vertices[b], start, way)
-                    forward = side[k] >= 0.0
+                low, high = vertices[min(i, j)], vertices[max(i, j)]
+                side = _side(low, high, start, way)
+                positive += (side >= 0.0) == (i < j)
+                if abs(side) <= 1e-13 * _size_of_side(low, high, start, way):
+                    flat += 1
+                elif (side > 0.0) == (i < j):
+                    ahead += 1
                 else:
-                    side[k] = _side(vertices[b], vertices[a], start, way)
-                    forward = not side[k] >= 0.0
-                zeros += side[k] == 0.0
-                positive += forward
+                    behind += 1
+            if flat > 0 and (ahead == 0 or behind == 0):
+                clean = False
             if positive in (0, 3):
-                if zeros > 1:
-                    return False
                 if at_light > 0.0:
                     lit[component[f]] += 1
                 else:
                     unlit[component[f]] += 1
-            elif zeros > 1:
-                return False
-    return True
+    return clean
+
+
+@njit(cache=True, nogil=True)
+def _size_of_side(a, b, start, way):
+    """Give what rounding in ``_side`` is relative to."""
+    apart_a = 0.0
+    apart_b = 0.0
+    length = 0.0
+    for k in range(3):
+        apart_a += (a[k] - start[k]) ** 2
+        apart_b += (b[k] - start[k]) ** 2
+        length += way[k] ** 2
+    return np.sqrt(apart_a * apart_b * length)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import BLOCK, FaceBlocks, find_anchor
+from umbra.cpu.anchor import BLOCK, Anchor, FaceBlocks, find_anchor
 from umbra.cpu.depth import GROUND, NOTHING, View, add_ground, see
 from umbra.cpu.polygons import count_polygons
 from umbra.cpu.sides import LANES, add_sides, find_nearest_tiles
@@ -26,6 +26,7 @@ from umbra.volume.silhouette import find_silhouettes
 __all__ = ["METHODS", "Frame", "FrameCounter", "count_shadows"]
 
 METHODS = ("auto", "z-pass", "z-fail")
+UP = np.array([0.0, 0.0, 1.0])
 _NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before it
 
 
@@ -125,23 +126,24 @@ class FrameCounter:
         origin = self.scene.origin
         place = light.local(origin)
         apex = camera.apex(origin)
-        matrix = camera.matrix(origin)
         near = camera.key_range()[1]
-        anchor = find_anchor(self.caster, self.blocks, apex, place)
+        seen_along = _compare(apex, place)
+        matrix, anchor, far_anchor = self._find_anchors(camera, apex, place)
         near_faces = self._find_near_faces(camera)
         caster = self.caster.opened(anchor.enclosed | self._find_cut_open(near_faces, place))
         start = anchor.count(caster.is_closed)
         caps = make_light_cap(caster, place, near_faces)
-        seen_along = _compare(apex, place)
+        before = np.zeros((1, 1), np.int32)
+        if len(caps.multiplicity) and method != "z-fail":
+            before = count_polygons(caps, matrix, near, camera.size, nearer=True)
         if method == "z-pass":
-            self._judge_z_pass(start, len(caps.multiplicity))
+            self._judge_z_pass(start, bool(((before != 0) & (view.face != NOTHING)).any()))
         # Rays that start in the light end at its first surface; those that run straight
         # to it see no side, only what is behind.
         if (method == "z-fail" and seen_along <= 0) or (method == "auto" and seen_along < 0):
             counts = -self._behind(caster, view, matrix, place, near)
             if not camera.is_perspective:  # there the dark cap is seen as one point, or not at all
-                far = np.append(-apex[:3], 0.0)
-                counts += find_anchor(caster, self.blocks, far, place).count(caster.is_closed)
+                counts += far_anchor.count(caster.is_closed)
         else:
             floor = self.floor if (apex[2] >= self.floor if apex[3] else apex[2] >= 0) else -np.inf
             if seen_along > 0:
@@ -149,9 +151,7 @@ class FrameCounter:
             else:
                 counts = self._in_front(caster, view, matrix, place, floor)
             if method != "z-pass":
-                counts += start
-                if len(caps.multiplicity):
-                    counts += count_polygons(caps, matrix, near, camera.size, nearer=True)
+                counts += start + before
         counts[view.face == NOTHING] = 0
         return counts
 
@@ -206,6 +206,37 @@ class FrameCounter:
             sums += count_polygons(cap, matrix, near, size, nearer=False)
         return sums
 
+    def _find_anchors(
+        self, camera: Camera, apex: NDArray[np.float64], place: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], Anchor, Anchor]:
+        """
+        Find the anchors where rays start and, in an orthographic view, where they end.
+
+        An eye in the side of a volume steps aside (or parallel rays tilt) until it is
+        in none; the matrix returned shows volumes as seen from there.
+        """
+        origin = self.scene.origin
+        right, up, _ = camera.axes()
+        size = 1.0 + max(np.abs(apex[:3]).max(), np.abs(self.blocks.bounds).max(initial=0.0))
+        for attempt in range(8):
+            aside = 1e-10 * attempt * np.array([0.83, 0.56])
+            if camera.is_perspective:
+                step = size * (aside[0] * right + aside[1] * up) + 0.37 * size * aside[0] * UP
+                matrix = camera.matrix(origin - step)
+                anchor = end = find_anchor(
+                    self.caster, self.blocks, apex + np.append(step, 0.0), place
+                )
+            else:
+                matrix = camera.matrix(origin)
+                matrix[:2] += camera.size[1] / camera.height * np.outer([-1, 1] * aside, matrix[3])
+                tilted = apex + np.append(aside[0] * right + aside[1] * up, 0.0)
+                anchor, end = (
+                    find_anchor(self.caster, self.blocks, way, place) for way in (tilted, -tilted)
+                )
+            if anchor.is_clean and end.is_clean:
+                break
+        return matrix, anchor, end
+
     def _find_near_faces(self, camera: Camera) -> NDArray[np.intp]:
         """Find the casting faces that reach before the near plane, where nothing is drawn."""
         forward = camera.axes()[2]
@@ -236,17 +267,17 @@ class FrameCounter:
         volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
         return opened & ((around.lit != around.unlit) | (volume < 0))
 
-    def _judge_z_pass(self, start: int, caps: int) -> None:
+    def _judge_z_pass(self, start: int, is_cut: bool) -> None:
         """Warn where the eye's own count or what the near plane cuts away is needed."""
         if start:
             self.warn(
                 f"z-pass is wrong for this view: the eye stands in {start} shadow "
                 "volumes, which it cannot see; use auto or z-fail"
             )
-        elif caps:
+        elif is_cut:
             self.warn(
-                f"z-pass is wrong for this view: {caps} casting faces "
-                "may lie before the near plane, which it cannot see; use auto or z-fail"
+                "z-pass is wrong for this view: casting faces lie before the near plane, "
+                "where it cannot see them; use auto or z-fail"
             )
 
     def _locate(self, view: View, camera: Camera) -> Frame:

@@ -114,7 +114,9 @@ def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> Polygons:
     if light[3] == 0:
         return Polygons(np.zeros((0, 3, 4)), np.zeros(0, np.int64))
     used = caster.vertices[caster.faces.ravel()]
-    if ((light[:3] > used.min(0)) & (light[:3] < used.max(0))).all():
+    low, high = used.min(0), used.max(0)
+    margin = 1e-6 * (high - low).max()  # a light in a wall sees the silhouette all around it
+    if ((light[:3] > low - margin) & (light[:3] < high + margin)).all():
         cap = make_light_cap(caster, light)
         return Polygons(
             _extrude(cap.corners[:, ::-1, :3].reshape(-1, 3), light).reshape(-1, 3, 4),
