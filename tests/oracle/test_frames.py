@@ -135,6 +135,35 @@ def test_large_coordinates_change_nothing():
     np.testing.assert_array_equal(counts, near_counts)
 
 
+@pytest.mark.parametrize("length", [1e-300, 1e-33, 1.0, 1e300])
+def test_a_direction_may_have_any_length(length):
+    light = directional_light(np.array([0.5, 0.375, 0.75]) * length)
+    verdicts, counts = judge_frame(HOUSE, OUTSIDE, light)
+    assert verdicts.check().deepest == 1
+    usual = judge_frame(HOUSE, OUTSIDE, directional_light((0.5, 0.375, 0.75)))[1]
+    np.testing.assert_array_equal(counts, usual)
+
+
+@pytest.mark.parametrize("x", [0.0, 1.0, -3.7])
+def test_an_eye_exactly_in_the_side_of_a_volume(x):
+    # Under the rim of a roof, lit from the zenith: left of the eye is sun, right is shadow.
+    roof = sheet([(x, -6, 5), (x + 6, -6, 5), (x + 6, 9, 5), (x, 9, 5)])
+    camera = Camera((x, -2, 1), (x, 4, 0.5), size=(12, 8), fov=70)
+    verdicts, counts = judge_frame(roof, camera, directional_light((0, 0, 1)))
+    verdicts.check()
+    np.testing.assert_array_equal(counts[6], [0] * 6 + [1] * 6)
+
+
+def test_a_lamp_exactly_on_a_surface():
+    # On the underside of a slab: its top and sides keep the light from what is above.
+    slab = box((-4, -4, 3), (4, 4, 3.2))
+    camera = Camera((12, -14, 9), (0, 0, 4), size=SIZE)
+    over = merge(slab, sheet([(-1, -1, 6), (1, -1, 6), (1, 1, 6), (-1, 1, 6)]))
+    verdicts, counts = judge_frame(over, camera, point_light((0.5, 0.25, 3)))
+    verdicts.check()
+    assert counts.max() > 0
+
+
 def test_threads_change_nothing():
     scene = make_scene(*SCENES["turned boxes"]())
     found = []

@@ -220,7 +220,7 @@ class FrameCounter:
         size = 1.0 + max(np.abs(apex[:3]).max(), np.abs(self.blocks.bounds).max(initial=0.0))
         for attempt in range(8):
             aside = 1e-10 * attempt * np.array([0.83, 0.56])
-            if camera.is_perspective:
+            if camera.height is None:
                 step = size * (aside[0] * right + aside[1] * up) + 0.37 * size * aside[0] * UP
                 matrix = camera.matrix(origin - step)
                 anchor = end = find_anchor(

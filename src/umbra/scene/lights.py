@@ -69,7 +69,10 @@ class Light:
         position : (4,) float64
         """
         shifted = self.position.copy()
-        shifted[:3] -= self.position[3] * np.asarray(origin, np.float64)
+        if not self.is_point:
+            # Near length 1, by a power of 2: exact, and no product of it can underflow.
+            return np.ldexp(shifted, -np.frexp(np.abs(shifted).max())[1])
+        shifted[:3] -= np.asarray(origin, np.float64)
         return shifted
 
 
