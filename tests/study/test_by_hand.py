@@ -10,6 +10,7 @@ from support.shapes import box
 import umbra
 from umbra.scene import make_scene
 from umbra.study import make_preview, run_study
+from umbra.study import preview as preview_module
 from umbra.sun import find_sun
 
 EQUATOR = umbra.Site(0.0, 0.0, "UTC")
@@ -266,6 +267,18 @@ def test_profile_of_a_large_plan_is_counted_with_fewer_cells(noon, at_45):
     assert preview.x[0] == pytest.approx(-9.9)
     assert preview.y[-1] == pytest.approx(13.9)
     assert preview.shadows[0].sum() * 0.04 == pytest.approx(11.0, rel=0.05)
+
+
+def test_profile_of_very_many_stamps_stays_small(monkeypatch):
+    monkeypatch.setattr(preview_module, "MOST", 100_000)
+    study = run_study(
+        wall(10.0), EQUATOR, date=EQUINOX, start="14:00", end="14:10", every="10s",
+        extent=(-1, -0.5, 15, 15.5), cell=0.1,
+    )  # fmt: skip
+    shadows = make_preview(study).shadows
+    assert len(shadows) == 61
+    assert shadows.size <= 100_000
+    assert shadows[0].shape == (40, 40)
 
 
 def test_true_north_of_a_crs(tmp_path):

@@ -1,5 +1,6 @@
 """What a study's pictures show: the same plan, with no more cells than a picture has pixels."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,8 @@ __all__ = ["Preview", "make_preview"]
 
 LONGEST = 1600
 """Cells along the longer side: more than the map of a picture shows."""
+MOST = 400_000_000
+"""Cells of all stamps together: a day of very many stamps is drawn with larger cells."""
 COVERED = 0.9
 """Share of its plan that a model with terrain covers at least."""
 LOW = 0.25
@@ -76,7 +79,8 @@ def make_preview(study: Study, longest: int = LONGEST) -> Preview:
     -------
     preview : Preview
     """
-    grid = study.grid.coarser(longest)
+    most = math.isqrt(MOST // len(study.steps.stamps))
+    grid = study.grid.coarser(min(longest, most))
     surface, sweep = study.model.make_sweep(grid)
     path = find_sun(study.site, study.steps.stamps, refraction=study.refraction)
     shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
