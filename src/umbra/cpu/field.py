@@ -23,7 +23,9 @@ from umbra.volume.silhouette import Silhouettes
 
 __all__ = ["FieldSweep", "Slopes"]
 
-_LANES = 32  # cells compared at once: a fixed length, so that the loop becomes vectors
+# Fixed lengths, so that loops become vectors.
+_LANES = 32  # cells compared at once
+_ROWS = 16  # rows whose first and last cells are found at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +130,8 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
     kx = sx / sz
     ky = sy / sz
     deepest = 0
+    first = np.zeros(_ROWS, np.int32)
+    end = np.zeros(_ROWS, np.int32)
     for q in range(codes.size):
         code = codes[q]
         e = code >> 2
@@ -198,21 +202,33 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
         load[r0] += abs(m)
         load[r1] -= abs(m)
         deepest += abs(m)
-        for r in range(r0, r1):
-            y = np.float64(r)
-            left = max(max(p_l0 + q_l0 * y, p_l1 + q_l1 * y), p_l2 + q_l2 * y)
-            right = min(min(p_r0 + q_r0 * y, p_r1 + q_r1 * y), p_r2 + q_r2 * y)
-            c = np.int64(np.ceil(min(max(left, least), most)))
-            c1 = np.int64(np.ceil(min(max(right, least), most)))
-            at = base + gy * y
-            while c < c1:
-                z = heights[r, c : c + _LANES]
-                n = level[r, c : c + _LANES]
-                side = at + gx * c
-                rest = c1 - c
-                for t in range(_LANES):
-                    n[t] += m if (z[t] < side + gx * t) & (t < rest) else 0
-                c += _LANES
+        for top in range(r0, r1, _ROWS):
+            widest = np.int32(0)
+            for i in range(_ROWS):
+                y = np.float64(top + i)
+                left = max(max(p_l0 + q_l0 * y, p_l1 + q_l1 * y), p_l2 + q_l2 * y)
+                right = min(min(p_r0 + q_r0 * y, p_r1 + q_r1 * y), p_r2 + q_r2 * y)
+                first[i] = np.int32(np.ceil(min(max(left, least), most)))
+                end[i] = np.int32(np.ceil(min(max(right, least), most)))
+                widest = max(widest, end[i] - first[i])
+            for r in range(top, min(r1, top + _ROWS)):
+                c = np.int64(first[r - top])
+                rest = np.int64(end[r - top]) - c
+                at = base + gy * r + gx * c
+                if widest <= 1:
+                    level[r, c] += m if (heights[r, c] < at) & (rest > 0) else 0
+                    continue
+                # A row without cells goes through once: cheaper than a branch to mispredict.
+                while True:
+                    z = heights[r, c : c + _LANES]
+                    n = level[r, c : c + _LANES]
+                    for t in range(_LANES):
+                        n[t] += m if (z[t] < at + gx * t) & (t < rest) else 0
+                    c += _LANES
+                    rest -= _LANES
+                    if rest <= 0:
+                        break
+                    at = base + gy * r + gx * c
     if deepest > MOST:
         deepest = 0
         held = 0
