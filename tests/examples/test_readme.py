@@ -1,0 +1,72 @@
+"""The README's commands print what it shows, and its Python runs."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "docs/getting_started.md"]
+
+
+def find_blocks(page, *languages):
+    text = page.read_text(encoding="utf-8")
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    return [block for language, block in blocks if language in languages]
+
+
+def find_commands(block):
+    """Give (arguments, shown output) of each command of a block, with or without a prompt."""
+    block = block.replace("\\\n", " ")
+    lines = block.splitlines()
+    starts = [n for n, line in enumerate(lines) if re.match(r"(\$ )?umbra ", line)]
+    for start, end in zip(starts, [*starts[1:], len(lines)]):
+        yield shlex.split(lines[start].removeprefix("$ "))[1:], lines[start + 1 : end]
+
+
+def run(folder, *arguments):
+    environment = {**os.environ, "PYTHONIOENCODING": "utf-8"}
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_what_is_shown_is_what_happens(page, tmp_path):
+    run(ROOT, "examples/city_block.py", str(tmp_path / "out/city_block.city.json"))
+    commands = [c for block in find_blocks(page, "", "sh") for c in find_commands(block)]
+    assert len(commands) >= 3
+    call = "from umbra.cli import main; main()"
+    for arguments, shown in commands:
+        said = run(tmp_path, "-c", call, *arguments)
+        if not shown:
+            continue
+        if shown[-1] == "...":
+            shown.pop()
+            del said[len(shown) :]
+        assert [line.rstrip() for line in said] == [line.rstrip() for line in shown]
+    for block in find_blocks(page, "python"):
+        said = run(tmp_path, "-c", block)
+        promised = re.findall(r"print\(.*\)  # (.*)", block)
+        for value in promised:
+            assert any(line.startswith(value) for line in said)
+
+
+@pytest.mark.parametrize("name", ["inspect", "study", "render", "bench"])
+def test_every_option_is_documented(name):
+    text = (ROOT / "docs/commands.md").read_text(encoding="utf-8")
+    section = text.partition(f"\n## umbra {name}\n")[2].partition("\n## ")[0]
+    command = import_module(f"umbra.cli.{name}").command
+    options = {option for p in command.params for option in p.opts if option.startswith("--")}
+    options -= {"--json", "--help"}  # said once for all
+    assert {option for option in options if option not in section} == set()
+    # And nothing that is not there.
+    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", section)) <= options | {"--json"}
