@@ -177,6 +177,7 @@ def on_field(mesh, grid, heights, own):
     normals = np.broadcast_to(UP, points.shape).copy()
     corners = mesh[0][mesh[1][own[own >= 0]]]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across[across[:, 2] < 0] *= -1.0  # a sheet may show the sky its back
     normals[own >= 0] = across / np.linalg.norm(across, axis=1, keepdims=True)
     return Seen(points, normals, own, ZENITH)
 

@@ -196,15 +196,31 @@ def _see(points, faces, key, face, near, threads):
             if det == 0.0:
                 continue
             sign = 1.0 if det > 0.0 else -1.0
-            # Lines that nearly coincide may cross anywhere: never go beyond the corners.
-            least = min(max(np.floor(least), 0.0), np.float64(n_cols))
-            most = min(max(np.ceil(most), 0.0), np.float64(n_cols))
+            # Lines that nearly coincide may cross anywhere: never go far beyond the corners.
+            # A column of room, since rounding may put a line just past its own corner, and
+            # the face across it begins only there.
+            least = min(max(np.floor(least) - 1.0, 0.0), np.float64(n_cols))
+            most = min(max(np.ceil(most) + 1.0, 0.0), np.float64(n_cols))
             for k in range(3):
                 left[k, 0] = least
                 left[k, 1] = 0.0
                 right[k, 0] = most
                 right[k, 1] = 0.0
-                bound(line[k, 0], line[k, 1], line[k, 2], sign, left[k], right[k], span)
+                # Along rows and columns an edge lies exactly where its corners do, so that
+                # edges in one row or column agree at the corner that they share.
+                i = (k + 1) % 3
+                j = (k + 2) % 3
+                if faces[f, i] > faces[f, j]:
+                    i, j = j, i
+                a, b, c = line[k, 0], line[k, 1], line[k, 2]
+                if p[i, 2] > 0.0 and p[j, 2] > 0.0:
+                    if a == 0.0:
+                        b = 1.0 if b > 0.0 else -1.0
+                        c = -b * (p[i, 1] / p[i, 2])
+                    elif b == 0.0:
+                        a = 1.0 if a > 0.0 else -1.0
+                        c = -a * (p[i, 0] / p[i, 2])
+                bound(a, b, c, sign, left[k], right[k], span)
             _key_plane(p, det, slope)
             for r in range(np.int64(span[0]), np.int64(span[1])):
                 if (r // STRIPE) % threads != t:
