@@ -86,7 +86,8 @@ def add_sides(
     starts = np.arange(chunks) * ((len(codes) + chunks - 1) // chunks)
     if _deepest(spans, starts, filled, rows) > np.iinfo(counts.dtype).max:
         return False
-    _fill(quads, spans, starts, filled, keys, counts, threads)
+    places, listed = _list_by_stripe(spans, starts, filled, (rows + STRIPE - 1) // STRIPE)
+    _fill(quads, spans, places, listed, keys, counts)
     return True
 
 
@@ -113,6 +114,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
         line = np.empty((4, 3))
         sign = np.empty(4)
         edge = np.empty(4)
+        infinite = np.empty(4)
         part = np.empty((3, 3))
         span = np.empty(2)
         out = chunk * length
@@ -122,6 +124,10 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             for t in range(2):
                 for k in range(3):
                     away[t, k] = ends[e, 3 * t + k] * light[3] - light[k]
+            goes_down = away[0, 2] < 0.0 and away[1, 2] < 0.0
+            if goes_down and ends[e, 2] <= floor and ends[e, 5] <= floor:
+                continue
+            for t in range(2):
                 for r in range(4):
                     p[t, r] = matrix[r, 3]
                     p[2 + t, r] = 0.0
@@ -138,27 +144,17 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             sign[0] = side
             sign[1] = -side
             sign[2] = side
-            # The key on the side's plane, from differences: it passes close to receivers.
-            for r in range(4):
-                edge[r] = p[1, r] - p[0, r]
-            _cross(edge, p[2], part[0])
-            _cross(p[2], p[0], part[1])
-            _cross(p[0], edge, part[2])
-            key_away = p[2, 3]
             n_lines = 3
-            az = ends[e, 2]
-            bz = ends[e, 5]
-            if away[0, 2] < 0.0 and away[1, 2] < 0.0:
-                if az <= floor and bz <= floor:
-                    continue
-                if floor > -np.inf:
-                    for t in range(2):
-                        far = max(0.0, (ends[e, 3 * t + 2] - floor) / -away[t, 2])
-                        for r in range(4):
-                            p[2 + t, r] = p[t, r] + far * p[2 + t, r]
-                    _cross(p[2], p[3], line[3])
-                    sign[3] = -side  # across the side from the edge
-                    n_lines = 4
+            for r in range(4):
+                infinite[r] = p[2, r]
+            if goes_down and floor > -np.inf:
+                for t in range(2):
+                    far = max(0.0, (ends[e, 3 * t + 2] - floor) / -away[t, 2])
+                    for r in range(4):
+                        p[2 + t, r] = p[t, r] + far * p[2 + t, r]
+                _cross(p[2], p[3], line[3])
+                sign[3] = -side  # across the side from the edge
+                n_lines = 4
             # Bounds in the picture, and the nearest key.
             low_x = low_y = np.inf
             high_x = high_y = nearest = -np.inf
@@ -226,9 +222,15 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                 )  # fmt: skip
             if span[0] >= span[1]:
                 continue
+            # The key on the side's plane, from differences: it passes close to receivers.
+            for r in range(4):
+                edge[r] = p[1, r] - p[0, r]
+            _cross(edge, infinite, part[0])
+            _cross(infinite, p[0], part[1])
+            _cross(p[0], edge, part[2])
             for k in range(3):
                 record[16 + k] = (
-                    p[0, 3] * part[0, k] + edge[3] * part[1, k] + key_away * part[2, k]
+                    p[0, 3] * part[0, k] + edge[3] * part[1, k] + infinite[3] * part[2, k]
                 ) / det
             m = np.int64(weight[e]) >> ((code >> 1) & 1)
             if (code & 1 == 0) != (side < 0.0):
@@ -251,39 +253,67 @@ def _deepest(spans, starts, filled, rows):
     return np.cumsum(load).max()
 
 
+@njit(cache=True, nogil=True, boundscheck=False)
+def _list_by_stripe(spans, starts, filled, stripes):
+    """List the sides of each stripe of rows: places in the list, and the list."""
+    places = np.zeros(stripes + 1, np.int64)
+    for chunk in range(starts.size):
+        for i in range(starts[chunk], starts[chunk] + filled[chunk]):
+            for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
+                places[stripe + 1] += 1
+    places = np.cumsum(places)
+    listed = np.zeros(places[-1], np.int32)
+    cursor = places.copy()
+    for chunk in range(starts.size):
+        for i in range(starts[chunk], starts[chunk] + filled[chunk]):
+            for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
+                listed[cursor[stripe]] = i
+                cursor[stripe] += 1
+    return places, listed
+
+
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False, fastmath={"nsz", "nnan"})
-def _fill(quads, spans, starts, filled, keys, counts, threads):
-    """Fill all sides; each thread owns every so many stripes of rows."""
-    for t in prange(threads):
-        for chunk in range(starts.size):
-            for i in range(starts[chunk], starts[chunk] + filled[chunk]):
-                m = spans[i, 2]
-                b = quads[i]
-                for stripe in range(spans[i, 0] // STRIPE, (spans[i, 1] - 1) // STRIPE + 1):
-                    if stripe % threads != t:
-                        continue
-                    first = max(spans[i, 0], stripe * STRIPE)
-                    for r in range(first, min(spans[i, 1], stripe * STRIPE + STRIPE)):
-                        y = np.float64(r)
-                        left = max(
-                            max(b[0] + b[1] * y, b[2] + b[3] * y),
-                            max(b[4] + b[5] * y, b[6] + b[7] * y),
-                        )
-                        right = min(
-                            min(b[8] + b[9] * y, b[10] + b[11] * y),
-                            min(b[12] + b[13] * y, b[14] + b[15] * y),
-                        )
-                        c = np.int64(np.ceil(min(max(left, b[19]), b[20])))
-                        end = np.int64(np.ceil(min(max(right, b[19]), b[20])))
-                        at = b[17] * y + b[18]
-                        slope = b[16]
-                        while c < end:
-                            k = keys[r, c : c + LANES]
-                            n = counts[r, c : c + LANES]
-                            side = at + slope * c
-                            rest = end - c
-                            for lane in range(LANES):
-                                n[lane] += (
-                                    m if (k[lane] < side + slope * lane) & (lane < rest) else 0
-                                )
-                            c += LANES
+def _fill(quads, spans, places, listed, keys, counts):
+    """Fill all sides, stripe by stripe: a stripe's surface stays in the cache."""
+    for stripe in prange(places.size - 1):
+        top = stripe * STRIPE
+        first = np.zeros(STRIPE, np.int32)
+        end = np.zeros(STRIPE, np.int32)
+        for q in range(places[stripe], places[stripe + 1]):
+            i = listed[q]
+            m = spans[i, 2]
+            b = quads[i]
+            # Where each row of the stripe begins and ends, all at once.
+            widest = np.int32(0)
+            for j in range(STRIPE):
+                y = np.float64(top + j)
+                left = max(
+                    max(b[0] + b[1] * y, b[2] + b[3] * y), max(b[4] + b[5] * y, b[6] + b[7] * y)
+                )
+                right = min(
+                    min(b[8] + b[9] * y, b[10] + b[11] * y),
+                    min(b[12] + b[13] * y, b[14] + b[15] * y),
+                )
+                first[j] = np.int32(np.ceil(min(max(left, b[19]), b[20])))
+                end[j] = np.int32(np.ceil(min(max(right, b[19]), b[20])))
+                widest = max(widest, end[j] - first[j])
+            slope = b[16]
+            for r in range(max(spans[i, 0], top), min(spans[i, 1], top + STRIPE)):
+                c = np.int64(first[r - top])
+                rest = np.int64(end[r - top]) - c
+                at = b[17] * r + b[18]
+                side = at + slope * c
+                if widest <= 1:
+                    counts[r, c] += m if (keys[r, c] < side) & (rest > 0) else 0
+                    continue
+                # A row without pixels goes through once: cheaper than a branch to mispredict.
+                while True:
+                    k = keys[r, c : c + LANES]
+                    n = counts[r, c : c + LANES]
+                    for lane in range(LANES):
+                        n[lane] += m if (k[lane] < side + slope * lane) & (lane < rest) else 0
+                    c += LANES
+                    rest -= LANES
+                    if rest <= 0:
+                        break
+                    side = at + slope * c
