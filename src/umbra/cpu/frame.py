@@ -50,6 +50,33 @@ class Frame:
     part: NDArray[np.int32]
 
 
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """
+    The visible surface as volumes meet it.
+
+    Parameters
+    ----------
+    view : View
+    keys : (rows, cols + LANES) float64
+        Depth keys; nearer than everything where nothing is to be counted.
+    tiles : array
+        Of ``find_nearest_tiles``.
+    """
+
+    view: View
+    keys: NDArray[np.float64]
+    tiles: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, view: View) -> "_Surface":
+        """Make a view ready for counting."""
+        rows, cols = view.key.shape
+        keys = np.full((rows, cols + LANES), _NOWHERE)
+        np.copyto(keys[:, :cols], view.key, where=view.face != NOTHING)
+        return cls(view, keys, find_nearest_tiles(keys))
+
+
 @dataclass(eq=False)
 class FrameCounter:
     """
@@ -73,6 +100,7 @@ class FrameCounter:
     threads: int = 1
     warn: Callable[[str], object] = lambda _: None
     caster: Caster = field(init=False)
+    _surface: "_Surface | None" = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self.triangles = self.scene.triangles()
@@ -151,9 +179,8 @@ class FrameCounter:
             else:
                 counts = self._in_front(caster, view, matrix, place, floor)
             if method != "z-pass":
-                counts += start + before
-        counts[view.face == NOTHING] = 0
-        return counts
+                counts = np.add(counts, start + before, dtype=np.int32)
+        return np.multiply(counts, view.face != NOTHING, dtype=np.int32)
 
     def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:
         """
@@ -178,11 +205,12 @@ class FrameCounter:
 
     def _in_front(
         self, caster: Caster, view: View, matrix: NDArray, light: NDArray, floor: float
-    ) -> NDArray[np.int32]:
+    ) -> NDArray:
+        """Count the sides before the visible surface, in int16 if that is enough."""
         rows, cols = view.key.shape
-        keys = np.full((rows, cols + LANES), _NOWHERE)
-        np.copyto(keys[:, :cols], view.key, where=view.face != NOTHING)
-        tiles = find_nearest_tiles(keys)
+        if self._surface is None or self._surface.view is not view:
+            self._surface = _Surface.of(view)  # the same for every light
+        keys, tiles = self._surface.keys, self._surface.tiles
         ((_, found),) = find_silhouettes(caster, light[None])
         codes = found.codes[: found.starts[1]]
         for dtype in (np.int16, np.int32):
@@ -192,7 +220,7 @@ class FrameCounter:
                 self.threads,
             ):  # fmt: skip
                 break
-        return counts[:, :cols].astype(np.int32)
+        return counts[:, :cols]
 
     def _behind(
         self, caster: Caster, view: View, matrix: NDArray, light: NDArray, near: float
@@ -242,7 +270,8 @@ class FrameCounter:
         forward = camera.axes()[2]
         at = (camera.eye - self.scene.origin) @ forward
         bounds = self.blocks.bounds
-        nearest = np.minimum(bounds[:, :3] * forward, bounds[:, 3:] * forward).sum(1) - at
+        corner = np.where(forward > 0, [0, 1, 2], [3, 4, 5])  # of a box, the nearest
+        nearest = bounds[:, corner] @ forward - at
         blocks = np.flatnonzero(nearest < camera.near)
         faces = (blocks[:, None] * BLOCK + np.arange(BLOCK)).ravel()
         faces = faces[faces < len(self.caster.faces)]

@@ -57,7 +57,7 @@ def make_light_cap(
     """
     some = np.arange(len(caster.faces)) if among is None else among
     side = light @ caster.planes[:, some]
-    turned = (side < 0) & ~caster.face_is_closed[some]
+    turned = (side < 0) & ~caster.is_closed[caster.component[some]]
     faces = np.concatenate([caster.faces[some[side > 0]], caster.faces[some[turned]][:, ::-1]])
     corners = np.ones((len(faces), 3, 4))
     corners[..., :3] = caster.vertices[faces]
