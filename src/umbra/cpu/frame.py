@@ -178,9 +178,10 @@ class FrameCounter:
                 counts = np.zeros(view.key.shape, np.int32)
             else:
                 counts = self._in_front(caster, view, matrix, place, floor)
-            if method != "z-pass":
-                counts = np.add(counts, start + before, dtype=np.int32)
-        return np.multiply(counts, view.face != NOTHING, dtype=np.int32)
+            shift = 0 if method == "z-pass" else start + before
+            counts = np.add(counts, shift, dtype=np.int32)
+        counts *= view.face != NOTHING
+        return counts
 
     def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:
         """

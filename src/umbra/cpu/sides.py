@@ -92,10 +92,8 @@ def add_sides(
 
 
 @njit(cache=True, nogil=True)
-def _cross(p, q, out):
-    out[0] = p[1] * q[2] - p[2] * q[1]
-    out[1] = p[2] * q[0] - p[0] * q[2]
-    out[2] = p[0] * q[1] - p[1] * q[0]
+def _cross(p, q):
+    return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
 
 
 @njit(cache=True, nogil=True)
@@ -103,79 +101,86 @@ def _dot(p, q):
     return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 
 
+@njit(cache=True, nogil=True)
+def _project(matrix, x, y, z, first):
+    """Map a point, with the matrix's last column as ``first``, or a direction, with 0."""
+    return (
+        first[0] + matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
+        first[1] + matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z,
+        first[2] + matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z,
+        first[3] + matrix[3, 0] * x + matrix[3, 1] * y + matrix[3, 2] * z,
+    )
+
+
+@njit(cache=True, nogil=True)
+def _go(p, way, far):
+    """Go so far along a way, in all four coordinates."""
+    return p[0] + far * way[0], p[1] + far * way[1], p[2] + far * way[2], p[3] + far * way[3]
+
+
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads, spans, filled):
     """Turn edges into bounds and key planes, dropping sides that cannot add."""
     chunks = filled.size
     length = (codes.size + chunks - 1) // chunks
+    origin = (matrix[0, 3], matrix[1, 3], matrix[2, 3], matrix[3, 3])
+    nowhere = (0.0, 0.0, 0.0, 0.0)
     for chunk in prange(chunks):
-        p = np.empty((4, 4))  # the edge's ends, then their ends away from the light
-        away = np.empty((2, 3))
-        line = np.empty((4, 3))
-        sign = np.empty(4)
-        edge = np.empty(4)
-        infinite = np.empty(4)
-        part = np.empty((3, 3))
         span = np.empty(2)
         out = chunk * length
         for q in range(chunk * length, min(codes.size, chunk * length + length)):
             code = codes[q]
             e = code >> 2
-            for t in range(2):
-                for k in range(3):
-                    away[t, k] = ends[e, 3 * t + k] * light[3] - light[k]
-            goes_down = away[0, 2] < 0.0 and away[1, 2] < 0.0
-            if goes_down and ends[e, 2] <= floor and ends[e, 5] <= floor:
+            x0, y0, z0 = ends[e, 0], ends[e, 1], ends[e, 2]
+            x1, y1, z1 = ends[e, 3], ends[e, 4], ends[e, 5]
+            down0 = z0 * light[3] - light[2]
+            down1 = z1 * light[3] - light[2]
+            goes_down = down0 < 0.0 and down1 < 0.0
+            if goes_down and z0 <= floor and z1 <= floor:
                 continue
-            for t in range(2):
-                for r in range(4):
-                    p[t, r] = matrix[r, 3]
-                    p[2 + t, r] = 0.0
-                    for k in range(3):
-                        p[t, r] += matrix[r, k] * ends[e, 3 * t + k]
-                        p[2 + t, r] += matrix[r, k] * away[t, k]
-            _cross(p[0], p[1], line[0])
-            _cross(p[0], p[2], line[1])
-            _cross(p[1], p[3], line[2])
-            det = _dot(line[0], p[2])
+            # The edge's ends, and the directions away from the light there.
+            p0 = _project(matrix, x0, y0, z0, origin)
+            p1 = _project(matrix, x1, y1, z1, origin)
+            away0 = _project(
+                matrix, x0 * light[3] - light[0], y0 * light[3] - light[1], down0, nowhere
+            )
+            away1 = _project(
+                matrix, x1 * light[3] - light[0], y1 * light[3] - light[1], down1, nowhere
+            )
+            line0 = _cross(p0, p1)
+            line1 = _cross(p0, away0)
+            line2 = _cross(p1, away1)
+            line3 = (0.0, 0.0, 0.0)
+            det = _dot(line0, away0)
             if det == 0.0:
                 continue  # seen edge-on
             side = 1.0 if det > 0.0 else -1.0
-            sign[0] = side
-            sign[1] = -side
-            sign[2] = side
             n_lines = 3
-            for r in range(4):
-                infinite[r] = p[2, r]
+            p2, p3 = away0, away1
             if goes_down and floor > -np.inf:
-                for t in range(2):
-                    far = max(0.0, (ends[e, 3 * t + 2] - floor) / -away[t, 2])
-                    for r in range(4):
-                        p[2 + t, r] = p[t, r] + far * p[2 + t, r]
-                _cross(p[2], p[3], line[3])
-                sign[3] = -side  # across the side from the edge
+                p2 = _go(p0, away0, max(0.0, (z0 - floor) / -down0))
+                p3 = _go(p1, away1, max(0.0, (z1 - floor) / -down1))
+                line3 = _cross(p2, p3)
                 n_lines = 4
             # Bounds in the picture, and the nearest key.
             low_x = low_y = np.inf
             high_x = high_y = nearest = -np.inf
-            for t in range(4):
-                i = t if t < 2 else 5 - t
-                j = (t + 1) if t < 1 else (3 if t == 1 else (2 if t == 2 else 0))
-                wi = p[i, 2]
-                wj = p[j, 2]
+            for p, onward in ((p0, p1), (p1, p3), (p3, p2), (p2, p0)):
+                wi = p[2]
+                wj = onward[2]
                 if wi > 0.0:
-                    x = p[i, 0] / wi
-                    y = p[i, 1] / wi
+                    x = p[0] / wi
+                    y = p[1] / wi
                     low_x = min(low_x, x)
                     high_x = max(high_x, x)
                     low_y = min(low_y, y)
                     high_y = max(high_y, y)
-                    nearest = max(nearest, p[i, 3] / wi)
+                    nearest = max(nearest, p[3] / wi)
                 if (wi > 0.0) != (wj > 0.0):
                     # It leaves the picture's half space in this direction.
                     a = wi / (wi - wj) if wi != wj else 0.0
-                    x = p[i, 0] + a * (p[j, 0] - p[i, 0])
-                    y = p[i, 1] + a * (p[j, 1] - p[i, 1])
+                    x = p[0] + a * (onward[0] - p[0])
+                    y = p[1] + a * (onward[1] - p[1])
                     nearest = np.inf
                     if x >= 0.0:
                         high_x = np.inf
@@ -215,23 +220,22 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                 record[2 * t + 1] = 0.0
                 record[8 + 2 * t] = most
                 record[9 + 2 * t] = 0.0
+            lines = (line0, line1, line2, line3)
             for t in range(n_lines):
+                line = lines[t]
                 bound(
-                    line[t, 0], line[t, 1], line[t, 2], sign[t],
+                    line[0], line[1], line[2], side if t % 2 == 0 else -side,
                     record[2 * t : 2 * t + 2], record[8 + 2 * t : 10 + 2 * t], span,
                 )  # fmt: skip
             if span[0] >= span[1]:
                 continue
             # The key on the side's plane, from differences: it passes close to receivers.
-            for r in range(4):
-                edge[r] = p[1, r] - p[0, r]
-            _cross(edge, infinite, part[0])
-            _cross(infinite, p[0], part[1])
-            _cross(p[0], edge, part[2])
+            edge = _go(p1, p0, -1.0)  # their difference
+            part0 = _cross(edge, away0)
+            part1 = _cross(away0, p0)
+            part2 = _cross(p0, edge)
             for k in range(3):
-                record[16 + k] = (
-                    p[0, 3] * part[0, k] + edge[3] * part[1, k] + infinite[3] * part[2, k]
-                ) / det
+                record[16 + k] = (p0[3] * part0[k] + edge[3] * part1[k] + away0[3] * part2[k]) / det
             m = np.int64(weight[e]) >> ((code >> 1) & 1)
             if (code & 1 == 0) != (side < 0.0):
                 m = -m
