@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.threads import use_threads
@@ -10,10 +11,13 @@ from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes, find_silhouettes
 
-__all__ = ["MOST", "Sweep"]
+__all__ = ["Sweep", "find_limit"]
 
-MOST = 32_767
-"""The deepest count that int16 holds; a sun that might exceed it is counted anew in int32."""
+
+@njit(cache=True, nogil=True)
+def find_limit(counts):
+    """Give the deepest count that an array of int16 or int32 holds."""
+    return 32_767 if counts.itemsize == 2 else 2_147_483_647
 
 
 class Sweep:
@@ -117,6 +121,7 @@ class Sweep:
         out: NDArray,
         counts: NDArray,
     ) -> None:
+        # A sun whose counts int16 might not hold is counted anew in int32.
         deep = self._run(found, suns, which, out, counts, np.int16)
         if deep.any():
             self._run(found, suns, np.flatnonzero(deep), out, counts, np.int32)
