@@ -54,7 +54,7 @@ def test_a_table_is_for_people():
 
 def test_startup_measures_whole_processes():
     found = json.loads(run("startup", "--json").stdout)
-    assert found["peak_bytes"] > found["read_bytes"] > 1e7
+    assert found["peak_bytes"] >= found["read_bytes"] > 1e7
     assert found["above_mesh_bytes"] == found["peak_bytes"] - found["read_bytes"]
     rest = found["study_seconds"] - found["read_seconds"] - found["count_seconds"]
     assert found["rest_seconds"] == pytest.approx(rest)
