@@ -197,9 +197,17 @@ def long_run(tmp_path):
         SCRIPT, "study", model, *VIENNA, "--date", "2026-09-18", "--every", "5s", "--size",
         "2500x2500", "--receivers", "top", "--out", folder,
     ]  # fmt: skip
-    running = subprocess.Popen(
-        [str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    # A child inherits that Ctrl-C is ignored, as it is for tests that run in the background.
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        running = subprocess.Popen(
+            [str(word) for word in command],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    finally:
+        signal.signal(signal.SIGINT, previous)
     try:
         # It works once the painter has loaded its modules, at the latest.
         until = time.monotonic() + 60

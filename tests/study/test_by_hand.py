@@ -150,12 +150,14 @@ def test_place_by_a_wall_counts_whole_hours():
     np.testing.assert_allclose(result.shadow_hours.values[0], expected, atol=0.02)
 
 
-def test_lean_to_roof_comes_out_of_its_own_shadow():
+@pytest.mark.parametrize("faces", [[(0, 1, 3), (0, 3, 2)], [(0, 3, 1), (0, 2, 3)]])
+def test_lean_to_roof_comes_out_of_its_own_shadow(faces):
     # A roof that rises 30 degrees to the west, so faces east: the afternoon sun, which
-    # falls 15 degrees an hour, leaves it 4 hours after noon. No other thing shades it.
+    # falls 15 degrees an hour, leaves it 4 hours after noon. No other thing shades it. What is
+    # seen from above decides, whichever way the file winds it.
     vertices = np.array([(0, -5, 1), (0, 5, 1), (-6, -5, 1 + 6 * np.tan(np.pi / 6)),
                          (-6, 5, 1 + 6 * np.tan(np.pi / 6))])  # fmt: skip
-    roof = make_scene(vertices, np.array([[0, 1, 3], [0, 3, 2]]))
+    roof = make_scene(vertices, np.array(faces))
     result = umbra.shadow_study(
         roof, EQUATOR, date=EQUINOX, start="06:30", end="17:30", every="1min",
         refraction="none", receivers="top", extent=(-5.5, -4, -0.5, 4), cell=0.5, masks=True,
@@ -267,6 +269,22 @@ def test_profile_of_a_large_plan_is_counted_with_fewer_cells(noon, at_45):
     assert preview.x[0] == pytest.approx(-9.9)
     assert preview.y[-1] == pytest.approx(13.9)
     assert preview.shadows[0].sum() * 0.04 == pytest.approx(11.0, rel=0.05)
+
+
+def test_profile_lies_in_the_model_s_own_coordinates(noon, at_45):
+    vertices, faces = box((-0.5, -0.5, 0), (0.5, 0.5, 10))
+    place = np.array([601_000.0, 5_340_000.0, 4160.0])
+    study = run_study(
+        make_scene(vertices + place, faces), at_45, **around(noon), refraction="none",
+        extent=(*(place[:2] - 2), *(place[:2] + 12)), cell=0.1,
+    )  # fmt: skip
+    preview = make_preview(study)
+    np.testing.assert_allclose(preview.x, study.x, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(preview.y, study.y, rtol=0, atol=1e-8)
+    rows, cols = np.nonzero(preview.shadows[0])
+    assert preview.x[cols].mean() == pytest.approx(place[0], abs=0.01)
+    assert preview.y[rows].max() == pytest.approx(place[1] + 10.45, abs=0.06)
+    assert preview.heights.max() == 10
 
 
 def test_profile_of_very_many_stamps_stays_small(monkeypatch):
