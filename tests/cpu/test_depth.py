@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.judge import look_down
+from support.judge import PLAN, look_down
 from support.shapes import box, merge, moved, sheet, terrain
 
 from umbra.cpu.depth import GROUND, NOTHING, add_ground, see
 from umbra.scene import Camera
 from umbra.scene.grid import Grid
-
-PLAN = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]], float)
 
 
 def test_named_pixels_of_one_triangle():

@@ -2,8 +2,21 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from support.judge import judge_field, judge_plane, look_down
-from support.shapes import SCENES, aligned_boxes, stack_of_triangles, staircase, turned
+from support.shapes import (
+    SCENES,
+    aligned_boxes,
+    box,
+    jumble,
+    merge,
+    rewound,
+    soup,
+    stack_of_triangles,
+    staircase,
+    turned,
+)
 
 from umbra.cpu.field import FieldSweep
 from umbra.cpu.plane import PlaneSweep
@@ -42,7 +55,7 @@ def test_pixel_centres_on_edges_and_suns_along_boxes():
     for judge in judge_plane, judge_field:
         # Half of all cells may lie on edges here; off them each must be right.
         verdicts, counts = judge(aligned_boxes(), grid, suns)
-        verdicts.check(most_on_edges=0.5)
+        verdicts.check(most_on_edges=0.25)
         if judge is judge_plane:
             # Half open: under the zenith every box counts its own area in whole cells.
             assert counts[6].sum() == 4 * 3 + 3 * 3 + 4 * 3 + 3 * 3 + 2 * 2 + 5 * 2 + 4 * 3
@@ -53,12 +66,12 @@ def test_a_staircase_counts_every_one_of_its_300_steps():
     # Just below the noses a ray up the flight passes in and out of each step.
     grid = Grid(-0.61, 0.05, 0.06, 0.19, 12, 10)
     suns = [(0.5, 0, 0.25), (0.5, 0.001, 0.25), (0.5, -0.0007, 0.2501)]
-    for judge in judge_plane, judge_field:
+    # The last column is under the first step, or on it: one tread above, or the other 299.
+    for judge, last in (judge_plane, 1), (judge_field, 299):
         verdicts, counts = judge(mesh, grid, suns)
         verdicts.check()
-        assert verdicts.deepest > 255
-        assert counts[0].max() == 300
-        assert set(np.unique(counts[0])) == {0, 300}
+        assert verdicts.deepest == 300
+        np.testing.assert_array_equal(counts[0], [[0, 0] + [300] * 9 + [last]] * 10)
 
 
 @pytest.mark.parametrize("way", [judge_plane, judge_field])
@@ -75,14 +88,17 @@ def test_more_layers_than_int16_holds(way):
 
 
 def test_deep_suns_do_not_disturb_the_others_in_a_batch():
-    caster = make_caster(*stack_of_triangles(40_000))
+    mesh = stack_of_triangles(40_000)
+    caster = make_caster(*mesh)
     grid = Grid(-6.0, -5.0, 1.1, 1.3, 12, 9)
     suns = np.array([(9, 9, 1), (0.1, 0.05, 1), (9, -9, 1), (-0.2, 0.1, 1)], float)
-    for sweep in PlaneSweep(caster, grid, 0.0), FieldSweep(caster, grid, np.zeros((9, 12))):
+    heights, _ = look_down(mesh, grid, ground=0.0)
+    for sweep in PlaneSweep(caster, grid, 0.0), FieldSweep(caster, grid, heights):
         counts = sweep.counts(suns)
         steps = np.zeros((9, 12), np.int32)
         sweep.add_steps(suns, steps)
         np.testing.assert_array_equal(steps, (counts > 0).sum(0))
+        assert steps.max() == 2 - isinstance(sweep, FieldSweep)
 
 
 @pytest.mark.parametrize("name", ["turned boxes", "jumble", "wound inward"])
@@ -132,3 +148,42 @@ def test_a_turned_world_gives_turned_counts():
     again = PlaneSweep(make_caster(*turned(mesh, 90)), grid, 0.0).counts(turned((sun, 0), 90)[0])[0]
     # A point (x, y) goes to (-y, x).
     np.testing.assert_array_equal(again, first.T[:, ::-1])
+
+
+@st.composite
+def meshes(draw):
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    kind = draw(st.sampled_from(["soup", "jumble", "boxes", "whole"]))
+    if kind == "soup":
+        return soup(rng, draw(st.integers(1, 25)), low=draw(st.sampled_from([0.5, -8.0])))
+    if kind == "jumble":
+        return jumble(rng, draw(st.integers(1, 40)), draw(st.integers(3, 9)), low=-3.0)
+    boxes = []
+    for _ in range(draw(st.integers(1, 5))):
+        low, size = rng.uniform(-8, 4, 3), rng.uniform(0.5, 9, 3)
+        if kind == "whole":  # aligned with the cells and with each other
+            low, size = np.round(low), np.ceil(size)
+        boxes.append(box(low, low + size))
+        if draw(st.booleans()):
+            boxes[-1] = rewound(boxes[-1])
+    return merge(*boxes)
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(
+    meshes(),
+    st.sampled_from([(0.0, 0.0, 1.0, 1.0), (0.137, -0.291, 1.03, 0.97), (0.5, 0.25, 0.75, 1.5)]),
+    st.lists(
+        st.tuples(st.floats(-4, 4), st.floats(-4, 4), st.floats(0.03, 3)), min_size=1, max_size=3
+    )
+    | st.lists(
+        st.tuples(*[st.integers(-2, 2).map(float)] * 2, st.just(1.0)), min_size=1, max_size=3
+    ),
+    st.sampled_from([0.0, -2.5, 1.0, 3.3]),
+)
+def test_any_plan_of_anything(mesh, place, suns, height):
+    x0, y0, dx, dy = place
+    grid = Grid(x0 - 14 * dx, y0 - 13 * dy, dx, dy, 29, 27)
+    # Whole metres and whole suns put many cells on edges; none else may differ.
+    judge_plane(mesh, grid, suns, height=height)[0].check(most_on_edges=0.25)
+    judge_field(mesh, grid, suns, ground=height)[0].check(most_on_edges=0.25)

@@ -4,6 +4,7 @@ Shadow counts judged by rays: each count that differs is tried and told apart.
 right    the count is the number of pierced triangles, and is 0 exactly where
          nothing at all is pierced
 edge     it differs, within ``EDGE`` of a place where the true count changes
+rim      it differs, within ``EDGE`` of where the viewer's line grazes a triangle's edge
 contact  it differs, but another triangle touches the point within rounding
 grazing  it differs, on a surface that the light sees edge-on: attached shadow anyway
 wrong    anything else; tests let none pass
@@ -30,6 +31,9 @@ GRAZING = 1e-9
 ZENITH = np.array([0.0, 0.0, 1.0, 0.0])
 UP = np.array([0.0, 0.0, 1.0])
 
+PLAN = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]], np.float64)
+"""Straight down, x and y already in cells; the key is z."""
+
 
 @dataclass(eq=False)
 class Verdicts:
@@ -37,6 +41,7 @@ class Verdicts:
 
     right: int = 0
     edge: int = 0
+    rim: int = 0
     contact: int = 0
     grazing: int = 0
     wrong: list[str] = field(default_factory=list)
@@ -46,6 +51,7 @@ class Verdicts:
         return Verdicts(
             self.right + other.right,
             self.edge + other.edge,
+            self.rim + other.rim,
             self.contact + other.contact,
             self.grazing + other.grazing,
             self.wrong + other.wrong,
@@ -54,12 +60,14 @@ class Verdicts:
 
     def check(self, most_on_edges=0.002):
         """Fail if any count is wrong, or if suspiciously many lie on edges."""
-        judged = self.right + self.edge + self.contact + self.grazing + len(self.wrong)
+        excused = self.edge + self.rim + self.contact + self.grazing
+        judged = self.right + excused + len(self.wrong)
         assert not self.wrong, f"{len(self.wrong)} of {judged} counts are wrong: " + "\n".join(
             self.wrong[:5]
         )
         assert judged > 0
         assert self.edge + self.contact <= most_on_edges * judged + 1, self
+        assert self.rim <= 0.1 * most_on_edges * judged + 2, self
         return self
 
 
@@ -108,12 +116,22 @@ def judge(caster, seen, light, is_closed, counts):
     apart = caster.distance_to_shadow_edges(
         seen.points[wrong], seen.normals[wrong], seen.own[wrong], light, is_closed
     )
-    for i, distance in zip(wrong, apart):
+    # Seen from the viewer instead of the light, with every edge of the mesh that it can have.
+    rim = caster.distance_to_shadow_edges(
+        seen.points[wrong],
+        seen.normals[wrong],
+        seen.own[wrong],
+        seen.eye,
+        np.zeros(len(caster.faces), bool),
+    )
+    for i, distance, aside in zip(wrong, apart, rim):
         way = light[:3] - light[3] * seen.points[i]
         if abs(way @ seen.normals[i]) <= GRAZING * np.linalg.norm(way):
             verdicts.grazing += 1
         elif distance <= EDGE:
             verdicts.edge += 1
+        elif aside <= EDGE:
+            verdicts.rim += 1
         elif pierced.touching[i]:
             verdicts.contact += 1
         else:
@@ -147,15 +165,9 @@ def look_down(mesh, grid, ground=None, threads=1):
     heights : (rows, cols) float64
     own : (rows, cols) int
     """
-    matrix = np.array(
-        [
-            [1 / grid.dx, 0, 0, -grid.x0 / grid.dx],
-            [0, 1 / grid.dy, 0, -grid.y0 / grid.dy],
-            [0, 0, 0, 1],
-            [0, 0, 1, 0],
-        ]
-    )
-    view = see(mesh[0], mesh[1], matrix, (grid.cols, grid.rows), threads=threads)
+    # Cells of vertices exactly as the sweeps have them, else a wall in line with the cells'
+    # centres would be on one side of them here and on the other there.
+    view = see(grid.to_cells(mesh[0]), mesh[1], PLAN, (grid.cols, grid.rows), threads=threads)
     if ground is None:
         return view.key, view.face
     return np.maximum(view.key, ground), np.where(view.key > ground, view.face, NOTHING)
