@@ -150,6 +150,7 @@ class _Vtk:
         """Find the edges for each light."""
         for sun in self.suns:
             self._filter.SetVector(*-sun[:3])
+            self._filter.Modified()  # else the same vector would not be looked at again
             self._filter.Update()
 
 
