@@ -56,8 +56,8 @@ def test_faces_that_share_edges_cover_each_centre_once(seed, digits):
     flat = np.round(np.vstack([rng.uniform(8.6, 9.4, (1, 2)), rim]), digits)
     vertices = np.column_stack([flat, np.full(10, 3.0)])
     faces = np.array([[0, 1 + k, 1 + (k + 1) % 9] for k in range(9)], np.int32)
-    a, b, c = (flat[faces[:, k]] for k in range(3))
-    if (np.cross(b - a, c - a) <= 0).any():
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    if (np.cross(b - a, c - a)[:, 2] <= 0).any():
         return  # rounding folded the fan
     covered = sum(see(vertices, faces[k : k + 1], PLAN, (18, 18)).face == 0 for k in range(9))
     assert covered.max() == 1
