@@ -292,6 +292,26 @@ def test_the_installed_command_from_a_glb_to_pictures(umbra_alone, tmp_path):
         assert (tmp_path / name).stat().st_size > 20_000
 
 
+@on_linux
+def test_a_terminal_shows_a_bar_and_stdout_holds_results_only(tower, tmp_path):
+    screen, terminal = os.openpty()
+    command = [str(SCRIPT), "study", str(tower), *VIENNA, "--date", "2026-09-18", "--cell", "0.5",
+               "--out", "results"]  # fmt: skip
+    done = subprocess.run(
+        command, stdout=subprocess.PIPE, stderr=terminal, text=True, check=False, cwd=tmp_path
+    )
+    os.close(terminal)
+    shown = os.read(screen, 100_000).decode()
+    os.close(screen)
+    assert done.returncode == 0, shown
+    assert "counting shadows" in shown
+    assert "100%" in shown
+    assert shown.rstrip().endswith("drawing and writing")
+    assert done.stdout.splitlines() == [
+        f"results/{name}" for name in ("study.nc", "hours.png", "profile.png")
+    ]
+
+
 def test_errors_of_the_installed_command(umbra_alone, tmp_path):
     said = umbra_alone("study", tmp_path / "none.obj", *VIENNA, "--date", "2026-09-18",
                        "--out", tmp_path / "o", "--json")  # fmt: skip

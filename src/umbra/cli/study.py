@@ -222,7 +222,9 @@ def _progress() -> Iterator[Any]:
         return
     notice = threading.Timer(
         2.0,
-        lambda: click.echo("compiling kernels: once, the next runs start at once", err=True),
+        lambda: click.echo(
+            "preparing; a first run compiles its kernels, later ones start at once", err=True
+        ),
     )
     notice.daemon = True
     notice.start()
@@ -242,6 +244,8 @@ def _progress() -> Iterator[Any]:
         notice.cancel()
         if bar is not None:
             bar.__exit__(None, None, None)
+            if bar.finished:
+                click.echo("drawing and writing", err=True)
 
 
 def _coarsen(hours: "NDArray[np.float32]", shape: tuple[int, int]) -> "NDArray[np.float32]":
