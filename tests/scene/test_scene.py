@@ -1,0 +1,104 @@
+"""Scenes: a local origin, instances, and which parts cast."""
+
+import numpy as np
+import pytest
+from support.shapes import box
+
+from umbra.errors import InputError
+from umbra.scene import Mesh, Part, directional_light, make_scene, point_light, spot_light
+
+VERTICES, FACES = box((0, 0, 0), (1, 2, 3))
+
+
+def volume(triangles):
+    a, b, c = (triangles.vertices[triangles.faces[:, k]] for k in range(3))
+    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+
+
+def test_near_coordinates_stay_and_far_ones_get_an_origin():
+    near = make_scene(VERTICES, FACES)
+    assert not near.origin.any()
+    far = make_scene(VERTICES + [2.6e6, 1.2e6, 40], FACES)
+    assert (far.origin % 1 == 0).all()
+    assert far.origin[0] == pytest.approx(2.6e6, abs=5)
+    np.testing.assert_array_equal(
+        far.triangles().vertices + far.origin, VERTICES + [2.6e6, 1.2e6, 40]
+    )
+    np.testing.assert_array_equal(far.bounds(), [[2.6e6, 1.2e6, 40], [2.6e6 + 1, 1.2e6 + 2, 43]])
+
+
+def test_instances_stand_where_they_are_put_and_mirrors_are_rewound():
+    mesh = Mesh(VERTICES, FACES)
+    moved = np.eye(4)
+    moved[:3, 3] = 10, 0, 0
+    mirrored = np.diag([-1.0, 1, 1, 1])
+    scene = make_scene(
+        [Part("a", "", mesh), Part("b", "", mesh, moved), Part("c", "", mesh, mirrored)]
+    )
+    assert volume(scene.triangles()) == pytest.approx(18)
+    for part in range(3):
+        assert volume(scene.triangles([part])) == pytest.approx(6)
+    np.testing.assert_array_equal(scene.bounds(), [[-1, 0, 0], [11, 2, 3]])
+    assert scene.triangles().part.tolist() == [0] * 12 + [1] * 12 + [2] * 12
+
+
+def test_an_origin_moves_instances_too():
+    mesh = Mesh(VERTICES, FACES)
+    moved = np.eye(4)
+    moved[:3, 3] = 5e6, 5e6, 0
+    scene = make_scene([Part("a", "", mesh, moved)])
+    assert scene.origin.any()
+    np.testing.assert_allclose(scene.bounds(), [[5e6, 5e6, 0], [5e6 + 1, 5e6 + 2, 3]])
+    assert np.abs(scene.triangles().vertices).max() < 10
+
+
+def test_parts_that_share_vertices_weld():
+    half = [Part(name, "", Mesh(VERTICES, FACES[k::2])) for k, name in enumerate("ab")]
+    shared = make_scene([Part(p.name, "", Mesh(half[0].mesh.vertices, p.mesh.faces)) for p in half])
+    assert len(shared.triangles().vertices) == 8
+
+
+def test_patterns_choose_who_casts():
+    mesh = Mesh(VERTICES, FACES)
+    parts = [("tower", "WallSurface"), ("tower", "RoofSurface"), ("shed", "WallSurface")]
+    scene = make_scene([Part(name, kind, mesh) for name, kind in parts])
+    assert scene.select() == [0, 1, 2]
+    assert scene.select(cast=["tower"]) == [0, 1]
+    assert scene.select(cast=["*Surface"], no_cast=["Roof*"]) == [0, 2]
+    assert scene.select(no_cast=["shed"]) == [0, 1]
+    assert scene.groups().tolist() == [0, 0, 1]
+    with pytest.raises(InputError, match="'barn' matches no part; the file has RoofSurface"):
+        scene.select(cast=["barn"])
+    with pytest.raises(InputError, match="matches no part"):
+        scene.select(no_cast=["Tower"])
+
+
+def test_what_is_no_mesh_is_refused():
+    with pytest.raises(InputError, match="no triangles"):
+        make_scene(VERTICES, np.zeros((0, 3), int))
+    with pytest.raises(InputError, match="1 faces name vertices that do not exist"):
+        make_scene(VERTICES, [[0, 1, 2], [0, 1, 8]])
+    wrong = VERTICES.copy()
+    wrong[5] = np.nan, 0, np.inf
+    with pytest.raises(InputError, match=r"not finite: 1 in all \(first: vertex 5\)") as error:
+        make_scene(wrong, FACES, name="roof")
+    assert error.value.vertex == 5
+    # A vertex that no face uses may be anything.
+    assert make_scene(np.vstack([VERTICES, [np.nan] * 3]), FACES)
+
+
+def test_lights_are_homogeneous_and_local():
+    lamp = point_light((2.6e6, 1.2e6, 9))
+    np.testing.assert_array_equal(lamp.local((2.6e6, 1.2e6, 0)), (0, 0, 9, 1))
+    sun = directional_light((0, 3, 4))
+    assert not sun.is_point
+    local = sun.local((2.6e6, 1.2e6, 0))
+    np.testing.assert_allclose(local / np.linalg.norm(local), (0, 0.6, 0.8, 0))
+    spot = spot_light((0, 0, 5), (0, 0, 1), 30)
+    np.testing.assert_array_equal(spot.axis, (0, 0, -1))
+    for wrong in ((0, 0, 0),), ((0, np.inf, 1),):
+        with pytest.raises(InputError):
+            directional_light(*wrong)
+    for target, angle in ((0, 0, 5), 30), ((0, 0, 1), 0), ((0, 0, 1), 181):
+        with pytest.raises(InputError, match="spot light"):
+            spot_light((0, 0, 5), target, angle)
