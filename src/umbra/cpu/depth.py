@@ -152,14 +152,49 @@ def _key_plane(p, det, out):
         out[k] = (p[0, 3] * n[k] + u[3] * a[k] + v[3] * b[k]) / det
 
 
+@njit(cache=True, nogil=True)
+def _place_edge(p, q, line, sign, edge, span):
+    """
+    Place a triangle's edge for its rows.
+
+    Writes its first corner (x, y), its slope dx/dy, its second corner (x, y) and
+    whether it bounds the left (1) or the right (-1) of the face into ``edge``; a level
+    edge (0) narrows ``span`` instead.
+    """
+    a, b, c = line
+    sure = p[2] > 0.0 and q[2] > 0.0  # else a corner is not in the picture
+    if a == 0.0:
+        edge[:] = 0.0
+        edge[4] = np.nan
+        if b == 0.0:
+            span[1] = span[0] if c * sign < 0.0 else span[1]
+            return
+        y = np.ceil(p[1] / p[2] if sure else -c / b)
+        if b * sign > 0.0:
+            span[0] = max(span[0], y)
+        else:
+            span[1] = min(span[1], y)
+        return
+    edge[2] = -b / a
+    edge[5] = 1.0 if a * sign > 0.0 else -1.0
+    if sure:
+        edge[0] = p[0] / p[2]
+        edge[1] = p[1] / p[2]
+        edge[3] = q[0] / q[2]
+        edge[4] = q[1] / q[2]
+    else:
+        edge[0] = -c / a
+        edge[1] = 0.0
+        edge[4] = np.nan
+
+
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _see(points, faces, key, face, near, threads):
     n_rows, n_cols = key.shape
     for t in prange(threads):
         p = np.empty((3, 4))
         line = np.empty((3, 3))
-        left = np.empty((3, 2))
-        right = np.empty((3, 2))
+        edge = np.empty((3, 6))
         slope = np.empty(3)
         span = np.empty(2)
         for f in range(faces.shape[0]):
@@ -202,42 +237,32 @@ def _see(points, faces, key, face, near, threads):
             least = min(max(np.floor(least) - 1.0, 0.0), np.float64(n_cols))
             most = min(max(np.ceil(most) + 1.0, 0.0), np.float64(n_cols))
             for k in range(3):
-                left[k, 0] = least
-                left[k, 1] = 0.0
-                right[k, 0] = most
-                right[k, 1] = 0.0
-                # Along rows and columns an edge lies exactly where its corners do, so that
-                # edges in one row or column agree at the corner that they share.
+                # The corner with the lower number comes first: both faces see one edge alike.
                 i = (k + 1) % 3
                 j = (k + 2) % 3
                 if faces[f, i] > faces[f, j]:
                     i, j = j, i
-                a, b, c = line[k, 0], line[k, 1], line[k, 2]
-                if p[i, 2] > 0.0 and p[j, 2] > 0.0:
-                    if a == 0.0:
-                        b = 1.0 if b > 0.0 else -1.0
-                        c = -b * (p[i, 1] / p[i, 2])
-                    elif b == 0.0:
-                        a = 1.0 if a > 0.0 else -1.0
-                        c = -a * (p[i, 0] / p[i, 2])
-                bound(a, b, c, sign, left[k], right[k], span)
+                _place_edge(p[i], p[j], line[k], sign, edge[k], span)
             _key_plane(p, det, slope)
             for r in range(np.int64(span[0]), np.int64(span[1])):
                 if (r // STRIPE) % threads != t:
                     continue
                 y = np.float64(r)
-                x0 = max(
-                    max(left[0, 0] + left[0, 1] * y, left[1, 0] + left[1, 1] * y),
-                    left[2, 0] + left[2, 1] * y,
-                )
-                x1 = min(
-                    min(right[0, 0] + right[0, 1] * y, right[1, 0] + right[1, 1] * y),
-                    right[2, 0] + right[2, 1] * y,
-                )
+                x0 = least
+                x1 = most
+                for k in range(3):
+                    # Through a corner an edge goes exactly: all that meet there agree.
+                    x = edge[k, 0] + (y - edge[k, 1]) * edge[k, 2]
+                    if y == edge[k, 4]:
+                        x = edge[k, 3]
+                    if edge[k, 5] > 0.0:
+                        x0 = max(x0, x)
+                    elif edge[k, 5] < 0.0:
+                        x1 = min(x1, x)
                 at = slope[1] * y + slope[2]
                 for c in range(
-                    np.int64(np.ceil(min(max(x0, least), most))),
-                    np.int64(np.ceil(min(max(x1, least), most))),
+                    np.int64(np.ceil(x0)),
+                    np.int64(np.ceil(max(x1, x0))),
                 ):
                     value = at + slope[0] * c
                     if value > key[r, c] and value <= near:
