@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         spot_light,
     )
     from umbra.study import shadow_study
-    from umbra.sun import Site, find_sun
+    from umbra.sun import Site, find_site, find_sun
 
 __version__ = "0.1.0"
 
@@ -43,6 +43,7 @@ _HOMES = {
     "UmbraError": "umbra.errors",
     "count_shadows": "umbra.cpu.frame",
     "directional_light": "umbra.scene",
+    "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",
@@ -62,6 +63,7 @@ __all__ = [
     "UmbraError",
     "count_shadows",
     "directional_light",
+    "find_site",
     "find_sun",
     "make_scene",
     "point_light",
