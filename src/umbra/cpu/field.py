@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.sweep import Sweep, find_limit
+from umbra.cpu.sweep import Sweep, overflows
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_lit
@@ -229,14 +229,7 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
                     if rest <= 0:
                         break
                     at = base + gy * r + gx * c
-    if deepest > find_limit(level):
-        deepest = 0
-        held = 0
-        for r in range(rows):
-            held += load[r]
-            deepest = max(deepest, held)
-    load[:] = 0
-    return deepest > find_limit(level)
+    return overflows(load, deepest, level)
 
 
 @njit(cache=True, nogil=True, boundscheck=False)

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.sweep import Sweep, find_limit
+from umbra.cpu.sweep import Sweep, overflows
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.clip import clip_above
@@ -150,14 +150,7 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
         load[c0] += abs(m)
         load[c1] -= abs(m)
         deepest += abs(m)
-    if deepest > find_limit(diff):
-        deepest = 0
-        held = 0
-        for c in range(cols):
-            held += load[c]
-            deepest = max(deepest, held)
-    load[:] = 0
-    return deepest > find_limit(diff)
+    return overflows(load, deepest, diff)
 
 
 @njit(cache=True, nogil=True, boundscheck=False)

@@ -1,5 +1,6 @@
 """Sweeping many suns over one receiver: batches, widening, and what is shared by both kinds."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -11,16 +12,29 @@ from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes, find_silhouettes
 
-__all__ = ["Sweep", "find_limit"]
+__all__ = ["Sweep", "overflows"]
 
 
 @njit(cache=True, nogil=True)
-def find_limit(counts):
-    """Give the deepest count that an array of int16 or int32 holds."""
-    return 32_767 if counts.itemsize == 2 else 2_147_483_647
+def overflows(load, deepest, counts):
+    """
+    Tell whether counts could exceed what their type holds, and clear ``load``.
+
+    ``deepest`` is the sum of all multiplicities. Only if that is too much is it worth
+    summing up ``load``: what begins (+) and ends (-) at each row or column.
+    """
+    limit = 32_767 if counts.itemsize == 2 else 2_147_483_647
+    if deepest > limit:
+        deepest = 0
+        held = 0
+        for i in range(load.size):
+            held += load[i]
+            deepest = max(deepest, held)
+    load[:] = 0
+    return deepest > limit
 
 
-class Sweep:
+class Sweep(ABC):
     """
     Count the shadows of many suns on one raster.
 
@@ -126,9 +140,10 @@ class Sweep:
         if deep.any():
             self._run(found, suns, np.flatnonzero(deep), out, counts, np.int32)
 
-    def _attach(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> None:
+    def _attach(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> None:  # noqa: B027
         """Add the shadow of surfaces turned from the sun; a plane under the sun has none."""
 
+    @abstractmethod
     def _run(
         self,
         found: Silhouettes,
@@ -139,7 +154,6 @@ class Sweep:
         count_type: type,
     ) -> NDArray[np.bool_]:
         """Count some suns; tell of which the counts might not fit (those are left out)."""
-        raise NotImplementedError
 
     def _buffer(self, name: str, shape: tuple[int, ...], dtype: type) -> NDArray:
         """Give a work array that is kept for the next batch; it starts at 0."""
