@@ -177,9 +177,11 @@ class FrameCounter:
             if seen_along > 0:
                 counts = np.zeros(view.key.shape, np.int32)
             else:
-                counts = self._in_front(caster, view, matrix, place, floor)
-            shift = 0 if method == "z-pass" else start + before
-            counts = np.add(counts, shift, dtype=np.int32)
+                counts = self._in_front(caster, view, matrix, place, floor).astype(np.int32)
+            if method != "z-pass" and (start or before.any()):
+                counts += start + before
+            if not start and not len(caps.multiplicity):
+                return counts  # where nothing is seen no side was counted
         counts *= view.face != NOTHING
         return counts
 
