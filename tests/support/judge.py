@@ -271,6 +271,8 @@ def judge_frame(mesh, camera, light, ground=0.0, threads=1):
     again = counter.count(view, camera, light, "z-fail")
     is_seen = view.face != NOTHING
     assert not counts[~is_seen].any()
+    # Toward the horizon the ground runs off to where float64 knows no metres.
+    is_seen &= (np.abs(frame.position - scene.origin) < 1e9).all(-1)
     if not is_seen.any():
         return Verdicts(), counts
     local = scene.triangles().vertices

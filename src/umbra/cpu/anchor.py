@@ -60,7 +60,8 @@ class Anchor:
     touched : (n_components,) bool
         Components with a face on which the light lies.
     is_clean : bool
-        Whether the way passes no edge within rounding: the eye is in no volume's side.
+        Whether the way passes no edge within rounding, nor starts in a face: the eye is
+        in no volume's side.
     """
 
     lit: NDArray[np.int64]
@@ -170,7 +171,7 @@ def _lies_on(point, a, b, c, normal):
 def _pierce(
     vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit, touched
 ):
-    """Count pierced faces; False if the way passes through an edge, within rounding."""
+    """Count pierced faces; False if the way passes an edge or starts in a face, about."""
     clean = True
     for block in range(boxes.shape[0]):
         if _misses(boxes[block], start, way, finite):
@@ -179,13 +180,17 @@ def _pierce(
             at_light = 0.0
             at_eye = 0.0
             size = 0.0
+            size_eye = 0.0
             for k in range(4):
                 at_light += planes[k, f] * light[k]
                 at_eye += planes[k, f] * eye[k]
                 size += abs(planes[k, f] * light[k])
+                size_eye += abs(planes[k, f] * eye[k])
             a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
             if light[3] > 0.0 and abs(at_light) <= 1e-12 * size:
                 touched[component[f]] |= _lies_on(light, a, b, c, planes[:, f])
+            if eye[3] > 0.0 and abs(at_eye) <= 1e-12 * size_eye:
+                clean = clean and not _lies_on(eye, a, b, c, planes[:, f])
             if not ((at_light > 0.0 and at_eye < 0.0) or (at_light < 0.0 and at_eye > 0.0)):
                 continue
             flat = 0

@@ -17,6 +17,8 @@ __all__ = ["LANES", "add_sides", "find_nearest_tiles"]
 
 LANES = 32
 TILE = 32
+FARTHEST = 1e8
+"""How often a light's distance (or metres, for the sun) a side is followed to the ground."""
 _COLUMNS = 21  # (p, q) of 4 left and 4 right bounds, the key's 3 factors, first and end column
 
 
@@ -158,10 +160,14 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             n_lines = 3
             p2, p3 = away0, away1
             if goes_down and floor > -np.inf:
-                p2 = _go(p0, away0, max(0.0, (z0 - floor) / -down0))
-                p3 = _go(p1, away1, max(0.0, (z1 - floor) / -down1))
-                line3 = _cross(p2, p3)
-                n_lines = 4
+                far0 = max(0.0, (z0 - floor) / -down0)
+                far1 = max(0.0, (z1 - floor) / -down1)
+                # Under a light as good as level both ends are lost in rounding: no cut there.
+                if min(far0, far1) < FARTHEST:
+                    p2 = _go(p0, away0, far0)
+                    p3 = _go(p1, away1, far1)
+                    line3 = _cross(p2, p3)
+                    n_lines = 4
             # Bounds in the picture, and the nearest key.
             low_x = low_y = np.inf
             high_x = high_y = nearest = -np.inf
