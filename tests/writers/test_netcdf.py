@@ -7,39 +7,38 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
+from support.shapes import city
 
+import umbra
 from umbra.errors import UmbraError
+from umbra.scene import make_scene
+from umbra.study import run_study
 from umbra.writers.netcdf import write_netcdf
 
 ROWS, COLS, STEPS = 40, 50, 3
 
 
-def make_dataset(**attributes):
-    hours = np.linspace(0, 8, ROWS * COLS, dtype=np.float32).reshape(ROWS, COLS)
-    hours[0, 0] = np.nan
-    start = np.datetime64("2026-09-18T07:07:30.500", "ns")
-    return xr.Dataset(
-        {
-            "shadow_hours": (("y", "x"), hours, {"units": "hours", "long_name": "own name"}),
-            "receiver_z": (("y", "x"), np.full((ROWS, COLS), 1 / 3)),
-            "in_shadow": (("time", "y", "x"), np.repeat((hours > 4)[None], 3, 0).astype(np.uint8)),
-            "sun_altitude": ("time", np.array([10.0, 20.0, 30.0])),
-        },
-        coords={
-            "x": 2_683_000.25 + 0.5 * np.arange(COLS),
-            "y": 1_247_000.25 + 0.5 * np.arange(ROWS),
-            "time": start + np.arange(STEPS) * np.timedelta64(900, "s"),
-        },
-        attrs={"umbra_version": "0.1.0", "threads": 2, "count_seconds": 0.25, **attributes},
-    )
+HOURS = np.linspace(0, 8, ROWS * COLS, dtype=np.float32).reshape(ROWS, COLS)
+HOURS[0, 0] = np.nan
+TIME = np.datetime64("2026-09-18T07:07:30.500", "ns") + np.arange(STEPS) * np.timedelta64(900, "s")
+PLAN = ("y", "x")
+VARIABLES = {
+    "shadow_hours": (PLAN, HOURS),
+    "receiver_z": (PLAN, np.full((ROWS, COLS), 1 / 3)),
+    "in_shadow": (("time", *PLAN), np.repeat((HOURS > 4)[None], STEPS, 0).astype(np.uint8)),
+    "sun_altitude": (("time",), np.array([10.0, 20.0, 30.0])),
+    "x": (("x",), 2_683_000.25 + 0.5 * np.arange(COLS)),
+    "y": (("y",), 1_247_000.25 + 0.5 * np.arange(ROWS)),
+    "time": (("time",), TIME),
+}
+FACTS = {"umbra_version": "0.1.0", "threads": 2, "count_seconds": 0.25, "command": None}
 
 
 @pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
 def test_a_fresh_process_reads_the_same(tmp_path, engine):
     if engine == "netcdf4":
         pytest.importorskip("netCDF4")
-    dataset = make_dataset(crs=None)
-    write_netcdf(tmp_path / "study.nc", dataset)
+    write_netcdf(tmp_path / "study.nc", VARIABLES, FACTS)
     script = f"""
 import json, xarray
 d = xarray.open_dataset({str(tmp_path / "study.nc")!r}, engine={engine!r})
@@ -62,30 +61,42 @@ print(json.dumps({{
     assert read["dtypes"]["shadow_hours"] == "float32"
     assert read["dtypes"]["receiver_z"] == "float64"
     assert read["dtypes"]["in_shadow"] == "uint8"
-    assert read["hours"] == dataset.shadow_hours.values.ravel()[[1, 7, -1]].tolist()
+    assert read["hours"] == HOURS.ravel()[[1, 7, -1]].tolist()
     assert read["missing"] == 1
-    assert read["masks"] == [int((dataset.shadow_hours > 4).sum())] * STEPS
-    assert read["time"] == [str(t) for t in dataset.time.values]  # to the half second
+    assert read["masks"] == [int((HOURS > 4).sum())] * STEPS
+    assert read["time"] == [str(t) for t in TIME]  # to the half second
     assert read["x"] == [2_683_000.25, 2_683_024.75]
     assert read["z"] == 1 / 3
     assert read["attrs"]["threads"] == "2"
     assert read["attrs"]["Conventions"].startswith("CF-")
-    assert "crs" not in read["attrs"]
+    assert "command" not in read["attrs"]  # a fact that is not known
     assert read["units"]["shadow_hours"] == "h"
     assert read["units"]["x"] == "m"
-    assert read["names"] == ["own name", "solar_elevation_angle", "time"]
+    assert read["names"] == ["hours in shadow", "solar_elevation_angle", "time"]
 
 
-def test_the_callers_dataset_is_not_changed(tmp_path):
-    dataset = make_dataset(crs="EPSG:2056")
-    before = dataset.copy(deep=True)
-    write_netcdf(tmp_path / "study.nc", dataset)
-    xr.testing.assert_identical(dataset, before)
+@pytest.mark.parametrize("every", ["15m", "1s", "1500ms", "125us"])
+def test_instants_come_back_exactly(tmp_path, every):
+    step = np.timedelta64(int(every.rstrip("msu")), every.lstrip("0123456789"))
+    time = np.datetime64("2026-03-29T00:59:59", "ns") + np.arange(5) * step
+    write_netcdf(tmp_path / "study.nc", {"time": (("time",), time)}, {})
+    with xr.open_dataset(tmp_path / "study.nc") as read:
+        np.testing.assert_array_equal(read.time.values, time)
+
+
+def test_the_file_is_what_the_dataset_says(tmp_path):
+    study = run_study(
+        make_scene(*city(2)), umbra.Site(48.2, 16.37, "Europe/Vienna"),
+        date="2026-09-18", every="1h", size=(40, 30), masks=True,
+    )  # fmt: skip
+    write_netcdf(tmp_path / "study.nc", study.variables(), study.facts)
+    with xr.open_dataset(tmp_path / "study.nc") as read:
+        xr.testing.assert_equal(read, study.to_dataset())
 
 
 def test_rasters_are_compressed_and_coordinates_have_no_fill(tmp_path):
     h5py = pytest.importorskip("h5py")
-    write_netcdf(tmp_path / "study.nc", make_dataset())
+    write_netcdf(tmp_path / "study.nc", VARIABLES, FACTS)
     with h5py.File(tmp_path / "study.nc") as file:
         for name in ("shadow_hours", "receiver_z", "in_shadow"):
             assert file[name].compression == "gzip"
@@ -98,7 +109,7 @@ def test_rasters_are_compressed_and_coordinates_have_no_fill(tmp_path):
 @pytest.mark.parametrize("crs", ["EPSG:2056", "EPSG:7415", "EPSG:31256"])
 def test_a_known_crs_becomes_a_grid_mapping(tmp_path, crs):
     pyproj = pytest.importorskip("pyproj")
-    write_netcdf(tmp_path / "study.nc", make_dataset(crs=crs))
+    write_netcdf(tmp_path / "study.nc", VARIABLES, FACTS | {"crs": crs})
     with xr.open_dataset(tmp_path / "study.nc") as read:
         assert read.attrs["crs"] == crs
         assert read.shadow_hours.attrs["grid_mapping"] == "spatial_ref"
@@ -108,7 +119,7 @@ def test_a_known_crs_becomes_a_grid_mapping(tmp_path, crs):
 
 
 def test_a_crs_that_pyproj_does_not_know_is_kept_as_text(tmp_path):
-    write_netcdf(tmp_path / "study.nc", make_dataset(crs="the site's own grid"))
+    write_netcdf(tmp_path / "study.nc", VARIABLES, FACTS | {"crs": "the site's own grid"})
     with xr.open_dataset(tmp_path / "study.nc") as read:
         assert read.attrs["crs"] == "the site's own grid"
         assert "spatial_ref" not in read.variables
@@ -116,5 +127,5 @@ def test_a_crs_that_pyproj_does_not_know_is_kept_as_text(tmp_path):
 
 def test_a_file_that_cannot_be_written_is_an_error_of_one_line(tmp_path):
     with pytest.raises(UmbraError, match="could not write") as caught:
-        write_netcdf(tmp_path / "none" / "study.nc", make_dataset())
+        write_netcdf(tmp_path / "none" / "study.nc", VARIABLES, FACTS)
     assert "\n" not in str(caught.value)

@@ -186,7 +186,7 @@ def command(
             unfinished / "profile.png", plan, preview.shadows, study.steps.labels(),
             zone=zone, receivers=study.receivers,
         )  # fmt: skip
-        write_netcdf(unfinished / "study.nc", study.to_dataset())
+        write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
     written = [out / name for name in ("study.nc", "hours.png", "profile.png")]
     if as_json:
         echo_json(

@@ -92,9 +92,29 @@ class Study:
         """Hours in the sun, (rows, cols) float32."""
         return np.float32(self.up_hours) - self.shadow_hours
 
+    def variables(self) -> dict[str, tuple[tuple[str, ...], NDArray]]:
+        """Give the arrays of ``study.nc`` by name, each with its dimensions."""
+        plan = ("y", "x")
+        receiver = np.full(self.heights.shape, self.ground)
+        variables: dict[str, tuple[tuple[str, ...], NDArray]] = {
+            "x": (("x",), self.x),
+            "y": (("y",), self.y),
+            "time": (("time",), self.steps.instants.astype("datetime64[ns]")),
+            "xyz": (("xyz",), np.array(["x", "y", "z"])),
+            "shadow_hours": (plan, self.shadow_hours),
+            "sun_hours": (plan, self.sun_hours),
+            "receiver_z": (plan, self.heights if self.receivers == "top" else receiver),
+            "sun_altitude": (("time",), self.sun.altitude),
+            "sun_azimuth": (("time",), self.sun.azimuth),
+            "sun_direction": (("time", "xyz"), self.sun.direction),
+        }
+        if self.masks is not None:
+            variables["in_shadow"] = (("time", *plan), self.masks)
+        return variables
+
     def to_dataset(self) -> "xr.Dataset":
         """
-        Give the result as a dataset, as written to ``study.nc``.
+        Give the result as a dataset, as ``study.nc`` reads back.
 
         Returns
         -------
@@ -102,21 +122,7 @@ class Study:
         """
         import xarray as xr  # noqa: PLC0415  (half a second; scripts that only count do without)
 
-        plan = ("y", "x")
-        receiver = np.full(self.heights.shape, self.ground)
-        variables: dict[str, object] = {
-            "shadow_hours": (plan, self.shadow_hours),
-            "sun_hours": (plan, self.sun_hours),
-            "receiver_z": (plan, self.heights if self.receivers == "top" else receiver),
-            "sun_altitude": ("time", self.sun.altitude),
-            "sun_azimuth": ("time", self.sun.azimuth),
-            "sun_direction": (("time", "xyz"), self.sun.direction),
-        }
-        if self.masks is not None:
-            variables["in_shadow"] = (("time", *plan), self.masks)
-        instants = self.steps.instants.astype("datetime64[ns]")
-        coords = {"x": self.x, "y": self.y, "time": instants, "xyz": ["x", "y", "z"]}
-        return xr.Dataset(variables, coords, self.facts)
+        return xr.Dataset(self.variables(), attrs=self.facts)
 
 
 def run_study(

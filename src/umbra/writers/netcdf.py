@@ -2,16 +2,20 @@
 
 import os
 import warnings
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
+import h5netcdf
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.errors import UmbraError
 
-if TYPE_CHECKING:
-    import xarray
+__all__ = ["Variables", "write_netcdf"]
 
-__all__ = ["write_netcdf"]
+Variables = Mapping[str, tuple[tuple[str, ...], NDArray]]
+"""Arrays by name, each with the names of its dimensions. One that bears a dimension's
+name is that dimension's coordinate."""
 
 CF_ATTRIBUTES: dict[str, dict[str, str]] = {
     "x": {"long_name": "x of cell centres", "units": "m", "axis": "X"},
@@ -36,54 +40,95 @@ CF_ATTRIBUTES: dict[str, dict[str, str]] = {
 GRID_MAPPING = "spatial_ref"
 
 
-def write_netcdf(path: str | os.PathLike[str], dataset: "xarray.Dataset") -> None:
+def write_netcdf(
+    path: str | os.PathLike[str], variables: Variables, facts: Mapping[str, object]
+) -> None:
     """
-    Write a dataset as NetCDF-4 (HDF5), compressed, with CF attributes.
+    Write arrays as NetCDF-4 (HDF5), compressed, with CF attributes by their names.
 
-    Attributes that the dataset has are kept; missing ones are filled in by the
-    variable's name. Where the global attribute ``crs`` names a coordinate reference
-    system, a CF grid mapping goes in too, so that a GIS puts the raster in its place.
+    It goes to the file without xarray, whose import costs more than most studies count.
+    Where the fact ``crs`` names a coordinate reference system, a CF grid mapping goes in
+    too, so that a GIS puts the raster in its place.
 
     Parameters
     ----------
     path : path
-    dataset : xarray.Dataset
-        As ``umbra.shadow_study`` gives it; not changed.
+    variables : mapping of str to (dimensions, array)
+        Numbers, ``datetime64`` in UTC, or str.
+    facts : mapping
+        Global attributes; None is left out.
 
     Raises
     ------
     UmbraError
         If the file cannot be written.
     """
-    dataset = _with_cf_attributes(dataset)
+    known = {name: value for name, value in facts.items() if value is not None}
+    grid_mapping = _find_grid_mapping(known.get("crs"))
     try:
-        dataset.to_netcdf(path, engine="h5netcdf", encoding=_find_encoding(dataset))
+        with h5netcdf.File(path, "w") as file:
+            file.attrs.update({"Conventions": "CF-1.11", **known})
+            file.dimensions = {
+                name: size
+                for dimensions, array in variables.values()
+                for name, size in zip(dimensions, array.shape, strict=True)
+            }
+            for name, (dimensions, array) in variables.items():
+                written = _write_variable(file, name, dimensions, array)
+                if grid_mapping:
+                    written.attrs.update(_find_map_attributes(name, dimensions))
+            if grid_mapping:
+                mapping = file.create_variable(GRID_MAPPING, (), np.int32, data=np.int32(0))
+                mapping.attrs.update(grid_mapping)
     except OSError as error:
         msg = f"could not write '{os.fspath(path)}' ({error}); free some space or choose another"
         raise UmbraError(msg, path=path) from error
 
 
-def _with_cf_attributes(dataset: "xarray.Dataset") -> "xarray.Dataset":
-    """Copy a dataset (its arrays are shared) and fill in what CF asks for."""
-    dataset = dataset.copy(deep=False)
-    for name, variable in dataset.variables.items():
-        variable.attrs = {**CF_ATTRIBUTES.get(str(name), {}), **variable.attrs}
-        if variable.attrs.get("units") in {"hour", "hours"}:
-            variable.attrs["units"] = "h"  # xarray reads "hours" back as timedelta64
-    # NetCDF has no None; a fact that is not known is left out.
-    known = {name: value for name, value in dataset.attrs.items() if value is not None}
-    dataset.attrs = {"Conventions": "CF-1.11", **known}
+def _write_variable(
+    file: h5netcdf.File, name: str, dimensions: tuple[str, ...], array: NDArray
+) -> h5netcdf.Variable:
+    """Store one array as suits its size and kind."""
+    attributes = dict(CF_ATTRIBUTES.get(name, {}))
+    how: dict[str, Any] = {}
+    if array.dtype.kind == "M":
+        array, units = _encode_instants(array)
+        attributes |= {"units": units, "calendar": "proleptic_gregorian"}
+    elif array.dtype.kind == "U":
+        array = array.astype(h5netcdf.core.h5py.string_dtype())
+    elif array.dtype.kind == "f" and name not in dimensions:
+        how["fillvalue"] = array.dtype.type(np.nan)  # coordinates have no missing values
+    if array.ndim >= 2 and array.size > 1024:
+        # Level 1 is within a few percent of level 4's size at a fraction of its time.
+        # Chunks of one raster let a viewer step through time without reading it all.
+        how |= {
+            "compression": "gzip",
+            "compression_opts": 1,
+            "shuffle": array.dtype.itemsize > 1,
+            "chunks": (1,) * (array.ndim - 2) + array.shape[-2:],
+        }
+    written = file.create_variable(name, dimensions, array.dtype, data=array, **how)
+    written.attrs.update(attributes)
+    return written
 
-    grid_mapping = _find_grid_mapping(known.get("crs"))
-    if grid_mapping and {"x", "y"} <= set(dataset.dims):
-        for axis in "xy":
-            dataset[axis].attrs.setdefault("standard_name", f"projection_{axis}_coordinate")
-        for raster in dataset.data_vars.values():
-            if {"x", "y"} <= set(raster.dims):
-                raster.attrs.setdefault("grid_mapping", GRID_MAPPING)
-        dataset = dataset.assign_coords({GRID_MAPPING: np.int32(0)})
-        dataset[GRID_MAPPING].attrs = grid_mapping
-    return dataset
+
+def _encode_instants(instants: NDArray[np.datetime64]) -> tuple[NDArray[np.int64], str]:
+    """Give CF numbers of instants and their unit: seconds, or what they need."""
+    units = {"s": "seconds", "ms": "milliseconds", "us": "microseconds"}
+    exact = (unit for unit in units if (instants.astype(f"datetime64[{unit}]") == instants).all())
+    unit = next(exact, "us")
+    numbers = instants.astype(f"datetime64[{unit}]").astype(np.int64)
+    return numbers, f"{units[unit]} since 1970-01-01 00:00:00"
+
+
+def _find_map_attributes(name: str, dimensions: tuple[str, ...]) -> dict[str, str]:
+    """Say where on the earth a raster or its axis lies."""
+    if name in ("x", "y"):
+        return {"standard_name": f"projection_{name}_coordinate"}
+    if not {"x", "y"} <= set(dimensions):
+        return {}
+    # As a coordinate, too: so xarray keeps it beside a raster that is picked alone.
+    return {"grid_mapping": GRID_MAPPING, "coordinates": GRID_MAPPING}
 
 
 def _find_grid_mapping(crs: object) -> dict[str, Any]:
@@ -100,22 +145,3 @@ def _find_grid_mapping(crs: object) -> dict[str, Any]:
             return CRS.from_user_input(crs).to_cf()
         except CRSError:
             return {}
-
-
-def _find_encoding(dataset: "xarray.Dataset") -> dict[str, dict[str, Any]]:
-    """Choose how each variable is stored."""
-    encoding: dict[str, dict[str, Any]] = {}
-    for name, variable in dataset.variables.items():
-        if name in dataset.coords:
-            # CF allows no missing values in coordinates.
-            encoding[str(name)] = {"_FillValue": None}
-        elif variable.ndim >= 2 and variable.size > 1024:
-            # Level 1 is within a few percent of level 4's size at a fraction of its time.
-            # Chunks of one raster let a viewer step through time without reading it all.
-            encoding[str(name)] = {
-                "zlib": True,
-                "complevel": 1,
-                "shuffle": variable.dtype.itemsize > 1,
-                "chunksizes": (1,) * (variable.ndim - 2) + variable.shape[-2:],
-            }
-    return encoding

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import Literal
 
 import numpy as np
@@ -50,17 +51,28 @@ def compose_profile(
         If ``shadows`` does not hold n masks.
     """
     densities = -np.log(_find_tints(n)).astype(np.float32)
-    total = np.zeros((*size, 3), np.float32)
+    stamps = iter(shadows)
+    total: NDArray[np.float32] | None = None
     given = 0
-    for given, mask in enumerate(shadows, start=1):
-        if given <= n and mask.any():
-            share = resample(np.asarray(mask, bool), size)
-            for channel in range(3):
-                total[..., channel] += share * densities[given - 1, channel]
+    while batch := list(islice(stamps, 8)):
+        # Eight stamps are the bits of one byte, and a table adds up what they absorb.
+        absorbed = np.zeros((256, 3), np.float32)
+        bits = np.zeros(batch[0].shape, np.uint8)
+        for bit, mask in enumerate(batch):
+            bits |= np.asarray(mask, bool).view(np.uint8) << np.uint8(bit)
+            if given + bit < n:
+                absorbed[np.arange(256) >> bit & 1 == 1] += densities[given + bit]
+        given += len(batch)
+        if total is None:
+            total = np.zeros((3, *bits.shape), np.float32)
+        for channel in range(3):
+            total[channel] += absorbed[:, channel][bits]
     if given != n:
         msg = f"{given} shadows for {n} labels"
         raise ValueError(msg)
-    return np.exp(_bend(total))
+    if total is None:
+        return np.ones((*size, 3), np.float32)
+    return np.exp(_bend(np.dstack([resample(channel, size) for channel in total])))
 
 
 def _find_tints(n: int) -> NDArray[np.float64]:

@@ -12,6 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
@@ -72,6 +74,19 @@ def _join(pieces: list[str], joint: str, size: float, width: float, weight: str)
             yield line[:end]
             line = line[end:]
     yield line
+
+
+class _Pixels(Artist):
+    """An image whose pixels are those of the sheet; matplotlib's own are resampled."""
+
+    def __init__(self, image: NDArray[np.uint8], place: tuple[int, int]) -> None:
+        super().__init__()
+        self.place = place
+        self.image = np.full((*image.shape[:2], 4), 255, np.uint8)
+        self.image[..., :3] = image
+
+    def draw(self, renderer: RendererBase) -> None:
+        renderer.draw_image(renderer.new_gc(), *self.place, self.image)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +162,8 @@ class Sheet:
         """Put an sRGB image (rows, cols, 3), in [0, 1] or uint8, its row 0 lowest."""
         if image.dtype != np.uint8:
             image = (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
-        xo, yo = round(x * DOTS_PER_INCH), round(y * DOTS_PER_INCH)
-        self.figure.figimage(image, xo, yo, origin="lower", resize=False)
+        place = (round(x * DOTS_PER_INCH), round(y * DOTS_PER_INCH))
+        self.figure.add_artist(_Pixels(image, place))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Draw it all and write a PNG."""
