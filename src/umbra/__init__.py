@@ -18,14 +18,20 @@ if TYPE_CHECKING:
     from umbra.readers import read
     from umbra.scene import (
         Camera,
+        Image,
         Light,
+        Material,
         Mesh,
         Part,
         Scene,
+        area_light,
         directional_light,
+        make_image,
         make_scene,
         point_light,
+        sphere_light,
         spot_light,
+        volume_light,
     )
     from umbra.study import shadow_study
     from umbra.sun import Site, find_site, find_sun
@@ -34,42 +40,54 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Camera": "umbra.scene",
+    "Image": "umbra.scene",
     "InputError": "umbra.errors",
     "Light": "umbra.scene",
+    "Material": "umbra.scene",
     "Mesh": "umbra.scene",
     "Part": "umbra.scene",
     "Scene": "umbra.scene",
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",
+    "area_light": "umbra.scene",
     "count_shadows": "umbra.cpu.frame",
     "directional_light": "umbra.scene",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
+    "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",
     "read": "umbra.readers",
     "shadow_study": "umbra.study",
+    "sphere_light": "umbra.scene",
     "spot_light": "umbra.scene",
+    "volume_light": "umbra.scene",
 }
 
 __all__ = [
     "Camera",
+    "Image",
     "InputError",
     "Light",
+    "Material",
     "Mesh",
     "Part",
     "Scene",
     "Site",
     "UmbraError",
+    "area_light",
     "count_shadows",
     "directional_light",
     "find_site",
     "find_sun",
+    "make_image",
     "make_scene",
     "point_light",
     "read",
     "shadow_study",
+    "sphere_light",
     "spot_light",
+    "volume_light",
 ]
 
 

@@ -187,7 +187,10 @@ class FrameCounter:
 
     def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:
         """
-        Tell which visible points a light reaches: in no shadow, turned to it, in its cone.
+        Tell which visible points a light reaches: unshadowed, turned to it, within its reach.
+
+        Surfaces are what they are for every material: one that glows, is unlit or lets
+        light through can be in shadow and casts one.
 
         Parameters
         ----------
@@ -199,11 +202,11 @@ class FrameCounter:
         -------
         lit : (rows, cols) bool
         """
-        way = light.position[:3] - light.position[3] * np.nan_to_num(frame.position)
+        position = np.nan_to_num(frame.position)
+        way = light.position[:3] - light.position[3] * position
         facing = np.einsum("ijk,ijk->ij", np.nan_to_num(frame.normal), way) > 0
-        if light.axis is not None:
-            along = -(way @ light.axis)
-            facing &= along >= np.cos(np.radians(light.half_angle)) * np.linalg.norm(way, axis=-1)
+        if light.axis is not None or light.range < np.inf:
+            facing &= light.is_within(position)
         return facing & (counts == 0) & (frame.part != NOTHING)
 
     def _in_front(

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.depth import GROUND, NOTHING
 from umbra.cpu.frame import Frame
-from umbra.scene import Light, Scene
+from umbra.scene import Light, Material, Scene
 
 __all__ = ["shade"]
 
@@ -22,7 +22,12 @@ def shade(
     """
     Shade what is seen by Lambert's cosine law.
 
-    Lights do not weaken with distance; several share the exposure of one.
+    Each light weakens as its attenuation, range and cone say; several share the
+    exposure of one. What a material emits is added, and an unlit one shows its colour
+    as it is.
+
+    A pixel shows the one surface that is nearest: transparent surfaces are drawn, and
+    cast, as if they were opaque, so that no shadow is missing behind glass.
 
     Parameters
     ----------
@@ -39,20 +44,22 @@ def shade(
     """
     rows, cols = frame.part.shape
     seen = frame.part != NOTHING
-    palette = np.array([part.color for part in scene.parts] + [GROUND_COLOR])
-    part = frame.part[seen]
-    albedo = palette[np.where(part == GROUND, len(palette) - 1, part)]
+    materials = [part.material for part in scene.parts] + [Material(GROUND_COLOR)]
+    part = np.where(frame.part[seen] == GROUND, len(scene.parts), frame.part[seen])
+    albedo = np.array([material.color for material in materials])[part]
     normal, position = frame.normal[seen], frame.position[seen]
     energy = np.repeat(AMBIENT * (0.75 + 0.25 * normal[:, 2:]), 3, 1)
     exposure = 0.8 / max(len(lights), 1) ** 0.5
     for light, reached in zip(lights, lit, strict=True):
         way = light.position[:3] - light.position[3] * position
-        cosine = np.einsum("ij,ij->i", normal, way) / np.linalg.norm(way, axis=1)
+        away = np.maximum(np.linalg.norm(way, axis=1), np.finfo(np.float64).tiny)
+        cosine = np.einsum("ij,ij->i", normal, way) / away
         amount = exposure * np.where(reached[seen], np.maximum(cosine, 0.0), 0.0)
-        energy += amount[:, None] * light.color
+        energy += amount[:, None] * light.find_intensity(position)
+    energy[np.array([material.is_unlit for material in materials])[part]] = 1.0
     fade = np.linspace(0, 1, rows)[:, None, None]
     linear = np.broadcast_to((1 - fade) * SKY + fade * np.array(HORIZON), (rows, cols, 3)).copy()
-    linear[seen] = albedo * energy
+    linear[seen] = albedo * energy + np.array([material.emission for material in materials])[part]
     return _to_srgb(linear)
 
 

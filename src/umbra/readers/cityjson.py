@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.cityjson_choice import DAMAGE, choose_geometries, damaged, find_kinds, flatten
-from umbra.readers.cityjson_colors import find_color
+from umbra.readers.cityjson_colors import find_material
 from umbra.readers.cityjson_templates import Templates
 from umbra.readers.georeference import name_crs
 from umbra.readers.model import Model
@@ -88,7 +88,8 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
 
     meshes = surfaces.cut(np.concatenate(arrays), counts)
     parts = [
-        Part(name, kind, mesh, color=find_color(kind)) for (name, kind), mesh in meshes.items()
+        Part(name, kind, mesh, material=find_material(kind))
+        for (name, kind), mesh in meshes.items()
     ]
     metadata = head.get("metadata")
     crs = metadata.get("referenceSystem") if isinstance(metadata, dict) else None

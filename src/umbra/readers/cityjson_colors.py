@@ -1,8 +1,11 @@
 """What colour city objects have where the file gives none: by their kind."""
 
-from umbra.scene.mesh import GREY
+from functools import cache
 
-__all__ = ["find_color"]
+from umbra.scene import Material
+from umbra.scene.material import GREY
+
+__all__ = ["find_material"]
 
 # Diffuse reflectance, linear RGB; muted, so that shadows stay the subject.
 COLORS = {
@@ -22,6 +25,7 @@ COLORS = {
 }
 
 
-def find_color(kind: str) -> tuple[float, float, float]:
-    """Give the colour of a CityJSON object type or surface type; grey for others."""
-    return COLORS.get(kind, GREY)
+@cache
+def find_material(kind: str) -> Material:
+    """Give the material of a CityJSON object type or surface type; grey for others."""
+    return Material(COLORS.get(kind, GREY))

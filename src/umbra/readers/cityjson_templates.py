@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.readers.cityjson_choice import Choice, find_kinds, flatten
-from umbra.readers.cityjson_colors import find_color
+from umbra.readers.cityjson_colors import find_material
 from umbra.readers.surfaces import Surfaces
 from umbra.scene import Mesh, Part
 
@@ -66,7 +66,7 @@ class Templates:
         transform = np.eye(4) if matrix is None else np.array(matrix, np.float64).reshape(4, 4)
         transform[:3, 3] += vertices[anchor]
         return [
-            Part(name, surface or kind, mesh, transform, find_color(surface or kind))
+            Part(name, surface or kind, mesh, transform, find_material(surface or kind))
             for surface, mesh in self._meshes[index].items()
         ]
 

@@ -192,13 +192,15 @@ def _reproject(
     for part in parts:
         mesh = part.mesh
         if part.transform is not None:
-            mesh = Mesh(_corners(part), np.arange(3 * part.triangles, dtype=np.int32))
+            corners = np.arange(3 * part.triangles, dtype=np.int32)
+            uv = None if mesh.uv is None else mesh.uv[mesh.faces.ravel()]
+            mesh = Mesh(_corners(part), corners, uv=uv)
         key = id(mesh.vertices)
         if key not in arrays or part.transform is not None:
             x, y, z = mesh.vertices.T
             east, north = transformer.transform(x, y)
             arrays[key] = np.stack([east, north, z * height], axis=1)
-        moved.append(replace(part, mesh=Mesh(arrays[key], mesh.faces), transform=None))
+        moved.append(replace(part, mesh=mesh.moved(arrays[key]), transform=None))
     return tuple(moved), zone
 
 

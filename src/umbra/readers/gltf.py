@@ -11,8 +11,8 @@ from umbra.errors import InputError
 from umbra.readers.gltf_buffers import Buffers, split_glb
 from umbra.readers.model import Model
 from umbra.readers.turn import turning
-from umbra.scene import Mesh, Part
-from umbra.scene.mesh import GREY
+from umbra.scene import Material, Mesh, Part
+from umbra.scene.material import GREY
 
 __all__ = ["read_gltf", "read_gltf_tree"]
 
@@ -91,7 +91,10 @@ def read_gltf_tree(
             what = "skinned nodes read in their rest pose"
             counts[what] = counts.get(what, 0) + 1
         name = str(node.get("name") or _item(tree, "meshes", mesh).get("name") or f"node {index}")
-        parts += [Part(name, kind, piece, transform, color) for kind, color, piece in meshes[mesh]]
+        parts += [
+            Part(name, kind, piece, transform, Material(color))
+            for kind, color, piece in meshes[mesh]
+        ]
     notes = tuple(f"{what}: {count}" for what, count in counts.items())
     form = "GLB" if binary is not None else "glTF"
     return Model(f"{form} {version}", tuple(parts), notes=notes, companions=buffers.sources)

@@ -12,8 +12,8 @@ from umbra.readers.materials import read_materials
 from umbra.readers.model import Model
 from umbra.readers.polygons import Polygons, triangulate
 from umbra.readers.turn import turn_up
-from umbra.scene import Mesh, Part
-from umbra.scene.mesh import GREY
+from umbra.scene import Material, Mesh, Part
+from umbra.scene.material import GREY
 
 __all__ = ["read_obj"]
 
@@ -70,10 +70,9 @@ def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
     faces = faces[order]
     ends = np.cumsum(np.bincount(part, minlength=len(keys))).tolist()
     colors, notes = read_materials(statements.libraries, path)
+    materials = {kind: Material(colors.get(kind, GREY)) for _, kind in keys}
     parts = [
-        Part(
-            name or path.stem, kind, Mesh(vertices, faces[start:end]), None, colors.get(kind, GREY)
-        )
+        Part(name or path.stem, kind, Mesh(vertices, faces[start:end]), None, materials[kind])
         for (name, kind), start, end in zip(keys, [0, *ends], ends)
         if end > start
     ]

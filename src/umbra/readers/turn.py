@@ -1,11 +1,12 @@
 """Turn a file's axes so that z is up."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Mesh, Part
+from umbra.scene import Part
 
 __all__ = ["turn_up", "turning"]
 
@@ -45,10 +46,16 @@ def turn_up(parts: tuple[Part, ...], up: str | None) -> tuple[Part, ...]:
         if part.transform is not None:
             turned.append(replace(part, transform=matrix @ part.transform))
             continue
-        array = part.mesh.vertices
+        array, normals = part.mesh.vertices, part.mesh.normals
         if id(array) not in arrays:
-            # By columns, not by a product: 0 times infinity would spread NaN.
-            axes, signs = np.abs(matrix[:3, :3]).argmax(1), matrix[:3, :3].sum(1)
-            arrays[id(array)] = np.ascontiguousarray(array[:, axes] * signs)
-        turned.append(replace(part, mesh=Mesh(arrays[id(array)], part.mesh.faces)))
+            arrays[id(array)] = _turn(array, matrix)
+        if normals is not None:
+            normals = _turn(normals, matrix)
+        turned.append(replace(part, mesh=part.mesh.moved(arrays[id(array)], normals)))
     return tuple(turned)
+
+
+def _turn(array: NDArray[Any], matrix: NDArray[np.float64]) -> NDArray[Any]:
+    # By columns, not by a product: 0 times infinity would spread NaN.
+    axes, signs = np.abs(matrix[:3, :3]).argmax(1), matrix[:3, :3].sum(1)
+    return np.ascontiguousarray(array[:, axes] * signs)

@@ -1,20 +1,28 @@
 """Records of what is there: meshes, parts, lights, cameras. No format, no calendar, no GPU."""
 
 from umbra.scene.camera import Camera
+from umbra.scene.large_lights import area_light, sphere_light, volume_light
 from umbra.scene.lights import Light, directional_light, point_light, spot_light
+from umbra.scene.material import Image, Material, make_image
 from umbra.scene.mesh import Mesh, Part
 from umbra.scene.scene import Scene, Source, Triangles, make_scene
 
 __all__ = [
     "Camera",
+    "Image",
     "Light",
+    "Material",
     "Mesh",
     "Part",
     "Scene",
     "Source",
     "Triangles",
+    "area_light",
     "directional_light",
+    "make_image",
     "make_scene",
     "point_light",
+    "sphere_light",
     "spot_light",
+    "volume_light",
 ]

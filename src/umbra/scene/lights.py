@@ -1,11 +1,14 @@
 """Lights as homogeneous points: w = 1 a place, w = 0 a direction toward the light."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
+from umbra.scene.material import Image
+from umbra.scene.texture import sample
 
 __all__ = ["Light", "directional_light", "point_light", "spot_light"]
 
@@ -23,17 +26,40 @@ class Light:
         Homogeneous, in the model's own coordinates [m]; for w = 0 the direction
         *toward* the light, of any length.
     color : (3,) float
-        Linear RGB intensity.
+        Linear RGB intensity, at least 0.
     axis : (3,) float64, optional
-        Unit direction in which a spot light shines.
+        Direction in which a spot light shines; made a unit vector.
     half_angle : float
         Between a spot light's axis and its rim [degrees]; 180 lights everything.
+    inner_angle : float, optional
+        Up to it a spot is fully bright, from there to the rim it fades [degrees];
+        the half angle by default: a sharp rim.
+    range : float
+        Beyond it nothing is lit [m]; infinite by default. Near it a light fades
+        as in glTF, by 1 - (distance / range)^4.
+    attenuation : (3,) float
+        Constant, linear [1/m] and quadratic [1/m²]: brightness is divided by
+        c + l d + q d² at the distance d.
+    image : Image, optional
+        A picture that a spot light projects, filling the square about its rim.
+    up : (3,) float, optional
+        Upward in the picture; z by default.
+
+    Raises
+    ------
+    InputError
+        If a number is missing, not finite or out of range.
     """
 
     position: NDArray[np.float64]
     color: tuple[float, float, float] = WHITE
     axis: NDArray[np.float64] | None = None
     half_angle: float = 180.0
+    inner_angle: float | None = None
+    range: float = np.inf
+    attenuation: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    image: Image | None = None
+    up: NDArray[np.float64] = (0.0, 0.0, 1.0)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         position = np.array(self.position, np.float64).reshape(-1)
@@ -49,6 +75,47 @@ class Light:
         if position[3] > 0:
             position = position / position[3]
         object.__setattr__(self, "position", position)
+        for name in ("color", "attenuation"):
+            value = tuple(np.array(getattr(self, name), np.float64).reshape(-1).tolist())
+            if len(value) != 3 or not all(0 <= v < np.inf for v in value):
+                msg = f"a light's {name} is three finite numbers of at least 0; got {value}"
+                raise InputError(msg)
+            object.__setattr__(self, name, value)
+        if not any(self.attenuation):
+            msg = "an attenuation of 0,0,0 would be infinitely bright; 1,0,0 is none"
+            raise InputError(msg)
+        if not self.range > 0:
+            msg = f"a light's range must be above 0 m; got {self.range:g}"
+            raise InputError(msg)
+        if position[3] == 0 and (self.range < np.inf or self.axis is not None):
+            msg = "a directional light is infinitely far: it has neither range nor cone"
+            raise InputError(msg)
+        self._check_cone()
+
+    def _check_cone(self) -> None:
+        for name in ("axis", "up"):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            vector = np.array(value, np.float64).reshape(-1)
+            length = float(np.linalg.norm(vector)) if vector.shape == (3,) else 0.0
+            if not 0 < length < np.inf:
+                msg = f"a spot light's {name} needs three finite numbers, not all 0; got {value}"
+                raise InputError(msg)
+            object.__setattr__(self, name, vector if length == 1 else vector / length)
+        inner = self.half_angle if self.inner_angle is None else self.inner_angle
+        if not 0 < self.half_angle <= 180 or not 0 <= inner <= self.half_angle:
+            msg = (
+                "a spot light needs a half angle in (0, 180] and an inner angle from 0 to it; "
+                f"got {self.half_angle:g} and {inner:g}"
+            )
+            raise InputError(msg, half_angle=self.half_angle)
+        if self.image is not None and (self.axis is None or self.half_angle >= 90):
+            msg = (
+                f"'{self.image.name}' is projected by a spot light with a half angle below 90; "
+                f"this one has {'no axis' if self.axis is None else f'{self.half_angle:g}'}"
+            )
+            raise InputError(msg, half_angle=self.half_angle)
 
     @property
     def is_point(self) -> bool:
@@ -75,10 +142,108 @@ class Light:
         shifted[:3] -= np.asarray(origin, np.float64)
         return shifted
 
+    def is_within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """
+        Tell which places are in the light's range and cone.
 
-def point_light(position: ArrayLike, color: tuple[float, float, float] = WHITE) -> Light:
-    """Make a point light at a place (3,) [m]."""
-    return Light(np.append(np.asarray(position, np.float64), 1.0), color)
+        Parameters
+        ----------
+        points : (..., 3) float64
+            In the model's own coordinates [m].
+
+        Returns
+        -------
+        is_within : (...) bool
+            All of them for a directional light. The rim is within, the range is not.
+        """
+        if not self.is_point:
+            return np.ones(points.shape[:-1], np.bool_)
+        way = points - self.position[:3]
+        distance = np.linalg.norm(way, axis=-1)
+        within = np.asarray(distance < self.range)
+        if self.axis is not None:
+            within &= way @ self.axis >= np.cos(np.radians(self.half_angle)) * distance
+        return within
+
+    def find_intensity(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """
+        Find what reaches places if nothing is in the way.
+
+        The light's colour, times the projected picture, divided by the attenuation,
+        faded toward the range and, in the cone, from the inner angle i to the half
+        angle o, as glTF does: the square of (cos a - cos o) / (cos i - cos o).
+
+        Parameters
+        ----------
+        points : (..., 3) float64
+            In the model's own coordinates [m].
+
+        Returns
+        -------
+        intensity : (..., 3) float64
+            Linear RGB on a surface that faces the light; 0 where it does not reach.
+        """
+        full = np.broadcast_to(np.array(self.color), points.shape)
+        constant, linear, quadratic = self.attenuation
+        if not self.is_point or (
+            not (linear or quadratic) and self.axis is None and self.range == np.inf
+        ):
+            return full / constant if self.is_point else full.copy()
+        way = points - self.position[:3]
+        distance = np.linalg.norm(way, axis=-1)
+        weakened = constant + distance * (linear + distance * quadratic)
+        # A surface in the light itself gets the brightness of one a micrometre off.
+        amount = np.where(self.is_within(points), 1 / np.maximum(weakened, 1e-12), 0.0)
+        if self.range < np.inf:
+            amount *= np.maximum(1 - (distance / self.range) ** 4, 0.0)
+        if self.axis is not None and self.inner_angle not in {None, self.half_angle}:
+            inner, outer = np.cos(np.radians([self.inner_angle, self.half_angle]))
+            cosine = (way @ self.axis) / np.maximum(distance, np.finfo(np.float64).tiny)
+            amount *= np.clip((cosine - outer) / (inner - outer), 0.0, 1.0) ** 2
+        intensity = amount[..., None] * full
+        if self.image is not None:
+            intensity *= self._project(way, self.image)
+        return intensity
+
+    def axes(self) -> NDArray[np.float64]:
+        """
+        Give the axes of a spot light's picture.
+
+        Returns
+        -------
+        axes : (3, 3) float64
+            Rows right, up, forward; orthonormal. The picture's half width and half
+            height at the distance d along the axis are d tan(half angle).
+        """
+        if self.axis is None:
+            msg = "only a spot light has axes"
+            raise InputError(msg)
+        right = np.cross(self.axis, self.up)
+        if np.linalg.norm(right) < 1e-9:  # it shines along its up: let y be up
+            right = np.cross(self.axis, (0.0, 1.0, 0.0))
+        if np.linalg.norm(right) < 1e-9:
+            right = np.cross(self.axis, (1.0, 0.0, 0.0))
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(right, self.axis), self.axis])
+
+    def _project(self, way: NDArray[np.float64], image: Image) -> NDArray[np.float64]:
+        """Give the picture's linear RGB in the directions ``way`` from the light."""
+        across, upward, ahead = np.moveaxis(way @ self.axes().T, -1, 0)
+        reach = np.maximum(ahead, np.finfo(np.float64).tiny) * np.tan(np.radians(self.half_angle))
+        with np.errstate(over="ignore"):
+            uv = np.stack([0.5 + 0.5 * across / reach, 0.5 - 0.5 * upward / reach], axis=-1)
+        return sample(image, np.clip(uv, 0.0, 1.0), wrap=("clamp", "clamp"))[..., :3]
+
+
+def point_light(
+    position: ArrayLike, color: tuple[float, float, float] = WHITE, **more: Any
+) -> Light:
+    """
+    Make a point light at a place (3,) [m].
+
+    ``more`` are ``range`` and ``attenuation`` of `Light`.
+    """
+    return Light(np.append(np.asarray(position, np.float64), 1.0), color, **more)
 
 
 def directional_light(toward: ArrayLike, color: tuple[float, float, float] = WHITE) -> Light:
@@ -91,6 +256,7 @@ def spot_light(
     target: ArrayLike,
     half_angle: float,
     color: tuple[float, float, float] = WHITE,
+    **more: Any,
 ) -> Light:
     """
     Make a point light that shines in a cone.
@@ -101,6 +267,9 @@ def spot_light(
         Where it stands and what it looks at [m].
     half_angle : float
         From the axis to the rim [degrees], above 0 and at most 180.
+    color : (3,) float
+    **more
+        ``inner_angle``, ``range``, ``attenuation``, ``image`` and ``up`` of `Light`.
 
     Raises
     ------
@@ -113,4 +282,4 @@ def spot_light(
     if length == 0 or not 0 < half_angle <= 180:
         msg = "a spot light needs a target away from it and a half angle in (0, 180]"
         raise InputError(msg, half_angle=half_angle)
-    return Light(np.append(position, 1.0), color, axis / length, float(half_angle))
+    return Light(np.append(position, 1.0), color, axis / length, float(half_angle), **more)

@@ -1,15 +1,16 @@
 """Triangles and the parts they make: what a file holds, before any shadow."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
+from umbra.scene.material import Color, Material
 
 __all__ = ["Mesh", "Part"]
 
-GREY = (0.72, 0.70, 0.67)
+PLAIN = Material()
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,16 +24,25 @@ class Mesh:
         Positions [m]. Several meshes may share one array.
     faces : (n_faces, 3) int32
         Vertex indices, counter-clockwise seen from outside.
+    normals : (n_vertices, 3) float32, optional
+        Unit normals for shading; shadows never ask them.
+    uv : (n_vertices, 2) float32, optional
+        Places in the material's texture; (0, 0) is the upper left corner.
+    colors : (n_vertices, 3) float32, optional
+        Linear RGB, multiplies the material's colour.
 
     Raises
     ------
     InputError
-        If a face names a vertex that does not exist, or a used vertex is not
-        finite.
+        If a face names a vertex that does not exist, or normals, uv or colors
+        are not one row for each vertex.
     """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
+    normals: NDArray[np.float32] | None = None
+    uv: NDArray[np.float32] | None = None
+    colors: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         vertices = np.ascontiguousarray(self.vertices, np.float64)
@@ -52,6 +62,33 @@ class Mesh:
                 f"(first: face {first}, {len(vertices)} vertices); repair the file"
             )
             raise InputError(msg, face=first)
+        for name, width in (("normals", 3), ("uv", 2), ("colors", 3)):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            array = np.ascontiguousarray(given, np.float32)
+            if array.shape != (len(vertices), width):
+                msg = (
+                    f"{name} of shape {array.shape} do not fit {len(vertices)} vertices; "
+                    f"give ({len(vertices)}, {width})"
+                )
+                raise InputError(msg)
+            object.__setattr__(self, name, array)
+
+    def moved(
+        self, vertices: NDArray[np.float64], normals: NDArray[np.floating] | None = None
+    ) -> "Mesh":
+        """
+        Give the same faces on other places.
+
+        Parameters
+        ----------
+        vertices : (n_vertices, 3) float64
+        normals : (n_vertices, 3) float, optional
+            The mesh's own by default: as after a shift.
+        """
+        kept = self.normals if normals is None else normals
+        return replace(self, vertices=vertices, normals=kept)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +106,19 @@ class Part:
         Shared by every instance of it.
     transform : (4, 4) float64, optional
         From the mesh's frame to the scene's; None is the identity.
-    color : (3,) float, optional
-        Diffuse reflectance, linear RGB in 0 to 1.
+    material : Material, optional
     """
 
     name: str
     kind: str
     mesh: Mesh
     transform: NDArray[np.float64] | None = None
-    color: tuple[float, float, float] = field(default=GREY)
+    material: Material = field(default=PLAIN)
+
+    @property
+    def color(self) -> Color:
+        """The material's diffuse reflectance, linear RGB in 0 to 1."""
+        return self.material.color
 
     @property
     def triangles(self) -> int:

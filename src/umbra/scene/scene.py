@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
+from umbra.scene.lights import Light
 from umbra.scene.mesh import Mesh, Part, transform_points
 
 __all__ = ["Scene", "Source", "Triangles", "make_scene"]
@@ -61,6 +62,8 @@ class Scene:
     sources : tuple of Source
     notes : tuple of str
         What a reader left out or could not tell, one line each.
+    lights : tuple of Light
+        The file's own, in the model's own coordinates.
     """
 
     parts: tuple[Part, ...]
@@ -71,6 +74,7 @@ class Scene:
     true_north: float | None = None
     sources: tuple[Source, ...] = ()
     notes: tuple[str, ...] = ()
+    lights: tuple[Light, ...] = ()
 
     def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
         """
@@ -201,7 +205,8 @@ def make_scene(
     name : str
         Of the one part, when ``faces`` is given.
     **facts
-        ``crs``, ``latitude``, ``longitude``, ``true_north``, ``sources``, ``notes``.
+        ``crs``, ``latitude``, ``longitude``, ``true_north``, ``sources``, ``notes``,
+        ``lights``.
 
     Raises
     ------
@@ -250,5 +255,5 @@ def _shift(parts: tuple[Part, ...], origin: NDArray[np.float64]) -> tuple[Part, 
         array = part.mesh.vertices
         if id(array) not in arrays:
             arrays[id(array)] = array - origin
-        moved.append(replace(part, mesh=Mesh(arrays[id(array)], part.mesh.faces)))
+        moved.append(replace(part, mesh=part.mesh.moved(arrays[id(array)])))
     return tuple(moved)

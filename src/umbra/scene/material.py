@@ -1,0 +1,157 @@
+"""Materials: what a surface does with light, and the pictures on it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.errors import InputError
+
+__all__ = ["GREY", "Image", "Material", "make_image"]
+
+GREY = (0.72, 0.70, 0.67)
+ALPHA_MODES = ("opaque", "mask", "blend")
+WRAPS = ("repeat", "mirror", "clamp")
+
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """
+    A picture that is decoded when its pixels are first asked for.
+
+    Parameters
+    ----------
+    name : str
+        For errors: the file, or the texture's name in it.
+    load : function of () -> (rows, cols, 4) uint8
+        Called once.
+    wrap : (str, str)
+        Beyond 0 to 1 in u and in v: ``repeat``, ``mirror`` or ``clamp``.
+
+    Raises
+    ------
+    InputError
+        From ``pixels``, if the picture cannot be decoded (which).
+    """
+
+    name: str
+    load: Callable[[], NDArray[np.uint8]]
+    wrap: tuple[str, str] = ("repeat", "repeat")
+
+    def __post_init__(self) -> None:
+        if len(self.wrap) != 2 or not set(self.wrap) <= set(WRAPS):
+            msg = f"texture '{self.name}': wrap is two of {', '.join(WRAPS)}; got {self.wrap}"
+            raise InputError(msg, texture=self.name)
+
+    @cached_property
+    def pixels(self) -> NDArray[np.uint8]:
+        """
+        Give the pixels, (rows, cols, 4) uint8.
+
+        sRGB and a linear alpha; row 0 is the top, where v is 0.
+        """
+        pixels = np.asarray(self.load())
+        shape = pixels.shape
+        if pixels.dtype != np.uint8 or len(shape) != 3 or shape[2] not in {3, 4} or 0 in shape:
+            msg = (
+                f"texture '{self.name}' is {shape} {pixels.dtype}; "
+                "give (rows, cols, 3 or 4) of uint8"
+            )
+            raise InputError(msg, texture=self.name)
+        if shape[2] == 3:
+            pixels = np.concatenate([pixels, np.full((*shape[:2], 1), 255, np.uint8)], axis=2)
+        return np.ascontiguousarray(pixels)
+
+
+def make_image(
+    pixels: ArrayLike, name: str = "image", wrap: tuple[str, str] = ("repeat", "repeat")
+) -> Image:
+    """
+    Make an image of pixels that are there.
+
+    Parameters
+    ----------
+    pixels : (rows, cols, 3 or 4) uint8
+        sRGB; row 0 is the top.
+    name : str
+    wrap : (str, str)
+        See `Image`.
+
+    Raises
+    ------
+    InputError
+        If the pixels have another shape or type.
+    """
+    array = np.asarray(pixels)
+    image = Image(name, lambda: array, wrap)
+    _ = image.pixels  # refused here rather than at the first frame
+    return image
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """
+    What a surface does with light: it scatters it evenly (Lambert), and may glow.
+
+    Geometry casts whatever it is made of: shadow volumes know no glass and no
+    holes in a texture.
+
+    Parameters
+    ----------
+    color : (3,) float
+        Diffuse reflectance, linear RGB in 0 to 1; multiplies the texture.
+    image : Image, optional
+        Placed by the mesh's ``uv``.
+    opacity : float
+        1 is opaque; multiplies the texture's alpha if ``alpha_mode`` is ``blend``.
+    emission : (3,) float
+        Radiance of its own, linear RGB.
+    is_unlit : bool
+        Whether it shows its colour as it is, in light and in shadow.
+    alpha_mode : {'opaque', 'mask', 'blend'}
+        What the texture's alpha does: nothing, a hole where it is below
+        ``alpha_cutoff``, or transparency.
+    alpha_cutoff : float
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    color: Color = GREY
+    image: Image | None = None
+    opacity: float = 1.0
+    emission: Color = (0.0, 0.0, 0.0)
+    is_unlit: bool = False
+    alpha_mode: str = "opaque"
+    alpha_cutoff: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name, high in (("color", 1.0), ("emission", np.inf)):
+            value = tuple(map(float, getattr(self, name)))
+            if len(value) != 3 or not all(0 <= v <= high and v < np.inf for v in value):
+                limits = "between 0 and 1" if high == 1 else "of at least 0"
+                msg = f"a material's {name} is three numbers {limits}; got {value}"
+                raise InputError(msg)
+            object.__setattr__(self, name, value)
+        if not 0 <= self.opacity <= 1:
+            msg = f"a material's opacity lies between 0 and 1; got {self.opacity:g}"
+            raise InputError(msg)
+        if self.alpha_mode not in ALPHA_MODES:
+            msg = f"alpha_mode is one of {', '.join(ALPHA_MODES)}; got '{self.alpha_mode}'"
+            raise InputError(msg)
+
+    @property
+    def texture(self) -> NDArray[np.uint8] | None:
+        """The texture's pixels, (rows, cols, 4) uint8 sRGB, decoded now; None without one."""
+        return None if self.image is None else self.image.pixels
+
+    @property
+    def is_transparent(self) -> bool:
+        """Whether what lies behind may shine through."""
+        return self.opacity < 1 or self.alpha_mode == "blend"
