@@ -15,6 +15,8 @@ from umbra.scene import Camera, make_scene, point_light
 
 __all__ = ["bench_frame"]
 
+_TURN = 0.1
+"""Seconds that each side has for its frames before the other's turn."""
 _REACH = 1 - 1e-5  # rays stop just short of the light
 _Place = tuple[float, float, float]
 
@@ -104,9 +106,9 @@ def _compare(work: str, case: _Case, threads: int, repeat: int) -> Row:
 
     timings = run_in_turn(
         {
-            "ours": timed(lambda: alone.count(view, camera, light)),
-            "peer": timed(lambda: embree.find_occluded(origins, directions, reach)),
-            "threads": timed(lambda: together.count(view, camera, light)),
+            "ours": timed(lambda: alone.count(view, camera, light), _TURN),
+            "peer": timed(lambda: embree.find_occluded(origins, directions, reach), _TURN),
+            "threads": timed(lambda: together.count(view, camera, light), _TURN),
         },
         repeat,
     )

@@ -12,7 +12,7 @@ height is affine.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.sweep import Sweep, overflows
@@ -252,20 +252,19 @@ def _sweep(
     ends, weight, codes, starts, away, which, heights, floor, cells, face, lit,
     level, out, counts, too_deep,
 ):  # fmt: skip
-    """Count ``which`` suns as the plane's sweep does, one thread for each ``level``."""
-    threads = level.shape[0]
+    """Count ``which`` suns as the plane's sweep does, in the buffers of each one's thread."""
     keep = counts.shape[0] == away.shape[0]
-    for t in prange(threads):
+    for q in prange(which.size):
+        t = get_thread_id()
+        s = which[q]
         load = np.zeros(level.shape[1] + 1, np.int64)
-        for q in range(t, which.size, threads):
-            s = which[q]
-            too_deep[s] = _fill(
-                ends, weight, codes[starts[s] : starts[s + 1]],
-                away[s, 0], away[s, 1], away[s, 2], heights, floor, level[t], load,
-            )  # fmt: skip
-            if keep and not too_deep[s]:
-                counts[s, :, :] = level[t, :, : counts.shape[2]]
-            if keep or too_deep[s]:
-                level[t, :, :] = 0
-            else:
-                _add_steps(level[t], out[t], cells, face, lit, s)
+        too_deep[s] = _fill(
+            ends, weight, codes[starts[s] : starts[s + 1]],
+            away[s, 0], away[s, 1], away[s, 2], heights, floor, level[t], load,
+        )  # fmt: skip
+        if keep and not too_deep[s]:
+            counts[s, :, :] = level[t, :, : counts.shape[2]]
+        if keep or too_deep[s]:
+            level[t, :, :] = 0
+        else:
+            _add_steps(level[t], out[t], cells, face, lit, s)

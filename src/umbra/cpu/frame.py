@@ -125,7 +125,7 @@ class FrameCounter:
 
     def count(
         self, view: View, camera: Camera, light: Light, method: str = "auto"
-    ) -> NDArray[np.int32]:
+    ) -> NDArray[np.signedinteger]:
         """
         Count the shadow volumes that hold each visible point.
 
@@ -139,8 +139,8 @@ class FrameCounter:
 
         Returns
         -------
-        counts : (rows, cols) int32
-            0 where nothing is seen.
+        counts : (rows, cols) int16 or int32
+            The narrower type where no count can leave it. 0 where nothing is seen.
 
         Raises
         ------
@@ -175,15 +175,14 @@ class FrameCounter:
         else:
             floor = self.floor if (apex[2] >= self.floor if apex[3] else apex[2] >= 0) else -np.inf
             if seen_along > 0:
-                counts = np.zeros(view.key.shape, np.int32)
+                counts = np.zeros(view.key.shape, np.int16)
             else:
-                counts = self._in_front(caster, view, matrix, place, floor).astype(np.int32)
+                counts = self._in_front(caster, view, matrix, place, floor)
             if method != "z-pass" and (start or before.any()):
-                counts += start + before
+                counts = counts + (start + before)
             if not start and not len(caps.multiplicity):
                 return counts  # where nothing is seen no side was counted
-        counts *= view.face != NOTHING
-        return counts
+        return counts * (view.face != NOTHING)
 
     def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:
         """
@@ -399,4 +398,4 @@ def count_shadows(
     """
     counter = FrameCounter(scene, ground=ground, threads=threads)
     view, _ = counter.see(camera)
-    return counter.count(view, camera, light, method)
+    return counter.count(view, camera, light, method).astype(np.int32)

@@ -11,7 +11,7 @@ leaves a column with the count it came with.
 from dataclasses import replace
 
 import numpy as np
-from numba import njit, prange
+from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.sweep import Sweep, overflows
@@ -182,23 +182,22 @@ def _sum_counts(diff, level, out):
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _sweep(ends, weight, codes, starts, slope, which, diff, out, counts, too_deep):
     """
-    Count ``which`` suns, shared out to one thread for each buffer in ``diff``.
+    Count ``which`` suns, in the buffers of the thread that takes each.
 
     Each adds its steps in shadow to ``out[thread]``, or with as many ``counts`` as
     suns writes them there instead.
     """
-    threads = diff.shape[0]
     keep = counts.shape[0] == slope.shape[0]
-    for t in prange(threads):
+    for q in prange(which.size):
+        t = get_thread_id()
+        s = which[q]
+        mine = codes[starts[s] : starts[s + 1]]
         load = np.zeros(diff.shape[2] + 1, np.int64)
         level = np.zeros_like(diff[t, 0])
-        for q in range(t, which.size, threads):
-            s = which[q]
-            mine = codes[starts[s] : starts[s + 1]]
-            if _scatter(ends, weight, mine, slope[s, 0], slope[s, 1], diff[t], load):
-                too_deep[s] = True
-                diff[t, :, :] = 0
-            elif keep:
-                _sum_counts(diff[t], level, counts[s])
-            else:
-                _sum_steps(diff[t], level, out[t])
+        if _scatter(ends, weight, mine, slope[s, 0], slope[s, 1], diff[t], load):
+            too_deep[s] = True
+            diff[t, :, :] = 0
+        elif keep:
+            _sum_counts(diff[t], level, counts[s])
+        else:
+            _sum_steps(diff[t], level, out[t])

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.threads import use_threads
@@ -32,6 +32,16 @@ def overflows(load, deepest, counts):
             deepest = max(deepest, held)
     load[:] = 0
     return deepest > limit
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _empty_into(steps, out):
+    """Add up what each thread counted, and leave ``out`` at 0."""
+    for r in prange(steps.shape[0]):
+        for t in range(out.shape[0]):
+            for c in range(steps.shape[1]):
+                steps[r, c] += out[t, r, c]
+                out[t, r, c] = 0
 
 
 class Sweep(ABC):
@@ -73,13 +83,11 @@ class Sweep(ABC):
         for which, found in self._batches(suns):
             mine = suns[which]
             out = self._buffer("out", shape, np.uint8)  # a batch has at most 64 suns
-            out[:] = 0
             for first in range(0, len(mine), at_once):
                 some = np.arange(first, min(first + at_once, len(mine)))
                 self._count(found, mine, some, out, np.zeros((0, 1, 1), np.int32))
                 progress(len(some))
-            for part in out:
-                steps += part
+            _empty_into(steps, out)
 
     def masks(
         self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None

@@ -26,6 +26,8 @@ def use_threads(threads: int) -> None:
     """
     most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
     numba.set_num_threads(max(1, min(threads, most)))
+    # Work is handed out piece by piece: halves decided beforehand are seldom equal.
+    numba.set_parallel_chunksize(1)
 
 
 def _load_tbb() -> None:
