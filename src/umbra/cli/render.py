@@ -144,7 +144,7 @@ def command(
                     file,
                     position=frame.position,
                     normal=frame.normal,
-                    count=np.stack(counts),
+                    count=np.stack(counts).astype(np.int32),
                     lit=np.stack(lit),
                 )
     if as_json:
