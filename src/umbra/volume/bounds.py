@@ -1,5 +1,5 @@
 """
-What a frame can leave out: lights and volumes out of view, pixels and depths out of reach.
+What a frame can leave out: casters out of the light's range, volumes out of view.
 
 Everything here is conservative: what it drops cannot change the picture. Regions are
 given as inward planes (a, b, c, d), a point x being inside where a x + b y + c z + d w
@@ -8,15 +8,28 @@ being infinitely far. So a volume that ends at infinity is treated like one that
 a floor. Rectangles of pixels are (left, top, right, bottom), right and bottom left out;
 row 0 is the top, as in a picture.
 
-Sources: McGuire et al. 2003, sections 4, 5.1 and 6; Wallner 2008, section 6.
+Source: McGuire et al. 2003, sections 5 and 6.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
 
-__all__ = ["find_box_points", "find_near_rectangle", "find_view_planes", "is_outside"]
+__all__ = [
+    "VisibleParts",
+    "can_end_at_floor",
+    "end_at_floor",
+    "find_box_points",
+    "find_near_rectangle",
+    "find_shadow_points",
+    "find_view_planes",
+    "find_visible_parts",
+    "is_in_range",
+    "is_outside",
+]
 
 _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)])
 
@@ -128,3 +141,204 @@ def is_outside(planes: NDArray[np.float64], points: NDArray[np.float64]) -> NDAr
     # Of a shape that ends at infinity only its finite points must be truly beyond.
     beyond = np.where(points[..., 3:] > 0, values < 0, values <= 0)
     return np.asarray(beyond.all(1).any(-1))
+
+
+def is_in_range(
+    bounds: NDArray[np.float64], light: ArrayLike, reach: float = np.inf
+) -> NDArray[np.bool_]:
+    """
+    Tell which casters a light of limited range can reach.
+
+    A caster farther away throws its shadow where the light does not shine anyway.
+
+    Parameters
+    ----------
+    bounds : (n, 2, 3) float64
+        Lowest and highest corner of each [m].
+    light : (4,) float64
+        Homogeneous, in the same frame; a directional one reaches everything.
+    reach : float
+        The light's range [m].
+
+    Returns
+    -------
+    in_range : (n,) bool
+    """
+    return np.asarray(_find_distances(bounds, np.asarray(light, np.float64)) <= reach)
+
+
+def _find_distances(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give how far boxes are from a light, (n,) float64; 0 for a directional light [m]."""
+    bounds = np.asarray(bounds, np.float64)
+    if light[3] == 0:
+        return np.zeros(len(bounds))
+    place = light[:3] / light[3]
+    apart = np.maximum(bounds[:, 0] - place, place - bounds[:, 1])
+    return np.asarray(np.sqrt((np.maximum(apart, 0.0) ** 2).sum(1)))
+
+
+def can_end_at_floor(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
+    """
+    Tell whose shadow volumes meet every floor below: those wholly below their light.
+
+    Parameters
+    ----------
+    bounds : (n, 2, 3) float64
+        Lowest and highest corner of each [m].
+    light : (4,) float64
+        Homogeneous, in the same frame.
+
+    Returns
+    -------
+    can_end : (n,) bool
+    """
+    high = np.asarray(bounds, np.float64)[:, 1, 2]
+    light = np.asarray(light, np.float64)
+    # All but level light would throw corners farther than float32 can tell apart.
+    level = 1e-4 * np.linalg.norm(light[:3]) if light[3] == 0 else 1e-4 * np.abs(high)
+    return np.asarray(light[2] - light[3] * high > level)
+
+
+def end_at_floor(
+    points: NDArray[np.float64], light: ArrayLike, floor: float
+) -> NDArray[np.float64]:
+    """
+    Throw points away from a light, down to a floor and no farther.
+
+    The far end of a volume that is cut where no receiver can lie. Points below the
+    floor stay where they are: above the floor, sides between them and others are right.
+    With z-fail, or with a receiver in the floor itself, choose the floor a little lower
+    than the lowest receiver.
+
+    Parameters
+    ----------
+    points : (..., 3) float64
+        Below the light [m].
+    light : (4,) float64
+        Homogeneous, in the same frame.
+    floor : float
+        z of the floor [m].
+
+    Returns
+    -------
+    ends : (..., 3) float64
+    """
+    points, light = np.asarray(points, np.float64), np.asarray(light, np.float64)
+    drop = np.maximum(points[..., 2:] - floor, 0.0)
+    away = light[3] * points - light[:3]
+    return np.asarray(points - drop / away[..., 2:] * away)
+
+
+def find_shadow_points(
+    bounds: NDArray[np.float64],
+    light: ArrayLike,
+    floor: float | None = None,
+    reach: float = np.inf,
+) -> NDArray[np.float64]:
+    """
+    Find points whose hull holds the shadow volume of each box.
+
+    Parameters
+    ----------
+    bounds : (n, 2, 3) float64
+        Lowest and highest corner of each [m].
+    light : (4,) float64
+        Homogeneous, in the same frame.
+    floor : float, optional
+        z below which no receiver lies; boxes that reach up to the light ignore it [m].
+    reach : float
+        Range of a point light, beyond which its shadow does not matter [m].
+
+    Returns
+    -------
+    points : (n, 16, 4) float64
+        The box's corners, then where the light throws them: at infinity (w = 0), on the
+        floor or out of range, whichever is nearest.
+    """
+    light = np.asarray(light, np.float64)
+    corners = find_box_points(bounds)
+    ends = light[3] * corners - light
+    ends[..., 3] = 0.0
+    distance = _find_distances(bounds, light)
+    if light[3] and np.isfinite(reach):
+        # Of two points on one ray the farther is at most reach / distance times as far.
+        some = distance > 1e-6 * reach
+        times = np.maximum(reach / distance[some], 1.0)[:, None, None]
+        place = light[:3] / light[3]
+        ends[some, :, :3] = place + times * (corners[some, :, :3] - place)
+        ends[some, :, 3] = 1.0
+    if floor is not None:
+        some = can_end_at_floor(bounds, light)
+        on_floor = np.maximum(corners[some, :, :3], [-np.inf, -np.inf, floor])
+        on_floor = end_at_floor(on_floor, light, floor)
+        nearer = ends[some, :, 3:] == 0
+        # One end for all corners of a box: hulls of mixed ends could miss some of it.
+        if light[3] and np.isfinite(reach):
+            nearer |= (ends[some, :, 2].min(1) < floor)[:, None, None]
+        ends[some, :, :3] = np.where(nearer, on_floor, ends[some, :, :3])
+        ends[some, :, 3] = 1.0
+    return np.concatenate([corners, ends], 1)
+
+
+@dataclass(frozen=True, eq=False)
+class VisibleParts:
+    """
+    Which parts of shadow volumes may be in view.
+
+    Parameters
+    ----------
+    volume : (n,) bool
+        The whole; if it is out of view, so are all parts. Sides are in view with it.
+    light_cap, dark_cap : (n,) bool
+    """
+
+    volume: NDArray[np.bool_]
+    light_cap: NDArray[np.bool_]
+    dark_cap: NDArray[np.bool_]
+
+
+def find_visible_parts(
+    bounds: NDArray[np.float64],
+    light: ArrayLike,
+    camera: Camera,
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    scissor: ArrayLike | None = None,
+    floor: float | None = None,
+    reach: float = np.inf,
+) -> VisibleParts:
+    """
+    Find what of the shadow volumes of boxes is in view, and in the light's range.
+
+    Parameters
+    ----------
+    bounds : (n, 2, 3) float64
+        Lowest and highest corner of each caster, relative to the origin [m].
+    light : (4,) float64
+        Homogeneous, relative to the origin [m].
+    camera : Camera
+    origin : (3,) float64
+    scissor : (4,) int, optional
+        Left, top, right, bottom [pixels]; the whole picture by default.
+    floor : float, optional
+        z, relative to the origin, where volumes are cut: no receiver lies below [m].
+    reach : float
+        The light's range [m].
+
+    Returns
+    -------
+    parts : VisibleParts
+    """
+    light = np.asarray(light, np.float64)
+    planes = find_view_planes(camera, origin, scissor)
+    points = find_shadow_points(bounds, light, floor, reach)
+    volume = is_in_range(bounds, light, reach) & ~is_outside(planes, points)
+    if np.isfinite(camera.far):
+        # No visible point is farther, but faces there still count behind visible ones.
+        far = np.append(-planes[0, :3], camera.far - camera.near - planes[0, 3])
+        volume &= ~is_outside(far[None], points)
+    ends = find_shadow_points(bounds, light, floor)[:, 8:]
+    dark_cap = volume & ~is_outside(planes, ends)
+    if light[3] == 0:
+        dark_cap &= ends[:, 0, 3] > 0  # at infinity all would meet in one point
+    return VisibleParts(volume, volume & ~is_outside(planes, points[:, :8]), dark_cap)

@@ -1,0 +1,283 @@
+"""
+Which pixels and depths a light can change: scissor rectangles and depth bounds.
+
+Rectangles of pixels are (left, top, right, bottom), right and bottom left out; row 0 is
+the top, as in a picture. They hold every pixel that a shape touches, a little widened.
+
+Sources: McGuire et al. 2003, section 5.1 and "Depth Bounds"; NOTES on it, C6.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.errors import InputError
+from umbra.scene.camera import Camera
+from umbra.volume.bounds import find_box_points, find_view_planes
+
+__all__ = [
+    "DepthBounds",
+    "find_box_scissors",
+    "find_depth_bounds",
+    "find_depths",
+    "find_sphere_depths",
+    "find_sphere_scissors",
+    "find_window_depths",
+]
+
+_EDGES = np.array([(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit])
+_SLACK = 1e-3  # pixels by which scissors are widened, for devices that compute in float32
+
+
+def find_box_scissors(
+    camera: Camera, bounds: NDArray[np.float64], origin: ArrayLike = (0.0, 0.0, 0.0)
+) -> NDArray[np.int64]:
+    """
+    Find the pixels in which boxes can be seen.
+
+    A box that crosses the near plane is cut there first, so the rectangle stays tight.
+
+    Parameters
+    ----------
+    camera : Camera
+    bounds : (n, 2, 3) float64
+        Lowest and highest corner of each, relative to the origin [m].
+    origin : (3,) float64
+
+    Returns
+    -------
+    scissors : (n, 4) int64
+        Left, top, right, bottom [pixels]; all 0 where nothing is seen.
+    """
+    points = find_box_points(bounds)
+    ahead = points @ find_view_planes(camera, origin)[0]
+    start, end = points[:, _EDGES[:, 0]], points[:, _EDGES[:, 1]]
+    from_near, to_near = ahead[:, _EDGES[:, 0]], ahead[:, _EDGES[:, 1]]
+    cut = (from_near < 0) != (to_near < 0)
+    along = np.divide(from_near, from_near - to_near, out=np.zeros_like(from_near), where=cut)
+    points = np.concatenate([points, start + along[..., None] * (end - start)], 1)
+    seen = np.concatenate([ahead >= 0, cut], 1)
+    x, y, w, _ = np.moveaxis(points @ camera.matrix(origin).T, 2, 0)
+    w = np.where(seen, w, 1.0)
+    spans = [
+        (np.where(seen, v / w, np.inf).min(1), np.where(seen, v / w, -np.inf).max(1))
+        for v in (x, y)
+    ]
+    return _make_scissors(camera, spans[0], spans[1], np.asarray(seen.any(1)))
+
+
+def find_sphere_scissors(
+    camera: Camera,
+    centres: NDArray[np.float64],
+    radii: ArrayLike,
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+) -> NDArray[np.int64]:
+    """
+    Find the pixels in which spheres, such as lights' ranges, can be seen.
+
+    Along each axis of the picture a sphere is a disc, cut by the near plane: its ends are
+    where rays touch it, or where the near plane cuts it.
+
+    Parameters
+    ----------
+    camera : Camera
+    centres : (n, 3) float64
+        Relative to the origin [m].
+    radii : (n,) float
+        May be infinite [m].
+    origin : (3,) float64
+
+    Returns
+    -------
+    scissors : (n, 4) int64
+        Left, top, right, bottom [pixels]; all 0 where nothing is seen.
+    """
+    centres = np.asarray(centres, np.float64).reshape(-1, 3)
+    radii = np.broadcast_to(np.asarray(radii, np.float64), len(centres))
+    endless = ~np.isfinite(radii)
+    radius = np.where(endless, 0.0, radii)
+    right, up, forward = camera.axes()
+    apart = centres - (camera.eye - np.asarray(origin, np.float64))
+    depth = apart @ forward
+    short = camera.near - depth  # of the near plane
+    chord = np.sqrt(np.maximum(radius**2 - short**2, 0.0))
+    cols, rows = camera.size
+    height = camera.height or 2.0 * np.tan(np.radians(camera.fov) / 2.0)
+    spans = []
+    for axis, sign, size in ((right, 1.0, cols), (up, -1.0, rows)):
+        across = sign * (apart @ axis)
+        low, high = across - chord, across + chord
+        if camera.height is None:
+            low, high = low / camera.near, high / camera.near
+            square = across**2 + depth**2
+            tangent = np.sqrt(np.maximum(square - radius**2, 0.0))
+            square = np.where(square > 0, square, 1.0)
+            is_cut = np.abs(short) <= radius
+            low, high = np.where(is_cut, low, np.inf), np.where(is_cut, high, -np.inf)
+            for turn in (-1.0, 1.0):
+                x = tangent * (tangent * across + turn * radius * depth) / square
+                z = tangent * (tangent * depth - turn * radius * across) / square
+                touches = (tangent > 0) & (z >= camera.near)
+                slope = x / np.where(touches, z, 1.0)
+                low = np.minimum(low, np.where(touches, slope, np.inf))
+                high = np.maximum(high, np.where(touches, slope, -np.inf))
+        else:
+            whole = short <= 0
+            low, high = (
+                np.where(whole, across - radius, low),
+                np.where(whole, across + radius, high),
+            )
+        pixels = [np.where(endless, end, v) for end, v in ((-np.inf, low), (np.inf, high))]
+        low, high = (v * rows / height + (size - 1) / 2.0 for v in pixels)
+        spans.append((low, high))
+    return _make_scissors(camera, spans[0], spans[1], endless | (short <= radius))
+
+
+def _make_scissors(
+    camera: Camera,
+    x: tuple[NDArray[np.float64], NDArray[np.float64]],
+    y: tuple[NDArray[np.float64], NDArray[np.float64]],
+    seen: NDArray[np.bool_],
+) -> NDArray[np.int64]:
+    """Give the pixels that spans of the picture touch, none where nothing is seen."""
+    sides = []
+    for (low, high), size in zip((x, y), camera.size, strict=True):
+        first = np.floor(np.clip(low + 0.5 - _SLACK, 0, size))
+        last = np.floor(np.clip(high + 0.5 + _SLACK, -1, size - 1)) + 1
+        sides.append((first, last))
+    (left, right), (top, bottom) = sides
+    scissors = np.stack([left, top, right, bottom], 1).astype(np.int64)
+    scissors[~seen | (left >= right) | (top >= bottom)] = 0
+    return scissors
+
+
+def find_depths(
+    camera: Camera, points: NDArray[np.float64], origin: ArrayLike = (0.0, 0.0, 0.0)
+) -> NDArray[np.float64]:
+    """
+    Find how near and how far shapes reach along the view axis.
+
+    Parameters
+    ----------
+    camera : Camera
+    points : (n, m, 4) float64
+        What spans each shape: homogeneous with w = 0 or 1, relative to the origin [m].
+    origin : (3,) float64
+
+    Returns
+    -------
+    depths : (n, 2) float64
+        Nearest and farthest; infinite where a shape is [m].
+    """
+    near = find_view_planes(camera, origin)[0]
+    depths = points @ near + camera.near * points[..., 3]
+    finite = points[..., 3] > 0
+    ends = np.where(depths > 0, np.inf, np.where(depths < 0, -np.inf, np.nan))
+    depths = np.where(finite, depths, ends)
+    return np.stack([np.nanmin(depths, 1), np.nanmax(depths, 1)], 1)
+
+
+def find_sphere_depths(
+    camera: Camera,
+    centres: NDArray[np.float64],
+    radii: ArrayLike,
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+) -> NDArray[np.float64]:
+    """
+    Find how near and how far spheres reach along the view axis.
+
+    Parameters
+    ----------
+    camera : Camera
+    centres : (n, 3) float64
+        Relative to the origin [m].
+    radii : (n,) float
+        May be infinite [m].
+    origin : (3,) float64
+
+    Returns
+    -------
+    depths : (n, 2) float64
+        Nearest and farthest [m].
+    """
+    apart = np.asarray(centres, np.float64).reshape(-1, 3) - camera.eye + np.asarray(origin)
+    depth = apart @ camera.axes()[2]
+    return np.stack([depth - radii, depth + radii], 1)
+
+
+def find_window_depths(camera: Camera, depths: ArrayLike) -> NDArray[np.float64]:
+    """
+    Turn distances along the view axis into window depths, (z/w + 1) / 2.
+
+    Parameters
+    ----------
+    camera : Camera
+        Its near and far say the projection; far may be infinite in perspective.
+    depths : (...) float64
+        Above 0 in perspective, perhaps infinite [m].
+
+    Returns
+    -------
+    window : (...) float64
+        0 at the near plane, 1 at the far plane.
+
+    Raises
+    ------
+    InputError
+        If an orthographic camera has no finite far plane.
+    """
+    depths = np.asarray(depths, np.float64)
+    near, far = camera.near, camera.far
+    if camera.height is not None:
+        if not np.isfinite(far):
+            msg = "an orthographic view has no window depths without a finite far plane"
+            raise InputError(msg)
+        return np.asarray((depths - near) / (far - near))
+    # 1 / (1 - near / far) is 1 for an infinite far plane.
+    return np.asarray((1.0 - near / depths) / (1.0 - near / far))
+
+
+@dataclass(frozen=True, eq=False)
+class DepthBounds:
+    """
+    Between which window depths pixels can matter.
+
+    Parameters
+    ----------
+    bounds : (n, 2) float64
+        Lowest and highest, in 0 to 1; (0, 1) where empty.
+    is_empty : (n,) bool
+        Whether nothing is to be drawn at all. Never hand empty bounds to OpenGL: lowest
+        above highest is an error that leaves the old bounds in force.
+    """
+
+    bounds: NDArray[np.float64]
+    is_empty: NDArray[np.bool_]
+
+
+def find_depth_bounds(
+    camera: Camera, depths: NDArray[np.float64], widen: float = 2.0**-23
+) -> DepthBounds:
+    """
+    Find the depth bounds of shapes, cut by the near and far planes.
+
+    Parameters
+    ----------
+    camera : Camera
+    depths : (n, 2) float64
+        Of ``find_depths`` or ``find_sphere_depths`` [m].
+    widen : float
+        Added at both ends: by default two steps of a 24-bit depth buffer, one for its
+        rounding and one for that of the device's float32.
+
+    Returns
+    -------
+    bounds : DepthBounds
+    """
+    depths = np.asarray(depths, np.float64).reshape(-1, 2)
+    is_empty = (depths[:, 1] < camera.near) | (depths[:, 0] > camera.far)
+    window = find_window_depths(camera, np.clip(depths, camera.near, camera.far))
+    bounds = np.clip(window + [-widen, widen], 0.0, 1.0)
+    bounds[is_empty] = 0.0, 1.0
+    return DepthBounds(bounds, is_empty)
