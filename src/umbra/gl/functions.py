@@ -1,0 +1,157 @@
+"""
+OpenGL's entry points that moderngl has no name for, through the context's own loader.
+
+moderngl knows no stencil and no depth-stencil framebuffer. The loader that made the
+context gives the addresses, so this works alike under EGL, OSMesa and a window.
+"""
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Functions"]
+
+# One letter an argument: enum or unsigned, integer, size, float, double, boolean, pointer.
+_KINDS = {
+    "e": ctypes.c_uint, "i": ctypes.c_int, "z": ctypes.c_ssize_t, "f": ctypes.c_float,
+    "d": ctypes.c_double, "b": ctypes.c_ubyte, "p": ctypes.c_void_p,
+}  # fmt: skip
+
+_ARGUMENTS = {
+    "ActiveTexture": "e",
+    "BindFramebuffer": "ee",
+    "BindRenderbuffer": "ee",
+    "BindTexture": "ee",
+    "BlendEquation": "e",
+    "BlendFunc": "ee",
+    "CheckFramebufferStatus": "e",
+    "Clear": "e",
+    "ClearBufferfv": "eip",
+    "ClearBufferiv": "eip",
+    "ClearDepth": "d",
+    "ClearStencil": "i",
+    "ColorMask": "bbbb",
+    "CullFace": "e",
+    "DeleteFramebuffers": "ip",
+    "DeleteRenderbuffers": "ip",
+    "DeleteTextures": "ip",
+    "DepthBoundsEXT": "dd",
+    "DepthFunc": "e",
+    "DepthMask": "b",
+    "Disable": "e",
+    "DrawBuffers": "ip",
+    "Enable": "e",
+    "Finish": "",
+    "FramebufferRenderbuffer": "eeee",
+    "FramebufferTexture2D": "eeeei",
+    "GenFramebuffers": "ip",
+    "GenRenderbuffers": "ip",
+    "GenTextures": "ip",
+    "GetBooleanv": "ep",
+    "GetError": "",
+    "GetFloatv": "ep",
+    "GetFramebufferAttachmentParameteriv": "eeep",
+    "GetIntegerv": "ep",
+    "IsBuffer": "e",
+    "IsEnabled": "e",
+    "IsFramebuffer": "e",
+    "IsProgram": "e",
+    "IsRenderbuffer": "e",
+    "IsTexture": "e",
+    "PixelStorei": "ei",
+    "PolygonOffset": "ff",
+    "ReadBuffer": "e",
+    "ReadPixels": "iiiieep",
+    "RenderbufferStorage": "eeii",
+    "Scissor": "iiii",
+    "StencilFuncSeparate": "eeie",
+    "StencilMask": "e",
+    "StencilOpSeparate": "eeee",
+    "TexBuffer": "eee",
+    "TexImage2D": "eiiiiieep",
+    "TexParameteri": "eei",
+    "Uniform1f": "if",
+    "Uniform1i": "ii",
+    "UseProgram": "e",
+    "Viewport": "iiii",
+}
+_RESULTS = {
+    "CheckFramebufferStatus": ctypes.c_uint,
+    "GetError": ctypes.c_uint,
+    **dict.fromkeys(
+        ("IsBuffer", "IsEnabled", "IsFramebuffer", "IsProgram", "IsRenderbuffer", "IsTexture"),
+        ctypes.c_ubyte,
+    ),
+}
+
+
+class Functions:
+    """
+    The entry points as methods, named as in OpenGL without the ``gl``.
+
+    Parameters
+    ----------
+    load : callable
+        Gives the address of an entry point by its full name, or 0.
+    """
+
+    def __init__(self, load: Callable[[str], int]) -> None:
+        self._load = load
+
+    def __getattr__(self, name: str) -> Any:
+        """Load an entry point the first time it is asked for."""
+        if name not in _ARGUMENTS:
+            raise AttributeError(name)
+        address = self._load(f"gl{name}")
+        if not address:
+            msg = f"this OpenGL has no gl{name}"
+            raise AttributeError(msg)
+        kinds: list[Any] = [_KINDS[letter] for letter in _ARGUMENTS[name]]
+        function = ctypes.CFUNCTYPE(_RESULTS.get(name), *kinds)(address)
+        setattr(self, name, function)
+        return function
+
+    def make(self, kind: str) -> int:
+        """Make one ``Framebuffer``, ``Renderbuffer`` or ``Texture`` and give its number."""
+        number = ctypes.c_uint()
+        getattr(self, f"Gen{kind}s")(1, ctypes.addressof(number))
+        return number.value
+
+    def delete(self, kind: str, number: int) -> None:
+        """Delete what ``make`` made."""
+        one = ctypes.c_uint(number)
+        getattr(self, f"Delete{kind}s")(1, ctypes.addressof(one))
+
+    def integers(self, name: int, count: int = 1) -> list[int]:
+        """Ask for integer state."""
+        values = np.zeros(max(count, 4), np.int32)
+        self.GetIntegerv(name, values.ctypes.data)
+        return values[:count].tolist()
+
+    def floats(self, name: int, count: int = 1) -> list[float]:
+        """Ask for floating-point state."""
+        values = np.zeros(max(count, 4), np.float32)
+        self.GetFloatv(name, values.ctypes.data)
+        return values[:count].tolist()
+
+    def read_pixels(self, size: tuple[int, int], layout: int, kind: int, into: NDArray) -> None:
+        """
+        Read the bound framebuffer, lowest row first.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Columns and rows.
+        layout, kind : int
+            OpenGL's format and type.
+        into : array
+            Contiguous, of matching size.
+        """
+        self.PixelStorei(PACK_ALIGNMENT, 1)
+        self.ReadPixels(0, 0, *size, layout, kind, into.ctypes.data)
+
+
+PACK_ALIGNMENT = 0x0D05

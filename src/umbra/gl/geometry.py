@@ -1,0 +1,214 @@
+"""
+A scene's points on the device, numbered so that instances share one copy of a mesh.
+
+Points have *numbers*: parts without a transform lie in one range, each group of parts
+that moves together in a range of its own. A range says block by block (64 numbers) where
+its points are stored and which transform moves them. So one index list can name the
+points of any number of instances, and one draw is enough for all.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.context import Device
+from umbra.gl.programs import Program
+from umbra.scene import Scene
+
+__all__ = ["BLOCK", "FIRST_UNIT", "Geometry", "Group", "make_groups"]
+
+BLOCK = 64
+"""Numbers that share an entry, as in ``place.glsl``."""
+
+FIRST_UNIT = 8
+"""Texture units 8, 9 and 10 hold points, blocks and transforms; those below are free."""
+
+_TEXTURE_BUFFER, _TEXTURE0 = 0x8C2A, 0x84C0
+_RGBA32F, _RG32I = 0x8814, 0x823B
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """
+    Parts that one transform moves.
+
+    Parameters
+    ----------
+    parts : tuple of int
+        Indices in ``Scene.parts``.
+    offsets : tuple of int
+        Of each part's vertices within the group's.
+    vertices : (n, 3) float64
+        In their own frame; groups of the same meshes share the array.
+    first : int
+        Number of the group's first point.
+    transform : (4, 4) float64, optional
+        To the scene's frame; None is the identity.
+    """
+
+    parts: tuple[int, ...]
+    offsets: tuple[int, ...]
+    vertices: NDArray[np.float64]
+    first: int
+    transform: NDArray[np.float64] | None
+
+
+def make_groups(scene: Scene) -> list[Group]:
+    """
+    Group a scene's parts: those that stand still, and those of one name and transform.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    groups : list of Group
+    """
+    members: dict[tuple, list[int]] = {}
+    for index, part in enumerate(scene.parts):
+        moves = part.transform is not None
+        key: tuple = (part.name, np.asarray(part.transform).tobytes()) if moves else ()
+        members.setdefault(key, []).append(index)
+    shared: dict[tuple, tuple[tuple[int, ...], NDArray[np.float64]]] = {}
+    groups, first = [], 0
+    for parts in members.values():
+        arrays = [scene.parts[index].mesh.vertices for index in parts]
+        key = tuple(map(id, arrays))
+        if key not in shared:
+            shared[key] = _combine(arrays)
+        offsets, vertices = shared[key]
+        transform = scene.parts[parts[0]].transform
+        groups.append(Group(tuple(parts), offsets, vertices, first, transform))
+        first += -(-len(vertices) // BLOCK) * BLOCK
+    return groups
+
+
+def _combine(arrays: Sequence[NDArray]) -> tuple[tuple[int, ...], NDArray[np.float64]]:
+    """Put arrays one after another, each only once; give where each begins."""
+    places: dict[int, int] = {}
+    distinct, count = [], 0
+    for array in arrays:
+        if id(array) not in places:
+            places[id(array)] = count
+            distinct.append(array)
+            count += len(array)
+    vertices = distinct[0] if len(distinct) == 1 else np.concatenate(distinct)
+    return tuple(places[id(array)] for array in arrays), vertices
+
+
+class Geometry:
+    """
+    The points of a scene, and its triangles as index lists.
+
+    Parameters
+    ----------
+    device : Device
+    scene : Scene
+
+    Attributes
+    ----------
+    groups : list of Group
+    faces : (n_faces, 3) uint32
+        Vertex numbers (twice the points'), in the order of ``scene.triangles()``,
+        outward also where a transform mirrors.
+    n_points : int
+        Numbers in use.
+    """
+
+    def __init__(self, device: Device, scene: Scene) -> None:
+        self._device = device
+        self.groups = make_groups(scene)
+        stored: dict[int, int] = {}
+        points, blocks, count = [], [], 0
+        transforms: list[NDArray[np.float64]] = []
+        for group in self.groups:
+            if id(group.vertices) not in stored:
+                stored[id(group.vertices)] = count
+                points.append(group.vertices)
+                count += len(group.vertices)
+            number = -1 if group.transform is None else len(transforms)
+            if group.transform is not None:
+                transforms.append(group.transform)
+            entry = (stored[id(group.vertices)] - group.first, number)
+            blocks.append(np.tile(np.array(entry, np.int32), (-(-len(group.vertices) // BLOCK), 1)))
+        self.transforms = np.array(transforms).reshape(-1, 4, 4)
+        self.n_points = sum(map(len, blocks)) * BLOCK
+        self.faces = self._number_faces(scene)
+        padded = np.zeros((count, 4), np.float32)
+        np.concatenate(points, out=padded[:, :3], casting="same_kind")
+        rows = self.transforms[:, :3].astype(np.float32)
+        self._buffers = [
+            _TextureBuffer(device, padded, _RGBA32F),
+            _TextureBuffer(device, np.concatenate(blocks), _RG32I),
+            _TextureBuffer(device, rows if rows.size else np.zeros(4, np.float32), _RGBA32F),
+        ]
+
+    def _number_faces(self, scene: Scene) -> NDArray[np.uint32]:
+        lists: list[NDArray] = [np.zeros((0, 3), np.uint32)] * len(scene.parts)
+        for group in self.groups:
+            turned = is_mirrored(group.transform)
+            for index, offset in zip(group.parts, group.offsets, strict=True):
+                faces = scene.parts[index].mesh.faces
+                numbers = 2 * (faces.astype(np.uint32) + np.uint32(group.first + offset))
+                lists[index] = numbers[:, ::-1] if turned else numbers
+        return np.concatenate(lists)
+
+    def move(self, transforms: NDArray[np.float64]) -> None:
+        """
+        Give the groups that have a transform new ones.
+
+        Parameters
+        ----------
+        transforms : (n, 4, 4) float64
+            In the order of ``self.transforms``.
+        """
+        self.transforms = np.asarray(transforms, np.float64).reshape(self.transforms.shape)
+        self._buffers[2].write(self.transforms[:, :3].astype(np.float32))
+
+    def bind(self, program: Program) -> None:
+        """Let a program that includes ``place.glsl`` find the points."""
+        for unit, buffer in enumerate(self._buffers, FIRST_UNIT):
+            buffer.bind(unit)
+        program.set(points=FIRST_UNIT, blocks=FIRST_UNIT + 1, transforms=FIRST_UNIT + 2)
+
+    def release(self) -> None:
+        """Free the buffers."""
+        for buffer in self._buffers:
+            buffer.release()
+        self._buffers = []
+
+
+def is_mirrored(transform: NDArray[np.float64] | None) -> bool:
+    """Tell whether a transform turns what is wound outward inward."""
+    return transform is not None and bool(np.linalg.det(transform[:3, :3]) < 0)
+
+
+class _TextureBuffer:
+    """A buffer that shaders read by ``texelFetch``."""
+
+    def __init__(self, device: Device, values: NDArray, internal: int) -> None:
+        self._device = device
+        self._buffer = device.context.buffer(np.ascontiguousarray(values).tobytes())
+        device.keep("buffer", self._buffer.glo)
+        self._texture = device.gl.make("Texture")
+        device.keep("texture", self._texture)
+        device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
+        device.gl.TexBuffer(_TEXTURE_BUFFER, internal, self._buffer.glo)
+        device.gl.BindTexture(_TEXTURE_BUFFER, 0)
+        device.check("a mesh was uploaded")
+
+    def write(self, values: NDArray) -> None:
+        self._buffer.write(np.ascontiguousarray(values).tobytes())
+
+    def bind(self, unit: int) -> None:
+        self._device.gl.ActiveTexture(_TEXTURE0 + unit)
+        self._device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
+
+    def release(self) -> None:
+        self._device.gl.delete("Texture", self._texture)
+        self._device.forget("texture", self._texture)
+        self._device.forget("buffer", self._buffer.glo)
+        self._buffer.release()

@@ -1,0 +1,137 @@
+"""
+Shaders from files, linked to programs; what does not compile is named by file and line.
+
+A line ``#include "name.glsl"`` is replaced by that file. Every vertex shader declares
+``invariant gl_Position``, so that programs that place a vertex by the same lines place
+it on the same bits.
+"""
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from umbra.errors import UmbraError
+from umbra.gl.context import Device
+
+__all__ = ["Program", "load_source"]
+
+_VERSION = "#version 330 core\n"
+# Mesa "0:12(3): error: ...", NVIDIA "0(12) : error ...", AMD and Apple "ERROR: 0:12: ...".
+_PLACE = re.compile(r"^(?:ERROR:\s*)?\d+[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.I)
+
+
+@lru_cache
+def load_source(name: str) -> tuple[tuple[str, str], ...]:
+    """
+    Read a shader with all that it includes.
+
+    Parameters
+    ----------
+    name : str
+        Of a file in ``shaders/``.
+
+    Returns
+    -------
+    lines : tuple of (str, str)
+        Each line and where it comes from: ``file:line``.
+    """
+    try:
+        text = (resources.files("umbra.gl") / "shaders" / name).read_text("utf-8")
+    except FileNotFoundError:
+        msg = f"the shader '{name}' is missing; install umbra again"
+        raise UmbraError(msg, path=name) from None
+    lines: list[tuple[str, str]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        included = re.match(r'\s*#include\s+"(.+)"', line)
+        lines += load_source(included[1]) if included else [(line, f"{name}:{number}")]
+    return tuple(lines)
+
+
+class Program:
+    """
+    A linked program.
+
+    Parameters
+    ----------
+    device : Device
+    vertex, fragment : str
+        Files in ``shaders/``.
+    defines : mapping, optional
+        Names for the preprocessor, for both.
+
+    Raises
+    ------
+    UmbraError
+        If a shader does not compile or the two do not link.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        vertex: str,
+        fragment: str,
+        defines: Mapping[str, object] | None = None,
+    ) -> None:
+        head = [(f"#define {name} {value}", "defines") for name, value in (defines or {}).items()]
+        self._sources = {
+            "vertex_shader": [*head, *load_source(vertex)],
+            "fragment_shader": [*head, *load_source(fragment)],
+        }
+        self._device = device
+        texts = {
+            stage: _VERSION + "".join(f"{line}\n" for line, _ in lines)
+            for stage, lines in self._sources.items()
+        }
+        try:
+            self.handle: Any = device.context.program(**texts)
+        except Exception as error:  # noqa: BLE001  (moderngl is not imported here)
+            msg = f"a shader does not compile: {self._explain(str(error), vertex, fragment)}"
+            raise UmbraError(msg, report=str(error)) from None
+        self._members = {
+            name: self.handle[name]
+            for name in self.handle
+            if hasattr(self.handle[name], "write") and hasattr(self.handle[name], "location")
+        }
+        device.keep("program", self.handle.glo)
+
+    def _explain(self, report: str, vertex: str, fragment: str) -> str:
+        stage = next((name for name in self._sources if name in report), None)
+        if stage is None:
+            tail = " ".join(report.rsplit("=", 1)[-1].split())
+            return f"{vertex} and {fragment} do not link: {tail}"
+        for line in report.splitlines():
+            found = _PLACE.match(line.strip())
+            if found:
+                index = min(max(int(found[1]) - 2, 0), len(self._sources[stage]) - 1)
+                return f"{self._sources[stage][index][1]}: {found[2]}"
+        return f"{vertex if stage == 'vertex_shader' else fragment}: {' '.join(report.split())}"
+
+    def set(self, **uniforms: Any) -> None:
+        """
+        Give values to uniforms; names that the program does not use are passed over.
+
+        Arrays are written as float32 (matrices in rows, as numpy has them); Python's whole
+        numbers and truth values go to int, bool and sampler uniforms, its floats to float.
+        """
+        gl = self._device.gl
+        gl.UseProgram(self.handle.glo)
+        for name, value in uniforms.items():
+            member = self._members.get(name)
+            if member is None:
+                continue
+            if isinstance(value, np.ndarray):
+                matrix = value.T if value.ndim == 2 and value.shape[0] == value.shape[1] else value
+                member.write(np.ascontiguousarray(matrix, np.float32).tobytes())
+            elif isinstance(value, int):
+                gl.Uniform1i(member.location, value)  # moderngl knows no buffer samplers
+            else:
+                gl.Uniform1f(member.location, value)
+
+    def release(self) -> None:
+        """Free the program."""
+        self._device.forget("program", self.handle.glo)
+        self.handle.release()

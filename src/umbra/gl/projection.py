@@ -1,0 +1,120 @@
+"""From the world to OpenGL's clip space, relative to the eye so that float32 is enough."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene import Camera
+from umbra.volume.bounds import find_box_points, find_view_planes, is_outside
+
+__all__ = ["Projection", "make_projection"]
+
+_HORIZON = 1e4  # an orthographic view ends at so many times the scene's size
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """
+    What the shaders need of a camera.
+
+    Parameters
+    ----------
+    matrix : (4, 4) float64
+        From coordinates relative to the eye to the clip space.
+    eye : (3,) float64
+        Relative to the scene's origin [m].
+    camera : Camera
+        The same camera with the near plane moved up to what is nearest: nothing drawn is
+        lost, and the depth buffer has more digits left.
+    """
+
+    matrix: NDArray[np.float64]
+    eye: NDArray[np.float64]
+    camera: Camera
+
+    def uniforms(self) -> dict[str, NDArray]:
+        """Give the uniforms of ``place.glsl`` that depend on the camera alone."""
+        high = self.eye.astype(np.float32)
+        return {
+            "projection": self.matrix,
+            "eye_high": high,
+            "eye_low": (self.eye - high).astype(np.float32),
+        }
+
+
+def make_projection(
+    camera: Camera,
+    origin: NDArray[np.float64],
+    bounds: NDArray[np.float64],
+    ground: float | None = None,
+) -> Projection:
+    """
+    Find the projection that shows a scene with the best depth.
+
+    Points at infinity get z = w to the bit in perspective, so that no far plane cuts them.
+
+    Parameters
+    ----------
+    camera : Camera
+    origin : (3,) float64
+        Of the scene.
+    bounds : (n, 2, 3) float64
+        Boxes around all that is drawn, relative to the origin [m].
+    ground : float, optional
+        z of a plane that is drawn too, relative to the origin [m].
+
+    Returns
+    -------
+    projection : Projection
+    """
+    right, up, forward = camera.axes()
+    eye = camera.eye - origin
+    nearest, furthest = _find_depths(camera, origin, bounds, ground)
+    near = max(camera.near, min(nearest, camera.far * 0.5) * 0.999)
+    cols, rows = camera.size
+    matrix = np.zeros((4, 4))
+    if camera.height is None:
+        scale = 1.0 / np.tan(np.radians(camera.fov) / 2)
+        far = camera.far
+        matrix[3, :3] = forward
+        stretch = 1.0 if np.isinf(far) else (far + near) / (far - near)
+        shift = -2.0 * near if np.isinf(far) else -2.0 * far * near / (far - near)
+        matrix[2] = np.append(stretch * forward, shift)
+    else:
+        scale = 2.0 / camera.height
+        far = min(camera.far, max(furthest * 1.001, 2.0 * near))
+        matrix[3, 3] = 1.0
+        matrix[2] = np.append(2.0 * forward, -(far + near)) / (far - near)
+    matrix[0, :3] = right * scale * rows / cols
+    matrix[1, :3] = up * scale
+    return Projection(matrix, eye, replace(camera, near=near))
+
+
+def _find_depths(
+    camera: Camera, origin: NDArray, bounds: NDArray, ground: float | None
+) -> tuple[float, float]:
+    """Bound the depths of what may be seen: (nearest, furthest) [m] along the view axis."""
+    forward = camera.axes()[2]
+    eye = camera.eye - origin
+    corners = find_box_points(bounds)
+    corners = corners[~is_outside(find_view_planes(camera, origin), corners)]
+    depth = corners[..., :3] @ forward - forward @ eye
+    nearest, furthest = depth.min(initial=np.inf), depth.max(initial=camera.near)
+    if ground is not None:
+        # The key of a plane is affine in the picture, so its extremes are at the corners.
+        cols, rows = camera.size
+        matrix = camera.matrix(origin)
+        points = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, ground, 1]], np.float64) @ matrix.T
+        if abs(np.linalg.det(points[:, :3])) < 1e-300:
+            return float(nearest), float(furthest)
+        slope = np.linalg.solve(points[:, :3], points[:, 3])
+        picture = np.array([[x, y, 1] for x in (-0.5, cols - 0.5) for y in (-0.5, rows - 0.5)])
+        keys = picture @ slope
+        if camera.height is None:
+            nearest = min(nearest, 1.0 / keys.max()) if keys.max() > 0 else nearest
+        else:
+            size = np.ptp(bounds.reshape(-1, 3), axis=0).max() + np.abs(eye).max() + camera.height
+            nearest = min(nearest, (-keys).min())
+            furthest = max(furthest, min((-keys).max(), _HORIZON * size))
+    return float(nearest), float(furthest)

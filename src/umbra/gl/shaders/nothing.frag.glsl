@@ -1,0 +1,4 @@
+// Only depth and stencil are touched.
+
+void main() {
+}

@@ -1,0 +1,244 @@
+"""
+The one owner of OpenGL's state: every pass names all of it, and none is left behind.
+
+A pass is a frozen record. ``State.use`` sets what differs from the pass before, so
+nothing depends on what was drawn earlier; leaving the ``with`` block restores OpenGL's
+own defaults. Nobody else calls glEnable, glDepthFunc and their like.
+"""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from umbra.errors import UmbraError
+from umbra.gl.context import Device
+
+__all__ = ["DEFAULT", "Pass", "State", "Stencil", "one_sided"]
+
+_FUNCTIONS = {
+    "never": 0x0200, "less": 0x0201, "equal": 0x0202, "lequal": 0x0203, "greater": 0x0204,
+    "notequal": 0x0205, "gequal": 0x0206, "always": 0x0207,
+}  # fmt: skip
+_OPERATIONS = {
+    "keep": 0x1E00, "zero": 0, "replace": 0x1E01, "up": 0x8507, "down": 0x8508, "invert": 0x150A,
+}  # fmt: skip
+_BLENDS = {"add": (1, 1), "over": (0x0302, 0x0303), "multiply": (0x0306, 0)}
+_FRONT, _BACK, _BOTH = 0x0404, 0x0405, 0x0408
+_DEPTH_TEST, _STENCIL_TEST, _SCISSOR_TEST, _CULL_FACE = 0x0B71, 0x0B90, 0x0C11, 0x0B44
+_BLEND, _DEPTH_CLAMP, _DEPTH_BOUNDS, _CLIP_NEAR, _OFFSET = 0x0BE2, 0x864F, 0x8890, 0x3000, 0x8037
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stencil:
+    """
+    What fragments do to the stencil; ``up`` and ``down`` wrap around.
+
+    Parameters
+    ----------
+    test : str
+        Of the reference against the stencil: ``always``, ``equal`` ...
+    reference : int
+    front_depth_fail, front_depth_pass, back_depth_fail, back_depth_pass : str
+        ``keep``, ``zero``, ``replace``, ``up``, ``down`` or ``invert``; a fragment that
+        fails the stencil test keeps.
+    """
+
+    test: str = "always"
+    reference: int = 0
+    front_depth_fail: str = "keep"
+    front_depth_pass: str = "keep"
+    back_depth_fail: str = "keep"
+    back_depth_pass: str = "keep"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pass:
+    """
+    All state of a pass.
+
+    Parameters
+    ----------
+    depth_test : str, optional
+        ``less``, ``never``, ``equal`` ...; None lets every fragment pass and writes none.
+    depth_write, color_write : bool
+    blend : {'add', 'over', 'multiply'}, optional
+    cull : {'front', 'back'}, optional
+        Which faces not to draw.
+    stencil : Stencil, optional
+    scissor : (int, int, int, int), optional
+        Left, bottom, columns, rows [pixels], row 0 lowest.
+    depth_clamp : bool
+        Draw what lies before the near or beyond the far plane, at that plane's depth.
+    clip_near : bool
+        Clip by ``gl_ClipDistance[0]``: the near plane, while depth is clamped.
+    depth_bounds : (float, float), optional
+        Only where the stored depth is between; needs ``Device.has_depth_bounds``.
+    polygon_offset : (float, float), optional
+        Slope factor and units.
+    """
+
+    depth_test: str | None = None
+    depth_write: bool = False
+    color_write: bool = False
+    blend: str | None = None
+    cull: str | None = None
+    stencil: Stencil | None = None
+    scissor: tuple[int, int, int, int] | None = None
+    depth_clamp: bool = False
+    clip_near: bool = False
+    depth_bounds: tuple[float, float] | None = None
+    polygon_offset: tuple[float, float] | None = None
+
+
+DEFAULT = Pass(depth_write=True, color_write=True)
+"""OpenGL's own initial state."""
+
+
+class State:
+    """
+    Sets state for one device.
+
+    Parameters
+    ----------
+    device : Device
+
+    Examples
+    --------
+    >>> with State(device) as state:  # doctest: +SKIP
+    ...     state.use(Pass(depth_test="less", depth_write=True, color_write=True))
+    ...     draw()
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._now: Pass | None = None
+
+    def use(self, wanted: Pass) -> None:
+        """
+        Set all state as a pass names it.
+
+        Parameters
+        ----------
+        wanted : Pass
+        """
+        if wanted.depth_bounds is not None and not self._device.has_depth_bounds:
+            msg = f"{self._device.renderer} has no depth bounds test; leave depth_bounds out"
+            raise UmbraError(msg)
+        for one in fields(Pass):
+            value = getattr(wanted, one.name)
+            if self._now is None or value != getattr(self._now, one.name):
+                getattr(self, f"_set_{one.name}")(value)
+        self._now = wanted
+
+    def clear(
+        self,
+        *,
+        depth: float | None = None,
+        stencil: int | None = None,
+    ) -> None:
+        """
+        Clear depth, stencil or both of the bound framebuffer, within the pass's scissor.
+
+        The pass in use stays; its write masks do not matter.
+        """
+        gl, now, bits = self._device.gl, self._now or DEFAULT, 0
+        if depth is not None:
+            gl.ClearDepth(depth)
+            gl.DepthMask(1)
+            bits |= 0x0100
+        if stencil is not None:
+            gl.ClearStencil(stencil)
+            gl.StencilMask(0xFF)
+            bits |= 0x0400
+        gl.Clear(bits)
+        gl.DepthMask(now.depth_write)
+
+    def reset(self) -> None:
+        """Restore OpenGL's own defaults."""
+        self._now = None
+        self.use(DEFAULT)
+        gl = self._device.gl
+        gl.DepthFunc(_FUNCTIONS["less"])
+        gl.BlendFunc(1, 0)
+        gl.CullFace(_BACK)
+        gl.ClearDepth(1.0)
+        gl.ClearStencil(0)
+        gl.PolygonOffset(0.0, 0.0)
+        self._set_stencil(Stencil())
+        gl.Disable(_STENCIL_TEST)
+
+    def __enter__(self) -> "State":
+        self._now = None
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.reset()
+
+    def _switch(self, what: int, on: bool) -> None:
+        (self._device.gl.Enable if on else self._device.gl.Disable)(what)
+
+    def _set_depth_test(self, test: str | None) -> None:
+        self._switch(_DEPTH_TEST, test is not None)
+        if test is not None:
+            self._device.gl.DepthFunc(_FUNCTIONS[test])
+
+    def _set_depth_write(self, on: bool) -> None:
+        self._device.gl.DepthMask(on)
+
+    def _set_color_write(self, on: bool) -> None:
+        self._device.gl.ColorMask(on, on, on, on)
+
+    def _set_blend(self, blend: str | None) -> None:
+        self._switch(_BLEND, blend is not None)
+        if blend is not None:
+            self._device.gl.BlendEquation(0x8006)
+            self._device.gl.BlendFunc(*_BLENDS[blend])
+
+    def _set_cull(self, cull: str | None) -> None:
+        self._switch(_CULL_FACE, cull is not None)
+        if cull is not None:
+            self._device.gl.CullFace({"front": _FRONT, "back": _BACK}[cull])
+
+    def _set_stencil(self, stencil: Stencil | None) -> None:
+        gl = self._device.gl
+        self._switch(_STENCIL_TEST, stencil is not None)
+        if stencil is None:
+            return
+        gl.StencilMask(0xFF)
+        gl.StencilFuncSeparate(_BOTH, _FUNCTIONS[stencil.test], stencil.reference, 0xFF)
+        for side, depth_fail, depth_pass in (
+            (_FRONT, stencil.front_depth_fail, stencil.front_depth_pass),
+            (_BACK, stencil.back_depth_fail, stencil.back_depth_pass),
+        ):
+            gl.StencilOpSeparate(
+                side, _OPERATIONS["keep"], _OPERATIONS[depth_fail], _OPERATIONS[depth_pass]
+            )
+
+    def _set_scissor(self, box: tuple[int, int, int, int] | None) -> None:
+        self._switch(_SCISSOR_TEST, box is not None)
+        if box is not None:
+            self._device.gl.Scissor(*box)
+
+    def _set_depth_clamp(self, on: bool) -> None:
+        self._switch(_DEPTH_CLAMP, on)
+
+    def _set_clip_near(self, on: bool) -> None:
+        self._switch(_CLIP_NEAR, on)
+
+    def _set_depth_bounds(self, bounds: tuple[float, float] | None) -> None:
+        if not self._device.has_depth_bounds:
+            return
+        self._switch(_DEPTH_BOUNDS, bounds is not None)
+        if bounds is not None:
+            self._device.gl.DepthBoundsEXT(*bounds)
+
+    def _set_polygon_offset(self, offset: tuple[float, float] | None) -> None:
+        self._switch(_OFFSET, offset is not None)
+        if offset is not None:
+            self._device.gl.PolygonOffset(*offset)
+
+
+def one_sided(stencil: Stencil, side: str) -> Stencil:
+    """Keep what one side does: for drawing fronts and backs in two passes."""
+    other = {"front": "back", "back": "front"}[side]
+    kept: dict[str, Any] = dict.fromkeys((f"{other}_depth_fail", f"{other}_depth_pass"), "keep")
+    return replace(stencil, **kept)

@@ -1,0 +1,195 @@
+"""Framebuffers: where a pass draws, and what is read back from it."""
+
+import ctypes
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError, UmbraError
+from umbra.gl.context import Device
+
+__all__ = ["FORMATS", "Target"]
+
+_FLOAT, _INT, _BYTE = 0x1406, 0x1404, 0x1401
+# OpenGL's internal format, format and type; numpy's type and channels.
+FORMATS: dict[str, tuple[int, int, int, type, int]] = {
+    "rgba16f": (0x881A, 0x1908, _FLOAT, np.float32, 4),
+    "rgba8": (0x8058, 0x1908, _BYTE, np.uint8, 4),
+    "r16f": (0x822D, 0x1903, _FLOAT, np.float32, 1),
+    "r32f": (0x822E, 0x1903, _FLOAT, np.float32, 1),
+    "r32i": (0x8235, 0x8D94, _INT, np.int32, 1),
+}
+"""What a colour attachment may hold."""
+
+_FRAMEBUFFER, _RENDERBUFFER, _TEXTURE_2D = 0x8D40, 0x8D41, 0x0DE1
+_DEPTH24_STENCIL8, _DEPTH_STENCIL_ATTACHMENT, _COLOR = 0x88F0, 0x821A, 0x8CE0
+_COMPLETE = 0x8CD5
+_STENCIL_SIZE = 0x8217
+
+
+class Target:
+    """
+    A framebuffer of colour attachments, 24 bits of depth and 8 of stencil.
+
+    Parameters
+    ----------
+    device : Device
+    size : (int, int)
+        Columns and rows.
+    colors : sequence of str
+        Of ``FORMATS``; attachment k is the fragment shader's output at location k.
+    depth_of : Target, optional
+        Share that one's depth and stencil rather than have them.
+
+    Raises
+    ------
+    InputError
+        If the driver cannot draw so large a picture.
+    UmbraError
+        If it has no such framebuffer, or no 8 bits of stencil.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        size: tuple[int, int],
+        colors: tuple[str, ...] = ("rgba16f",),
+        depth_of: "Target | None" = None,
+    ) -> None:
+        gl = device.gl
+        limit = min(gl.integers(0x0D33)[0], gl.integers(0x84E8)[0])
+        if max(size) > limit:
+            msg = (
+                f"a picture of {size[0]}x{size[1]} pixels is too large for {device.renderer}, "
+                f"which draws at most {limit}x{limit}; choose a smaller --size"
+            )
+            raise InputError(msg, limit=limit)
+        self.size, self.colors = size, tuple(colors)
+        self._device = device
+        self._owns_depth = depth_of is None
+        self.framebuffer = gl.make("Framebuffer")
+        device.keep("framebuffer", self.framebuffer)
+        gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
+        self.textures = [self._add_texture(place, name) for place, name in enumerate(self.colors)]
+        self._depth: int = self._add_depth() if depth_of is None else depth_of._depth
+        gl.FramebufferRenderbuffer(
+            _FRAMEBUFFER, _DEPTH_STENCIL_ATTACHMENT, _RENDERBUFFER, self._depth
+        )
+        status = gl.CheckFramebufferStatus(_FRAMEBUFFER)
+        device.check("a framebuffer was made")
+        if status != _COMPLETE or self.stencil_bits() < 8:
+            bits = self.stencil_bits() if status == _COMPLETE else 0
+            self.release()
+            msg = (
+                f"{device.renderer} has no framebuffer of {', '.join(colors) or 'no colour'} with "
+                f"24 bits of depth and 8 of stencil (status {status:#x}, {bits} stencil bits); "
+                "use --device cpu"
+            )
+            raise UmbraError(msg, status=status)
+
+    def _add_texture(self, place: int, name: str) -> int:
+        gl = self._device.gl
+        internal, layout, kind, _, _ = FORMATS[name]
+        texture = gl.make("Texture")
+        self._device.keep("texture", texture)
+        gl.BindTexture(_TEXTURE_2D, texture)
+        for parameter in (0x2800, 0x2801):
+            gl.TexParameteri(_TEXTURE_2D, parameter, 0x2600)  # nearest
+        for parameter in (0x2802, 0x2803):
+            gl.TexParameteri(_TEXTURE_2D, parameter, 0x812F)  # clamped to the edge
+        gl.TexImage2D(_TEXTURE_2D, 0, internal, *self.size, 0, layout, kind, None)
+        gl.FramebufferTexture2D(_FRAMEBUFFER, _COLOR + place, _TEXTURE_2D, texture, 0)
+        gl.BindTexture(_TEXTURE_2D, 0)
+        return texture
+
+    def _add_depth(self) -> int:
+        gl = self._device.gl
+        depth = gl.make("Renderbuffer")
+        self._device.keep("renderbuffer", depth)
+        gl.BindRenderbuffer(_RENDERBUFFER, depth)
+        gl.RenderbufferStorage(_RENDERBUFFER, _DEPTH24_STENCIL8, *self.size)
+        gl.BindRenderbuffer(_RENDERBUFFER, 0)
+        return depth
+
+    def stencil_bits(self) -> int:
+        """Ask how many bits the stencil has."""
+        bits = np.zeros(1, np.int32)
+        self._device.gl.GetFramebufferAttachmentParameteriv(
+            _FRAMEBUFFER, 0x8D20, _STENCIL_SIZE, bits.ctypes.data
+        )
+        return int(bits[0])
+
+    def use(self) -> None:
+        """Draw here, over the whole picture."""
+        gl = self._device.gl
+        gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
+        gl.Viewport(0, 0, *self.size)
+        places = [_COLOR + place for place in range(len(self.colors))] or [0]
+        array = (ctypes.c_uint * len(places))(*places)
+        gl.DrawBuffers(len(places), ctypes.addressof(array))
+
+    def clear_color(self, *values: float, place: int = 0) -> None:
+        """
+        Fill a colour attachment, whatever its type; the target must be in use.
+
+        Colour writes must be on (``Pass.color_write``), and the pass's scissor holds.
+        """
+        kind = FORMATS[self.colors[place]][2]
+        if kind == _INT:
+            whole = np.resize(np.array(values, np.int32), 4)
+            self._device.gl.ClearBufferiv(0x1800, place, whole.ctypes.data)
+        else:
+            filled = np.resize(np.array(values, np.float32), 4)
+            self._device.gl.ClearBufferfv(0x1800, place, filled.ctypes.data)
+
+    def read(self, place: int = 0) -> NDArray:
+        """
+        Read a colour attachment.
+
+        Returns
+        -------
+        values : (rows, cols) or (rows, cols, 4) of float32, uint8 or int32
+            Row 0 is the top.
+        """
+        _, layout, kind, dtype, channels = FORMATS[self.colors[place]]
+        cols, rows = self.size
+        values: NDArray = np.zeros((rows, cols, channels), dtype)
+        self._device.gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
+        self._device.gl.ReadBuffer(_COLOR + place)
+        self._device.gl.read_pixels(self.size, layout, kind, values)
+        self._device.check("a picture was read back")
+        return values[::-1, :, 0] if channels == 1 else values[::-1]
+
+    def read_stencil(self) -> NDArray[np.uint8]:
+        """Read the stencil, (rows, cols) uint8; row 0 is the top."""
+        return self._read_depth_stencil(0x1901, _BYTE, np.uint8)
+
+    def read_depth(self) -> NDArray[np.float32]:
+        """Read window depths 0 (near) to 1, (rows, cols) float32; row 0 is the top."""
+        return self._read_depth_stencil(0x1902, _FLOAT, np.float32)
+
+    def _read_depth_stencil(self, layout: int, kind: int, dtype: type) -> NDArray:
+        values: NDArray = np.zeros(self.size[::-1], dtype)
+        self._device.gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
+        self._device.gl.read_pixels(self.size, layout, kind, values)
+        self._device.check("depth or stencil was read back")
+        return values[::-1]
+
+    def release(self) -> None:
+        """Free the framebuffer and what it owns."""
+        gl = self._device.gl
+        gl.BindFramebuffer(_FRAMEBUFFER, 0)
+        owned = [("Framebuffer", self.framebuffer), *(("Texture", t) for t in self.textures)]
+        if self._owns_depth and self._depth:
+            owned.append(("Renderbuffer", self._depth))
+        for kind, number in owned:
+            if number:
+                gl.delete(kind, number)
+                self._device.forget(kind.lower(), number)
+        self.framebuffer, self.textures, self._depth = 0, [], 0
+
+    def __enter__(self) -> "Target":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
