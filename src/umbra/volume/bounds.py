@@ -269,8 +269,7 @@ def find_shadow_points(
         ends[some, :, 3] = 1.0
     if floor is not None:
         some = can_end_at_floor(bounds, light)
-        on_floor = np.maximum(corners[some, :, :3], [-np.inf, -np.inf, floor])
-        on_floor = end_at_floor(on_floor, light, floor)
+        on_floor = end_at_floor(corners[some, :, :3], light, floor)
         nearer = ends[some, :, 3:] == 0
         # One end for all corners of a box: hulls of mixed ends could miss some of it.
         if light[3] and np.isfinite(reach):
