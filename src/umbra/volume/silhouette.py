@@ -1,47 +1,48 @@
 """
-Silhouettes by brute force: every edge asked, for up to 64 lights in one pass.
+Silhouettes: by brute force, or by a tree over the edges in dual space.
 
-The lit bits of both faces are read once per edge and serve all lights, so the
-gather, which dominates the work for one light, is paid once for 64. Edges in no
-silhouette at all are left behind there; the lights then look at the others.
+All methods give the same edges with the same multiplicities, to the last bit. Many
+lights at once are found soonest by brute force, which looks at an edge once for 64 of
+them; lights that come one by one by the tree, once it is built.
 """
 
+import weakref
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.errors import InputError
 from umbra.volume.adjacency import Caster
-from umbra.volume.facing import LIGHTS_AT_ONCE, find_lit
+from umbra.volume.brute import Silhouettes, ask_every_edge
+from umbra.volume.dual_tree import make_dual_tree
+from umbra.volume.facing import LIGHTS_AT_ONCE
+from umbra.volume.segments import Tree
 
-__all__ = ["Silhouettes", "find_silhouette_edges", "find_silhouettes"]
+__all__ = ["METHODS", "Silhouettes", "find_silhouette_edges", "find_silhouettes", "prepare_tree"]
 
-_CODES_AT_ONCE = 24_000_000  # 96 MB of silhouette edges held at a time
-_STRETCH = 4096  # edges that one thread takes at a time
+METHODS = ("auto", "brute", "tree")
+_MAKERS = {"tree": make_dual_tree}
+_EDGES = 10_000  # fewer are asked one by one sooner than a tree is searched
+_LONE_LIGHTS = 4  # then a tree is built: it costs as much as some 100 of them by brute force
 
 
-@dataclass(frozen=True, eq=False)
-class Silhouettes:
-    """
-    The silhouette edges of one caster for some lights.
+@dataclass(eq=False)
+class _Kept:
+    """What is known of the edges of a caster, whichever of its components are open."""
 
-    Parameters
-    ----------
-    codes : (n,) int32
-        ``edge << 2 | half << 1 | lit``: the multiplicity is the edge's weight,
-        halved if half, negated if not lit. (Half: only one face of the pair adds.)
-    starts : (n_lights + 1,) int64
-        Light k owns ``codes[starts[k]:starts[k + 1]]``.
-    """
+    planes: weakref.ref
+    lone_lights: int = 0
+    trees: dict[str, Tree] = field(default_factory=dict)
 
-    codes: NDArray[np.int32]
-    starts: NDArray[np.int64]
+
+_kept: dict[int, _Kept] = {}
+"""By the identity of ``edge_faces``, which ``Caster.opened`` leaves alone."""
 
 
 def find_silhouettes(
-    caster: Caster, lights: NDArray[np.float64]
+    caster: Caster, lights: NDArray[np.float64], method: str = "auto"
 ) -> Iterator[tuple[slice, Silhouettes]]:
     """
     Find the silhouette edges for many lights, some lights at a time.
@@ -51,43 +52,57 @@ def find_silhouettes(
     caster : Caster
     lights : (n_lights, 4) float64
         Homogeneous, in the caster's frame.
+    method : {'auto', 'brute', 'tree', 'hextree'}
+        A tree is built when first needed, and kept as long as the caster and those
+        opened from it. ``auto`` searches a tree for lights that come alone if there is
+        one, and builds it for the 4th of them.
 
     Yields
     ------
     which : slice
         Of ``lights``.
     silhouettes : Silhouettes
+        A light's codes are in no particular order.
+
+    Raises
+    ------
+    InputError
+        If the method is not one of these.
     """
-    n_faces, n_edges = caster.planes.shape[1], len(caster.edges)
-    lit = np.zeros(n_faces, np.uint64 if len(lights) > 8 else np.uint8)
-    edge_on = np.zeros((n_faces + 511) // 512, np.uint64)
-    edges = np.zeros(n_edges, np.int32)
-    found, first = np.zeros((2, n_edges), np.uint64)
-    active = np.zeros((n_edges + _STRETCH - 1) // _STRETCH, np.int64)
-    done = 0
-    while done < len(lights):
-        batch = np.ascontiguousarray(lights[done : done + LIGHTS_AT_ONCE])
-        find_lit(caster.planes, batch, lit, edge_on)
-        counts = np.zeros((len(batch), len(active)), np.int64)
-        _find_active(
-            caster.edge_faces, caster.turn, lit, len(batch), edges, found, first, active, counts
-        )
-        totals = np.cumsum(counts.sum(1))
-        n = max(1, int(np.searchsorted(totals, _CODES_AT_ONCE, "right")))
-        n = min(n, len(batch))
-        # Where each light's list starts, and within it each stretch of edges.
-        starts = np.append(0, totals[:n])
-        places = np.cumsum(counts[:n], axis=1) - counts[:n] + starts[:-1, None]
-        codes = np.zeros(max(int(starts[-1]), 1), np.int32)
-        _list_codes(edges, found, first, active, places, codes)
-        flat = int(np.bitwise_or.reduce(edge_on)) if len(edge_on) else 0
-        codes, starts = _drop_edge_on(caster, batch[:n], flat, codes, starts)
-        yield slice(done, done + n), Silhouettes(codes, starts)
-        done += n
+    tree = _choose(caster, len(lights), method)
+    if tree is None:
+        yield from ask_every_edge(caster, lights)
+        return
+    for first in range(0, len(lights), LIGHTS_AT_ONCE):
+        batch = lights[first : first + LIGHTS_AT_ONCE]
+        lists = [_search(tree, caster, light) for light in batch]
+        starts = np.cumsum([0] + [len(codes) for codes in lists])
+        codes = lists[0] if len(lists) == 1 else np.concatenate(lists)
+        yield slice(first, first + len(batch)), Silhouettes(codes, starts)
+
+
+def prepare_tree(caster: Caster, method: str = "tree") -> Tree:
+    """
+    Build a tree ahead of the first light, or give the one there is.
+
+    Parameters
+    ----------
+    caster : Caster
+    method : {'tree', 'hextree'}
+
+    Returns
+    -------
+    tree : Tree
+        Which ``find_silhouettes`` will use, too.
+    """
+    kept = _look_up(caster)
+    if method not in kept.trees:
+        kept.trees[method] = _MAKERS[method](caster)
+    return kept.trees[method]
 
 
 def find_silhouette_edges(
-    caster: Caster, light: NDArray[np.float64]
+    caster: Caster, light: NDArray[np.float64], method: str = "auto"
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """
     Find the silhouette of one light as edges with multiplicities.
@@ -97,6 +112,7 @@ def find_silhouette_edges(
     caster : Caster
     light : (4,) float64
         Homogeneous, in the caster's frame.
+    method : {'auto', 'brute', 'tree', 'hextree'}
 
     Returns
     -------
@@ -105,7 +121,7 @@ def find_silhouette_edges(
     multiplicity : (n,) int64
         Never 0. At every vertex those of edges that leave and enter sum to 0.
     """
-    (_, found), *_ = find_silhouettes(caster, np.asarray(light, np.float64)[None])
+    (_, found), *_ = find_silhouettes(caster, np.asarray(light, np.float64)[None], method)
     codes = found.codes[found.starts[0] : found.starts[1]]
     which = codes >> 2
     signed = np.where(codes & 1, 1, -1) * (
@@ -119,88 +135,40 @@ def find_silhouette_edges(
     return np.where(sums[:, None] > 0, edges, edges[:, ::-1]).astype(np.int32), np.abs(sums)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, counts):
-    """
-    Find the edges that are in some light's silhouette, in stretches of edges.
-
-    Stretch j writes its ``active[j]`` edges from place j * _STRETCH on: the edge, for
-    which lights it is found, and which lights light its first face. How many each
-    light has goes to ``counts[light, stretch]``. What may or may not be kept is always
-    written, and the place moved on by 0 or 1: no branch to mispredict.
-    """
-    wanted = np.uint64(0xFFFFFFFFFFFFFFFF)
-    if n_lights < 64:
-        wanted = (np.uint64(1) << np.uint64(n_lights)) - np.uint64(1)
-    for stretch in prange(active.size):
-        start = stretch * _STRETCH
-        n = start
-        for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
-            one = np.uint64(lit[edge_faces[edge, 0]])
-            two = np.uint64(lit[edge_faces[edge, 1]])
-            turned = np.uint64(0) - np.uint64(turn[edge])  # all bits where turned
-            bits = (one ^ two ^ turned) & wanted
-            edges[n] = edge
-            found[n] = bits
-            first[n] = one
-            n += bits != 0
-        active[stretch] = n - start
-        for k in range(n_lights):
-            m = np.uint64(0)
-            for i in range(start, n):
-                m += (found[i] >> np.uint64(k)) & np.uint64(1)
-            counts[k, stretch] = m
+def _choose(caster: Caster, n_lights: int, method: str) -> Tree | None:
+    """Give the tree to search; None for brute force."""
+    if method not in METHODS:
+        msg = f"there is no method '{method}' for silhouettes; there are {', '.join(METHODS)}"
+        raise InputError(msg, method=method)
+    if method != "auto":
+        return None if method == "brute" else prepare_tree(caster, method)
+    if n_lights != 1 or len(caster.edges) < _EDGES:
+        return None
+    kept = _look_up(caster)
+    kept.lone_lights += 1
+    if "tree" not in kept.trees:
+        if kept.lone_lights != _LONE_LIGHTS:
+            return None
+        borders = np.count_nonzero(caster.edge_faces[:, 0] == caster.edge_faces[:, 1])
+        if borders > len(caster.edges) // 4:  # found anyway; no tree spares asking them
+            return None
+    return prepare_tree(caster)
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _list_codes(edges, found, first, active, places, codes):
-    """Write each light's codes, every stretch from ``places[light, stretch]`` on."""
-    for stretch in prange(active.size):
-        start = stretch * _STRETCH
-        picked = np.zeros(active[stretch], np.int32)
-        for k in range(places.shape[0]):
-            light = np.uint64(k)
-            m = 0
-            for i in range(start, start + active[stretch]):
-                is_lit = np.int32((first[i] >> light) & np.uint64(1))
-                picked[m] = (edges[i] << 2) | is_lit
-                m += np.int64((found[i] >> light) & np.uint64(1))
-            place = places[k, stretch]
-            for i in range(m):
-                codes[place + i] = picked[i]
+def _search(tree: Tree, caster: Caster, light: NDArray[np.float64]) -> NDArray[np.int32]:
+    codes = tree.find(caster, light)
+    if codes is not None:
+        return codes
+    ((_, found),) = ask_every_edge(caster, light[None])
+    return found.codes[: found.starts[1]]
 
 
-def _drop_edge_on(
-    caster: Caster,
-    lights: NDArray[np.float64],
-    flat: int,
-    codes: NDArray[np.int32],
-    starts: NDArray[np.int64],
-) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """
-    Let open faces that a light sees exactly edge-on add nothing.
-
-    Their volumes are flat; but an unlit face of an open component adds -1, which
-    rounding could show on pixels that lie on the flat volume. Rare, so done apart.
-    """
-    if not flat or caster.is_closed.all():
-        return codes, starts
-    is_open = np.append(~caster.face_is_closed, False)
-    a, b = caster.edge_faces.T
-    lists = []
-    for k in range(len(lights)):
-        mine = codes[starts[k] : starts[k + 1]]
-        if flat >> k & 1:
-            side = lights[k] @ caster.planes
-            edge_on = (side == 0) & is_open
-            one = np.flatnonzero(edge_on[a] ^ edge_on[b])
-            mine = mine[~(edge_on[a] | edge_on[b])[mine >> 2]]
-            # The face that still adds: a as it stands; b along the edge against a if
-            # the pair is consistently wound, along it with a if not.
-            lit = np.where(
-                edge_on[b[one]], side[a[one]] > 0, (side[b[one]] > 0) == caster.turn[one]
-            )
-            mine = np.concatenate([mine, (one << 2 | 2 | lit).astype(np.int32)])
-        lists.append(mine)
-    ends = np.cumsum([len(mine) for mine in lists])
-    return np.concatenate([*lists, np.zeros(1, np.int32)]), np.append(0, ends)
+def _look_up(caster: Caster) -> _Kept:
+    """Give what is kept of a caster; it goes when its edges go."""
+    key = id(caster.edge_faces)
+    kept = _kept.get(key)
+    if kept is None or kept.planes() is not caster.planes:
+        if kept is None:
+            weakref.finalize(caster.edge_faces, _kept.pop, key, None)
+        kept = _kept[key] = _Kept(weakref.ref(caster.planes))
+    return kept

@@ -1,0 +1,179 @@
+"""
+A tree of boxes over dual segments, 16 children each: what a light's plane cuts, in no time.
+
+The segments are sorted along a Morton curve through the four dimensions, by their
+middles, and cut into blocks of 16; a box around each block, 16 boxes to a block of
+boxes, and so on up. All 16 are tested at once. Unlike the paper's hextree, boxes fit
+tightly, however segments lie, and no segment sticks near the root because it crosses a
+cell's wall.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from umbra.volume.adjacency import Caster
+from umbra.volume.duals import Duals, Plane, make_duals
+from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
+
+__all__ = ["DualTree", "make_dual_tree", "sort_along_curve"]
+
+
+@dataclass(frozen=True, eq=False)
+class DualTree(Tree):
+    """
+    Boxes in dual space, level by level.
+
+    A block of boxes is 8 rows of 16 float32: four of middles, four of half extents.
+    Box i of block b on one level holds block ``16 * b + i`` of the next one; those of
+    the last level hold blocks of segments.
+
+    Parameters
+    ----------
+    segments : Segments
+    boxes : (n_boxes / 16, 8, 16) float32
+    starts : (n_levels + 1,) int64
+        First block of each level in ``boxes``.
+    """
+
+    segments: Segments
+    boxes: NDArray[np.float32]
+    starts: NDArray[np.int64]
+
+    def sift(self, plane: Plane) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Find the segments that a light's plane cuts; see ``Tree.sift``."""
+        return _sift(
+            self.boxes,
+            self.starts,
+            self.segments.blocks,
+            self.segments.numbers,
+            plane.normal,
+            plane.margin,
+        )
+
+
+def make_dual_tree(caster: Caster) -> DualTree:
+    """
+    Build the tree of a caster.
+
+    Parameters
+    ----------
+    caster : Caster
+
+    Returns
+    -------
+    tree : DualTree
+    """
+    duals = make_duals(caster)
+    order, _ = sort_along_curve(caster, duals)
+    numbers = np.full(((len(order) + WIDTH - 1) // WIDTH, WIDTH), -1, np.int32)
+    numbers.ravel()[: len(order)] = order
+    segments = make_segments(caster, duals, numbers)
+    levels = [segments.blocks]
+    while len(levels[0]) > 1:
+        blocks = (len(levels[0]) + WIDTH - 1) // WIDTH
+        boxes = np.full((blocks, 8, WIDTH), np.nan, np.float32)
+        _put_boxes(levels[0], boxes)
+        levels.insert(0, boxes)
+    starts = np.cumsum([0] + [len(boxes) for boxes in levels[:-1]])
+    above = np.concatenate([np.zeros((0, 8, WIDTH), np.float32), *levels[:-1]])
+    return DualTree(segments, above, starts)
+
+
+def sort_along_curve(caster: Caster, duals: Duals) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
+    """
+    Sort segments along a Morton curve through the cube, by their middles.
+
+    Parameters
+    ----------
+    caster : Caster
+    duals : Duals
+
+    Returns
+    -------
+    order : (n,) int32
+        Edges.
+    keys : (n,) uint64
+        Their places on the curve, ascending.
+    """
+    keys = np.zeros(len(duals.edges), np.uint64)
+    _make_keys(duals.points, duals.edges, caster.edge_faces, caster.turn, keys)
+    order = np.argsort(keys)
+    return duals.edges[order], keys[order]
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _make_keys(points, edges, edge_faces, turn, keys):
+    for i in prange(edges.size):
+        edge = edges[i]
+        a, b = edge_faces[edge, 0], edge_faces[edge, 1]
+        sign = -1.0 if turn[edge] else 1.0
+        key = np.uint64(0)
+        for axis in range(4):
+            middle = 0.5 * (points[a, axis] + sign * points[b, axis])
+            cell = np.uint64(min(max((middle + 1.0) * 32768.0, 0.0), 65535.0))
+            # Three empty bits between any two of the 16.
+            cell = (cell | (cell << np.uint64(24))) & np.uint64(0x000000FF000000FF)
+            cell = (cell | (cell << np.uint64(12))) & np.uint64(0x000F000F000F000F)
+            cell = (cell | (cell << np.uint64(6))) & np.uint64(0x0303030303030303)
+            cell = (cell | (cell << np.uint64(3))) & np.uint64(0x1111111111111111)
+            key |= cell << np.uint64(axis)
+        keys[i] = key
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _put_boxes(children, boxes):
+    """Put a box around each block of boxes or segments, rounded outward."""
+    for block in prange(boxes.shape[0]):
+        for i in range(min(WIDTH, children.shape[0] - block * WIDTH)):
+            child = children[block * WIDTH + i]
+            for axis in range(4):
+                low, high = np.inf, -np.inf
+                for j in range(WIDTH):
+                    middle = np.float64(child[axis, j])
+                    half = abs(np.float64(child[4 + axis, j]))
+                    if not np.isnan(middle):
+                        low = min(low, middle - half)
+                        high = max(high, middle + half)
+                rounded = np.float32(0.5 * (low + high))
+                half = max(high - np.float64(rounded), np.float64(rounded) - low)
+                boxes[block, axis, i] = rounded
+                boxes[block, 4 + axis, i] = np.float32(half * (1.0 + 2.0**-22))
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _sift(boxes, starts, segments, numbers, normal, margin):
+    """Follow the boxes that the plane cuts from level to level, down to segments."""
+    x, y, z, w = normal[0], normal[1], normal[2], normal[3]
+    ax, ay, az, aw = abs(x), abs(y), abs(z), abs(w)
+    scratch = np.empty((2, WIDTH), np.float32)
+    front = np.empty(segments.shape[0] + WIDTH, np.int32)
+    back = np.empty(segments.shape[0] + WIDTH, np.int32)
+    cut = np.empty(WIDTH, np.bool_)
+    front[0] = 0
+    n = min(1, segments.shape[0])
+    for level in range(starts.size - 1):
+        m = 0
+        for q in range(n):
+            number = front[q]
+            box = boxes[starts[level] + number]
+            for i in range(WIDTH):
+                middle = box[0, i] * x + box[1, i] * y + box[2, i] * z + box[3, i] * w
+                half = box[4, i] * ax + box[5, i] * ay + box[6, i] * az + box[7, i] * aw
+                cut[i] = abs(middle) <= half + margin
+            for i in range(WIDTH):
+                back[m] = number * WIDTH + i
+                m += cut[i]
+        n = m
+        front, back = back, front
+    codes = np.empty((n + 1) * WIDTH, np.int32)
+    unsure = np.empty((n + 1) * WIDTH, np.int32)
+    m, k = 0, 0
+    for q in range(n):
+        block = front[q]
+        m, k = sift_block(
+            segments[block], numbers[block], normal, margin, scratch, codes, m, unsure, k
+        )
+    return codes[:m], unsure[:k]

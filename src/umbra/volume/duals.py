@@ -1,0 +1,165 @@
+"""
+Edges in dual space: where a silhouette is what a plane through the origin cuts.
+
+A face's plane, four numbers, is a point; a light is a plane through the origin; a
+face is lit if its point lies on the light's positive side. A pair of faces is in
+the silhouette if the segment between their points is cut, which a tree over the
+segments finds without asking every one. Two kinds of pairs are not such segments:
+
+- A turned pair is in the silhouette if its faces are *equally* lit. That is a
+  segment, too: to the second point's opposite through the origin.
+- Borders are always in the silhouette; faces whose plane is no number or nearly 0
+  have no direction. Both are kept apart, and asked every time.
+
+Sources: Hertzmann and Zorin 2000, section 4; Wallner 2008, section 3, with the
+corrections of docs/papers.md: duals of faces, scaled about the middle.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from umbra.volume.adjacency import Caster
+
+__all__ = ["Duals", "Fit", "Plane", "make_duals"]
+
+_LEAST, _MOST = 1e-100, 1e100  # lengths whose products neither vanish nor overflow
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """
+    A light in dual space.
+
+    Parameters
+    ----------
+    normal : (4,) float32
+        Its largest part is 1 in size.
+    margin : float32
+        Where ``point @ normal`` is larger in size, float32 has its sign right.
+    """
+
+    normal: NDArray[np.float32]
+    margin: np.float32
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """
+    How a caster was fitted into the cube from -1 to 1.
+
+    Parameters
+    ----------
+    centre : (3,) float64
+        Middle of the vertices in use [m].
+    reach : float
+        No vertex is farther from it [m].
+    """
+
+    centre: NDArray[np.float64]
+    reach: float
+
+    def place(self, light: NDArray[np.float64]) -> Plane | None:
+        """
+        Give a light as a plane.
+
+        Its margin bounds, for points in the cube, twice what rounding can do: some 16
+        float32 roundings of numbers up to ``sum(abs(normal))``; and in float64 those of
+        the sum of four products that decides whether a face is lit, perhaps far from
+        the origin.
+
+        Parameters
+        ----------
+        light : (4,) float64
+
+        Returns
+        -------
+        plane : Plane, optional
+            None if products with the light might vanish or overflow.
+        """
+        size = float(np.abs(light).max())
+        if not _LEAST < size < _MOST:
+            return None
+        away = np.append(light[:3] - light[3] * self.centre, light[3] * self.reach)
+        length = float(np.abs(away).max())
+        if not _LEAST < length < _MOST:
+            return None
+        normal = (away / length).astype(np.float32)
+        far = float(np.abs(self.centre).sum()) + self.reach
+        single = 2.0**-19 * float(np.abs(normal).sum())
+        double = 2.0**-46 * float(np.abs(light[:3]).sum() + abs(light[3]) * far) / length
+        return Plane(normal, np.float32(single + double))
+
+
+@dataclass(frozen=True, eq=False)
+class Duals:
+    """
+    A caster's faces as points, and its pairs as segments between them.
+
+    Parameters
+    ----------
+    fit : Fit
+    points : (n_faces + 1, 4) float64
+        Unit normal, and the plane's signed distance from the centre over the reach;
+        NaN where a plane has no direction.
+    edges : (n,) int32
+        The pairs that are segments.
+    always : (n_always,) int32
+        The other pairs.
+    """
+
+    fit: Fit
+    points: NDArray[np.float64]
+    edges: NDArray[np.int32]
+    always: NDArray[np.int32]
+
+
+def make_duals(caster: Caster) -> Duals:
+    """
+    Give a caster's faces as points.
+
+    Parameters
+    ----------
+    caster : Caster
+
+    Returns
+    -------
+    duals : Duals
+    """
+    used = np.zeros(len(caster.vertices), np.bool_)
+    used[caster.faces.ravel()] = True
+    places = caster.vertices[used] if used.any() else np.zeros((1, 3))
+    low, high = places.min(0), places.max(0)
+    fit = Fit((low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, _LEAST))
+    points = np.full((caster.planes.shape[1], 4), np.nan)
+    _place_points(caster.planes, fit.centre, fit.reach, points)
+    loose = np.zeros(len(caster.edges), np.bool_)
+    _find_loose(points, caster.edge_faces, loose)
+    return Duals(
+        fit,
+        points,
+        np.flatnonzero(~loose).astype(np.int32),
+        np.flatnonzero(loose).astype(np.int32),
+    )
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _place_points(planes, centre, reach, points):
+    for face in prange(points.shape[0]):
+        x, y, z = planes[0, face], planes[1, face], planes[2, face]
+        length = np.sqrt(x * x + y * y + z * z)
+        if 1e-100 < length < 1e100:
+            away = planes[3, face] + x * centre[0] + y * centre[1] + z * centre[2]
+            points[face, 0] = x / length
+            points[face, 1] = y / length
+            points[face, 2] = z / length
+            points[face, 3] = away / length / reach
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _find_loose(points, edge_faces, loose):
+    for edge in prange(loose.size):
+        a, b = edge_faces[edge, 0], edge_faces[edge, 1]
+        loose[edge] = a == b or points[a, 0] != points[a, 0] or points[b, 0] != points[b, 0]

@@ -1,0 +1,251 @@
+"""Trees in dual space: held against brute force, edge by edge, and forced to be asked."""
+
+import gc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, terrain, torus_knot
+
+import umbra
+from umbra.bench.scenes import make_boulder
+from umbra.errors import InputError
+from umbra.volume import silhouette
+from umbra.volume.adjacency import make_caster
+from umbra.volume.clip import clip_above
+from umbra.volume.dual_tree import make_dual_tree
+from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes, prepare_tree
+
+TREES = ["tree"]
+DATA = Path(__file__).parents[2] / "../shared/data"
+FILES = [
+    "vienna_lod2.city.jsonl",
+    "zurich_lod2.city.json",
+    "delft.city.json",
+    "denhaag.city.json",
+    "engel_house.obj",
+    "urban_block.obj",
+]
+
+
+def find_codes(caster, lights, method):
+    """Give the sorted codes of each light."""
+    codes = []
+    for _, found in find_silhouettes(caster, np.asarray(lights, float), method):
+        codes += np.split(found.codes[: found.starts[-1]], found.starts[1:-1])
+    return [np.sort(mine) for mine in codes]
+
+
+def check(caster, lights, method):
+    """Demand the very codes of brute force."""
+    found = find_codes(caster, lights, method)
+    expected = find_codes(caster, lights, "brute")
+    assert len(found) == len(expected) == len(lights)
+    for light, mine, theirs in zip(lights, found, expected):
+        np.testing.assert_array_equal(mine, theirs, err_msg=f"light {light}")
+
+
+def make_lights(caster, n, seed=0):
+    """Give random lights near and far, sky and point, many of them exactly in faces' planes."""
+    rng = np.random.default_rng(seed)
+    used = caster.vertices[caster.faces.ravel()]
+    middle, size = used.mean(0), np.ptp(used, axis=0).max() + 1e-3
+    skies = np.append(rng.normal(size=(n, 3)), np.zeros((n, 1)), 1)
+    skies[::4, :3] = rng.integers(-2, 3, (len(skies[::4]), 3))  # along axes and diagonals
+    places = middle + rng.normal(size=(n, 3)) * size * 10.0 ** rng.uniform(-2, 4, (n, 1))
+    corner = caster.vertices[caster.faces[rng.integers(0, len(caster.faces), n), 0]]
+    places[::4] = corner[::4] + rng.integers(-3, 4, (len(corner[::4]), 3))  # level with a corner
+    places[1::8] = corner[1::8]  # in a corner
+    lights = np.concatenate([skies, np.append(places, np.ones((n, 1)), 1)])
+    return lights[np.abs(lights).max(1) > 0]
+
+
+@pytest.mark.parametrize("method", TREES)
+@pytest.mark.parametrize("name", SCENES)
+def test_every_scene_is_as_by_brute_force(name, method):
+    caster = make_caster(*SCENES[name]())
+    lights = make_lights(caster, 200)
+    check(caster, lights, method)
+    rng = np.random.default_rng(1)
+    check(caster.opened(rng.random(len(caster.is_closed)) < 0.5), lights, method)
+    check(caster.opened(np.ones_like(caster.is_closed)), lights, method)
+
+
+@pytest.mark.parametrize("method", TREES)
+def test_a_smooth_mesh_is_as_by_brute_force_for_thousands_of_lights(method):
+    model = make_boulder(4)
+    caster = make_caster(model.vertices, model.faces)
+    check(caster, make_lights(caster, 2000), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+@pytest.mark.parametrize("mesh", [terrain(n=60), city(8), torus_knot()])
+def test_larger_meshes_are_as_by_brute_force(mesh, method):
+    caster = make_caster(*mesh)
+    check(caster, make_lights(caster, 300), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+@pytest.mark.parametrize("away", [1e3, 4e5, 1e7, 1e11, 1e13])
+def test_far_from_the_origin_rounding_matters_and_is_the_same(away, method):
+    caster = make_caster(*moved(city(5), (away, -2 * away, away / 3)))
+    check(caster, make_lights(caster, 300), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+def test_lights_in_the_planes_of_rounded_faces(method):
+    # The plane of a face far from the origin, and lights as near to it as numbers go.
+    caster = make_caster(*moved(city(3), (4e5, 5e6, 100)))
+    rng = np.random.default_rng(0)
+    lights = []
+    for face in rng.integers(0, len(caster.faces), 300):
+        a, b, c = caster.vertices[caster.faces[face]]
+        u, v = rng.uniform(-3, 3, 2)
+        lights.append(np.append(a + u * (b - a) + v * (c - a), 1))
+        lights.append(np.append(u * (b - a) + v * (c - a), 0))
+    check(caster, np.array(lights), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+@pytest.mark.parametrize("length", [1e-320, 1e-200, 1e-90, 1e-30, 1e30, 1e90, 1e200])
+def test_lights_of_any_length(length, method):
+    caster = make_caster(*SCENES["house and fence"]())
+    rng = np.random.default_rng(0)
+    suns = np.append(rng.normal(size=(20, 3)), np.zeros((20, 1)), 1)
+    check(caster, suns * length, method)
+    check(caster, np.append(suns[:, :3] * min(length, 1e150), np.ones((20, 1)), 1), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+@pytest.mark.parametrize("size", [1e-60, 1e-52, 1e-9, 1e9, 1e45, 1e52])
+def test_meshes_of_any_size(size, method):
+    vertices, faces = SCENES["jumble"]()
+    caster = make_caster(vertices * size, faces)
+    check(caster, make_lights(caster, 50), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+def test_needles_and_faces_without_area(method):
+    rng = np.random.default_rng(3)
+    vertices = rng.uniform(-5, 5, (40, 3))
+    vertices[20:] = vertices[:20] + rng.normal(size=(20, 3)) * 10.0 ** rng.uniform(-18, -3, (20, 1))
+    vertices[30:] = (vertices[:10] + vertices[10:20]) / 2  # often exactly between two others
+    faces = np.array([rng.choice(40, 3, replace=False) for _ in range(300)], np.int32)
+    faces[:10] = np.stack([np.arange(10), np.arange(10, 20), np.arange(30, 40)], 1)
+    caster = make_caster(vertices, faces)
+    check(caster, make_lights(caster, 200), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+def test_casters_cut_at_a_plane(method):
+    # A cut edge of a closed thing has no second face: its plane is no number.
+    for name in "house and fence", "turned boxes", "soup":
+        caster = clip_above(make_caster(*SCENES[name]()), 2.5)
+        check(caster, make_lights(caster, 100), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+def test_nothing_and_next_to_nothing(method):
+    nothing = make_caster(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+    lights = np.array([[0, 0, 1.0, 0], [1, 2, 3, 1]])
+    check(nothing, lights, method)
+    check(make_caster(*sheet([(0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)])), lights, method)
+    check(make_caster(*soup(np.random.default_rng(0), 1)), lights, method)
+
+
+@pytest.mark.parametrize("method", TREES)
+@pytest.mark.parametrize("n", range(1, 9))
+def test_as_many_segments_as_fill_blocks_or_levels_and_one_more(n, method):
+    # 18 edges a box, 6 of them flat: 16 and 256 places lie between.
+    mesh = merge(*[box((3 * k, 0, 0), (3 * k + 1, 2 + k, 5)) for k in range(2 * n)])
+    caster = make_caster(*mesh)
+    check(caster, make_lights(caster, 60), method)
+
+
+lights = st.tuples(*[st.floats(-12, 12, width=32)] * 3, st.sampled_from([0.0, 1.0])).filter(
+    lambda v: any(v[:3])
+)
+
+
+@pytest.mark.parametrize("method", TREES)
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.integers(0, 2**32), st.integers(1, 120), st.integers(3, 14), st.booleans(), lights)
+def test_any_soup_is_as_by_brute_force(method, seed, n, places, whole, light):
+    mesh = jumble(np.random.default_rng(seed), n, places)
+    if whole:  # many faces edge-on, many without area
+        mesh = np.round(mesh[0] / 4), mesh[1]
+        light = (*np.round(light[:3]), light[3])
+        if not any(light[:3]):
+            return
+    check(make_caster(*mesh), np.array([light], float), method)
+
+
+@pytest.mark.parametrize("method", TREES)
+@pytest.mark.parametrize("name", FILES)
+def test_real_files_are_as_by_brute_force(name, method):
+    if not (DATA / name).is_file():
+        pytest.skip(f"{name} is not here: the real models lie outside the repository")
+    scene = umbra.read(DATA / name)
+    triangles = scene.triangles()
+    caster = make_caster(triangles.vertices, triangles.faces, scene.groups()[triangles.part])
+    check(caster, make_lights(caster, 60), method)
+
+
+def test_boxes_leave_most_segments_alone():
+    # That answers are right would not show it if every box were let through.
+    model = make_boulder(5)
+    caster = make_caster(model.vertices, model.faces)
+    tree = make_dual_tree(caster)
+    edges, _ = find_silhouette_edges(caster, np.array([0.3, 0.2, 0.5, 0]))
+    _, unsure = tree.sift(tree.segments.fit.place(np.array([0.3, 0.2, 0.5, 0])))
+    assert len(edges) > 300
+    assert len(unsure) < 10
+    assert not len(tree.segments.always)
+    for level in range(len(tree.starts) - 1):
+        boxes = tree.boxes[tree.starts[level] : tree.starts[level + 1]]
+        size = np.nanmean(boxes[:, 4:].max(1))
+        assert size < 1.5 * 0.4**level
+
+
+def test_a_tree_is_built_for_lights_that_keep_coming(monkeypatch):
+    monkeypatch.setattr(silhouette, "_EDGES", 10)
+    built = []
+    make = silhouette._MAKERS["tree"]
+    monkeypatch.setitem(silhouette._MAKERS, "tree", lambda c: built.append(1) or make(c))
+    gc.collect()
+    before = len(silhouette._kept)
+    caster = make_caster(*city(3))
+    suns = make_lights(caster, 100)
+    list(find_silhouettes(caster, suns))  # all at once: by brute force
+    for n, sun in enumerate(suns[:10]):
+        assert len(built) == (n >= 4)
+        # A frame opens its caster anew each time; the tree stays.
+        opened = caster.opened(np.arange(9) % 2 == n % 2)
+        (mine,), (theirs,) = (find_codes(opened, [sun], m) for m in ("auto", "brute"))
+        np.testing.assert_array_equal(mine, theirs)
+    assert len(silhouette._kept) == before + 1
+    del caster, opened
+    gc.collect()
+    assert len(silhouette._kept) == before
+
+
+def test_a_tree_can_be_prepared():
+    caster = make_caster(*city(3))
+    tree = prepare_tree(caster)
+    assert prepare_tree(caster.opened(np.ones(9, bool))) is tree
+    assert prepare_tree(make_caster(*city(3))) is not tree
+
+
+def test_no_tree_for_borders_alone(monkeypatch):
+    monkeypatch.setattr(silhouette, "_EDGES", 10)
+    monkeypatch.setitem(silhouette._MAKERS, "tree", None)
+    caster = make_caster(*soup(np.random.default_rng(0)))
+    for _ in range(8):
+        assert len(find_codes(caster, [[0.1, 0.2, 1, 0]], "auto")[0]) == len(caster.edges)
+
+
+def test_an_unknown_method_is_refused():
+    with pytest.raises(InputError, match="there is no method 'octree' for silhouettes"):
+        list(find_silhouettes(make_caster(*city(1)), np.array([[0, 0, 1.0, 0]]), "octree"))
