@@ -1,6 +1,7 @@
 """Triangles and the parts they make: what a file holds, before any shadow."""
 
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -107,6 +108,11 @@ class Part:
     transform : (4, 4) float64, optional
         From the mesh's frame to the scene's; None is the identity.
     material : Material, optional
+    layer : str
+        The file or group of files it came in: ``existing``, ``proposed``.
+    tags : tuple of str
+        Further words that choose it: storey, type, material, its own name where
+        ``name`` is that of the whole.
     """
 
     name: str
@@ -114,6 +120,20 @@ class Part:
     mesh: Mesh
     transform: NDArray[np.float64] | None = None
     material: Material = field(default=PLAIN)
+    layer: str = ""
+    tags: tuple[str, ...] = ()
+
+    def matches(self, pattern: str) -> bool:
+        """
+        Tell whether a shell pattern matches its name, kind, layer or a tag.
+
+        Parameters
+        ----------
+        pattern : str
+            Upper and lower case count.
+        """
+        words = (self.name, self.kind, self.layer, *self.tags)
+        return any(fnmatchcase(word, pattern) for word in words)
 
     @property
     def color(self) -> Color:

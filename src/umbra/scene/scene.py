@@ -1,6 +1,5 @@
 """A scene: parts about a local origin, and what the file says of its place on earth."""
 
-import fnmatch
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -57,6 +56,8 @@ class Scene:
         Coordinate reference system of the model's own coordinates.
     latitude, longitude : float, optional
         Of the site, if the file says so [degrees].
+    elevation : float, optional
+        Of the site above the sea, if the file says so [m].
     true_north : float, optional
         Azimuth of true north in the model's plan, clockwise from +y [degrees].
     sources : tuple of Source
@@ -71,6 +72,7 @@ class Scene:
     crs: str | None = None
     latitude: float | None = None
     longitude: float | None = None
+    elevation: float | None = None
     true_north: float | None = None
     sources: tuple[Source, ...] = ()
     notes: tuple[str, ...] = ()
@@ -120,11 +122,10 @@ class Scene:
         )
 
     def groups(self) -> NDArray[np.int32]:
-        """Give a number to each name: parts of one thing share it, (n_parts,) int32."""
-        numbers: dict[str, int] = {}
-        return np.array(
-            [numbers.setdefault(part.name, len(numbers)) for part in self.parts], np.int32
-        )
+        """Give a number to each name in a layer: parts of one thing share it, (n_parts,) int32."""
+        numbers: dict[tuple[str, str], int] = {}
+        keys = ((part.layer, part.name) for part in self.parts)
+        return np.array([numbers.setdefault(key, len(numbers)) for key in keys], np.int32)
 
     def bounds(self) -> NDArray[np.float64]:
         """
@@ -146,7 +147,7 @@ class Scene:
         Parameters
         ----------
         cast, no_cast : sequences of str
-            Shell patterns against names and kinds. Without ``cast`` every part
+            Shell patterns against names, kinds, layers and tags. Without ``cast`` every part
             casts; ``no_cast`` then takes parts away.
 
         Returns
@@ -160,17 +161,13 @@ class Scene:
         """
 
         def matches(pattern: str) -> set[int]:
-            found = {
-                i
-                for i, part in enumerate(self.parts)
-                if fnmatch.fnmatchcase(part.name, pattern)
-                or fnmatch.fnmatchcase(part.kind, pattern)
-            }
+            found = {i for i, part in enumerate(self.parts) if part.matches(pattern)}
             if not found:
                 kinds = sorted({part.kind for part in self.parts if part.kind})
                 names = sorted({part.name for part in self.parts})
-                shown = ", ".join((kinds + names)[:12])
-                more = len(kinds) + len(names) - 12
+                words = sorted({part.layer for part in self.parts} - {""}) + kinds + names
+                shown = ", ".join(words[:12])
+                more = len(words) - 12
                 msg = (
                     f"'{pattern}' matches no part; the file has {shown}"
                     + (f" and {more} more" if more > 0 else "")
@@ -205,8 +202,8 @@ def make_scene(
     name : str
         Of the one part, when ``faces`` is given.
     **facts
-        ``crs``, ``latitude``, ``longitude``, ``true_north``, ``sources``, ``notes``,
-        ``lights``.
+        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north``, ``sources``,
+        ``notes``, ``lights``.
 
     Raises
     ------

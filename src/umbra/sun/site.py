@@ -74,7 +74,8 @@ def find_site(
     Parameters
     ----------
     scene : Scene
-        Its ``latitude``, ``longitude`` and ``true_north`` are the defaults.
+        Its ``latitude``, ``longitude`` and ``true_north`` are the defaults, and its
+        ``elevation`` is taken.
     latitude, longitude : float, optional
         [degrees]
     zone : str, optional
@@ -95,6 +96,7 @@ def find_site(
     """
     latitude = scene.latitude if latitude is None else latitude
     longitude = scene.longitude if longitude is None else longitude
+    elevation = getattr(scene, "elevation", None)
     true_north = scene.true_north if true_north is None else true_north
     if latitude is None or longitude is None:
         missing = [
@@ -112,6 +114,7 @@ def find_site(
         latitude,
         longitude,
         zone,  # type: ignore[arg-type]
+        elevation=0.0 if elevation is None else elevation,
         true_north=0.0 if true_north is None else true_north,
     )
 
