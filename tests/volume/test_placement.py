@@ -126,6 +126,19 @@ def test_cases_by_hand(camera, mesh, light, expected):
     assert placed(mesh, camera, light) == expected
 
 
+def test_in_parallel_rays_all_of_infinity_is_one_point():
+    # Thrown ahead and west: in view, but not straight ahead.
+    behind = box((-0.1, -1, -0.1), (0.1, -0.5, 0.1))
+    assert placed(behind, AHEAD, (1, -5, 0, 1)) == (2, False, True)
+    assert placed(behind, FLAT, (1, -5, 0, 1)) == (2, False, False)
+    bounds = np.array([[[-0.1, -1, -0.1], [0.1, -0.5, 0.1]]])
+    for camera, light, expected in (
+        (AHEAD, (1, -5, 0, 1), True), (FLAT, (1, -5, 0, 1), False), (FLAT, (0, -5, 0, 1), True),
+    ):  # fmt: skip
+        found = find_placements(bounds, make_regions(camera, light))
+        assert found.needs_dark_cap.tolist() == [expected]
+
+
 def test_only_triangles_that_cast_count():
     # Walls on both sides of the way to the light: bounds cannot tell, triangles can.
     walls = [triangle((x, 2.9, -9), (x, 2.9, 9), (x, 1, 0)) for x in (-3, 3)]
