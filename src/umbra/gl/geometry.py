@@ -7,7 +7,7 @@ its points are stored and which transform moves them. So one index list can name
 points of any number of instances, and one draw is enough for all.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from umbra.gl.context import Device
 from umbra.gl.programs import Program
 from umbra.scene import Scene
 
-__all__ = ["BLOCK", "FIRST_UNIT", "Geometry", "Group", "make_groups"]
+__all__ = ["BLOCK", "FIRST_UNIT", "Geometry", "Group", "TextureBuffer", "make_groups"]
 
 BLOCK = 64
 """Numbers that share an entry, as in ``place.glsl``."""
@@ -116,6 +116,8 @@ class Geometry:
         outward also where a transform mirrors.
     n_points : int
         Numbers in use.
+    n_stored : int
+        Points stored: those of instances only once.
     """
 
     def __init__(self, device: Device, scene: Scene) -> None:
@@ -136,14 +138,15 @@ class Geometry:
             blocks.append(np.tile(np.array(entry, np.int32), (-(-len(group.vertices) // BLOCK), 1)))
         self.transforms = np.array(transforms).reshape(-1, 4, 4)
         self.n_points = sum(map(len, blocks)) * BLOCK
+        self.n_stored, self._stored = count, stored
         self.faces = self._number_faces(scene)
         padded = np.zeros((count, 4), np.float32)
         np.concatenate(points, out=padded[:, :3], casting="same_kind")
         rows = self.transforms[:, :3].astype(np.float32)
         self._buffers = [
-            _TextureBuffer(device, padded, _RGBA32F),
-            _TextureBuffer(device, np.concatenate(blocks), _RG32I),
-            _TextureBuffer(device, rows if rows.size else np.zeros(4, np.float32), _RGBA32F),
+            TextureBuffer(device, padded, _RGBA32F),
+            TextureBuffer(device, np.concatenate(blocks), _RG32I),
+            TextureBuffer(device, rows if rows.size else np.zeros(4, np.float32), _RGBA32F),
         ]
 
     def _number_faces(self, scene: Scene) -> NDArray[np.uint32]:
@@ -155,6 +158,12 @@ class Geometry:
                 numbers = 2 * (faces.astype(np.uint32) + np.uint32(group.first + offset))
                 lists[index] = numbers[:, ::-1] if turned else numbers
         return np.concatenate(lists)
+
+    def places(self) -> Iterator[tuple[int, int]]:
+        """Give each part, and where its mesh's first vertex is stored."""
+        for group in self.groups:
+            for index, offset in zip(group.parts, group.offsets, strict=True):
+                yield index, self._stored[id(group.vertices)] + offset
 
     def move(self, transforms: NDArray[np.float64]) -> None:
         """
@@ -186,7 +195,7 @@ def is_mirrored(transform: NDArray[np.float64] | None) -> bool:
     return transform is not None and bool(np.linalg.det(transform[:3, :3]) < 0)
 
 
-class _TextureBuffer:
+class TextureBuffer:
     """A buffer that shaders read by ``texelFetch``."""
 
     def __init__(self, device: Device, values: NDArray, internal: int) -> None:

@@ -66,7 +66,7 @@ class Target:
             raise InputError(msg, limit=limit)
         self.size, self.colors = size, tuple(colors)
         self._device = device
-        self._owns_depth = depth_of is None
+        self.depth_of = depth_of
         self.framebuffer = gl.make("Framebuffer")
         device.keep("framebuffer", self.framebuffer)
         gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
@@ -180,7 +180,7 @@ class Target:
         gl = self._device.gl
         gl.BindFramebuffer(_FRAMEBUFFER, 0)
         owned = [("Framebuffer", self.framebuffer), *(("Texture", t) for t in self.textures)]
-        if self._owns_depth and self._depth:
+        if self.depth_of is None and self._depth:
             owned.append(("Renderbuffer", self._depth))
         for kind, number in owned:
             if number:

@@ -1,0 +1,201 @@
+"""
+Casters: the things of a scene that throw one shadow volume each, side by side in arrays.
+
+A *body* is a mesh with its adjacency and all its instances. Its triangles fall into
+*things*, which share no edge, so each has a closed silhouette of its own and can be
+placed and culled by itself. Work on things is done for all of them at once.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.anchor import FaceBlocks
+from umbra.gl.geometry import Geometry, Group, is_mirrored
+from umbra.scene import Scene
+from umbra.volume.adjacency import Caster, make_caster
+from umbra.volume.bounds import find_box_points
+
+__all__ = ["Body", "make_bodies"]
+
+MOST_THINGS = 4096
+"""More are put together, neighbour with neighbour, in one body."""
+
+
+@dataclass(eq=False)
+class Body:
+    """
+    A mesh that casts, and its instances.
+
+    Parameters
+    ----------
+    caster : Caster
+        In the mesh's own frame; edges in the order of their things.
+    faces : (n_faces,) int
+        Faces of the caster in the order of their things.
+    face_starts : (n_things + 1,) int
+        Thing k owns ``faces[face_starts[k]:face_starts[k + 1]]``.
+    edge_thing : (n_edges,) int32
+    bounds : (n_things, 2, 3) float64
+        In the mesh's own frame [m].
+    groups : list of Group
+        The instances.
+    """
+
+    caster: Caster
+    faces: NDArray[np.intp]
+    face_starts: NDArray[np.intp]
+    edge_thing: NDArray[np.int32]
+    bounds: NDArray[np.float64]
+    groups: list[Group]
+    blocks: FaceBlocks = field(init=False)
+    suspects: NDArray[np.bool_] = field(init=False)
+    component_bounds: NDArray[np.float64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        caster = self.caster
+        self.blocks = FaceBlocks.of(caster)
+        corners = caster.vertices[caster.faces]
+        a, b, c = corners.transpose(1, 0, 2)
+        volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
+        self.is_inward = (volume < 0) & caster.is_closed
+        self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
+        self.first = np.array([group.first for group in self.groups], np.int64)
+        self.mirrored = np.array([is_mirrored(group.transform) for group in self.groups])
+        self.transforms = np.array(
+            [np.eye(4) if g.transform is None else g.transform for g in self.groups]
+        )
+
+    @property
+    def n_things(self) -> int:
+        """Things of one instance."""
+        return len(self.bounds)
+
+    def lights(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
+        """
+        Take a light into every instance's own frame.
+
+        Parameters
+        ----------
+        light : (4,) float64
+            Relative to the scene's origin.
+
+        Returns
+        -------
+        lights : (n_instances, 4) float64
+        """
+        if len(self.groups) == 1 and self.groups[0].transform is None:
+            return light[None]
+        inside = np.linalg.solve(
+            self.transforms, np.broadcast_to(light, (len(self.first), 4))[..., None]
+        )
+        inside[:, 3] = light[3]
+        return inside[..., 0]
+
+    def world_bounds(self) -> NDArray[np.float64]:
+        """Give boxes around the things of all instances, (n_instances * n_things, 2, 3)."""
+        if len(self.groups) == 1 and self.groups[0].transform is None:
+            return self.bounds
+        corners = find_box_points(self.bounds)
+        moved = np.einsum("nij,tkj->ntki", self.transforms[:, :3], corners)
+        return np.stack([moved.min(2), moved.max(2)], 2).reshape(-1, 2, 3)
+
+
+def make_bodies(
+    scene: Scene, geometry: Geometry, casters: Sequence[int] | None = None
+) -> list[Body]:
+    """
+    Make the casters of a scene.
+
+    Parts that stand still are judged together, as on the CPU; a group that a transform
+    moves is judged alone, once for all its instances.
+
+    Parameters
+    ----------
+    scene : Scene
+    geometry : Geometry
+        Of this scene.
+    casters : sequence of int, optional
+        Indices of the parts that cast; all by default.
+
+    Returns
+    -------
+    bodies : list of Body
+    """
+    chosen = set(range(len(scene.parts)) if casters is None else casters)
+    names = scene.groups()
+    alike: dict[tuple, list[Group]] = {}
+    for group in geometry.groups:
+        mine = [place for place, index in enumerate(group.parts) if index in chosen]
+        key = (id(group.vertices), *(id(scene.parts[group.parts[p]].mesh.faces) for p in mine))
+        if mine:
+            alike.setdefault(key, []).append(group)
+    bodies = []
+    for groups in alike.values():
+        group = groups[0]
+        lists, things = [], []
+        for index, offset in zip(group.parts, group.offsets, strict=True):
+            if index in chosen:
+                lists.append(scene.parts[index].mesh.faces + offset)
+                things.append(np.full(len(lists[-1]), names[index]))
+        faces = np.concatenate(lists).astype(np.int32, copy=False)
+        caster = make_caster(group.vertices, faces, np.concatenate(things))
+        if len(caster.faces):
+            bodies.append(_make_body(caster, groups))
+    return bodies
+
+
+def _make_body(caster: Caster, groups: list[Group]) -> Body:
+    component_thing = _find_things(caster)
+    thing = component_thing[caster.component]
+    edge_thing = thing[caster.edge_faces[:, 0]].astype(np.int32)
+    order = np.argsort(edge_thing, kind="stable")
+    caster = replace(
+        caster,
+        edges=np.ascontiguousarray(caster.edges[order]),
+        edge_faces=np.ascontiguousarray(caster.edge_faces[order]),
+        turn=caster.turn[order],
+        weight=caster.weight[order],
+    )
+    n_things = int(component_thing.max()) + 1
+    return Body(
+        caster=caster,
+        faces=np.argsort(thing, kind="stable"),
+        face_starts=np.append(0, np.cumsum(np.bincount(thing, minlength=n_things))),
+        edge_thing=edge_thing[order],
+        bounds=_bound(caster.vertices[caster.faces], thing, n_things),
+        groups=groups,
+    )
+
+
+def _find_things(caster: Caster) -> NDArray[np.intp]:
+    """Give the thing of each component: components that pair across an edge are one."""
+    n = len(caster.is_closed)
+    thing = np.arange(n)
+    a, b = caster.component[caster.edge_faces].T
+    joined = np.unique(np.stack([a, b], 1)[a != b], axis=0)
+    while len(joined):  # labels spread along the pairs until they agree
+        low = np.minimum(thing[joined[:, 0]], thing[joined[:, 1]])
+        before = thing.copy()
+        np.minimum.at(thing, joined[:, 0], low)
+        np.minimum.at(thing, joined[:, 1], low)
+        if (thing == before).all():
+            break
+    # Faces lie along a curve through space: things that come first together are neighbours.
+    first = np.full(n, len(caster.faces))
+    np.minimum.at(first, thing[caster.component], np.arange(len(caster.faces)))
+    found = np.unique(thing)
+    rank = np.zeros(n, np.intp)
+    rank[found[np.argsort(first[found])]] = np.arange(len(found))
+    return rank[thing] // -(-len(found) // MOST_THINGS)
+
+
+def _bound(corners: NDArray[np.float64], owner: NDArray, n: int) -> NDArray[np.float64]:
+    """Give the boxes around triangles (n_faces, 3, 3) of each owner, (n, 2, 3)."""
+    order = np.argsort(owner, kind="stable")
+    starts = np.searchsorted(owner[order], np.arange(n))
+    low = np.minimum.reduceat(corners.min(1)[order], starts)
+    high = np.maximum.reduceat(corners.max(1)[order], starts)
+    return np.stack([low, high], 1)

@@ -1,0 +1,183 @@
+"""
+Shadow counts of the visible surface: in the stencil, or in floats beyond 255.
+
+Volumes are wound outward. Before the surface (z-pass) a front adds and a back takes
+away; behind it (z-fail) the other way round (NOTES on McGuire, C1). Operations wrap, so
+the order of faces does not matter. A fragment at the surface itself counts as behind:
+the depth test is LESS, and light caps, which lie in the surface, use NEVER.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.context import Device
+from umbra.gl.geometry import Geometry
+from umbra.gl.indices import draw_plain
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan, Planner
+from umbra.gl.programs import Program
+from umbra.gl.state import Pass, State, Stencil, one_sided
+from umbra.gl.target import Target
+
+__all__ = ["Counter"]
+
+_BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
+_BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
+
+# What lies before the near plane is before every near point, whose count z-pass starts
+# with: it is clipped there. z-fail must see all that is behind, to infinity.
+IN_STENCIL = {
+    Z_PASS: Pass(depth_test="less", stencil=_BEFORE),
+    Z_FAIL: Pass(depth_test="less", stencil=_BEHIND, depth_clamp=True),
+    LIGHT_CAP: Pass(depth_test="never", stencil=_BEHIND, depth_clamp=True, clip_near=True),
+}
+"""Passes that count in the stencil."""
+
+IN_FLOATS = {
+    Z_PASS: Pass(depth_test="less", color_write=True, blend="add"),
+    Z_FAIL: Pass(depth_test="gequal", color_write=True, blend="add", depth_clamp=True),
+    LIGHT_CAP: Pass(
+        depth_test="always", color_write=True, blend="add", depth_clamp=True, clip_near=True
+    ),
+}
+"""The same, adding to a float: what would fail the depth test there passes here."""
+
+_FRONT = {Z_PASS: 1.0, Z_FAIL: -1.0, LIGHT_CAP: -1.0}
+_MARK = Pass(stencil=Stencil(front_depth_pass="replace", back_depth_pass="replace", reference=1))
+_TEXTURE_2D, _TEXTURE0 = 0x0DE1, 0x84C0
+
+
+class Counter:
+    """
+    Draws planned volumes.
+
+    Parameters
+    ----------
+    device : Device
+    geometry : Geometry
+    planner : Planner
+    two_sided : bool
+        Count fronts and backs in one pass; else in two, where drivers are wrong.
+    """
+
+    def __init__(
+        self, device: Device, geometry: Geometry, planner: Planner, *, two_sided: bool = True
+    ) -> None:
+        self._device, self._geometry, self._planner = device, geometry, planner
+        self._two_sided = two_sided
+        self._in_stencil = Program(device, "volume.vert.glsl", "nothing.frag.glsl")
+        self._in_floats = Program(device, "volume.vert.glsl", "count.frag.glsl")
+        self._mark = Program(device, "picture.vert.glsl", "mask.frag.glsl")
+        self._floats: Target | None = None
+
+    def count(self, state: State, target: Target, plan: Plan) -> None:
+        """
+        Count, in the stencil, the shadow volumes that hold each visible surface.
+
+        Before: the target's depth holds the scene as ``plan.projection`` shows it. After:
+        stencil 0 means lit. It holds the count itself, or 1 for any other count where more
+        than 255 volumes may overlap (``plan.statistics.counts_in``); the target is in use.
+
+        Parameters
+        ----------
+        state : State
+        target : Target
+        plan : Plan
+        """
+        if plan.statistics.counts_in == "float":
+            self.count_in_floats(state, target, plan)
+            self._mark_shadow(state, target)
+            return
+        target.use()
+        state.clear(stencil=plan.start & 0xFF)
+        self._prepare(self._in_stencil, plan)
+        for draw in plan.draws:
+            passes = [IN_STENCIL[draw.kind]]
+            if not self._two_sided:
+                one = passes[0]
+                passes = [
+                    replace(one, stencil=one_sided(one.stencil, side), cull=other)  # type: ignore[arg-type]
+                    for side, other in (("front", "back"), ("back", "front"))
+                ]
+            self._in_stencil.set(is_cut=draw.is_cut)
+            for each in passes:
+                state.use(each)
+                self._planner.indices.draw(self._in_stencil, draw.first, draw.count)
+
+    def count_in_floats(self, state: State, target: Target, plan: Plan) -> Target:
+        """
+        Count in a float target of its own, exact up to 16 million volumes.
+
+        Parameters
+        ----------
+        state : State
+        target : Target
+            Whose depth holds the scene.
+        plan : Plan
+
+        Returns
+        -------
+        floats : Target
+            Of one ``r32f``, shared by later calls; it is in use.
+        """
+        if self._floats is None or self._floats.depth_of is not target:
+            self._release_floats()
+            self._floats = Target(self._device, target.size, ("r32f",), depth_of=target)
+        self._floats.use()
+        state.use(IN_FLOATS[Z_PASS])
+        self._floats.clear_color(float(plan.start))
+        self._prepare(self._in_floats, plan)
+        for draw in plan.draws:
+            self._in_floats.set(is_cut=draw.is_cut, front=_FRONT[draw.kind])
+            state.use(IN_FLOATS[draw.kind])
+            self._planner.indices.draw(self._in_floats, draw.first, draw.count)
+        return self._floats
+
+    def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:
+        """
+        Read the counts that ``count`` just made for a plan.
+
+        Returns
+        -------
+        counts : (rows, cols) int32
+            Row 0 is the top.
+        """
+        if plan.statistics.counts_in == "float" and self._floats is not None:
+            return np.rint(self._floats.read()).astype(np.int32)
+        counts = target.read_stencil().astype(np.int32)
+        if plan.statistics.deepest < 128:
+            # None can be so high: what is was below 0 by a pixel on an edge, and wrapped.
+            counts[counts > 127] -= 256
+        return counts
+
+    def _prepare(self, program: Program, plan: Plan) -> None:
+        self._geometry.bind(program)
+        program.set(
+            **plan.projection.uniforms(),
+            light=plan.light.astype(np.float32),
+            bottom=plan.bottom,
+        )
+
+    def _mark_shadow(self, state: State, target: Target) -> None:
+        """Set the stencil to 1 where the float count is not 0, to 0 elsewhere."""
+        if self._floats is None:
+            return
+        target.use()
+        state.clear(stencil=0)
+        state.use(_MARK)
+        self._device.gl.ActiveTexture(_TEXTURE0)
+        self._device.gl.BindTexture(_TEXTURE_2D, self._floats.textures[0])
+        self._mark.set(counts=0)
+        draw_plain(self._device, self._mark, 3)
+
+    def _release_floats(self) -> None:
+        if self._floats is not None:
+            self._floats.release()
+        self._floats = None
+
+    def release(self) -> None:
+        """Free the programs and the float target."""
+        self._release_floats()
+        for program in (self._in_stencil, self._in_floats, self._mark):
+            program.release()

@@ -1,0 +1,202 @@
+"""
+Frames on the gl device: the same questions as ``umbra.cpu.frame``, the same answers.
+
+The device finds which face each pixel sees and counts; the place of the visible point is
+then computed in float64 from the face's own plane, so positions are as good as the
+CPU's. Edges are float32's and the rasteriser's: faces and counts differ from the CPU's
+within 1/16 of a pixel of an edge, and where two surfaces are nearer than the depth
+buffer's step, d^2 / (2^24 near) at the distance d [m].
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.depth import GROUND, NOTHING, View
+from umbra.cpu.frame import Frame, FrameCounter
+from umbra.gl.context import Device, open_device
+from umbra.gl.count import Counter
+from umbra.gl.geometry import Geometry
+from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.plan import METHODS, Choices, Plan, Planner
+from umbra.gl.programs import Program
+from umbra.gl.projection import Projection, make_projection
+from umbra.gl.state import Pass, State
+from umbra.gl.target import Target
+from umbra.scene import Camera, Light, Scene
+
+__all__ = ["METHODS", "GlFrameCounter"]
+
+_SURFACE = Pass(depth_test="less", depth_write=True, color_write=True)
+
+
+class GlFrameCounter:
+    """
+    Count shadows in frames of one scene, on the gl device.
+
+    Parameters
+    ----------
+    scene : Scene
+    casters : sequence of int, optional
+        Indices of the parts that cast; all by default.
+    ground : float, optional
+        z of a plane that receives shadows, in the model's own coordinates [m].
+    device : Device, optional
+        One of its own by default, released with the counter.
+    warn : callable
+        Told, in a line, where a forced method is wrong for a view.
+    choices : Choices, optional
+        What may be left out.
+    two_sided : bool
+        As in ``Counter``.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        casters: Sequence[int] | None = None,
+        ground: float | None = None,
+        *,
+        device: Device | None = None,
+        warn: Callable[[str], object] = lambda _: None,
+        choices: Choices | None = None,
+        two_sided: bool = True,
+    ) -> None:
+        self.scene, self.ground, self.warn, self.choices = scene, ground, warn, choices
+        self.device = device or open_device()
+        self._owns_device = device is None
+        self.triangles = scene.triangles()
+        local = None if ground is None else ground - scene.origin[2]
+        self.geometry = Geometry(self.device, scene)
+        self.planner = Planner(self.device, scene, self.geometry, casters, local)
+        self.counter = Counter(self.device, self.geometry, self.planner, two_sided=two_sided)
+        self._local_ground = local
+        self._faces = Indices(self.device, 2 * self.geometry.n_points)
+        self._faces.write(self.geometry.faces.ravel())
+        self._surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
+        self._plane = Program(self.device, "ground.vert.glsl", "face.frag.glsl")
+        self._target: Target | None = None
+        self._seen: tuple[View, Projection] | None = None
+        self.plan: Plan | None = None
+
+    def see(self, camera: Camera) -> tuple[View, Frame]:
+        """
+        Find what a camera sees.
+
+        Returns
+        -------
+        view : View
+            Keys in float64, of the plane of the face that is seen.
+        frame : Frame
+        """
+        origin = self.scene.origin
+        bounds = np.concatenate([self.planner.bounds, self.scene.bounds()[None] - origin])
+        if len(self.planner.bounds) and self.planner.casters is None:
+            bounds = bounds[:-1]
+        projection = make_projection(camera, origin, bounds, self._local_ground)
+        face = self._draw(camera, projection)
+        view = View(self._find_keys(face, camera), face)
+        self._seen = view, projection
+        return view, self._locate(view, camera)
+
+    def count(
+        self, view: View, camera: Camera, light: Light, method: str = "auto"
+    ) -> NDArray[np.int32]:
+        """
+        Count the shadow volumes that hold each visible point.
+
+        Parameters
+        ----------
+        view : View
+            Of this camera, from ``see``.
+        camera : Camera
+        light : Light
+        method : {'auto', 'z-pass', 'z-fail', 'lengyel', 'mcguire'}
+
+        Returns
+        -------
+        counts : (rows, cols) int32
+            0 where nothing is seen.
+
+        Raises
+        ------
+        InputError
+            If the method is not one of these.
+        """
+        if self._seen is None or self._seen[0] is not view or self._target is None:
+            view, _ = self.see(camera)
+        assert self._seen is not None  # noqa: S101
+        assert self._target is not None  # noqa: S101
+        (self.plan,) = self.planner.plan(
+            self._seen[1], [light], method, choices=self.choices, warn=self.warn
+        )
+        with State(self.device) as state:
+            self.counter.count(state, self._target, self.plan)
+        counts = self.counter.read(self._target, self.plan)
+        return np.where(view.face != NOTHING, counts, 0).astype(np.int32)
+
+    lit = FrameCounter.lit
+
+    def _draw(self, camera: Camera, projection: Projection) -> NDArray[np.int32]:
+        if self._target is None or self._target.size != tuple(camera.size):
+            if self._target is not None:
+                self._target.release()
+            self._target = Target(self.device, camera.size, ("r32i",))
+        with State(self.device) as state:
+            self._target.use()
+            state.use(_SURFACE)
+            state.clear(depth=1.0, stencil=0)
+            self._target.clear_color(NOTHING)
+            self.geometry.bind(self._surface)
+            self._surface.set(**projection.uniforms(), first=0, step=1)
+            self._faces.draw(self._surface, 0, self.geometry.faces.size)
+            if self._local_ground is not None:
+                height = float(self._local_ground - projection.eye[2])
+                self._plane.set(**projection.uniforms(), height=height, first=GROUND, step=0)
+                draw_plain(self.device, self._plane, 12)
+        return np.ascontiguousarray(self._target.read())
+
+    def _find_keys(self, face: NDArray[np.int32], camera: Camera) -> NDArray[np.float64]:
+        """Find the depth key of each pixel's centre on the plane of the face it sees."""
+        matrix = camera.matrix(self.scene.origin)
+        far, _ = camera.key_range()
+        rows, cols = face.shape
+        keys = np.full((rows, cols), far)
+        y, x = np.nonzero(face != NOTHING)
+        which = face[y, x]
+        points = np.zeros((len(which), 3, 4))
+        points[..., 3] = 1.0
+        mesh = which >= 0
+        points[mesh, :, :3] = self.triangles.vertices[self.triangles.faces[which[mesh]]]
+        if self._local_ground is not None:
+            points[~mesh] = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, self._local_ground, 1]]
+        mapped = points @ matrix.T
+        # Of a plane through three points the key is the combination that gives (x, y, 1).
+        pixel = np.stack([x, y, np.ones(len(x))], 1)[..., None]
+        corners = mapped[..., :3].transpose(0, 2, 1)
+        flat = np.abs(np.linalg.det(corners)) < 1e-300
+        corners[flat] = np.eye(3)
+        weights = np.linalg.solve(corners, pixel)[..., 0]
+        keys[y, x] = np.einsum("ij,ij->i", weights, mapped[..., 3])
+        return keys
+
+    def _locate(self, view: View, camera: Camera) -> Frame:
+        return FrameCounter._locate(self, view, camera)  # type: ignore[arg-type]  # noqa: SLF001
+
+    def release(self) -> None:
+        """Free all that the counter holds on the device."""
+        for held in (self._target, self._faces, self._surface, self._plane):
+            if held is not None:
+                held.release()
+        self.counter.release()
+        self.planner.release()
+        self.geometry.release()
+        if self._owns_device:
+            self.device.release()
+
+    def __enter__(self) -> "GlFrameCounter":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()

@@ -1,0 +1,89 @@
+"""
+Which closed components must follow the open rule in a view: as the CPU device decides.
+
+Lit faces alone tell how deep a visible point lies only where its winding number is at
+least the light's (NOTES on multiplicities, E3). That can fail only for a component that
+holds the light, or is wound inward; of most scenes there is none, and nothing is done.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.anchor import find_anchor
+from umbra.gl.casters import Body
+from umbra.scene import Camera
+
+__all__ = ["find_opened"]
+
+_SKY = np.array([0.36, 0.48, 0.8, 0.0])
+_ATTEMPTS = 8
+
+
+def find_opened(
+    body: Body, camera: Camera, origin: NDArray[np.float64], lights: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """
+    Find the components to open, for any of a body's instances.
+
+    Parameters
+    ----------
+    body : Body
+    camera : Camera
+    origin : (3,) float64
+        Of the scene.
+    lights : (n_instances, 4) float64
+        In each instance's own frame.
+
+    Returns
+    -------
+    opened : (n_components,) bool
+    """
+    opened = np.zeros(len(body.caster.is_closed), np.bool_)
+    apex = camera.apex(origin)
+    forward = camera.axes()[2]
+    for instance, light in enumerate(lights):
+        suspects = body.is_inward | (body.caster.is_closed & _holds(body.component_bounds, light))
+        if not suspects.any():
+            continue
+        transform = body.transforms[instance]
+        eye = np.linalg.solve(transform, apex)
+        eye[3] = apex[3]
+        found = _enclose(body, eye, light)
+        # Past a wall that the near plane cuts away the winding number is not the eye's.
+        depth = np.append(forward, -forward @ (camera.eye - origin)) @ transform
+        cut = _reach_before(body, depth, camera.near) & suspects
+        if cut.any():
+            around = find_anchor(body.caster, body.blocks, _SKY, light)
+            found |= cut & ((around.lit != around.unlit) | body.is_inward)
+        opened |= found
+    return opened
+
+
+def _holds(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which boxes hold a light."""
+    if light[3] == 0:
+        return np.zeros(len(bounds), np.bool_)
+    margin = 1e-6 * (bounds[:, 1] - bounds[:, 0]).max(1, keepdims=True)
+    inside = (light[:3] >= bounds[:, 0] - margin) & (light[:3] <= bounds[:, 1] + margin)
+    return np.asarray(inside.all(1))
+
+
+def _enclose(body: Body, eye: NDArray, light: NDArray) -> NDArray[np.bool_]:
+    """Find the components around the light more often than around the eye."""
+    size = 1.0 + max(np.abs(eye[:3]).max(), np.abs(body.bounds).max())
+    if eye[3] == 0:
+        size = 1.0
+    for attempt in range(_ATTEMPTS):  # an eye in a volume's side steps aside
+        aside = 1e-10 * attempt * size * np.array([0.83, 0.56, 0.37, 0.0])
+        anchor = find_anchor(body.caster, body.blocks, eye + aside, light)
+        if anchor.is_clean:
+            break
+    return anchor.enclosed
+
+
+def _reach_before(body: Body, depth: NDArray[np.float64], near: float) -> NDArray[np.bool_]:
+    """Tell which components have a face that reaches before the near plane."""
+    found = np.zeros(len(body.caster.is_closed), np.bool_)
+    along = body.caster.vertices @ depth[:3] + depth[3]
+    found[body.caster.component[along[body.caster.faces].min(1) < near]] = True
+    return found

@@ -1,0 +1,152 @@
+"""
+Shadow volumes as index lists: what a silhouette and a set of faces make of vertex numbers.
+
+An even vertex number is a point, the odd one after it that point thrown to the far end of
+the volume (``place.glsl``). A side is two triangles of four such numbers; its first alone
+is the whole side where both far corners meet in one point at infinity, under a
+directional light.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.casters import Body
+from umbra.volume.adjacency import Caster
+from umbra.volume.silhouette import find_silhouettes
+
+__all__ = ["BodyVolumes", "make_volumes"]
+
+FAR = np.uint32(1)
+"""Added to a point's vertex number: its far end."""
+
+
+@dataclass(eq=False)
+class BodyVolumes:
+    """
+    The shadow volumes of a body's things under one light.
+
+    Parameters
+    ----------
+    body : Body
+    caster : Caster
+        The body's, with some components opened.
+    lights : (n_instances, 4) float64
+        In each instance's own frame.
+    opened : (n_components,) bool
+    sides : (n_sides, 6) uint32
+        Two triangles each, wound outward.
+    side_thing : (n_sides,) int
+        Ascending: instance * n_things + thing.
+    """
+
+    body: Body
+    caster: Caster
+    lights: NDArray[np.float64]
+    opened: NDArray[np.bool_]
+    sides: NDArray[np.uint32]
+    side_thing: NDArray[np.intp]
+    _cap: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 3), np.uint32))
+    _cap_thing: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
+    _capped: NDArray[np.bool_] | None = None
+
+    def light_cap(self, wanted: NDArray[np.bool_]) -> NDArray[np.uint32]:
+        """
+        Give the casting faces of some things, turned to the light.
+
+        Parameters
+        ----------
+        wanted : (n_instances * n_things,) bool
+
+        Returns
+        -------
+        cap : (n, 3) uint32
+        """
+        if not wanted.any():
+            return self._cap[:0]
+        if self._capped is None or (wanted & ~self._capped).any():
+            self._cap, self._cap_thing = self._make_cap(wanted)
+            self._capped = wanted.copy()
+        return self._cap[wanted[self._cap_thing]]
+
+    def dark_cap(self, wanted: NDArray[np.bool_], is_fan: NDArray[np.bool_]) -> NDArray[np.uint32]:
+        """
+        Give what closes the far end of some things' volumes.
+
+        Parameters
+        ----------
+        wanted : (n_instances * n_things,) bool
+        is_fan : (n_instances * n_things,) bool
+            Where a fan over the silhouette is enough; else the casting faces are thrown.
+
+        Returns
+        -------
+        cap : (n, 3) uint32
+        """
+        fans = (wanted & is_fan)[self.side_thing]
+        sides, thing = self.sides[fans], self.side_thing[fans]
+        starts = np.flatnonzero(np.append(True, thing[1:] != thing[:-1])) if len(thing) else thing
+        hub = np.repeat(sides[starts, 2], np.diff(np.append(starts, len(thing))))
+        fan = np.stack([hub, sides[:, 5], sides[:, 2]], 1)
+        fan = fan[(fan[:, 0] != fan[:, 1]) & (fan[:, 0] != fan[:, 2])]
+        thrown = self.light_cap(wanted & ~is_fan)[:, ::-1] | FAR
+        return np.concatenate([fan, thrown])
+
+    def _make_cap(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
+        body, caster = self.body, self.caster
+        chosen = np.flatnonzero(wanted)
+        instance, thing = np.divmod(chosen, body.n_things)
+        starts = body.face_starts[thing]
+        lengths = body.face_starts[thing + 1] - starts
+        owner = np.repeat(np.arange(len(chosen)), lengths)
+        within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+        faces = body.faces[starts[owner] + within]
+        side = np.einsum("ij,ij->j", self.lights[instance[owner]].T, caster.planes[:, faces])
+        casts = (side > 0) | ((side < 0) & ~caster.is_closed[caster.component[faces]])
+        owner, faces, side = owner[casts], faces[casts], side[casts]
+        corners = caster.faces[faces].astype(np.int64) + body.first[instance[owner], None]
+        turned = (side < 0) ^ body.mirrored[instance[owner]]
+        corners[turned] = corners[turned, ::-1]
+        return (2 * corners).astype(np.uint32), chosen[owner]
+
+
+def make_volumes(body: Body, light: NDArray[np.float64], opened: NDArray[np.bool_]) -> BodyVolumes:
+    """
+    Find the silhouettes of all instances of a body and make their sides.
+
+    Parameters
+    ----------
+    body : Body
+    light : (4,) float64
+        Relative to the scene's origin.
+    opened : (n_components,) bool
+        Closed components that follow the open rule.
+
+    Returns
+    -------
+    volumes : BodyVolumes
+    """
+    caster = body.caster.opened(opened)
+    lights = body.lights(light)
+    sides, things = [], []
+    for which, found in find_silhouettes(caster, lights):
+        codes = found.codes[found.starts[0] : found.starts[-1]]
+        instance = np.repeat(np.arange(which.start, which.stop), np.diff(found.starts))
+        edge = codes >> 2
+        multiplicity = caster.weight[edge].astype(np.int64) >> (codes >> 1 & 1)
+        backward = (multiplicity > 0) != (codes & 1).astype(np.bool_)
+        backward ^= body.mirrored[instance]
+        ends = caster.edges[edge] + body.first[instance, None]
+        ends[backward] = ends[backward, ::-1]
+        thing = instance * body.n_things + body.edge_thing[edge]
+        times = np.abs(multiplicity)
+        if times.size and times.max() > 1:
+            ends, thing = np.repeat(ends, times, 0), np.repeat(thing, times)
+        if (codes & 2).any():  # what was seen edge-on comes last
+            order = np.argsort(thing, kind="stable")
+            ends, thing = ends[order], thing[order]
+        a, b = (2 * ends).astype(np.uint32).T
+        sides.append(np.stack([b, a, a | FAR, b, a | FAR, b | FAR], 1))
+        things.append(thing)
+    return BodyVolumes(body, caster, lights, opened, np.concatenate(sides), np.concatenate(things))
