@@ -18,7 +18,7 @@ from umbra.volume.clip import clip_above
 from umbra.volume.dual_tree import make_dual_tree
 from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes, prepare_tree
 
-TREES = ["tree"]
+TREES = ["tree", "hextree"]
 DATA = Path(__file__).parents[2] / "../shared/data"
 FILES = [
     "vienna_lod2.city.jsonl",

@@ -15,10 +15,10 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
-from umbra.volume.duals import Duals, Plane, make_duals
+from umbra.volume.duals import Duals, Plane, find_key, make_duals
 from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
 
-__all__ = ["DualTree", "make_dual_tree", "sort_along_curve"]
+__all__ = ["DualTree", "make_dual_tree"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ def make_dual_tree(caster: Caster) -> DualTree:
     tree : DualTree
     """
     duals = make_duals(caster)
-    order, _ = sort_along_curve(caster, duals)
+    order = _sort_along_curve(caster, duals)
     numbers = np.full(((len(order) + WIDTH - 1) // WIDTH, WIDTH), -1, np.int32)
     numbers.ravel()[: len(order)] = order
     segments = make_segments(caster, duals, numbers)
@@ -82,45 +82,25 @@ def make_dual_tree(caster: Caster) -> DualTree:
     return DualTree(segments, above, starts)
 
 
-def sort_along_curve(caster: Caster, duals: Duals) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
-    """
-    Sort segments along a Morton curve through the cube, by their middles.
-
-    Parameters
-    ----------
-    caster : Caster
-    duals : Duals
-
-    Returns
-    -------
-    order : (n,) int32
-        Edges.
-    keys : (n,) uint64
-        Their places on the curve, ascending.
-    """
+def _sort_along_curve(caster: Caster, duals: Duals) -> NDArray[np.int32]:
+    """Sort segments along a Morton curve through the cube, by their middles."""
     keys = np.zeros(len(duals.edges), np.uint64)
     _make_keys(duals.points, duals.edges, caster.edge_faces, caster.turn, keys)
-    order = np.argsort(keys)
-    return duals.edges[order], keys[order]
+    return duals.edges[np.argsort(keys)]
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _make_keys(points, edges, edge_faces, turn, keys):
     for i in prange(edges.size):
-        edge = edges[i]
-        a, b = edge_faces[edge, 0], edge_faces[edge, 1]
-        sign = -1.0 if turn[edge] else 1.0
-        key = np.uint64(0)
-        for axis in range(4):
-            middle = 0.5 * (points[a, axis] + sign * points[b, axis])
-            cell = np.uint64(min(max((middle + 1.0) * 32768.0, 0.0), 65535.0))
-            # Three empty bits between any two of the 16.
-            cell = (cell | (cell << np.uint64(24))) & np.uint64(0x000000FF000000FF)
-            cell = (cell | (cell << np.uint64(12))) & np.uint64(0x000F000F000F000F)
-            cell = (cell | (cell << np.uint64(6))) & np.uint64(0x0303030303030303)
-            cell = (cell | (cell << np.uint64(3))) & np.uint64(0x1111111111111111)
-            key |= cell << np.uint64(axis)
-        keys[i] = key
+        a = points[edge_faces[edges[i], 0]]
+        b = points[edge_faces[edges[i], 1]]
+        sign = -1.0 if turn[edges[i]] else 1.0
+        keys[i] = find_key(
+            0.5 * (a[0] + sign * b[0]),
+            0.5 * (a[1] + sign * b[1]),
+            0.5 * (a[2] + sign * b[2]),
+            0.5 * (a[3] + sign * b[3]),
+        )
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
@@ -174,6 +154,6 @@ def _sift(boxes, starts, segments, numbers, normal, margin):
     for q in range(n):
         block = front[q]
         m, k = sift_block(
-            segments[block], numbers[block], normal, margin, scratch, codes, m, unsure, k
+            segments[block], numbers[block], 0, WIDTH, normal, margin, scratch, codes, m, unsure, k
         )
     return codes[:m], unsure[:k]

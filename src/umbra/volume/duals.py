@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Duals", "Fit", "Plane", "make_duals"]
+__all__ = ["Duals", "Fit", "Plane", "find_key", "make_duals"]
 
 _LEAST, _MOST = 1e-100, 1e100  # lengths whose products neither vanish nor overflow
 
@@ -163,3 +163,30 @@ def _find_loose(points, edge_faces, loose):
     for edge in prange(loose.size):
         a, b = edge_faces[edge, 0], edge_faces[edge, 1]
         loose[edge] = a == b or points[a, 0] != points[a, 0] or points[b, 0] != points[b, 0]
+
+
+@njit(cache=True, nogil=True)
+def find_key(x, y, z, w):
+    """
+    Find a point's place on the Morton curve through the cube.
+
+    Parameters
+    ----------
+    x, y, z, w : float64
+
+    Returns
+    -------
+    key : uint64
+        16 digits of four bits, the highest first: bit i of a digit says in which half of
+        the cell along axis i the point lies, that of which cell the digits before say.
+    """
+    key = np.uint64(0)
+    for axis, part in enumerate((x, y, z, w)):
+        cell = np.uint64(min(max((part + 1.0) * 32768.0, 0.0), 65535.0))
+        # Three empty bits between any two of the 16.
+        cell = (cell | (cell << np.uint64(24))) & np.uint64(0x000000FF000000FF)
+        cell = (cell | (cell << np.uint64(12))) & np.uint64(0x000F000F000F000F)
+        cell = (cell | (cell << np.uint64(6))) & np.uint64(0x0303030303030303)
+        cell = (cell | (cell << np.uint64(3))) & np.uint64(0x1111111111111111)
+        key |= cell << np.uint64(axis)
+    return key

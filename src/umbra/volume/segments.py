@@ -87,7 +87,8 @@ class Tree(ABC):
         Returns
         -------
         codes : (n,) int32, optional
-            As in ``Silhouettes``, in no order; None if the light is out of the tree's range.
+            As in ``Silhouettes``, ascending: what is near each other in space lies near in
+            memory, too. None if the light is out of the tree's range.
         """
         plane = self.segments.fit.place(light)
         if plane is None:
@@ -99,7 +100,7 @@ class Tree(ABC):
             rest, light, caster.planes, caster.edge_faces, caster.turn,
             caster.component, caster.is_closed, asked,
         )  # fmt: skip
-        return np.concatenate([codes, asked[:n]])
+        return np.sort(np.concatenate([codes, asked[:n]]))
 
 
 def make_segments(caster: Caster, duals: Duals, numbers: NDArray[np.int32]) -> Segments:
@@ -139,7 +140,7 @@ def _lay_out(points, numbers, edge_faces, turn, blocks):
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def sift_block(block, numbers, normal, margin, scratch, codes, n, unsure, k):
+def sift_block(block, numbers, low, high, normal, margin, scratch, codes, n, unsure, k):
     """
     Find the segments of a block that a plane cuts, and those where it is not sure.
 
@@ -150,6 +151,8 @@ def sift_block(block, numbers, normal, margin, scratch, codes, n, unsure, k):
     ----------
     block : (8, 16) float32
     numbers : (16,) int32
+    low, high : int
+        Only the places from low up to high.
     normal : (4,) float32
     margin : float32
     scratch : (2, 16) float32
@@ -174,11 +177,11 @@ def sift_block(block, numbers, normal, margin, scratch, codes, n, unsure, k):
         inside[i] = abs(half) - abs(middle)
         ways[i] = half
         close += abs(inside[i]) <= margin
-    for i in range(WIDTH):
+    for i in range(low, high):
         codes[n] = numbers[i] << 2 | np.int32(ways[i] > 0)
         n += inside[i] > margin
     if close:
-        for i in range(WIDTH):
+        for i in range(low, high):
             unsure[k] = numbers[i]
             k += abs(inside[i]) <= margin
     return n, k

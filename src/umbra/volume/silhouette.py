@@ -7,7 +7,7 @@ them; lights that come one by one by the tree, once it is built.
 """
 
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,12 +18,13 @@ from umbra.volume.adjacency import Caster
 from umbra.volume.brute import Silhouettes, ask_every_edge
 from umbra.volume.dual_tree import make_dual_tree
 from umbra.volume.facing import LIGHTS_AT_ONCE
+from umbra.volume.hextree import make_hextree
 from umbra.volume.segments import Tree
 
 __all__ = ["METHODS", "Silhouettes", "find_silhouette_edges", "find_silhouettes", "prepare_tree"]
 
-METHODS = ("auto", "brute", "tree")
-_MAKERS = {"tree": make_dual_tree}
+METHODS = ("auto", "brute", "tree", "hextree")
+_MAKERS: dict[str, Callable[[Caster], Tree]] = {"tree": make_dual_tree, "hextree": make_hextree}
 _EDGES = 10_000  # fewer are asked one by one sooner than a tree is searched
 _LONE_LIGHTS = 4  # then a tree is built: it costs as much as some 100 of them by brute force
 
@@ -62,7 +63,6 @@ def find_silhouettes(
     which : slice
         Of ``lights``.
     silhouettes : Silhouettes
-        A light's codes are in no particular order.
 
     Raises
     ------

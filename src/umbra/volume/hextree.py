@@ -1,0 +1,170 @@
+"""
+Wallner's hextree: dual space cut into 16 equal cells, each into 16 again, and so on.
+
+A segment belongs to the smallest cell that holds both its ends, so one that crosses a
+wall near the middle of the cube stays near the root and is tested for every light:
+with the paper's depth of 4, every sixth on a sphere, and two thirds in a town of
+boxes. Only cells that hold something are kept. Kept for comparison; ``DualTree`` is faster.
+
+Sources: Wallner 2008, section 3.1, with the signs corrected (docs/papers.md).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from umbra.volume.adjacency import Caster
+from umbra.volume.duals import Plane, find_key, make_duals
+from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
+
+__all__ = ["Hextree", "make_hextree"]
+
+DEEPEST = 15
+
+
+@dataclass(frozen=True, eq=False)
+class Hextree(Tree):
+    """
+    Cells in dual space, level by level; on each they are half as large as on the last.
+
+    Parameters
+    ----------
+    segments : Segments
+        Those of one cell side by side.
+    centres : (n_cells, 4) float32
+    children : (n_cells, 2) int32
+        The first cell within each, and the one after the last.
+    owned : (n_cells, 2) int32
+        The first place of its own segments, and the one after the last.
+    """
+
+    segments: Segments
+    centres: NDArray[np.float32]
+    children: NDArray[np.int32]
+    owned: NDArray[np.int32]
+
+    def sift(self, plane: Plane) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Find the segments that a light's plane cuts; see ``Tree.sift``."""
+        return _sift(
+            self.centres, self.children, self.owned, self.segments.blocks,
+            self.segments.numbers, plane.normal, plane.margin,
+        )  # fmt: skip
+
+
+def make_hextree(caster: Caster, depth: int = 4) -> Hextree:
+    """
+    Sort the edges of a caster into cells.
+
+    Parameters
+    ----------
+    caster : Caster
+    depth : int
+        How often the cube is cut at most, up to 15; 4 in the paper.
+
+    Returns
+    -------
+    tree : Hextree
+    """
+    duals = make_duals(caster)
+    n = len(duals.edges)
+    keys, levels = np.zeros(n, np.uint64), np.zeros(n, np.int32)
+    depth = min(max(depth, 0), DEEPEST)
+    _find_cells(duals.points, duals.edges, caster.edge_faces, caster.turn, depth, keys, levels)
+    order = np.lexsort((keys, levels))
+    keys, levels = keys[order], levels[order]
+    numbers = np.full(((n + WIDTH - 1) // WIDTH, WIDTH), -1, np.int32)
+    numbers.ravel()[:n] = duals.edges[order]
+
+    # On each level are the cells that own segments there or on any deeper level.
+    ends = np.searchsorted(levels, np.arange(depth + 2))
+    cells = [np.unique(_cut_short(keys[ends[level] :], level)) for level in range(depth + 1)]
+    starts = np.cumsum([0] + [len(some) for some in cells])
+    owned, children = np.zeros((2, starts[-1], 2), np.int32)
+    for level, some in enumerate(cells):
+        mine = slice(starts[level], starts[level + 1])
+        held = _cut_short(keys[ends[level] : ends[level + 1]], level)
+        owned[mine] = ends[level] + _find_ranges(held, some)
+        if level < depth:
+            parents = cells[level + 1] >> np.uint64(4)
+            children[mine] = starts[level + 1] + _find_ranges(parents, some)
+    centres = np.concatenate([_find_centres(some, level) for level, some in enumerate(cells)])
+    return Hextree(make_segments(caster, duals, numbers), centres, children, owned)
+
+
+def _cut_short(keys: NDArray[np.uint64], level: int) -> NDArray[np.uint64]:
+    """Give the first digits of keys: the cells that they lie in."""
+    return keys >> np.uint64(64 - 4 * level) if level else np.zeros_like(keys)
+
+
+def _find_ranges(held: NDArray[np.uint64], wanted: NDArray[np.uint64]) -> NDArray[np.intp]:
+    """Find from where to where ascending numbers hold the wanted ones, (n, 2)."""
+    return np.stack([np.searchsorted(held, wanted, side) for side in ("left", "right")], 1)
+
+
+def _find_centres(cells: NDArray[np.uint64], level: int) -> NDArray[np.float32]:
+    """Give the centres of cells from the digits of their keys, (n, 4) float32."""
+    centres = np.zeros((len(cells), 4), np.float32)
+    for cut in range(1, level + 1):
+        digit = cells >> np.uint64(4 * (level - cut))
+        for axis in range(4):
+            upper = (digit >> np.uint64(axis)) & np.uint64(1)
+            centres[:, axis] += np.where(upper, 0.5**cut, -(0.5**cut)).astype(np.float32)
+    return centres
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _find_cells(points, edges, edge_faces, turn, depth, keys, levels):
+    """Find the level of the smallest cell that holds a segment, and its first end's key."""
+    for i in prange(edges.size):
+        a = points[edge_faces[edges[i], 0]]
+        b = points[edge_faces[edges[i], 1]]
+        sign = -1.0 if turn[edges[i]] else 1.0
+        one = find_key(a[0], a[1], a[2], a[3])
+        two = find_key(sign * b[0], sign * b[1], sign * b[2], sign * b[3])
+        level = 0
+        while level < depth and (one ^ two) >> np.uint64(60 - 4 * level) == 0:
+            level += 1
+        keys[i] = one
+        levels[i] = level
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _sift(centres, children, owned, segments, numbers, normal, margin):
+    """Follow the cells that the plane cuts from level to level, with what they own."""
+    x, y, z, w = normal[0], normal[1], normal[2], normal[3]
+    half = abs(x) + abs(y) + abs(z) + abs(w)
+    cut = np.empty(centres.shape[0] + 1, np.int32)
+    cut[0] = 0
+    first = 0
+    n = min(1, centres.shape[0])
+    places = 0
+    while first < n:
+        # cut[first:n] are cells of one level, cut[n:m] become those of the next.
+        half *= 0.5
+        m = n
+        for q in range(first, n):
+            parent = cut[q]
+            places += owned[parent, 1] - owned[parent, 0]
+            for cell in range(children[parent, 0], children[parent, 1]):
+                centre = centres[cell]
+                middle = centre[0] * x + centre[1] * y + centre[2] * z + centre[3] * w
+                cut[m] = cell
+                m += abs(middle) <= half + margin
+        first, n = n, m
+    scratch = np.empty((2, WIDTH), np.float32)
+    codes = np.empty(places + 1, np.int32)
+    unsure = np.empty(places + 1, np.int32)
+    m, k = 0, 0
+    for q in range(n):
+        place, end = owned[cut[q], 0], owned[cut[q], 1]
+        while place < end:
+            block, low = place // WIDTH, place % WIDTH
+            high = min(WIDTH, low + end - place)
+            m, k = sift_block(
+                segments[block], numbers[block], low, high,
+                normal, margin, scratch, codes, m, unsure, k,
+            )  # fmt: skip
+            place += high - low
+    return codes[:m], unsure[:k]
