@@ -38,21 +38,37 @@ class Body:
     face_starts : (n_things + 1,) int
         Thing k owns ``faces[face_starts[k]:face_starts[k + 1]]``.
     edge_thing : (n_edges,) int32
+    component_thing : (n_components,) int
     bounds : (n_things, 2, 3) float64
         In the mesh's own frame [m].
     groups : list of Group
         The instances.
+
+    Attributes
+    ----------
+    component_bounds : (n_components, 2, 3) float64
+    is_inward : (n_components,) bool
+        Closed, but wound inward.
+    first : (n_instances,) int64
+        Number of each instance's first point.
+    mirrored : (n_instances,) bool
+    transforms : (n_instances, 4, 4) float64
+        To the scene's frame.
     """
 
     caster: Caster
     faces: NDArray[np.intp]
     face_starts: NDArray[np.intp]
     edge_thing: NDArray[np.int32]
+    component_thing: NDArray[np.intp]
     bounds: NDArray[np.float64]
     groups: list[Group]
     blocks: FaceBlocks = field(init=False)
-    suspects: NDArray[np.bool_] = field(init=False)
     component_bounds: NDArray[np.float64] = field(init=False)
+    is_inward: NDArray[np.bool_] = field(init=False)
+    first: NDArray[np.int64] = field(init=False)
+    mirrored: NDArray[np.bool_] = field(init=False)
+    transforms: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         caster = self.caster
@@ -63,10 +79,12 @@ class Body:
         self.is_inward = (volume < 0) & caster.is_closed
         self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
         self.first = np.array([group.first for group in self.groups], np.int64)
-        self.mirrored = np.array([is_mirrored(group.transform) for group in self.groups])
-        self.transforms = np.array(
-            [np.eye(4) if g.transform is None else g.transform for g in self.groups]
-        )
+        self.place([group.transform for group in self.groups])
+
+    def place(self, transforms: Sequence[NDArray[np.float64] | None]) -> None:
+        """Move the instances, in the order of the groups."""
+        self.mirrored = np.array([is_mirrored(transform) for transform in transforms])
+        self.transforms = np.array([np.eye(4) if t is None else t for t in transforms])
 
     @property
     def n_things(self) -> int:
@@ -88,11 +106,10 @@ class Body:
         """
         if len(self.groups) == 1 and self.groups[0].transform is None:
             return light[None]
-        inside = np.linalg.solve(
-            self.transforms, np.broadcast_to(light, (len(self.first), 4))[..., None]
-        )
+        repeated = np.broadcast_to(light[:, None], (len(self.groups), 4, 1))
+        inside = np.linalg.solve(self.transforms, repeated)[..., 0]
         inside[:, 3] = light[3]
-        return inside[..., 0]
+        return inside
 
     def world_bounds(self) -> NDArray[np.float64]:
         """Give boxes around the things of all instances, (n_instances * n_things, 2, 3)."""
@@ -165,6 +182,7 @@ def _make_body(caster: Caster, groups: list[Group]) -> Body:
         faces=np.argsort(thing, kind="stable"),
         face_starts=np.append(0, np.cumsum(np.bincount(thing, minlength=n_things))),
         edge_thing=edge_thing[order],
+        component_thing=component_thing,
         bounds=_bound(caster.vertices[caster.faces], thing, n_things),
         groups=groups,
     )

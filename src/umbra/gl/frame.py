@@ -19,9 +19,10 @@ from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import Indices, draw_plain
-from umbra.gl.plan import METHODS, Choices, Plan, Planner
+from umbra.gl.plan import Plan, Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
+from umbra.gl.selection import METHODS, Choices
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
 from umbra.scene import Camera, Light, Scene
@@ -126,8 +127,8 @@ class GlFrameCounter:
         """
         if self._seen is None or self._seen[0] is not view or self._target is None:
             view, _ = self.see(camera)
-        assert self._seen is not None  # noqa: S101
-        assert self._target is not None  # noqa: S101
+        assert self._seen is not None
+        assert self._target is not None
         (self.plan,) = self.planner.plan(
             self._seen[1], [light], method, choices=self.choices, warn=self.warn
         )
@@ -182,7 +183,7 @@ class GlFrameCounter:
         return keys
 
     def _locate(self, view: View, camera: Camera) -> Frame:
-        return FrameCounter._locate(self, view, camera)  # type: ignore[arg-type]  # noqa: SLF001
+        return FrameCounter._locate(self, view, camera)  # type: ignore[arg-type]
 
     def release(self) -> None:
         """Free all that the counter holds on the device."""

@@ -165,16 +165,19 @@ class Geometry:
             for index, offset in zip(group.parts, group.offsets, strict=True):
                 yield index, self._stored[id(group.vertices)] + offset
 
-    def move(self, transforms: NDArray[np.float64]) -> None:
+    def move(self, scene: Scene) -> None:
         """
-        Give the groups that have a transform new ones.
+        Take new transforms from a scene of the same parts.
 
         Parameters
         ----------
-        transforms : (n, 4, 4) float64
-            In the order of ``self.transforms``.
+        scene : Scene
+            Parts that had no transform must have none, and a transform that did not
+            mirror must not.
         """
-        self.transforms = np.asarray(transforms, np.float64).reshape(self.transforms.shape)
+        found = [scene.parts[group.parts[0]].transform for group in self.groups]
+        moving = [transform for transform in found if transform is not None]
+        self.transforms = np.array(moving).reshape(self.transforms.shape)
         self._buffers[2].write(self.transforms[:, :3].astype(np.float32))
 
     def bind(self, program: Program) -> None:
@@ -210,13 +213,16 @@ class TextureBuffer:
         device.check("a mesh was uploaded")
 
     def write(self, values: NDArray) -> None:
+        """Replace all values by as many others."""
         self._buffer.write(np.ascontiguousarray(values).tobytes())
 
     def bind(self, unit: int) -> None:
+        """Put the buffer in a texture unit."""
         self._device.gl.ActiveTexture(_TEXTURE0 + unit)
         self._device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
 
     def release(self) -> None:
+        """Free buffer and texture."""
         self._device.gl.delete("Texture", self._texture)
         self._device.forget("texture", self._texture)
         self._device.forget("buffer", self._buffer.glo)

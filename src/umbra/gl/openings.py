@@ -1,5 +1,7 @@
 """
-Which closed components must follow the open rule in a view: as the CPU device decides.
+What rays from the eye to the light tell: which components to open, where counts start.
+
+Closed components must follow the open rule in some views, as the CPU device decides.
 
 Lit faces alone tell how deep a visible point lies only where its winding number is at
 least the light's (NOTES on multiplicities, E3). That can fail only for a component that
@@ -11,9 +13,10 @@ from numpy.typing import NDArray
 
 from umbra.cpu.anchor import find_anchor
 from umbra.gl.casters import Body
+from umbra.gl.volumes import BodyVolumes
 from umbra.scene import Camera
 
-__all__ = ["find_opened"]
+__all__ = ["find_opened", "find_start"]
 
 _SKY = np.array([0.36, 0.48, 0.8, 0.0])
 _ATTEMPTS = 8
@@ -87,3 +90,40 @@ def _reach_before(body: Body, depth: NDArray[np.float64], near: float) -> NDArra
     along = body.caster.vertices @ depth[:3] + depth[3]
     found[body.caster.component[along[body.caster.faces].min(1) < near]] = True
     return found
+
+
+def find_start(
+    volumes: list[BodyVolumes], apex: NDArray[np.float64], chosen: NDArray[np.bool_]
+) -> int:
+    """
+    Count the volumes that parallel rays end in, of those drawn to infinity behind surfaces.
+
+    In perspective dark caps are drawn there; parallel rays all end in one point, where
+    nothing can be drawn.
+
+    Parameters
+    ----------
+    volumes : list of BodyVolumes
+    apex : (4,) float64
+        Where rays come from, as ``Camera.apex`` gives it.
+    chosen : (n_things,) bool
+        Things, of all bodies, whose volumes are counted behind and not cut.
+
+    Returns
+    -------
+    start : int
+        0 in perspective, and under a directional light.
+    """
+    start, offset = 0, 0
+    if apex[3] or not chosen.any():
+        return 0
+    for each in volumes:
+        body = each.body
+        for instance, light in enumerate(each.lights):
+            if light[3] and chosen[offset : offset + body.n_things].any():
+                way = np.linalg.solve(body.transforms[instance], -apex)
+                anchor = find_anchor(body.caster, body.blocks, np.append(way[:3], 0.0), light)
+                adds = anchor.lit + anchor.unlit * ~each.caster.is_closed
+                start += int(adds[chosen[offset + body.component_thing]].sum())
+            offset += body.n_things
+    return start

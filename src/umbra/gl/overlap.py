@@ -65,9 +65,7 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
     caster = body.caster
     n_faces = np.bincount(caster.component)
     of_component = np.where(_find_convex(caster) & ~opened, 1, n_faces)
-    thing = np.zeros(len(n_faces), np.intp)
-    thing[caster.component[caster.edge_faces[:, 0]]] = body.edge_thing
-    return np.bincount(thing, of_component, body.n_things).astype(np.int64)
+    return np.bincount(body.component_thing, of_component, body.n_things).astype(np.int64)
 
 
 def _find_convex(caster: Caster) -> NDArray[np.bool_]:

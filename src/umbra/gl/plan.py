@@ -1,66 +1,47 @@
 """
-What to draw for each light of a frame: cases, culling and cuts, and one upload for all.
+What to draw for each light of a frame, and one upload for all lights.
 
-For every thing that casts McGuire's case is found (``umbra.volume.placement``), what is
-out of view is left out, and volumes end below the lowest receiver. The triangles that
-remain are put into one list. While nothing moves, the last plan is still right and
-nothing is done at all.
+Volumes are kept from frame to frame and made anew only where a body moved relative to a
+light. While nothing moves at all, the last plan still holds and nothing is done.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import find_anchor
 from umbra.errors import InputError
 from umbra.gl.casters import make_bodies
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import Indices
-from umbra.gl.openings import find_opened
-from umbra.gl.overlap import bound_count, find_most
+from umbra.gl.openings import find_opened, find_start
+from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.projection import Projection
-from umbra.gl.volumes import BodyVolumes, make_volumes
-from umbra.scene import Light, Scene
-from umbra.volume.bounds import can_end_at_floor, find_near_rectangle, find_visible_parts
-from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements, make_regions
+from umbra.gl.selection import METHODS, Choices, Selection, select
+from umbra.gl.volumes import BodyVolumes, gather, make_volumes
+from umbra.scene import Camera, Light, Scene
 
-__all__ = ["METHODS", "Choices", "Draw", "Plan", "Planner", "Statistics"]
+__all__ = [
+    "LIGHT_CAP",
+    "METHODS",
+    "Z_FAIL",
+    "Z_PASS",
+    "Choices",
+    "Draw",
+    "Plan",
+    "Planner",
+    "Statistics",
+]
 
-METHODS = ("auto", "z-pass", "z-fail", "lengyel", "mcguire")
-MARGIN = 1e-5
-"""By how much the occlusion pyramid is widened, since the device computes in float32."""
-
-_FACES_ASKED = 50_000  # in a plan; the bounds' answer is right for the rest, if not the least
-_DRAWN_FLOOR = 0.01  # volumes end so much of the scene's size below the lowest receiver
 Z_PASS, Z_FAIL, LIGHT_CAP = "z_pass", "z_fail", "light_cap"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Choices:
-    """
-    What may be left out; none of it changes a count.
-
-    Parameters
-    ----------
-    cull : bool
-        Leave out volumes and caps that are out of view or out of the light's range.
-    cut : bool
-        End volumes where no receiver can lie.
-    ask_triangles : bool
-        Let triangles decide the case where bounds cannot.
-    """
-
-    cull: bool = True
-    cut: bool = True
-    ask_triangles: bool = True
+_BELOW = 0.01  # volumes end so much of the scene's size below the lowest receiver
 
 
 @dataclass(frozen=True)
 class Draw:
-    """Triangles of one kind: ``z_pass``, ``z_fail`` or ``light_cap``, in the plan's list."""
+    """Triangles to count in one way, ``z_pass``, ``z_fail`` or ``light_cap``, in the list."""
 
     kind: str
     is_cut: bool
@@ -68,7 +49,7 @@ class Draw:
     count: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Statistics:
     """
     What one light's plan draws.
@@ -76,32 +57,30 @@ class Statistics:
     Parameters
     ----------
     things, culled, cut : int
-        Things that cast; those out of view; those whose volumes end at the floor.
+        Things that cast; those out of view; those in view whose volumes end at the floor.
     cases : (int, int, int)
         Things in view of case 1, 2 and 3.
-    sides, dark_caps, light_caps : int
-        Triangles.
-    sides_z_pass : int
-        Those of ``sides`` that are counted before the visible surface.
+    sides, sides_z_pass, dark_caps, light_caps : int
+        Triangles: all sides, those counted before the visible surface, and caps.
     index_bytes : int
-        That travelled to the device.
+        That travel to the device.
     deepest : int
         No count can be larger.
     counts_in : {'stencil', 'float'}
         Where they are kept: 8 bits, or a float where more than 255 may overlap.
     """
 
-    things: int = 0
-    culled: int = 0
-    cut: int = 0
-    cases: tuple[int, int, int] = (0, 0, 0)
-    sides: int = 0
-    sides_z_pass: int = 0
-    dark_caps: int = 0
-    light_caps: int = 0
-    index_bytes: int = 0
-    deepest: int = 0
-    counts_in: str = "stencil"
+    things: int
+    culled: int
+    cut: int
+    cases: tuple[int, int, int]
+    sides: int
+    sides_z_pass: int
+    dark_caps: int
+    light_caps: int
+    index_bytes: int
+    deepest: int
+    counts_in: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +94,7 @@ class Plan:
     light : (4,) float64
         Relative to the eye.
     bottom : float
-        z, relative to the eye, where cut volumes end.
+        z, relative to the eye, where cut volumes end [m].
     draws : tuple of Draw
     start : int
         The count from which to start: of the far ends of rays, in orthographic views.
@@ -134,10 +113,9 @@ class Plan:
 
 
 @dataclass(eq=False)
-class _Lit:
+class _Kept:
     """What is kept of one light between frames."""
 
-    key: bytes
     volumes: list[BodyVolumes]
     deepest: int
 
@@ -154,10 +132,18 @@ class Planner:
     geometry : Geometry
         Of the scene; the planner does not release it.
     casters : sequence of int, optional
-        Indices of the parts that cast; all by default. All parts must be in the depth
-        buffer when counts are made.
+        Indices of the parts that cast; all by default. Whatever casts must be in the
+        depth buffer when counts are made.
     ground : float, optional
         z, relative to the scene's origin, of a plane that receives too [m].
+
+    Attributes
+    ----------
+    bodies : list of Body
+    bounds : (n_things, 2, 3) float64
+        Of the things of all bodies, relative to the scene's origin [m].
+    indices : Indices
+        The triangles of the last plans.
     """
 
     device: Device
@@ -165,9 +151,8 @@ class Planner:
     geometry: Geometry
     casters: Sequence[int] | None = None
     ground: float | None = None
-    _lights: list[_Lit] = field(default_factory=list)
+    _kept: list[_Kept] = field(default_factory=list)
     _last: tuple[bytes, list[Plan]] | None = None
-    _version: int = 0
 
     def __post_init__(self) -> None:
         self.bodies = make_bodies(self.scene, self.geometry, self.casters)
@@ -176,25 +161,27 @@ class Planner:
 
     def _measure(self) -> None:
         boxes = [body.world_bounds() for body in self.bodies]
-        self.bounds = np.concatenate(boxes) if boxes else np.zeros((0, 2, 3))
+        self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
         whole = self.scene.bounds() - self.scene.origin
         low = min(whole[0, 2], np.inf if self.ground is None else self.ground)
-        self._floor = low - _DRAWN_FLOOR * max(float(np.ptp(whole, axis=0).max()), 1e-3)
+        self._floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
+        self._last = None
 
     def move(self, scene: Scene) -> None:
         """
         Take new transforms from a scene of the same parts.
 
-        Only bodies whose transforms changed are built anew.
+        Only volumes of bodies that moved relative to a light are made anew.
+
+        Parameters
+        ----------
+        scene : Scene
+            Parts that had no transform must have none.
         """
-        found = [scene.parts[g.parts[0]].transform for g in self.geometry.groups]
         self.scene = scene
-        self.geometry.move(np.array([t for t in found if t is not None]))
-        of = {id(g): t for g, t in zip(self.geometry.groups, found, strict=True) if t is not None}
+        self.geometry.move(scene)
         for body in self.bodies:
-            body.transforms = np.array([of.get(id(g), np.eye(4)) for g in body.groups])
-            body.mirrored = np.linalg.det(body.transforms[:, :3, :3]) < 0
-        self._version += 1
+            body.place([scene.parts[group.parts[0]].transform for group in body.groups])
         self._measure()
 
     def plan(
@@ -232,32 +219,18 @@ class Planner:
             msg = f"the gl device has no method '{method}'; it has {', '.join(METHODS)}"
             raise InputError(msg, method=method)
         choices = choices or Choices()
-        view = projection.matrix.tobytes() + projection.eye.tobytes()
-        sources = b"".join(light.position.tobytes() for light in lights)
-        ranges = np.array([getattr(light, "range", np.inf) for light in lights]).tobytes()
-        key = view + sources + ranges + f"{method}{choices}{self._version}".encode()
-        if self._last is not None and self._last[0] == key:
-            return self._last[1]
-        del self._lights[len(lights) :]
-        plans, lists, place = [], [], 0
-        for number, light in enumerate(lights):
-            plan, triangles = self._plan(number, projection, light, method, choices, warn, place)
-            place += sum(map(len, triangles))
-            plans.append(plan)
-            lists += triangles
-        self.indices.write(np.concatenate(lists) if lists else np.zeros(0, np.uint32))
-        size = self.indices.dtype.itemsize
-        plans = [
-            replace(
-                plan,
-                statistics=replace(
-                    plan.statistics, index_bytes=size * sum(draw.count for draw in plan.draws)
-                ),
-            )
-            for plan in plans
-        ]
-        self._last = key, plans
-        return plans
+        key = projection.matrix.tobytes() + projection.eye.tobytes()
+        key += b"".join(light.position.tobytes() for light in lights)
+        key += f"{method} {choices} {[light.range for light in lights]}".encode()
+        if self._last is None or self._last[0] != key or method == "z-pass":
+            plans: list[Plan] = []
+            lists = [np.zeros(0, np.uint32)]
+            for number, light in enumerate(lights):
+                plans.append(self._plan(number, projection, light, method, choices, warn, lists))
+            del self._kept[len(lights) :]
+            self.indices.write(np.concatenate(lists))
+            self._last = key, plans
+        return self._last[1]
 
     def _plan(
         self,
@@ -267,193 +240,97 @@ class Planner:
         method: str,
         choices: Choices,
         warn: Callable[[str], object],
-        place: int,
-    ) -> tuple[Plan, list[NDArray[np.uint32]]]:
+        lists: list[NDArray[np.uint32]],
+    ) -> Plan:
+        """Plan one light, and add its triangles to the lists."""
         camera, origin = projection.camera, self.scene.origin
         source = light.local(origin)
         source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
-        lit = self._light_up(number, projection, source)
-        bounds, reach = self.bounds, getattr(light, "range", np.inf)
-        corners = find_near_rectangle(camera, origin)
-        may_cut = choices.cut and bool((corners[:, 2] > self._floor).all())
-        cut = np.zeros(len(bounds), np.bool_)
-        if may_cut:
-            cut = can_end_at_floor(bounds, source)
-        parts = find_visible_parts(
-            bounds, source, camera, origin, floor=self._floor if may_cut else None, reach=reach
-        )
-        volume, light_cap = parts.volume, parts.light_cap
-        is_fan = dark_cap_is_fan(bounds, source)
-        dark_cap = volume & (parts.dark_cap | ~is_fan)
-        if not choices.cull:
-            volume = light_cap = dark_cap = np.ones(len(bounds), np.bool_)
-        dark_cap = dark_cap & (cut | (source[3] > 0)) & (cut | camera.is_perspective)
-        case, sees_cap = self._place(lit, projection, source, volume, choices, method)
-        if method == "z-pass" and (case > 1).any():
+        kept = self._keep(number, camera, source)
+        selection = select(
+            kept.volumes, self.bounds, camera, origin, source,
+            method=method, choices=choices, floor=self._floor, reach=light.range,
+        )  # fmt: skip
+        if method == "z-pass" and (selection.case > 1).any():
             warn(
-                f"z-pass is wrong for this view: {int((case > 1).sum())} casters stand between the "
-                "near plane and the light; use auto or z-fail"
+                f"z-pass is wrong for this view: {int((selection.case > 1).sum())} casters stand "
+                "between the near plane and the light, and the eye cannot see their volumes "
+                "begin; use auto or z-fail"
             )
-        z_fail = {"z-pass": case < 0, "z-fail": volume}.get(method, case > 1)
-        caps = light_cap & z_fail
-        if method in ("auto", "mcguire"):
-            caps = caps & sees_cap
-        dark = dark_cap & z_fail
-        triangles, draws, counted = [], [], {}
-        for kind, name, chosen in (
-            (Z_PASS, "sides", volume & ~z_fail),
-            (Z_FAIL, "sides", volume & z_fail),
-            (Z_FAIL, "dark", dark),
-            (LIGHT_CAP, "light", caps),
-        ):
-            for is_cut in (False, True) if name != "light" else (False,):
-                some = chosen & (cut == is_cut) if name != "light" else chosen
-                if not some.any():
-                    continue
-                found = self._gather(lit, name, some, is_fan, source[3] > 0 or is_cut)
-                counted[kind, name] = counted.get((kind, name), 0) + found.size // 3
-                if found.size and draws and (draws[-1].kind, draws[-1].is_cut) == (kind, is_cut):
-                    draws[-1] = replace(draws[-1], count=draws[-1].count + found.size)
-                elif found.size:
-                    draws.append(Draw(kind, is_cut, place, found.size))
-                place += found.size
-                triangles.append(found)
-        eye = projection.eye
+        draws: list[Draw] = []
+        drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
+        place = sum(map(len, lists))
+        for name, is_cut, chosen in _list_draws(selection):
+            found = gather(
+                kept.volumes, name.split("_z_", maxsplit=1)[0], chosen,
+                is_quad=is_cut or source[3] > 0, is_fan=selection.is_fan,
+            )  # fmt: skip
+            if len(found):
+                kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
+                draws.append(Draw(kind, is_cut, place, len(found)))
+                drawn[name] += len(found) // 3
+                place += len(found)
+                lists.append(found)
+        uncut = selection.sides & selection.z_fail & ~selection.is_cut
+        cases = [int((selection.case == case).sum()) for case in (1, 2, 3)]
         statistics = Statistics(
-            things=len(bounds),
-            culled=int((~volume).sum()),
-            cut=int((cut & volume).sum()),
-            cases=tuple(int((case == k).sum()) for k in (1, 2, 3)),  # type: ignore[arg-type]
-            sides=counted.get((Z_PASS, "sides"), 0) + counted.get((Z_FAIL, "sides"), 0),
-            sides_z_pass=counted.get((Z_PASS, "sides"), 0),
-            dark_caps=counted.get((Z_FAIL, "dark"), 0),
-            light_caps=counted.get((LIGHT_CAP, "light"), 0),
-            deepest=lit.deepest,
-            counts_in="stencil" if lit.deepest <= 255 else "float",
+            things=len(self.bounds),
+            culled=int((~selection.sides).sum()),
+            cut=int((selection.is_cut & selection.sides).sum()),
+            cases=(cases[0], cases[1], cases[2]),
+            sides=drawn["sides_z_pass"] + drawn["sides_z_fail"],
+            sides_z_pass=drawn["sides_z_pass"],
+            dark_caps=drawn["dark_cap"],
+            light_caps=drawn["light_cap"],
+            index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
+            deepest=kept.deepest,
+            counts_in="stencil" if kept.deepest <= STENCIL_MOST else "float",
         )
-        plan = Plan(
+        return Plan(
             projection=projection,
-            light=np.append(source[:3] - source[3] * eye, source[3]),
-            bottom=float(self._floor - eye[2]),
+            light=np.append(source[:3] - source[3] * projection.eye, source[3]),
+            bottom=float(self._floor - projection.eye[2]),
             draws=tuple(draws),
-            start=self._find_start(lit, camera.apex(), source, z_fail & volume & ~cut),
-            case=case,
+            start=find_start(kept.volumes, camera.apex(), uncut),
+            case=selection.case,
             statistics=statistics,
         )
-        return plan, triangles
 
-    def _light_up(self, number: int, projection: Projection, source: NDArray) -> _Lit:
-        """Find a light's volumes, or those of the last frame where nothing moved."""
-        old = self._lights[number] if number < len(self._lights) else None
-        volumes, is_new = [], old is None
+    def _keep(self, number: int, camera: Camera, source: NDArray) -> _Kept:
+        """Find a light's volumes; those of the last frame where nothing moved."""
+        old = self._kept[number] if number < len(self._kept) else None
+        volumes: list[BodyVolumes] = []
         for index, body in enumerate(self.bodies):
             lights = body.lights(source)
-            opened = find_opened(body, projection.camera, self.scene.origin, lights)
-            kept = old.volumes[index] if old is not None else None
-            if (
-                kept is not None
-                and np.array_equal(kept.lights, lights)
-                and np.array_equal(kept.opened, opened)
-            ):
-                volumes.append(kept)
-                continue
-            volumes.append(make_volumes(body, source, opened))
-            is_new = True
-        if not is_new and old is not None:
+            opened = find_opened(body, camera, self.scene.origin, lights)
+            last = old.volumes[index] if old is not None else None
+            if last is not None and last.is_of(lights, opened):
+                volumes.append(last)
+            else:
+                volumes.append(make_volumes(body, source, opened))
+        if old is not None and all(a is b for a, b in zip(volumes, old.volumes, strict=True)):
             return old
-        most = [find_most(v.body, v.opened) for v in volumes]
-        lit = _Lit(source.tobytes(), volumes, bound_count(self.bodies, most, source))
-        self._lights[number : number + 1] = [lit]
-        return lit
-
-    def _place(
-        self,
-        lit: _Lit,
-        projection: Projection,
-        source: NDArray,
-        volume: NDArray[np.bool_],
-        choices: Choices,
-        method: str,
-    ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
-        """Find each thing's case, 0 where culled, and whether its light cap may be in view."""
-        regions = make_regions(projection.camera, source, self.scene.origin, margin=MARGIN)
-        rough = find_placements(self.bounds, regions)
-        case = np.where(volume, rough.case, 0).astype(np.int8)
-        sees_cap = rough.needs_light_cap.copy()
-        left = _FACES_ASKED if choices.ask_triangles and method != "z-fail" else 0
-        for number in np.flatnonzero(rough.undecided & volume):
-            volumes, instance, thing = self._find(lit, int(number))
-            body, caster = volumes.body, volumes.caster
-            faces = body.faces[body.face_starts[thing] : body.face_starts[thing + 1]]
-            left -= len(faces)
-            if left < 0:
-                break
-            side = volumes.lights[instance] @ caster.planes[:, faces]
-            is_closed = caster.is_closed[caster.component[faces]]
-            faces = faces[(side > 0) | ((side != 0) & ~is_closed)]
-            found = find_placement(
-                (caster.vertices, caster.faces[faces]),
-                regions=regions,
-                transform=body.transforms[instance],
-                bounds=body.bounds[thing],
-            )
-            case[number], sees_cap[number] = found.case, found.needs_light_cap
-        return case, sees_cap
-
-    @staticmethod
-    def _find(lit: _Lit, number: int) -> tuple[BodyVolumes, int, int]:
-        """Give the volumes, the instance and the thing of a number among all things."""
-        for volumes in lit.volumes:
-            n = volumes.body.n_things * len(volumes.body.groups)
-            if number < n:
-                return volumes, *divmod(number, volumes.body.n_things)
-            number -= n
-        raise IndexError(number)
-
-    def _gather(
-        self, lit: _Lit, name: str, chosen: NDArray, is_fan: NDArray, is_quad: bool
-    ) -> NDArray[np.uint32]:
-        """Put the triangles of the chosen things together, flat."""
-        lists, offset = [np.zeros(0, np.uint32)], 0
-        for volumes in lit.volumes:
-            n = volumes.body.n_things * len(volumes.body.groups)
-            mine = chosen[offset : offset + n]
-            if mine.any():
-                if name == "sides":
-                    sides = volumes.sides[:, : 6 if is_quad else 3]
-                    found = sides if mine.all() else sides[mine[volumes.side_thing]]
-                elif name == "dark":
-                    found = volumes.dark_cap(mine, is_fan[offset : offset + n])
-                else:
-                    found = volumes.light_cap(mine)
-                lists.append(found.ravel())
-            offset += n
-        return np.concatenate(lists)
-
-    def _find_start(
-        self, lit: _Lit, apex: NDArray, source: NDArray, chosen: NDArray[np.bool_]
-    ) -> int:
-        """
-        Count the volumes, of those drawn to infinity behind the surface, that rays end in.
-
-        In perspective the dark cap is drawn there; parallel rays all end in one point.
-        """
-        if apex[3] or not source[3] or not chosen.any():
-            return 0
-        start, offset = 0, 0
-        for volumes in lit.volumes:
-            body = volumes.body
-            thing = np.zeros(len(body.caster.is_closed), np.intp)
-            thing[body.caster.component[body.caster.edge_faces[:, 0]]] = body.edge_thing
-            for instance, light in enumerate(volumes.lights):
-                way = np.linalg.solve(body.transforms[instance], -apex)
-                anchor = find_anchor(body.caster, body.blocks, np.append(way[:3], 0.0), light)
-                among = chosen[offset + thing]
-                unlit = anchor.unlit * ~volumes.caster.is_closed
-                start += int((among * (anchor.lit + unlit)).sum())
-                offset += body.n_things
-        return start
+        most = [find_most(each.body, each.opened) for each in volumes]
+        kept = _Kept(volumes, bound_count(self.bodies, most, source))
+        self._kept[number : number + 1] = [kept]
+        return kept
 
     def release(self) -> None:
-        """Free the index buffer."""
+        """Free the list of triangles."""
         self.indices.release()
+
+
+def _list_draws(selection: Selection) -> list[tuple[str, bool, NDArray[np.bool_]]]:
+    """List what to draw, whether cut, and of which things; caps after their sides."""
+    kinds = [
+        ("sides_z_pass", selection.sides & ~selection.z_fail),
+        ("sides_z_fail", selection.sides & selection.z_fail),
+        ("dark_cap", selection.dark_cap),
+    ]
+    listed = [
+        (name, is_cut, chosen & (selection.is_cut == is_cut))
+        for is_cut in (False, True)
+        for name, chosen in kinds
+    ]
+    listed.append(("light_cap", False, selection.light_cap))
+    return [each for each in listed if each[2].any()]

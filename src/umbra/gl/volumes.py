@@ -16,7 +16,7 @@ from umbra.gl.casters import Body
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouettes
 
-__all__ = ["BodyVolumes", "make_volumes"]
+__all__ = ["BodyVolumes", "gather", "make_volumes"]
 
 FAR = np.uint32(1)
 """Added to a point's vertex number: its far end."""
@@ -50,6 +50,17 @@ class BodyVolumes:
     _cap: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 3), np.uint32))
     _cap_thing: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
     _capped: NDArray[np.bool_] | None = None
+
+    def is_of(self, lights: NDArray[np.float64], opened: NDArray[np.bool_]) -> bool:
+        """Tell whether these are still the volumes of such lights and open components."""
+        return np.array_equal(self.lights, lights) and np.array_equal(self.opened, opened)
+
+    def casting(self, instance: int, thing: int) -> NDArray[np.intp]:
+        """Find the faces of one thing that cast."""
+        body, caster = self.body, self.caster
+        faces = body.faces[body.face_starts[thing] : body.face_starts[thing + 1]]
+        side = self.lights[instance] @ caster.planes[:, faces]
+        return faces[(side > 0) | ((side < 0) & ~caster.is_closed[caster.component[faces]])]
 
     def light_cap(self, wanted: NDArray[np.bool_]) -> NDArray[np.uint32]:
         """
@@ -150,3 +161,47 @@ def make_volumes(body: Body, light: NDArray[np.float64], opened: NDArray[np.bool
         sides.append(np.stack([b, a, a | FAR, b, a | FAR, b | FAR], 1))
         things.append(thing)
     return BodyVolumes(body, caster, lights, opened, np.concatenate(sides), np.concatenate(things))
+
+
+def gather(
+    volumes: list[BodyVolumes],
+    what: str,
+    chosen: NDArray[np.bool_],
+    *,
+    is_quad: bool = True,
+    is_fan: NDArray[np.bool_] | None = None,
+) -> NDArray[np.uint32]:
+    """
+    Put the triangles of some things of all bodies together.
+
+    Parameters
+    ----------
+    volumes : list of BodyVolumes
+    what : {'sides', 'dark_cap', 'light_cap'}
+    chosen : (n_things,) bool
+        Among the things of all bodies.
+    is_quad : bool
+        Of sides: whether far corners differ.
+    is_fan : (n_things,) bool, optional
+        Of dark caps.
+
+    Returns
+    -------
+    numbers : (n,) uint32
+        Three a triangle.
+    """
+    lists, offset = [np.zeros(0, np.uint32)], 0
+    for each in volumes:
+        n = each.body.n_things * len(each.body.groups)
+        mine = chosen[offset : offset + n]
+        if mine.any():
+            if what == "sides":
+                sides = each.sides[:, : 6 if is_quad else 3]
+                found = sides if mine.all() else sides[mine[each.side_thing]]
+            elif what == "dark_cap" and is_fan is not None:
+                found = each.dark_cap(mine, is_fan[offset : offset + n])
+            else:
+                found = each.light_cap(mine)
+            lists.append(found.ravel())
+        offset += n
+    return np.concatenate(lists)

@@ -1,0 +1,159 @@
+"""
+Which faces of which volumes to draw for one light: McGuire's cases, culling and cuts.
+
+All things of a scene are asked at once by their bounds; only those that bounds cannot
+decide are asked one by one, by their triangles.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.volumes import BodyVolumes
+from umbra.scene import Camera
+from umbra.volume.bounds import can_end_at_floor, find_near_rectangle, find_visible_parts
+from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements, make_regions
+
+__all__ = ["METHODS", "Choices", "Selection", "select"]
+
+METHODS = ("auto", "z-pass", "z-fail", "lengyel", "mcguire")
+MARGIN = 1e-5
+"""By how much the occlusion pyramid is widened, since the device computes in float32."""
+
+_FACES_ASKED = 50_000  # for a light; the bounds' answer is right for the rest, if not the least
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """
+    What may be left out; none of it changes a count.
+
+    Parameters
+    ----------
+    cull : bool
+        Leave out volumes and caps that are out of view or out of the light's range.
+    cut : bool
+        End volumes where no receiver can lie.
+    ask_triangles : bool
+        Let triangles decide the case where bounds cannot.
+    """
+
+    cull: bool = True
+    cut: bool = True
+    ask_triangles: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """
+    What to draw of each thing's volume.
+
+    Parameters
+    ----------
+    case : (n_things,) int8
+        McGuire's; 0 where culled.
+    sides, dark_cap, light_cap : (n_things,) bool
+    z_fail : (n_things,) bool
+        Count behind the visible surface rather than before it.
+    is_cut : (n_things,) bool
+        End at the floor rather than at infinity.
+    is_fan : (n_things,) bool
+        A fan over the silhouette closes the far end.
+    """
+
+    case: NDArray[np.int8]
+    sides: NDArray[np.bool_]
+    dark_cap: NDArray[np.bool_]
+    light_cap: NDArray[np.bool_]
+    z_fail: NDArray[np.bool_]
+    is_cut: NDArray[np.bool_]
+    is_fan: NDArray[np.bool_]
+
+
+def select(
+    volumes: list[BodyVolumes],
+    bounds: NDArray[np.float64],
+    camera: Camera,
+    origin: NDArray[np.float64],
+    source: NDArray[np.float64],
+    *,
+    method: str,
+    choices: Choices,
+    floor: float,
+    reach: float = np.inf,
+) -> Selection:
+    """
+    Select what is drawn for a light.
+
+    Parameters
+    ----------
+    volumes : list of BodyVolumes
+    bounds : (n_things, 2, 3) float64
+        Relative to the origin [m].
+    camera : Camera
+        With the near plane that is drawn with.
+    origin : (3,) float64
+    source : (4,) float64
+        The light, relative to the origin.
+    method : str
+        Of ``METHODS``.
+    choices : Choices
+    floor : float
+        z, relative to the origin, where volumes may end; below every receiver [m].
+    reach : float
+        The light's range [m].
+
+    Returns
+    -------
+    selection : Selection
+    """
+    n = len(bounds)
+    # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
+    above = bool((find_near_rectangle(camera, origin)[:, 2] > floor).all())
+    may_cut = choices.cut and above
+    is_cut = can_end_at_floor(bounds, source) if may_cut else np.zeros(n, np.bool_)
+    is_fan = dark_cap_is_fan(bounds, source)
+    sides = light_cap = dark_cap = np.ones(n, np.bool_)
+    if choices.cull:
+        parts = find_visible_parts(
+            bounds, source, camera, origin, floor=floor if may_cut else None, reach=reach
+        )
+        sides, light_cap = parts.volume, parts.light_cap
+        dark_cap = sides & (parts.dark_cap | ~is_fan)
+    # At infinity a directional light's volumes end in one point, and parallel rays too.
+    dark_cap = dark_cap & (is_cut | (bool(source[3]) and camera.is_perspective))
+
+    regions = make_regions(camera, source, origin, margin=MARGIN)
+    placements = find_placements(bounds, regions)
+    case = np.where(sides, placements.case, 0).astype(np.int8)
+    needs_cap = placements.needs_light_cap.copy()
+    left = _FACES_ASKED if choices.ask_triangles and method != "z-fail" else 0
+    for number in np.flatnonzero(placements.undecided & sides):
+        each, instance, thing = _find(volumes, int(number))
+        faces = each.casting(instance, thing)
+        left -= each.body.face_starts[thing + 1] - each.body.face_starts[thing]
+        if left < 0:
+            break
+        found = find_placement(
+            (each.caster.vertices, each.caster.faces[faces]),
+            regions=regions,
+            transform=each.body.transforms[instance],
+            bounds=each.body.bounds[thing],
+        )
+        case[number], needs_cap[number] = found.case, found.needs_light_cap
+
+    z_fail = {"z-pass": np.zeros(n, np.bool_), "z-fail": sides}.get(method, case > 1)
+    if method in ("auto", "mcguire"):
+        light_cap = light_cap & needs_cap
+    return Selection(case, sides, dark_cap & z_fail, light_cap & z_fail, z_fail, is_cut, is_fan)
+
+
+def _find(volumes: list[BodyVolumes], number: int) -> tuple[BodyVolumes, int, int]:
+    """Give the volumes, the instance and the thing of a number among all things."""
+    for each in volumes:
+        n = each.body.n_things * len(each.body.groups)
+        if number < n:
+            return each, *divmod(number, each.body.n_things)
+        number -= n
+    raise IndexError(number)
