@@ -16,9 +16,12 @@ from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
 from umbra.volume.duals import Duals, Plane, find_key, make_duals
+from umbra.volume.prefetch import prefetch
 from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
 
 __all__ = ["DualTree", "make_dual_tree"]
+
+_AHEAD = 4  # blocks asked for before their turn: from memory they come in no order
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +131,6 @@ def _sift(boxes, starts, segments, numbers, normal, margin):
     """Follow the boxes that the plane cuts from level to level, down to segments."""
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]
     ax, ay, az, aw = abs(x), abs(y), abs(z), abs(w)
-    scratch = np.empty((2, WIDTH), np.float32)
     front = np.empty(segments.shape[0] + WIDTH, np.int32)
     back = np.empty(segments.shape[0] + WIDTH, np.int32)
     cut = np.empty(WIDTH, np.bool_)
@@ -137,6 +139,9 @@ def _sift(boxes, starts, segments, numbers, normal, margin):
     for level in range(starts.size - 1):
         m = 0
         for q in range(n):
+            if q + _AHEAD < n:
+                for row in range(8):
+                    prefetch(boxes, ((starts[level] + front[q + _AHEAD]) * 8 + row) * WIDTH)
             number = front[q]
             box = boxes[starts[level] + number]
             for i in range(WIDTH):
@@ -148,12 +153,18 @@ def _sift(boxes, starts, segments, numbers, normal, margin):
                 m += cut[i]
         n = m
         front, back = back, front
+    inside, lit = np.empty(WIDTH, np.float32), np.empty(WIDTH, np.int32)
     codes = np.empty((n + 1) * WIDTH, np.int32)
     unsure = np.empty((n + 1) * WIDTH, np.int32)
     m, k = 0, 0
     for q in range(n):
         block = front[q]
+        if q + _AHEAD < n:
+            for row in range(8):
+                prefetch(segments, (np.int64(front[q + _AHEAD]) * 8 + row) * WIDTH)
+            prefetch(numbers, np.int64(front[q + _AHEAD]) * WIDTH)
         m, k = sift_block(
-            segments[block], numbers[block], 0, WIDTH, normal, margin, scratch, codes, m, unsure, k
-        )
+            segments[block], numbers[block], 0, WIDTH,
+            normal, margin, inside, lit, codes, m, unsure, k,
+        )  # fmt: skip
     return codes[:m], unsure[:k]

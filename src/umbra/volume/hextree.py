@@ -153,7 +153,7 @@ def _sift(centres, children, owned, segments, numbers, normal, margin):
                 cut[m] = cell
                 m += abs(middle) <= half + margin
         first, n = n, m
-    scratch = np.empty((2, WIDTH), np.float32)
+    inside, lit = np.empty(WIDTH, np.float32), np.empty(WIDTH, np.int32)
     codes = np.empty(places + 1, np.int32)
     unsure = np.empty(places + 1, np.int32)
     m, k = 0, 0
@@ -164,7 +164,7 @@ def _sift(centres, children, owned, segments, numbers, normal, margin):
             high = min(WIDTH, low + end - place)
             m, k = sift_block(
                 segments[block], numbers[block], low, high,
-                normal, margin, scratch, codes, m, unsure, k,
+                normal, margin, inside, lit, codes, m, unsure, k,
             )  # fmt: skip
             place += high - low
     return codes[:m], unsure[:k]

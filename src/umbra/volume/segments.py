@@ -140,7 +140,7 @@ def _lay_out(points, numbers, edge_faces, turn, blocks):
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def sift_block(block, numbers, low, high, normal, margin, scratch, codes, n, unsure, k):
+def sift_block(block, numbers, low, high, normal, margin, inside, lit, codes, n, unsure, k):
     """
     Find the segments of a block that a plane cuts, and those where it is not sure.
 
@@ -155,7 +155,10 @@ def sift_block(block, numbers, low, high, normal, margin, scratch, codes, n, uns
         Only the places from low up to high.
     normal : (4,) float32
     margin : float32
-    scratch : (2, 16) float32
+    inside : (16,) float32
+        Scratch.
+    lit : (16,) int32
+        Scratch.
     codes : (n_codes,) int32
         Written from n on, as in ``Silhouettes``; one place more than is kept.
     n : int
@@ -169,16 +172,15 @@ def sift_block(block, numbers, low, high, normal, margin, scratch, codes, n, uns
         Moved on.
     """
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]
-    inside, ways = scratch[0], scratch[1]
     close = 0
     for i in range(WIDTH):
         middle = block[0, i] * x + block[1, i] * y + block[2, i] * z + block[3, i] * w
         half = block[4, i] * x + block[5, i] * y + block[6, i] * z + block[7, i] * w
         inside[i] = abs(half) - abs(middle)
-        ways[i] = half
+        lit[i] = half > 0
         close += abs(inside[i]) <= margin
     for i in range(low, high):
-        codes[n] = numbers[i] << 2 | np.int32(ways[i] > 0)
+        codes[n] = numbers[i] << 2 | lit[i]
         n += inside[i] > margin
     if close:
         for i in range(low, high):
