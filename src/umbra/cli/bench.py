@@ -9,7 +9,7 @@ from umbra.cli.main import echo_json
 
 __all__ = ["command"]
 
-NAMES = ("study", "frame", "silhouette", "startup")
+NAMES = ("study", "frame", "silhouette", "cases", "startup")
 
 
 @click.command("bench")
@@ -29,8 +29,9 @@ def command(name: str, as_json: bool, threads: int, quick: bool, repeat: int | N
     Measure umbra against its peers, in turn in one process.
 
     NAME is study (hours of shadow on a plan, against Embree), frame (one light in
-    one picture, against Embree), silhouette (edges, against VTK or numpy) or startup
-    (time and memory of a whole umbra study).
+    one picture, against Embree), silhouette (edges, against VTK or numpy), cases (how
+    many triangles each of McGuire's cases draws) or startup (time and memory of a whole
+    umbra study).
     """
 
     def say(text: str) -> None:
@@ -41,6 +42,10 @@ def command(name: str, as_json: bool, threads: int, quick: bool, repeat: int | N
         from umbra.bench.startup import bench_startup  # noqa: PLC0415
 
         result: Any = bench_startup(repeat=runs, quick=quick)
+    elif name == "cases":
+        from umbra.bench.cases import bench_cases  # noqa: PLC0415
+
+        result = bench_cases(repeat=runs, quick=quick, say=say)
     else:
         result = _find(name)(threads=threads, repeat=runs, quick=quick, say=say)
     if as_json:

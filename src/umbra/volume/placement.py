@@ -38,7 +38,7 @@ __all__ = [
 MARGIN = 1e-6
 """By how much regions are widened, relative to the near rectangle's coordinates."""
 
-_AT_ONCE = 8192  # triangles clipped in one go
+_AT_ONCE = 8192  # vertices or triangles looked at in one go
 
 
 @dataclass(frozen=True, eq=False)
@@ -410,24 +410,25 @@ def _any_meets(
     Outcodes of the vertices decide most; what is left is clipped, in terms of its
     corners' distances from the planes.
     """
-    if away is None:
-        values = planes[:, :3] @ vertices.T + planes[:, 3:]
-    else:
-        values = planes[:, :3] @ (away[3] * vertices - away[:3]).T
-        # Directions have no size: widen by an angle instead.
-        values += 1e-9 * np.abs(values).max(initial=0.0)
+    values = np.zeros((len(planes), len(vertices)))
     codes = np.zeros(len(vertices), np.uint8)  # a bit for each plane that it is beyond
-    for plane, row in enumerate(values):
-        codes |= (row < 0).view(np.uint8) << np.uint8(plane)
+    for start in range(0, len(vertices), _AT_ONCE):  # so short that BLAS starts no threads
+        some = slice(start, start + _AT_ONCE)
+        if away is None:
+            values[:, some] = planes[:, :3] @ vertices[some].T + planes[:, 3:]
+        else:
+            values[:, some] = planes[:, :3] @ (away[3] * vertices[some] - away[:3]).T
+            # Directions have no size: widen by an angle instead.
+            values[:, some] += 1e-9 * np.abs(values[:, some]).max()
+        for plane, row in enumerate(values[:, some]):
+            codes[some] |= (row < 0).view(np.uint8) << np.uint8(plane)
     a, b, c = np.ascontiguousarray(np.take(codes, faces).T)
-    near = casting.among(np.flatnonzero((a & b & c) == 0))
-    if not len(near):
-        return False
-    if not (a[near].all() and b[near].all() and c[near].all()):
-        return True
-    for start in range(0, len(near), _AT_ONCE):
-        corners = faces[near[start : start + _AT_ONCE]]
-        if _any_survives(values.T[corners]):
+    near = np.flatnonzero((a & b & c) == 0)
+    for start in range(0, len(near), _AT_ONCE):  # often the first few have the answer
+        asked = casting.among(near[start : start + _AT_ONCE])
+        if not (a[asked].all() and b[asked].all() and c[asked].all()):
+            return True
+        if len(asked) and _any_survives(values.T[faces[asked]]):
             return True
     return False
 
