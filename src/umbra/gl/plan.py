@@ -5,6 +5,7 @@ Volumes are kept from frame to frame and made anew only where a body moved relat
 light. While nothing moves at all, the last plan still holds and nothing is done.
 """
 
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -23,17 +24,7 @@ from umbra.gl.selection import METHODS, Choices, Selection, select
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.scene import Camera, Light, Scene
 
-__all__ = [
-    "LIGHT_CAP",
-    "METHODS",
-    "Z_FAIL",
-    "Z_PASS",
-    "Choices",
-    "Draw",
-    "Plan",
-    "Planner",
-    "Statistics",
-]
+__all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Plan", "Planner", "Statistics"]
 
 Z_PASS, Z_FAIL, LIGHT_CAP = "z_pass", "z_fail", "light_cap"
 _BELOW = 0.01  # volumes end so much of the scene's size below the lowest receiver
@@ -117,6 +108,7 @@ class _Kept:
     """What is kept of one light between frames."""
 
     volumes: list[BodyVolumes]
+    moves: int
     deepest: int
 
 
@@ -153,6 +145,7 @@ class Planner:
     ground: float | None = None
     _kept: list[_Kept] = field(default_factory=list)
     _last: tuple[bytes, list[Plan]] | None = None
+    _moves: int = 0
 
     def __post_init__(self) -> None:
         self.bodies = make_bodies(self.scene, self.geometry, self.casters)
@@ -165,6 +158,7 @@ class Planner:
         whole = self.scene.bounds() - self.scene.origin
         low = min(whole[0, 2], np.inf if self.ground is None else self.ground)
         self._floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
+        self._moves += 1
         self._last = None
 
     def move(self, scene: Scene) -> None:
@@ -308,10 +302,11 @@ class Planner:
                 volumes.append(last)
             else:
                 volumes.append(make_volumes(body, source, opened))
-        if old is not None and all(a is b for a, b in zip(volumes, old.volumes, strict=True)):
+        same = old is not None and all(map(operator.is_, volumes, old.volumes))
+        if old is not None and same and old.moves == self._moves:
             return old
         most = [find_most(each.body, each.opened) for each in volumes]
-        kept = _Kept(volumes, bound_count(self.bodies, most, source))
+        kept = _Kept(volumes, self._moves, bound_count(self.bodies, most, source))
         self._kept[number : number + 1] = [kept]
         return kept
 
