@@ -8,12 +8,9 @@ from numpy.typing import NDArray
 from umbra.cpu.depth import GROUND, NOTHING
 from umbra.cpu.frame import Frame
 from umbra.scene import Light, Material, Scene
+from umbra.scene.look import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 
 __all__ = ["shade"]
-
-GROUND_COLOR = (0.50, 0.50, 0.48)
-SKY, HORIZON = (0.42, 0.60, 0.82), (0.86, 0.91, 0.95)  # linear RGB
-AMBIENT = 0.20  # of a white surface that looks up; half as much looking down
 
 
 def shade(
@@ -49,7 +46,7 @@ def shade(
     albedo = np.array([material.color for material in materials])[part]
     normal, position = frame.normal[seen], frame.position[seen]
     energy = np.repeat(AMBIENT * (0.75 + 0.25 * normal[:, 2:]), 3, 1)
-    exposure = 0.8 / max(len(lights), 1) ** 0.5
+    exposure = find_exposure(len(lights))
     for light, reached in zip(lights, lit, strict=True):
         way = light.position[:3] - light.position[3] * position
         away = np.maximum(np.linalg.norm(way, axis=1), np.finfo(np.float64).tiny)

@@ -1,0 +1,249 @@
+"""
+Pictures on OpenGL: surfaces, ambient light, then shadows and light for each light in turn.
+
+The order is McGuire's (2003, section 8): the stencil counts a light's shadow volumes, its
+light is added where the count is 0, and what is transparent comes last, over the lit
+picture. Nothing is read back until ``read``.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.context import Device, open_device
+from umbra.gl.count import Counter
+from umbra.gl.geometry import Geometry
+from umbra.gl.plan import Choices, Plan, Planner, Statistics
+from umbra.gl.projection import Projection, make_projection
+from umbra.gl.shading import Shading
+from umbra.gl.state import Pass, State
+from umbra.gl.surfaces import KEY, SURFACE, Surfaces
+from umbra.gl.target import Target
+from umbra.scene import Camera, Light, Scene
+from umbra.scene.look import find_exposure
+from umbra.volume.scissor import find_sphere_scissors
+
+__all__ = ["Renderer", "Targets"]
+
+_DRAW_ALL = Pass(depth_write=True, color_write=True)
+Scissor = tuple[int, int, int, int]
+
+
+@dataclass(eq=False)
+class Targets:
+    """
+    The framebuffers of one size of picture; depth and stencil are shared by all.
+
+    Parameters
+    ----------
+    device : Device
+    size : (int, int)
+        Columns and rows.
+    accumulate : {'rgba16f', 'rgba8'}
+        How light is summed up.
+
+    Attributes
+    ----------
+    surface, light, picture : Target
+    """
+
+    device: Device
+    size: tuple[int, int]
+    accumulate: str = "rgba16f"
+    surface: Target = field(init=False)
+    light: Target = field(init=False)
+    picture: Target = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.surface = Target(self.device, self.size, SURFACE)
+        self.light = Target(self.device, self.size, (self.accumulate,), depth_of=self.surface)
+        self.picture = Target(self.device, self.size, ("rgba8",), depth_of=self.surface)
+
+    def release(self) -> None:
+        """Free them."""
+        for target in (self.picture, self.light, self.surface):
+            target.release()
+
+
+class Renderer:
+    """
+    Draws pictures of one scene with hard shadows from any number of lights.
+
+    Parameters
+    ----------
+    scene : Scene
+    ground : float, optional
+        z of a plane that is drawn and receives shadows, in the model's own coordinates [m].
+    casters : sequence of int, optional
+        Indices of the parts that cast; all by default.
+    device : Device, optional
+        One of its own by default, released with the renderer.
+    choices : Choices, optional
+        What may be left out.
+    two_sided : bool
+        As in ``Counter``.
+    accumulate : {'rgba16f', 'rgba8'}
+        How light is summed up; 8 bits band where lights are many.
+    warn : callable
+        Told, in a line, where a forced method is wrong for a view.
+
+    Attributes
+    ----------
+    statistics : list of Statistics
+        Of the last picture's lights.
+    targets : Targets
+        With the last picture.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        ground: float | None = None,
+        *,
+        casters: Sequence[int] | None = None,
+        device: Device | None = None,
+        choices: Choices | None = None,
+        two_sided: bool = True,
+        accumulate: str = "rgba16f",
+        warn: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        self.scene, self.choices, self.accumulate, self.warn = scene, choices, accumulate, warn
+        self.device = device or open_device()
+        self._owns_device = device is None
+        self.ground = None if ground is None else float(ground - scene.origin[2])
+        self.geometry = Geometry(self.device, scene)
+        self.planner = Planner(self.device, scene, self.geometry, casters, self.ground)
+        self.counter = Counter(self.device, self.geometry, self.planner, two_sided=two_sided)
+        self.surfaces = Surfaces(self.device, scene, self.geometry)
+        self.shading = Shading(self.device)
+        self.targets: Targets | None = None
+        self.statistics: list[Statistics] = []
+        self._timers: dict[str, list] = {}
+
+    def render(
+        self, camera: Camera, lights: Sequence[Light], method: str = "auto", *, shadows: bool = True
+    ) -> NDArray[np.uint8]:
+        """
+        Draw a picture and read it back.
+
+        Parameters
+        ----------
+        camera : Camera
+        lights : sequence of Light
+        method : str
+            Of ``umbra.gl.plan.METHODS``.
+        shadows : bool
+            Count them at all.
+
+        Returns
+        -------
+        rgb : (rows, cols, 3) uint8
+            sRGB; row 0 is the top.
+        """
+        self.draw(camera, lights, method, shadows=shadows)
+        return self.read()
+
+    def draw(
+        self, camera: Camera, lights: Sequence[Light], method: str = "auto", *, shadows: bool = True
+    ) -> None:
+        """Draw a picture into ``targets.picture``; parameters as in ``render``."""
+        targets = self._find_targets(camera.size)
+        projection = self._project(camera)
+        with State(self.device) as state:
+            with self._timed("surfaces"):
+                targets.surface.use()
+                state.use(_DRAW_ALL)
+                state.clear(depth=1.0, stencil=0)
+                targets.surface.clear_color(0.0, place=KEY)
+                self.surfaces.draw(state, projection, self.ground)
+            plans = self._plan(projection, lights, method) if shadows else [None] * len(lights)
+            targets.light.use()
+            with self._timed("ambient"):
+                self.shading.add_ambient(state, targets.surface)
+            self._add_lights(state, targets, projection, lights, plans)
+            if self.surfaces.has_transparent:
+                with self._timed("transparent"):
+                    self.surfaces.draw_transparent(state, projection)
+            targets.picture.use()
+            with self._timed("finish"):
+                self.shading.finish(state, targets.light)
+
+    def read(self) -> NDArray[np.uint8]:
+        """Read the last picture, (rows, cols, 3) uint8, row 0 at the top."""
+        if self.targets is None:
+            return np.zeros((0, 0, 3), np.uint8)
+        return np.ascontiguousarray(self.targets.picture.read()[..., :3])
+
+    def _add_lights(
+        self,
+        state: State,
+        targets: Targets,
+        projection: Projection,
+        lights: Sequence[Light],
+        plans: Sequence[Plan | None],
+    ) -> None:
+        exposure = find_exposure(len(lights))
+        for light, plan in zip(lights, plans, strict=True):
+            scissor = self._find_scissor(light, projection.camera)
+            if scissor is not None and 0 in scissor[2:]:
+                continue
+            with self._timed("shadows"):
+                if plan is not None:
+                    self.counter.count(state, targets.light, plan)
+                else:
+                    state.clear(stencil=0)
+            with self._timed("light"):
+                targets.light.use()
+                self.shading.add_light(
+                    state, targets.surface, projection, light, self.scene.origin, exposure, scissor
+                )
+
+    def _find_scissor(self, light: Light, camera: Camera) -> Scissor | None:
+        """Give the rectangle that a light's range reaches, in OpenGL's rows; None: all."""
+        if np.isinf(light.range):
+            return None
+        place = (light.position[:3] - self.scene.origin)[None]
+        left, top, right, bottom = find_sphere_scissors(camera, place, [light.range])[0].tolist()
+        return left, camera.size[1] - bottom, right - left, bottom - top
+
+    def _plan(self, projection: Projection, lights: Sequence[Light], method: str) -> list[Plan]:
+        plans = self.planner.plan(projection, lights, method, choices=self.choices, warn=self.warn)
+        self.statistics = [plan.statistics for plan in plans]
+        return plans
+
+    def _project(self, camera: Camera) -> Projection:
+        origin = self.scene.origin
+        bounds = np.concatenate([self.planner.bounds, self.scene.bounds()[None] - origin])
+        if len(self.planner.bounds) and self.planner.casters is None:
+            bounds = bounds[:-1]
+        return make_projection(camera, origin, bounds, self.ground)
+
+    def _find_targets(self, size: tuple[int, int]) -> Targets:
+        if self.targets is None or self.targets.size != tuple(size):
+            if self.targets is not None:
+                self.targets.release()
+            self.targets = Targets(self.device, (int(size[0]), int(size[1])), self.accumulate)
+        return self.targets
+
+    @contextmanager
+    def _timed(self, name: str) -> Iterator[None]:
+        """Leave room for a viewer's timer queries."""
+        yield
+
+    def release(self) -> None:
+        """Free all that the renderer holds on the device."""
+        if self.targets is not None:
+            self.targets.release()
+        for held in (self.shading, self.surfaces, self.counter, self.planner, self.geometry):
+            held.release()
+        if self._owns_device:
+            self.device.release()
+
+    def __enter__(self) -> "Renderer":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()

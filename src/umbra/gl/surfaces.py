@@ -1,0 +1,222 @@
+"""
+What surfaces are made of, on the device: normals, textures and materials of a scene.
+
+The scene is drawn once a frame into a *surface target* that says for each pixel what is
+seen: depth key, normal, reflectance, and what it gives off by itself. Lights are then
+laid over the picture (``shading.py``) without touching the geometry again, so textures
+are looked up once, however many lights there are (McGuire et al. 2003, section 8).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.context import Device
+from umbra.gl.geometry import Geometry, TextureBuffer
+from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.programs import Program
+from umbra.gl.projection import Projection
+from umbra.gl.state import Pass, State
+from umbra.gl.textures import Texture
+from umbra.scene import Material, Scene
+from umbra.scene.look import GROUND_COLOR
+
+__all__ = ["ALBEDO", "GLOW", "KEY", "NORMAL", "SURFACE", "Surfaces", "find_rays"]
+
+SURFACE = ("rgba16f", "r32f", "rgba8", "rgba16f")
+"""Formats of a surface target's attachments:"""
+NORMAL, KEY, ALBEDO, GLOW = range(4)
+
+_NORMALS, _UVS, _TINTS, _MATERIALS, _OWNERS, _IMAGE = range(6)  # texture units
+_RGBA32F, _RG32F, _RGBA8, _R32I = 0x8814, 0x8230, 0x8058, 0x8235
+_MODES = {"opaque": 0.0, "mask": 1.0, "blend": 2.0}
+
+
+@dataclass(frozen=True, eq=False)
+class _Batch:
+    """Faces that are drawn together: ``first`` and ``count`` in the face list."""
+
+    first: int
+    count: int
+    image: Texture | None
+    is_transparent: bool
+    center: NDArray[np.float64]
+
+
+class Surfaces:
+    """
+    Draws a scene's surfaces.
+
+    Parameters
+    ----------
+    device : Device
+    scene : Scene
+    geometry : Geometry
+        Of the same scene.
+
+    Raises
+    ------
+    InputError
+        If a texture cannot be decoded (which).
+    """
+
+    def __init__(self, device: Device, scene: Scene, geometry: Geometry) -> None:
+        self._device, self._geometry = device, geometry
+        self._program = Program(device, "shaded.vert.glsl", "surface.frag.glsl")
+        self._glass = Program(
+            device, "shaded.vert.glsl", "surface.frag.glsl", {"IS_TRANSPARENT": 1}
+        )
+        self._ground = Program(device, "ground.vert.glsl", "ground.frag.glsl")
+        self._images: dict[int, Texture] = {}
+        order, self._batches = self._sort_faces(scene)
+        self._indices = Indices(device, 2 * geometry.n_points)
+        self._indices.write(geometry.faces[order].ravel())
+        self._tables = self._make_tables(scene, order)
+
+    @property
+    def has_transparent(self) -> bool:
+        """Whether anything lets what lies behind shine through."""
+        return any(batch.is_transparent for batch in self._batches)
+
+    def draw(self, state: State, projection: Projection, ground: float | None) -> None:
+        """
+        Draw what is opaque into the surface target in use.
+
+        Before: the target is cleared. After: depth, key, normal, albedo and glow of the
+        nearest surface; a key of 0 where there is none.
+
+        Parameters
+        ----------
+        state : State
+        projection : Projection
+        ground : float, optional
+            z of a plane to draw too, relative to the scene's origin [m].
+        """
+        state.use(Pass(depth_test="less", depth_write=True, color_write=True))
+        self._set_up(self._program, projection)
+        for batch in self._batches:
+            if not batch.is_transparent:
+                self._draw_batch(self._program, batch)
+        if ground is not None:
+            self._ground.set(
+                projection=projection.matrix,
+                height=float(ground - projection.eye[2]),
+                albedo=np.array(GROUND_COLOR),
+                **find_rays(projection),
+            )
+            draw_plain(self._device, self._ground, 12)
+
+    def draw_transparent(self, state: State, projection: Projection) -> None:
+        """
+        Blend what is transparent over the picture in use, the farthest part first.
+
+        It is lit evenly, without shadows; depth is tested and not written.
+        """
+        glass = [batch for batch in self._batches if batch.is_transparent]
+        forward = projection.camera.axes()[2]
+        glass.sort(key=lambda batch: -float(forward @ batch.center))
+        state.use(Pass(depth_test="less", color_write=True, blend="over"))
+        self._set_up(self._glass, projection)
+        for batch in glass:
+            self._draw_batch(self._glass, batch)
+
+    def release(self) -> None:
+        """Free programs, buffers and textures."""
+        for program in (self._program, self._glass, self._ground):
+            program.release()
+        for held in (self._indices, *self._tables, *self._images.values()):
+            held.release()
+
+    def _set_up(self, program: Program, projection: Projection) -> None:
+        self._geometry.bind(program)
+        for unit, table in enumerate(self._tables):
+            table.bind(unit)
+        program.set(
+            normals=_NORMALS, uvs=_UVS, tints=_TINTS, materials=_MATERIALS, owners=_OWNERS,
+            image=_IMAGE, **projection.uniforms(), **find_rays(projection),
+        )  # fmt: skip
+
+    def _draw_batch(self, program: Program, batch: _Batch) -> None:
+        if batch.image is not None:
+            batch.image.bind(_IMAGE)
+        program.set(first=batch.first, has_image=int(batch.image is not None))
+        self._indices.draw(program, 3 * batch.first, 3 * batch.count)
+
+    def _sort_faces(self, scene: Scene) -> tuple[NDArray[np.intp], list[_Batch]]:
+        """Put faces of one texture together, those of a transparent part by themselves."""
+        keys: dict[tuple[int, int], int] = {}
+        batch_of_part = []
+        for index, part in enumerate(scene.parts):
+            image = part.material.image
+            # Transparent parts are drawn far to near, so each is a batch.
+            key = (id(image), index if part.material.is_transparent else -1)
+            batch_of_part.append(keys.setdefault(key, len(keys)))
+            if image is not None and id(image) not in self._images:
+                self._images[id(image)] = Texture(self._device, image)
+        soup = scene.triangles()
+        batch = np.array(batch_of_part)[soup.part]
+        order = np.argsort(batch, kind="stable")
+        starts = np.searchsorted(batch[order], np.arange(len(keys) + 1))
+        batches = []
+        for (picture, owner), first, end in zip(keys, starts, starts[1:], strict=False):
+            some = soup.faces[order[first:end]]
+            center = soup.vertices[some].mean((0, 1)) if owner >= 0 else np.zeros(3)
+            batches.append(
+                _Batch(int(first), int(end - first), self._images.get(picture), owner >= 0, center)
+            )
+        return order, batches
+
+    def _make_tables(self, scene: Scene, order: NDArray[np.intp]) -> list[TextureBuffer]:
+        """Upload per point: normal, uv, tint; per material: its numbers; per face: which."""
+        count = self._geometry.n_stored
+        normals, uvs = np.zeros((count, 4), np.float32), np.zeros((count, 2), np.float32)
+        tints = np.full((count, 4), 255, np.uint8)
+        for index, first in self._geometry.places():
+            mesh = scene.parts[index].mesh
+            rows = slice(first, first + len(mesh.vertices))
+            if mesh.normals is not None:
+                normals[rows, :3] = mesh.normals
+            if mesh.uv is not None:
+                uvs[rows] = mesh.uv
+            if mesh.colors is not None:
+                tints[rows, :3] = np.clip(mesh.colors, 0, 1) * 255 + 0.5
+        materials = {id(part.material): part.material for part in scene.parts}
+        numbers = {key: number for number, key in enumerate(materials)}
+        described = [_describe(material) for material in materials.values()]
+        material = np.array([numbers[id(part.material)] for part in scene.parts], np.int32)
+        owners = material[scene.triangles().part[order]]
+        return [
+            TextureBuffer(self._device, normals, _RGBA32F),
+            TextureBuffer(self._device, uvs, _RG32F),
+            TextureBuffer(self._device, tints, _RGBA8),
+            TextureBuffer(self._device, np.array(described, np.float32), _RGBA32F),
+            TextureBuffer(self._device, owners.astype(np.int32), _R32I),
+        ]
+
+
+def _describe(material: Material) -> list[list[float]]:
+    """Give a material's three texels."""
+    return [
+        [*material.color, material.opacity],
+        [*material.emission, float(material.is_unlit)],
+        [_MODES[material.alpha_mode], material.alpha_cutoff, 0.0, 0.0],
+    ]
+
+
+def find_rays(projection: Projection) -> dict[str, object]:
+    """Give the uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
+    camera = projection.camera
+    right, up, forward = camera.axes()
+    cols, rows = camera.size
+    if camera.height is None:
+        pixel, ahead = 2 * np.tan(np.radians(camera.fov) / 2) / rows, forward
+    else:
+        pixel, ahead = camera.height / rows, np.zeros(3)
+    return {
+        "corner": ahead - pixel * (cols / 2 * right + rows / 2 * up),
+        "across": pixel * right,
+        "upward": pixel * up,
+        "forward": forward,
+        "is_perspective": int(camera.is_perspective),
+    }
