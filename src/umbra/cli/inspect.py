@@ -5,6 +5,7 @@ import dataclasses
 import click
 
 from umbra.cli.main import echo_json
+from umbra.cli.pose import pose_options, read_posed
 
 __all__ = ["command"]
 
@@ -14,18 +15,24 @@ _MOST = 40  # parts listed for a person; --json has all
 @click.command("inspect")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
+@pose_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(files: tuple[str, ...], up: str | None, as_json: bool) -> None:
+def command(
+    files: tuple[str, ...],
+    up: str | None,
+    time: float | None,
+    animation: str | None,
+    as_json: bool,
+) -> None:
     """
     Say what a file is: parts, size, place, and whether its meshes are closed.
 
     A closed mesh casts by its lit faces, anything else triangle by triangle; shadows
     are exact in both cases.
     """
-    from umbra.readers import read  # noqa: PLC0415
     from umbra.volume.inspection import inspect_scene  # noqa: PLC0415
 
-    scene = read(*files, up=up)
+    scene = read_posed(files, up, time, animation)
     found = inspect_scene(scene)
     bounds = scene.bounds()
     total = dataclasses.asdict(found.total)
@@ -46,6 +53,8 @@ def command(files: tuple[str, ...], up: str | None, as_json: bool) -> None:
         "latitude": scene.latitude,
         "longitude": scene.longitude,
         "true_north_deg": scene.true_north,
+        "animations": [{"name": one.name, "duration": one.duration} for one in scene.animations],
+        "lights": len(scene.lights),
         "notes": list(scene.notes),
     }
     if as_json:
@@ -70,6 +79,10 @@ def command(files: tuple[str, ...], up: str | None, as_json: bool) -> None:
         click.echo(f"{scene.crs or 'no CRS'}: {place}")
     else:
         click.echo(f"{scene.crs or 'no CRS'}: the file does not say where it is (--lat, --lon)")
+    for number, one in enumerate(scene.animations):
+        click.echo(f"animation {number}: '{one.name}', {one.duration:g} s (--time poses it)")
+    if scene.lights:
+        click.echo(f"{len(scene.lights)} lights of its own")
     click.echo("closed" if found.total.closed else _why_open(result))
     for note in scene.notes:
         click.echo(f"note: {note}")

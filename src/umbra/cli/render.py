@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from umbra.cli.main import echo_json
+from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.values import SIZE, Numbers
 from umbra.errors import InputError
 
@@ -52,6 +53,7 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
     multiple=True,
     help="Repeatable: place, target and half angle of a spot light, after the others.",
 )
+@pose_options
 @click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
 @click.option(
@@ -82,6 +84,8 @@ def command(
     near: float,
     lights: tuple[tuple[float, ...], ...],
     spots: tuple[tuple[float, ...], ...],
+    time: float | None,
+    animation: str | None,
     ground: float | None,
     axis_up: str | None,
     method: str,
@@ -94,15 +98,14 @@ def command(
     """
     Draw a picture with exact hard shadows of any number of lights.
 
+    Without --light and --spot a glTF file's own lights shine.
+
     \b
     Example:
     umbra render tower.glb --eye 40,-60,30 --target 0,0,10 --light 4,-3,8,0 --out tower.png
     """  # noqa: D301  (click asks for a real backspace)
     if out is None and arrays is None:
         msg = "nothing to write; give --out FILE.png or --arrays FILE.npz"
-        raise InputError(msg)
-    if not lights and not spots:
-        msg = "no light; give --light X,Y,Z for a point or X,Y,Z,0 for a direction"
         raise InputError(msg)
     if out is not None and out.suffix.lower() != ".png":
         msg = f"the picture '{out}' would be a PNG; name it {out.with_suffix('.png')}"
@@ -115,8 +118,8 @@ def command(
     from umbra.cpu.frame import METHODS, FrameCounter  # noqa: PLC0415
     from umbra.cpu.shade import shade  # noqa: PLC0415
     from umbra.cpu.threads import count_cores  # noqa: PLC0415
-    from umbra.readers import read  # noqa: PLC0415
     from umbra.scene import Camera, Light, spot_light  # noqa: PLC0415
+    from umbra.scene.exposure import expose_lights  # noqa: PLC0415
     from umbra.writers.beside import replace_file  # noqa: PLC0415
     from umbra.writers.png import write_png  # noqa: PLC0415
 
@@ -131,7 +134,13 @@ def command(
     written = [path for path in (out, arrays) if path is not None]
     with ExitStack() as stack:
         beside = {path: stack.enter_context(replace_file(path)) for path in written}
-        scene = read(*files, up=axis_up)
+        scene = read_posed(files, axis_up, time, animation)
+        if not all_lights:
+            all_lights = list(expose_lights(scene))
+            _check_memory(size, len(all_lights))
+        if not all_lights:
+            msg = "no light; give --light X,Y,Z for a point or X,Y,Z,0 for a direction"
+            raise InputError(msg)
         counter = FrameCounter(scene, ground=ground, threads=threads, warn=_warn)
         view, frame = counter.see(camera)
         counts = [counter.count(view, camera, light, method) for light in all_lights]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from umbra.cli.main import echo_json
+from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.values import SIZE, Numbers
 from umbra.errors import InputError
 
@@ -107,6 +108,7 @@ __all__ = ["command"]
     help="The sun where it is seen, or where it is.",
 )
 @click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
+@pose_options
 @click.option(
     "--device",
     type=click.Choice(["auto", "cpu", "gl"]),
@@ -129,6 +131,8 @@ def command(
     tz: str | None,
     north: float | None,
     up: str | None,
+    time: float | None,
+    animation: str | None,
     device: str,
     out: Path,
     as_json: bool,
@@ -151,12 +155,11 @@ def command(
     from umbra.writers.results import replace_results  # noqa: PLC0415
 
     with replace_results(out) as unfinished, Painter() as painter:
-        from umbra.readers import read  # noqa: PLC0415
         from umbra.study import make_preview, run_study  # noqa: PLC0415
         from umbra.sun import find_site  # noqa: PLC0415
         from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
 
-        scene = read(*files, up=up)
+        scene = read_posed(files, up, time, animation)
         for note in scene.notes:
             click.echo(f"note: {note}", err=True)
         site = find_site(scene, lat, lon, tz, north)

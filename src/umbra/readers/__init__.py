@@ -4,6 +4,7 @@ import gc
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from umbra.errors import InputError
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate, to_metres
 from umbra.readers.model import Model
-from umbra.scene import Part, Scene, Source, make_scene
+from umbra.scene import Light, Part, Scene, Source, make_scene
 
 __all__ = ["read"]
 
@@ -76,7 +77,8 @@ def read(*paths: str | os.PathLike[str], up: str | None = None) -> Scene:
             raise InputError(msg, crs=tuple(named))
         parts = tuple(part for model in models for part in model.parts)
         notes = tuple(note for model in models for note in model.notes)
-        return _assemble(parts, next(iter(named), None), tuple(sources), notes, paths)
+        lights = tuple(light for model in models for light in model.lights)
+        return _assemble(parts, next(iter(named), None), tuple(sources), notes, lights, paths)
 
 
 @contextmanager
@@ -96,6 +98,7 @@ def _assemble(
     crs: str | None,
     sources: tuple[Source, ...],
     notes: tuple[str, ...],
+    lights: tuple[Light, ...],
     paths: tuple[str | os.PathLike[str], ...],
 ) -> Scene:
     names = ", ".join(str(path) for path in paths)
@@ -103,7 +106,7 @@ def _assemble(
         metric, metric_crs = to_metres(parts, crs)
         if metric_crs != crs:
             notes = (*notes, f"coordinates were converted from {crs} to {metric_crs}")
-        scene = make_scene(metric, crs=metric_crs, sources=sources, notes=notes)
+        scene = make_scene(metric, crs=metric_crs, sources=sources, notes=notes, lights=lights)
         bounds = scene.bounds()
         _check_size(bounds)
         return locate(scene, bounds)
@@ -161,4 +164,4 @@ def _read_one(path: Path, up: str | None) -> tuple[Model, Source]:
         raise InputError(msg, path=path) from error
     notes = tuple(f"{path.name}: {note}" for note in model.notes)
     source = Source(path.name, sha256(data).hexdigest(), model.format)
-    return Model(model.format, model.parts, model.crs, notes, model.companions), source
+    return replace(model, notes=notes), source

@@ -13,7 +13,7 @@ from umbra.scene import Mesh, Part, Scene
 if TYPE_CHECKING:
     from pyproj import CRS
 
-__all__ = ["locate", "name_crs", "to_metres"]
+__all__ = ["bring_to", "is_known", "is_same_plan", "locate", "name_crs", "to_metres"]
 
 CODE = re.compile(r"\bEPSG(?:/|:)+(?:[\d.]+[/:]+)?(\d+(?:\+\d+)*)", re.IGNORECASE)
 
@@ -49,6 +49,53 @@ def name_crs(text: object) -> str | None:
     if "CRS84" in text.upper():
         return "OGC:CRS84h" if text.upper().endswith("H") else "OGC:CRS84"
     return text.strip()
+
+
+def is_known(crs: str) -> bool:
+    """Tell whether PROJ knows a CRS by this name, and it is one of places on earth."""
+    found = _find_crs(crs)
+    return found is not None and (found.is_projected or found.is_geographic)
+
+
+def is_same_plan(one: str, other: str) -> bool:
+    """Tell whether two CRSs differ in their heights at most."""
+    a, b = _find_crs(one), _find_crs(other)
+    return one == other or (a is not None and b is not None and a.to_2d() == b.to_2d())
+
+
+def bring_to(parts: tuple[Part, ...], crs: str, target: str) -> tuple[Part, ...]:
+    """
+    Move parts from one CRS to another; heights are kept, but for their unit.
+
+    Parameters
+    ----------
+    parts : tuple of Part
+    crs : str
+        Of the parts.
+    target : str
+        A CRS in metres.
+
+    Returns
+    -------
+    parts : tuple of Part
+
+    Raises
+    ------
+    InputError
+        If one of the two is not known or geocentric, or the heights' unit is not said.
+    """
+    found, wanted = _find_crs(crs), _find_crs(target)
+    if not is_known(crs) or not is_known(target) or found is None or wanted is None:
+        msg = f"{crs} cannot be converted to {target}; convert to one coordinate reference system"
+        raise InputError(msg, crs=(crs, target))
+    _, height = _metres_per_unit(found)
+    if height is None:
+        msg = (
+            f"coordinates are in feet ({crs}, {found.name}) and the unit of the heights is not "
+            f"said; convert to {target}"
+        )
+        raise InputError(msg, crs=crs)
+    return _move_plan(parts, found, target, height)
 
 
 def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...], str | None]:
@@ -185,8 +232,16 @@ def _reproject(
         )
         raise InputError(msg, crs=crs)
     zone = _find_utm(found, lon, lat)
-    transformer = Transformer.from_crs(flat, zone, always_xy=True)
+    return _move_plan(parts, found, zone, height), zone
 
+
+def _move_plan(
+    parts: tuple[Part, ...], found: "CRS", target: str, height: float
+) -> tuple[Part, ...]:
+    from pyproj import CRS, Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
+
+    flat = CRS.from_user_input(target).to_2d()
+    transformer = Transformer.from_crs(found.to_2d(), flat, always_xy=True)
     arrays: dict[int, NDArray[np.float64]] = {}
     moved = []
     for part in parts:
@@ -200,8 +255,8 @@ def _reproject(
             x, y, z = mesh.vertices.T
             east, north = transformer.transform(x, y)
             arrays[key] = np.stack([east, north, z * height], axis=1)
-        moved.append(replace(part, mesh=mesh.moved(arrays[key]), transform=None))
-    return tuple(moved), zone
+        moved.append(replace(part, mesh=mesh.moved(arrays[key]), transform=None, binding=None))
+    return tuple(moved)
 
 
 def _corners(part: Part) -> NDArray[np.float64]:

@@ -1,18 +1,25 @@
-"""glTF 2.0 and GLB: nodes with transforms; instances share one mesh."""
+"""glTF 2.0 and GLB: nodes with transforms, skins and animations; instances share one mesh."""
 
+from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import orjson
-from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.gltf_buffers import Buffers, split_glb
+from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
+from umbra.readers.gltf_lights import read_light
+from umbra.readers.gltf_materials import Materials
+from umbra.readers.gltf_meshes import Piece, read_mesh
+from umbra.readers.gltf_rig import read_animations, read_nodes, read_skin
 from umbra.readers.model import Model
 from umbra.readers.turn import turning
-from umbra.scene import Material, Mesh, Part
-from umbra.scene.material import GREY
+from umbra.scene import Mesh, Part
+from umbra.scene.pose import place_part
+from umbra.scene.rig import Binding
+from umbra.scene.shape import Shape, Skin
 
 __all__ = ["read_gltf", "read_gltf_tree"]
 
@@ -23,10 +30,6 @@ GEOMETRY_EXTENSIONS = {
     "KHR_meshopt_compression": "decompress it (gltfpack without -c writes it plain)",
     "EXT_mesh_gpu_instancing": "write its instances as nodes",
 }
-
-TRIANGLES, STRIP, FAN = 4, 5, 6
-
-Primitive = tuple[str, tuple[float, float, float], Mesh]
 
 
 def read_gltf(data: bytes, path: Path, up: str | None = None) -> Model:
@@ -66,7 +69,12 @@ def read_gltf(data: bytes, path: Path, up: str | None = None) -> Model:
 def read_gltf_tree(
     tree: dict[str, Any], binary: bytes | None, path: Path, up: str | None = None
 ) -> Model:
-    """Read parsed glTF with the binary chunk of a GLB, if it is one; see `read_gltf`."""
+    """
+    Read parsed glTF with the binary chunk of a GLB, if it is one; see `read_gltf`.
+
+    Skins and morph targets are posed as the file's own nodes and weights say, before
+    any animation: what viewers show until they play one.
+    """
     version = str(tree.get("asset", {}).get("version", "2.0"))
     if not version.startswith("2"):
         msg = f"is glTF {version}; umbra reads 2.0, convert it (gltf-pipeline is one tool)"
@@ -76,130 +84,107 @@ def read_gltf_tree(
             msg = f"uses {name}, which is not read; {GEOMETRY_EXTENSIONS[name]}"
             raise InputError(msg, extension=name)
     buffers = Buffers(tree, binary, path)
-    counts: dict[str, int] = {}
-    meshes: dict[int, list[Primitive]] = {}
-    parts: list[Part] = []
+    counts: Counter[str] = Counter()
+    materials = Materials(tree, buffers, path, counts)
+    rig, slots, shown = read_nodes(tree, turning(up or "y"))
     nodes = tree.get("nodes", [])
-    for index, transform in _place_nodes(tree, turning(up or "y")):
+    meshes: dict[int, list[Piece]] = {}
+    pieces: dict[int, list[Piece]] = {}  # by place in the rig
+    for index, slot in list(slots.items())[:shown]:
+        if "mesh" in nodes[index]:
+            mesh = nodes[index]["mesh"]
+            if mesh not in meshes:
+                meshes[mesh] = read_mesh(tree, mesh, buffers, materials, counts)
+            pieces[slot] = meshes[mesh]
+    targets = {
+        slot: len(piece.offsets)
+        for slot, found in pieces.items()
+        for piece in found
+        if piece.offsets is not None
+    }
+    rig = read_animations(tree, rig, slots, targets, buffers, counts)
+    placed = rig.place()
+    shapes = _Shapes(tree, slots, buffers)
+    bent: dict[tuple[int, int], Mesh] = {}
+    parts: list[Part] = []
+    lights = []
+    for index, slot in list(slots.items())[:shown]:
         node = nodes[index]
-        if "mesh" not in node:
-            continue
-        mesh = node["mesh"]
-        if mesh not in meshes:
-            meshes[mesh] = _read_mesh(tree, mesh, buffers, counts)
-        if "skin" in node:
-            what = "skinned nodes read in their rest pose"
-            counts[what] = counts.get(what, 0) + 1
-        name = str(node.get("name") or _item(tree, "meshes", mesh).get("name") or f"node {index}")
-        parts += [
-            Part(name, kind, piece, transform, Material(color))
-            for kind, color, piece in meshes[mesh]
-        ]
+        for piece in pieces.get(slot, ()):
+            mesh_name = find_item(tree, "meshes", node["mesh"]).get("name")
+            name = str(node.get("name") or mesh_name or f"node {index}")
+            part = Part(name, piece.surface.kind, piece.mesh, None, piece.surface.material)
+            binding = Binding(rig, slot, shape=shapes.find(node, piece))
+            part = place_part(part, binding, placed, bent)
+            parts.append(replace(part, binding=binding) if rig.animations else part)
+        light = read_light(tree, node, rig, slot, placed[0])
+        if light is not None:
+            lights.append(light)
     notes = tuple(f"{what}: {count}" for what, count in counts.items())
     form = "GLB" if binary is not None else "glTF"
-    return Model(f"{form} {version}", tuple(parts), notes=notes, companions=buffers.sources)
+    return Model(
+        f"{form} {version}",
+        tuple(parts),
+        notes=notes,
+        companions=buffers.sources,
+        lights=tuple(lights),
+    )
 
 
-def _item(tree: dict[str, Any], key: str, index: Any) -> Any:
-    items = tree.get(key, [])
-    if type(index) is not int or not 0 <= index < len(items):
-        msg = f"names {key}[{index}], but there are {len(items)}; export it again"
-        raise InputError(msg)
-    return items[index]
+class _Shapes:
+    """
+    What bends, shared by the nodes that show it alike.
 
+    Parameters
+    ----------
+    tree : dict
+        The glTF JSON.
+    slots : dict of int to int
+        The place in the rig of each node of the file.
+    buffers : Buffers
+    """
 
-def _place_nodes(
-    tree: dict[str, Any], base: NDArray[np.float64]
-) -> list[tuple[int, NDArray[np.float64]]]:
-    """Give the nodes of the scene, parents first, with their transforms to the scene."""
-    nodes = tree.get("nodes", [])
-    if tree.get("scenes"):
-        roots = _item(tree, "scenes", tree.get("scene", 0)).get("nodes", [])
-    else:
-        children = {child for node in nodes for child in node.get("children", ())}
-        roots = [index for index in range(len(nodes)) if index not in children]
-    placed: list[tuple[int, NDArray[np.float64]]] = []
-    seen: set[int] = set()
-    stack = [(root, base) for root in reversed(roots)]
-    while stack:
-        index, parent = stack.pop()
-        node = _item(tree, "nodes", index)
-        if index in seen:
-            msg = f"node {index} stands in two places of the tree; export it again"
-            raise InputError(msg, node=index)
-        seen.add(index)
-        transform = parent @ _local_transform(node)
-        placed.append((index, transform))
-        stack += [(child, transform) for child in reversed(node.get("children", ()))]
-    return placed
+    def __init__(self, tree: dict[str, Any], slots: dict[int, int], buffers: Buffers) -> None:
+        self._tree = tree
+        self._slots = slots
+        self._buffers = buffers
+        self._skins: dict[int, Skin] = {}
+        self._shapes: dict[tuple[int, int | None, tuple[float, ...]], Shape] = {}
 
+    def find(self, node: dict[str, Any], piece: Piece) -> Shape | None:
+        """Give a primitive's shape at a node; None if it moves as a whole."""
+        number = node.get("skin") if piece.joints is not None else None
+        if number is None and piece.offsets is None:
+            return None
+        given = node.get("weights", find_item(self._tree, "meshes", node["mesh"]).get("weights"))
+        key = id(piece), number, tuple(map(float, given or ()))
+        if key not in self._shapes:
+            self._shapes[key] = self._make(piece, number, key[2])
+        return self._shapes[key]
 
-def _local_transform(node: dict[str, Any]) -> NDArray[np.float64]:
-    if "matrix" in node:
-        # Column by column in the file.
-        return np.array(node["matrix"], np.float64).reshape(4, 4).T
-    matrix = np.eye(4)
-    x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), np.float64).reshape(4)
-    norm = x * x + y * y + z * z + w * w
-    if norm > 0:
-        s = 2 / norm
-        matrix[:3, :3] = [
-            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-        ]
-    matrix[:3, :3] *= np.array(node.get("scale", (1, 1, 1)), np.float64).reshape(3)
-    matrix[:3, 3] = np.array(node.get("translation", (0, 0, 0)), np.float64).reshape(3)
-    return matrix
-
-
-def _read_mesh(
-    tree: dict[str, Any], index: int, buffers: Buffers, counts: dict[str, int]
-) -> list[Primitive]:
-    pieces: list[Primitive] = []
-    for number, primitive in enumerate(_item(tree, "meshes", index)["primitives"]):
-        mode = primitive.get("mode", TRIANGLES)
-        if mode not in {TRIANGLES, STRIP, FAN} or "POSITION" not in primitive["attributes"]:
-            what = "primitives without triangles (points or lines) left out"
-            counts[what] = counts.get(what, 0) + 1
-            continue
-        where = f"mesh {index}, primitive {number}"
-        vertices = buffers.read_accessor(primitive["attributes"]["POSITION"], where)
-        if vertices.shape[1] != 3:
-            msg = f"{where}: positions have {vertices.shape[1]} coordinates; export it again"
-            raise InputError(msg)
-        if "indices" in primitive:
-            corners = buffers.read_accessor(primitive["indices"], where).ravel()
-        else:
-            corners = np.arange(len(vertices))
-        if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
-            bad = int(((corners < 0) | (corners >= len(vertices))).sum())
+    def _make(self, piece: Piece, number: int | None, given: tuple[float, ...]) -> Shape:
+        count = 0 if piece.offsets is None else len(piece.offsets)
+        weights = np.zeros(count)
+        weights[: len(given)] = given[:count]
+        shape = Shape(piece.mesh, weights, piece.offsets, piece.normal_offsets)
+        if number is None or piece.joints is None or piece.influences is None:
+            return shape
+        if number not in self._skins:
+            self._skins[number] = read_skin(self._tree, number, self._slots, self._buffers)
+        skin = self._skins[number]
+        beyond = piece.joints >= len(skin.joints)
+        wrong = beyond & (piece.influences != 0)
+        if wrong.any():
+            vertex, column = np.argwhere(wrong)[0]
             msg = (
-                f"{where} names vertex {int(corners.max())}, but has {len(vertices)} vertices "
-                f"({bad} such corners in all); export it again"
+                f"{piece.where}: {int(wrong.any(1).sum())} vertices hang on joints that skin "
+                f"{number} does not have (first: vertex {vertex} on joint "
+                f"{piece.joints[vertex, column]} of {len(skin.joints)}); export it again"
             )
-            raise InputError(msg, count=bad)
-        kind, color = "", GREY
-        if "material" in primitive:
-            material = _item(tree, "materials", primitive["material"])
-            kind = str(material.get("name") or f"material {primitive['material']}")
-            factor = material.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1, 1, 1, 1))
-            color = (float(factor[0]), float(factor[1]), float(factor[2]))
-        faces = _join_corners(corners.astype(np.int64), mode)
-        pieces.append((kind, color, Mesh(vertices.astype(np.float64), faces.astype(np.int32))))
-    return pieces
-
-
-def _join_corners(corners: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
-    """Give triangles (n, 3) of a list, a strip or a fan of corners."""
-    if mode == TRIANGLES:
-        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
-    if len(corners) < 3:
-        return np.zeros((0, 3), np.int64)
-    if mode == FAN:
-        return np.stack([np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]], axis=1)
-    strip = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
-    strip[1::2] = strip[1::2, [1, 0, 2]]  # every other one is wound the other way
-    # Exporters join strips with triangles that repeat a corner.
-    a, b, c = strip.T
-    return strip[(a != b) & (b != c) & (c != a)]
+            raise InputError(msg, vertex=int(vertex))
+        return replace(
+            shape,
+            skin=skin,
+            joints=np.where(beyond, 0, piece.joints),
+            influences=piece.influences,
+        )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene import Source
 
-__all__ = ["Buffers", "split_glb"]
+__all__ = ["Buffers", "find_item", "split_glb"]
 
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -57,6 +57,15 @@ def split_glb(data: bytes) -> tuple[bytes, bytes]:
         msg = "is damaged: it has no JSON chunk; export it again"
         raise InputError(msg)
     return text, binary
+
+
+def find_item(tree: dict[str, Any], key: str, index: Any, where: str = "") -> Any:
+    """Give ``tree[key][index]``; an `InputError` says what is named in vain, and ``where``."""
+    items = tree.get(key, [])
+    if type(index) is not int or not 0 <= index < len(items):
+        msg = f"{where} names {key}[{index}], but there are {len(items)}; export it again"
+        raise InputError(msg.lstrip())
+    return items[index]
 
 
 class Buffers:
@@ -106,7 +115,7 @@ class Buffers:
         InputError
             If it reaches past its buffer, or the buffer is missing.
         """
-        accessor = self._item("accessors", index, where)
+        accessor = find_item(self._tree, "accessors", index, where)
         dtype = np.dtype(DTYPES[accessor["componentType"]])
         width = WIDTHS[accessor["type"]]
         count = accessor["count"]
@@ -122,6 +131,19 @@ class Buffers:
         if accessor.get("normalized") and dtype.kind != "f":
             return np.maximum(values / np.iinfo(dtype).max, -1.0)
         return values
+
+    def read_bytes(self, index: int, where: str) -> bytes:
+        """
+        Read a whole buffer view.
+
+        Raises
+        ------
+        InputError
+            If it reaches past its buffer, or the buffer is missing.
+        """
+        view = find_item(self._tree, "bufferViews", index, where)
+        count = view["byteLength"]
+        return self._read_view(index, 0, count, 1, np.dtype(np.uint8), where).tobytes()
 
     def _check_count(self, count: int, where: str) -> None:
         if not 0 <= count < 1 << 31:
@@ -145,7 +167,7 @@ class Buffers:
     def _read_view(
         self, index: int, offset: int, count: int, width: int, dtype: np.dtype[Any], where: str
     ) -> NDArray[Any]:
-        view = self._item("bufferViews", index, where)
+        view = find_item(self._tree, "bufferViews", index, where)
         start = view.get("byteOffset", 0) + offset
         row = width * dtype.itemsize
         stride = view.get("byteStride", row)
@@ -165,7 +187,7 @@ class Buffers:
 
     def _load(self, index: int, where: str) -> bytes:
         if index not in self._loaded:
-            self._loaded[index] = self._fetch(self._item("buffers", index, where), index)
+            self._loaded[index] = self._fetch(find_item(self._tree, "buffers", index, where), index)
         return self._loaded[index]
 
     def _fetch(self, buffer: dict[str, Any], index: int) -> bytes:
@@ -188,10 +210,3 @@ class Buffers:
             raise InputError(msg, buffer=uri) from error
         self._sources.append(Source(unquote(uri), sha256(data).hexdigest(), "glTF buffer"))
         return data
-
-    def _item(self, key: str, index: Any, where: str) -> Any:
-        items = self._tree.get(key, [])
-        if type(index) is not int or not 0 <= index < len(items):
-            msg = f"{where} names {key}[{index}], but there are {len(items)}; export it again"
-            raise InputError(msg)
-        return items[index]

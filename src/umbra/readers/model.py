@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from umbra.scene import Part, Source
+from umbra.scene import Light, Part, Source
 
 __all__ = ["Model"]
 
@@ -24,6 +24,8 @@ class Model:
         What was left out, one line each.
     companions : tuple of Source
         Further files that hold a piece of it (glTF buffers).
+    lights : tuple of Light
+        In the file's own coordinates.
     """
 
     format: str
@@ -31,3 +33,4 @@ class Model:
     crs: str | None = None
     notes: tuple[str, ...] = ()
     companions: tuple[Source, ...] = ()
+    lights: tuple[Light, ...] = ()

@@ -5,9 +5,12 @@ from umbra.scene.large_lights import area_light, sphere_light, volume_light
 from umbra.scene.lights import Light, directional_light, point_light, spot_light
 from umbra.scene.material import Image, Material, make_image
 from umbra.scene.mesh import Mesh, Part
+from umbra.scene.pose import pose
+from umbra.scene.rig import Animation
 from umbra.scene.scene import Scene, Source, Triangles, make_scene
 
 __all__ = [
+    "Animation",
     "Camera",
     "Image",
     "Light",
@@ -22,6 +25,7 @@ __all__ = [
     "make_image",
     "make_scene",
     "point_light",
+    "pose",
     "sphere_light",
     "spot_light",
     "volume_light",

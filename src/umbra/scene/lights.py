@@ -1,7 +1,7 @@
 """Lights as homogeneous points: w = 1 a place, w = 0 a direction toward the light."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.errors import InputError
 from umbra.scene.material import Image
 from umbra.scene.texture import sample
+
+if TYPE_CHECKING:
+    from umbra.scene.rig import Binding
 
 __all__ = ["Light", "directional_light", "point_light", "spot_light"]
 
@@ -44,6 +47,8 @@ class Light:
         A picture that a spot light projects, filling the square about its rim.
     up : (3,) float, optional
         Upward in the picture; z by default.
+    binding : Binding, optional
+        How it moves in time, see `umbra.scene.pose`.
 
     Raises
     ------
@@ -60,6 +65,7 @@ class Light:
     attenuation: tuple[float, float, float] = (1.0, 0.0, 0.0)
     image: Image | None = None
     up: NDArray[np.float64] = (0.0, 0.0, 1.0)  # type: ignore[assignment]
+    binding: "Binding | None" = None
 
     def __post_init__(self) -> None:
         position = np.array(self.position, np.float64).reshape(-1)

@@ -2,12 +2,16 @@
 
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
 from umbra.scene.material import Color, Material
+
+if TYPE_CHECKING:
+    from umbra.scene.rig import Binding
 
 __all__ = ["Mesh", "Part"]
 
@@ -108,6 +112,8 @@ class Part:
     transform : (4, 4) float64, optional
         From the mesh's frame to the scene's; None is the identity.
     material : Material, optional
+    binding : Binding, optional
+        How it moves in time, see `umbra.scene.pose`.
     layer : str
         The file or group of files it came in: ``existing``, ``proposed``.
     tags : tuple of str
@@ -120,6 +126,7 @@ class Part:
     mesh: Mesh
     transform: NDArray[np.float64] | None = None
     material: Material = field(default=PLAIN)
+    binding: "Binding | None" = None
     layer: str = ""
     tags: tuple[str, ...] = ()
 

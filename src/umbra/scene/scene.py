@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.errors import InputError
 from umbra.scene.lights import Light
 from umbra.scene.mesh import Mesh, Part, transform_points
+from umbra.scene.rig import Animation
 
 __all__ = ["Scene", "Source", "Triangles", "make_scene"]
 
@@ -77,6 +78,13 @@ class Scene:
     sources: tuple[Source, ...] = ()
     notes: tuple[str, ...] = ()
     lights: tuple[Light, ...] = ()
+
+    @property
+    def animations(self) -> tuple[Animation, ...]:
+        """The file's animations: each has a name and a duration; `pose` plays them."""
+        things: tuple[Part | Light, ...] = (*self.parts, *self.lights)
+        rigs = {id(thing.binding.rig): thing.binding.rig for thing in things if thing.binding}
+        return tuple(animation for rig in rigs.values() for animation in rig.animations)
 
     def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
         """
@@ -245,9 +253,13 @@ def _shift(parts: tuple[Part, ...], origin: NDArray[np.float64]) -> tuple[Part, 
     moved = []
     for part in parts:
         if part.transform is not None:
-            transform = part.transform.copy()
+            transform, binding = part.transform.copy(), part.binding
             transform[:3, 3] -= origin
-            moved.append(replace(part, transform=transform))
+            if binding is not None:
+                base = binding.base.copy()
+                base[:3, 3] -= origin
+                binding = replace(binding, base=base)
+            moved.append(replace(part, transform=transform, binding=binding))
             continue
         array = part.mesh.vertices
         if id(array) not in arrays:

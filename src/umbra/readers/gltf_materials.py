@@ -1,0 +1,166 @@
+"""glTF's materials and textures: base colours, opacity, emission, unlit ones."""
+
+import base64
+from collections import Counter
+from functools import partial
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.readers.gltf_buffers import Buffers, find_item
+from umbra.readers.images import encoded_image, image_beside
+from umbra.scene import Image, Material
+
+__all__ = ["Materials", "Surface"]
+
+WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
+LOST = "textures that are not there or in no format that is read, drawn plain"
+SPECULAR = "KHR_materials_pbrSpecularGlossiness"
+
+
+class Surface:
+    """
+    A material and what its texture asks of a mesh.
+
+    Parameters
+    ----------
+    kind : str
+        The material's name.
+    material : Material
+    texture : dict, optional
+        glTF's textureInfo: which coordinates, and how they are transformed.
+    """
+
+    def __init__(
+        self,
+        kind: str = "",
+        material: Material | None = None,
+        texture: dict[str, Any] | None = None,
+    ) -> None:
+        self.kind = kind
+        self.material = material or Material()
+        info = texture or {}
+        self._transform = info.get("extensions", {}).get("KHR_texture_transform", {})
+        #: Number of the TEXCOORD attribute, or None without a texture.
+        self.coordinates: int | None = None
+        if texture is not None:
+            self.coordinates = int(self._transform.get("texCoord", info.get("texCoord", 0)))
+
+    def transform(self, uv: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Apply KHR_texture_transform to coordinates (n, 2): scale, turn, move."""
+        if not self._transform:
+            return uv
+        scale = np.array(self._transform.get("scale", (1, 1)), np.float64).reshape(2)
+        offset = np.array(self._transform.get("offset", (0, 0)), np.float64).reshape(2)
+        angle = float(self._transform.get("rotation", 0.0))
+        # Counter-clockwise to the eye, and v runs down.
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        return (uv * scale) @ turn.T + offset
+
+
+class Materials:
+    """
+    The materials of one file, each read once.
+
+    Parameters
+    ----------
+    tree : dict
+        The glTF JSON.
+    buffers : Buffers
+    path : Path
+        Textures in other files are looked for beside it.
+    counts : Counter
+        Of what is left out, by what to call it; added to.
+    """
+
+    def __init__(
+        self, tree: dict[str, Any], buffers: Buffers, path: Path, counts: Counter[str]
+    ) -> None:
+        self._tree = tree
+        self._buffers = buffers
+        self._path = path
+        self._counts = counts
+        self._surfaces: dict[int, Surface] = {}
+        self._images: dict[int, Image | None] = {}
+
+    def find(self, index: int | None) -> Surface:
+        """Give a material by its number; a plain one for None."""
+        if index is None:
+            return Surface()
+        if index not in self._surfaces:
+            self._surfaces[index] = self._read(index)
+        return self._surfaces[index]
+
+    def _read(self, index: int) -> Surface:
+        given = find_item(self._tree, "materials", index)
+        extensions = given.get("extensions", {})
+        base = given.get("pbrMetallicRoughness", {})
+        factor, texture = base.get("baseColorFactor"), base.get("baseColorTexture")
+        if SPECULAR in extensions:
+            factor = extensions[SPECULAR].get("diffuseFactor", factor)
+            texture = extensions[SPECULAR].get("diffuseTexture", texture)
+        red, green, blue, alpha = (min(max(float(v), 0.0), 1.0) for v in factor or (1, 1, 1, 1))
+        image = None if texture is None else self._find_image(texture["index"])
+        mode = str(given.get("alphaMode", "OPAQUE")).lower()
+        cutoff = float(given.get("alphaCutoff", 0.5))
+        is_unlit = "KHR_materials_unlit" in extensions
+        emission = (0.0, 0.0, 0.0)
+        if given.get("emissiveTexture") is not None:
+            self._counts["materials whose glow is a picture, drawn without it"] += 1
+        elif not is_unlit:
+            strength = extensions.get("KHR_materials_emissive_strength", {})
+            glow = max(float(strength.get("emissiveStrength", 1.0)), 0.0)
+            r, g, b = (glow * max(float(v), 0.0) for v in given.get("emissiveFactor", (0, 0, 0)))
+            emission = (r, g, b)
+        material = Material(
+            (red, green, blue),
+            image,
+            opacity=alpha if mode == "blend" else 1.0,
+            emission=emission,
+            is_unlit=is_unlit,
+            alpha_mode=mode if mode in {"mask", "blend"} else "opaque",
+            # The factor multiplies the texture's alpha before the cut.
+            alpha_cutoff=cutoff / alpha if mode == "mask" and alpha > 0 else cutoff,
+        )
+        name = str(given.get("name") or f"material {index}")
+        return Surface(name, material, texture if image is not None else None)
+
+    def _find_image(self, index: int) -> Image | None:
+        if index not in self._images:
+            try:
+                image = self._read_texture(index)
+            except (InputError, AttributeError, LookupError, TypeError, ValueError):
+                image = None  # shadows do without it
+            if image is None:
+                self._counts[LOST] += 1
+            self._images[index] = image
+        return self._images[index]
+
+    def _read_texture(self, index: int) -> Image | None:
+        texture = find_item(self._tree, "textures", index)
+        webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
+        number = webp.get("source", texture.get("source"))
+        if number is None:
+            return None  # only in a compressed form
+        given = find_item(self._tree, "images", number)
+        sampler = {}
+        if "sampler" in texture:
+            sampler = find_item(self._tree, "samplers", texture["sampler"])
+        wrap = (
+            WRAPS.get(sampler.get("wrapS", 10497), "repeat"),
+            WRAPS.get(sampler.get("wrapT", 10497), "repeat"),
+        )
+        name = f"{self._path.name}: image {number}"
+        if given.get("name"):
+            name += f", {given['name']}"
+        uri = given.get("uri")
+        if uri is None:
+            data = self._buffers.read_bytes(given["bufferView"], f"image {number}")
+            return encoded_image(name, lambda: data, wrap)
+        if uri.startswith("data:"):
+            return encoded_image(name, partial(base64.b64decode, uri.partition(",")[2]), wrap)
+        return image_beside(self._path, unquote(uri), wrap=wrap)

@@ -1,0 +1,205 @@
+"""glTF's meshes: triangles of lists, strips and fans, and what their vertices carry."""
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.readers.gltf_buffers import Buffers, find_item
+from umbra.readers.gltf_materials import Materials, Surface
+from umbra.scene import Mesh
+
+__all__ = ["Piece", "read_mesh"]
+
+TRIANGLES, STRIP, FAN = 4, 5, 6
+ODD = "normals, texture coordinates or colours that do not fit their vertices, left out"
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """
+    A primitive: what one mesh has of one material.
+
+    Parameters
+    ----------
+    where : str
+        For errors.
+    surface : Surface
+    mesh : Mesh
+        Unposed.
+    offsets, normal_offsets : (n_targets, n_vertices, 3) float32, optional
+        Of morph targets.
+    joints : (n_vertices, n_influences) int64, optional
+    influences : (n_vertices, n_influences) float64, optional
+        Each vertex's sum to 1.
+    """
+
+    where: str
+    surface: Surface
+    mesh: Mesh
+    offsets: NDArray[np.float32] | None = None
+    normal_offsets: NDArray[np.float32] | None = None
+    joints: NDArray[np.int64] | None = None
+    influences: NDArray[np.float64] | None = None
+
+
+def read_mesh(
+    tree: dict[str, Any], index: int, buffers: Buffers, materials: Materials, counts: Counter[str]
+) -> list[Piece]:
+    """
+    Read a mesh.
+
+    Parameters
+    ----------
+    tree : dict
+        The glTF JSON.
+    index : int
+    buffers : Buffers
+    materials : Materials
+    counts : Counter
+        Of what is left out, by what to call it; added to.
+
+    Raises
+    ------
+    InputError
+        If it is damaged (which primitive).
+    """
+    pieces: list[Piece] = []
+    for number, primitive in enumerate(find_item(tree, "meshes", index)["primitives"]):
+        mode, attributes = primitive.get("mode", TRIANGLES), primitive["attributes"]
+        if mode not in {TRIANGLES, STRIP, FAN} or "POSITION" not in attributes:
+            counts["primitives without triangles (points or lines) left out"] += 1
+            continue
+        where = f"mesh {index}, primitive {number}"
+        vertices = _read_vectors(buffers, attributes["POSITION"], where, "positions")
+        if "indices" in primitive:
+            corners = buffers.read_accessor(primitive["indices"], where).ravel()
+        else:
+            corners = np.arange(len(vertices))
+        if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
+            bad = int(((corners < 0) | (corners >= len(vertices))).sum())
+            msg = (
+                f"{where} names vertex {int(corners.max())}, but has {len(vertices)} vertices "
+                f"({bad} such corners in all); export it again"
+            )
+            raise InputError(msg, count=bad)
+        surface = materials.find(primitive.get("material"))
+        faces = _join_corners(corners.astype(np.int64), mode)
+        texture = f"TEXCOORD_{surface.coordinates or 0}"
+        shown = {
+            name: _read_shown(buffers, attributes.get(key), where, len(vertices), width, counts)
+            for name, key, width in (
+                ("normals", "NORMAL", 3),
+                ("uv", texture, 2),
+                ("colors", "COLOR_0", 3),
+            )
+        }
+        if shown["uv"] is not None:
+            shown["uv"] = surface.transform(shown["uv"])
+        mesh = Mesh(vertices.astype(np.float64), faces.astype(np.int32), **shown)
+        targets = primitive.get("targets", ())
+        joints, influences = None, None
+        if tree.get("skins") and "JOINTS_0" in attributes and "WEIGHTS_0" in attributes:
+            joints, influences = _read_influences(buffers, attributes, where, len(vertices))
+        pieces.append(
+            Piece(
+                where,
+                surface,
+                mesh,
+                _read_targets(buffers, targets, "POSITION", where, len(vertices)),
+                _read_targets(buffers, targets, "NORMAL", where, len(vertices)),
+                joints,
+                influences,
+            )
+        )
+    return pieces
+
+
+def _read_vectors(buffers: Buffers, index: int, where: str, what: str) -> NDArray[Any]:
+    vectors = buffers.read_accessor(index, where)
+    if vectors.shape[1] != 3:
+        msg = f"{where}: {what} have {vectors.shape[1]} coordinates; export it again"
+        raise InputError(msg)
+    return vectors
+
+
+def _read_shown(
+    buffers: Buffers, index: int | None, where: str, count: int, width: int, counts: Counter[str]
+) -> NDArray[np.floating] | None:
+    """Read what only pictures need: where it is damaged, do without it."""
+    if index is None:
+        return None
+    try:
+        values = buffers.read_accessor(index, where)
+    except (InputError, LookupError, TypeError, ValueError):
+        values = np.zeros((0, 0))
+    if len(values) != count or values.shape[1] < width:
+        counts[ODD] += 1
+        return None
+    return values[:, :width].astype(np.float32, copy=False)
+
+
+def _read_targets(
+    buffers: Buffers, targets: Any, key: str, where: str, count: int
+) -> NDArray[np.float32] | None:
+    """Read the morph targets' offsets; zeros where one does not move this."""
+    if not any(key in target for target in targets):
+        return None
+    offsets = np.zeros((len(targets), count, 3), np.float32)
+    for number, target in enumerate(targets):
+        if key not in target:
+            continue
+        moved = _read_vectors(buffers, target[key], where, "morph targets")
+        if len(moved) != count:
+            msg = (
+                f"{where}: morph target {number} has {len(moved)} vertices, the mesh {count}; "
+                "export it again"
+            )
+            raise InputError(msg)
+        offsets[number] = moved
+    return offsets
+
+
+def _read_influences(
+    buffers: Buffers, attributes: dict[str, int], where: str, count: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Read which joints pull at each vertex, and how much."""
+    joints, weights = [], []
+    for number in range(8):
+        if f"JOINTS_{number}" not in attributes or f"WEIGHTS_{number}" not in attributes:
+            break
+        joints.append(buffers.read_accessor(attributes[f"JOINTS_{number}"], where))
+        weights.append(buffers.read_accessor(attributes[f"WEIGHTS_{number}"], where))
+        if not len(joints[-1]) == len(weights[-1]) == count:
+            msg = (
+                f"{where}: {len(joints[-1])} rows of joints and {len(weights[-1])} of weights "
+                f"for {count} vertices; export it again"
+            )
+            raise InputError(msg)
+    pulled = np.concatenate(weights, axis=1).astype(np.float64)
+    total = np.zeros(count)
+    for column in pulled.T:  # in one order, so that equal rows have equal sums
+        total += column
+    pulled[total == 0, 0] = 1.0
+    return (
+        np.concatenate(joints, axis=1).astype(np.int64),
+        pulled / np.where(total == 0, 1.0, total)[:, None],
+    )
+
+
+def _join_corners(corners: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
+    """Give triangles (n, 3) of a list, a strip or a fan of corners."""
+    if mode == TRIANGLES:
+        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+    if len(corners) < 3:
+        return np.zeros((0, 3), np.int64)
+    if mode == FAN:
+        return np.stack([np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]], axis=1)
+    strip = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    strip[1::2] = strip[1::2, [1, 0, 2]]  # every other one is wound the other way
+    # Exporters join strips with triangles that repeat a corner.
+    a, b, c = strip.T
+    return strip[(a != b) & (b != c) & (c != a)]

@@ -1,0 +1,48 @@
+"""Exposure: lights in physical units brought to what a picture can show."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from umbra.scene.lights import Light
+from umbra.scene.scene import Scene
+
+__all__ = ["expose_lights"]
+
+
+def expose_lights(scene: Scene) -> tuple[Light, ...]:
+    """
+    Give a file's own lights, scaled together so that a picture is neither black nor white.
+
+    Files state candela and lux and leave the exposure to who shows them. Here the light
+    that is brightest at the middle of the model has the intensity 1 there, whatever its
+    cone; one in the midst is taken at a quarter of the model's diagonal.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    lights : tuple of Light
+        As many as the scene has.
+    """
+    if not scene.lights:
+        return ()
+    low, high = scene.bounds()
+    middle, nearest = (low + high) / 2, float(np.linalg.norm(high - low)) / 4
+    amounts = []
+    for light in scene.lights:
+        away = 0.0
+        if light.is_point:
+            away = max(float(np.linalg.norm(light.position[:3] - middle)), nearest)
+        constant, linear, quadratic = light.attenuation if light.is_point else (1.0, 0.0, 0.0)
+        weakened = constant + away * (linear + away * quadratic)
+        amounts.append(max(light.color) / max(weakened, 1e-12))
+    if not max(amounts) > 0:
+        return scene.lights
+    scaled = []
+    for light in scene.lights:
+        red, green, blue = (value / max(amounts) for value in light.color)
+        scaled.append(replace(light, color=(red, green, blue)))
+    return tuple(scaled)
