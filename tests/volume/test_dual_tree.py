@@ -11,6 +11,7 @@ from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup,
 
 import umbra
 from umbra.bench.scenes import make_boulder
+from umbra.cpu.threads import use_threads
 from umbra.errors import InputError
 from umbra.volume import silhouette
 from umbra.volume.adjacency import make_caster
@@ -229,6 +230,25 @@ def test_a_tree_is_built_for_lights_that_keep_coming(monkeypatch):
     del caster, opened
     gc.collect()
     assert len(silhouette._kept) == before
+
+
+@pytest.mark.parametrize("sparse", [True, False])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_tree_is_built_for_thousands_of_lights_and_short_silhouettes(
+    monkeypatch, sparse, threads
+):
+    monkeypatch.setattr(silhouette, "_EDGES", 10)
+    monkeypatch.setattr(silhouette, "_MANY_LIGHTS", 300)
+    monkeypatch.setattr(silhouette, "_SPARSE", 5 if sparse else 1000)
+    use_threads(threads)
+    model = make_boulder(3)
+    caster = make_caster(model.vertices, model.faces)
+    suns = np.append(np.random.default_rng(0).normal(size=(364, 3)), np.zeros((364, 1)), 1)
+    list(find_silhouettes(caster, suns[1:]))  # 299 are left after the first batch
+    assert not silhouette._look_up(caster).trees
+    check(caster, suns, "auto")
+    assert bool(silhouette._look_up(caster).trees) == sparse
+    check(caster, suns[:100], "auto")
 
 
 def test_a_tree_can_be_prepared():

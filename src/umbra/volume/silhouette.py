@@ -1,16 +1,20 @@
 """
 Silhouettes: by brute force, or by a tree over the edges in dual space.
 
-All methods give the same edges with the same multiplicities, to the last bit. Many
-lights at once are found soonest by brute force, which looks at an edge once for 64 of
-them; lights that come one by one by the tree, once it is built.
+All methods give the same edges with the same multiplicities, to the last bit. Brute
+force looks at an edge once for 64 lights, and needs nothing prepared; the tree looks
+only at edges near the silhouette, but building it takes as long as some 100 lights
+asked one by one, or over a thousand asked 64 at once.
 """
 
 import weakref
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
+from numba import get_num_threads
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
@@ -26,7 +30,9 @@ __all__ = ["METHODS", "Silhouettes", "find_silhouette_edges", "find_silhouettes"
 METHODS = ("auto", "brute", "tree", "hextree")
 _MAKERS: dict[str, Callable[[Caster], Tree]] = {"tree": make_dual_tree, "hextree": make_hextree}
 _EDGES = 10_000  # fewer are asked one by one sooner than a tree is searched
-_LONE_LIGHTS = 4  # then a tree is built: it costs as much as some 100 of them by brute force
+_LONE_LIGHTS = 4  # for so many that come alone a tree is built
+_MANY_LIGHTS = 4096  # for so many at once, too
+_SPARSE = 64  # if at most one edge in so many is in a silhouette
 
 
 @dataclass(eq=False)
@@ -55,8 +61,8 @@ def find_silhouettes(
         Homogeneous, in the caster's frame.
     method : {'auto', 'brute', 'tree', 'hextree'}
         A tree is built when first needed, and kept as long as the caster and those
-        opened from it. ``auto`` searches a tree for lights that come alone if there is
-        one, and builds it for the 4th of them.
+        opened from it. ``auto`` builds one for the 4th light that comes alone, and for
+        thousands at once if silhouettes are short; else it asks every edge.
 
     Yields
     ------
@@ -70,12 +76,25 @@ def find_silhouettes(
         If the method is not one of these.
     """
     tree = _choose(caster, len(lights), method)
+    done = 0
     if tree is None:
-        yield from ask_every_edge(caster, lights)
+        for which, found in ask_every_edge(caster, lights):
+            yield which, found
+            done = which.stop
+            if method == "auto" and _pays(caster, found, len(lights) - done):
+                tree = prepare_tree(caster)
+                break
+    if tree is None:
         return
-    for first in range(0, len(lights), LIGHTS_AT_ONCE):
+    threads = get_num_threads()
+    for first in range(done, len(lights), LIGHTS_AT_ONCE):
         batch = lights[first : first + LIGHTS_AT_ONCE]
-        lists = [_search(tree, caster, light) for light in batch]
+        search = partial(_search, tree, caster)
+        if threads > 1 and len(batch) > 1:
+            with ThreadPoolExecutor(threads) as pool:
+                lists = list(pool.map(search, batch))
+        else:
+            lists = list(map(search, batch))
         starts = np.cumsum([0] + [len(codes) for codes in lists])
         codes = lists[0] if len(lists) == 1 else np.concatenate(lists)
         yield slice(first, first + len(batch)), Silhouettes(codes, starts)
@@ -153,6 +172,14 @@ def _choose(caster: Caster, n_lights: int, method: str) -> Tree | None:
         if borders > len(caster.edges) // 4:  # found anyway; no tree spares asking them
             return None
     return prepare_tree(caster)
+
+
+def _pays(caster: Caster, found: Silhouettes, n_left: int) -> bool:
+    """Tell whether a tree would find the lights that are left sooner than brute force."""
+    n_lights, n_edges = len(found.starts) - 1, len(caster.edges)
+    if n_left == 0 or n_edges < _EDGES or found.starts[-1] * _SPARSE > n_edges * n_lights:
+        return False
+    return n_left >= _MANY_LIGHTS or "tree" in _look_up(caster).trees
 
 
 def _search(tree: Tree, caster: Caster, light: NDArray[np.float64]) -> NDArray[np.int32]:
