@@ -36,6 +36,10 @@ def bound_count(bodies: list[Body], most: list[NDArray[np.int64]], light: NDArra
     bound : int
         Exact enough to tell that 255 suffice; never too low.
     """
+    if not bodies:
+        return 0
+    if not bodies:
+        return 0
     weights = np.concatenate([np.tile(m, len(b.groups)) for b, m in zip(bodies, most, strict=True)])
     bound = int(weights.sum())
     if bound <= STENCIL_MOST:

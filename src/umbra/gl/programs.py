@@ -133,5 +133,6 @@ class Program:
 
     def release(self) -> None:
         """Free the program."""
+        self._device.gl.UseProgram(0)  # one in use would live on
         self._device.forget("program", self.handle.glo)
         self.handle.release()

@@ -90,6 +90,13 @@ class Renderer:
     warn : callable
         Told, in a line, where a forced method is wrong for a view.
 
+    Raises
+    ------
+    InputError
+        If a texture cannot be decoded (which).
+    UmbraError
+        If there is no OpenGL, or not enough of it.
+
     Attributes
     ----------
     statistics : list of Statistics
@@ -110,6 +117,8 @@ class Renderer:
         accumulate: str = "rgba16f",
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
+        for part in scene.parts:
+            _ = part.material.texture  # what cannot be decoded is told before anything is made
         self.scene, self.choices, self.accumulate, self.warn = scene, choices, accumulate, warn
         self.device = device or open_device()
         self._owns_device = device is None

@@ -161,5 +161,5 @@ class Shading:
         # The light is kept, so that no other gets its image's number.
         key = id(light.image)
         if key not in self._images and light.image is not None:
-            self._images[key] = (light, Texture(self._device, light.image))
+            self._images[key] = (light, Texture(self._device, light.image, ("clamp", "clamp")))
         return self._images[key][1]

@@ -125,8 +125,11 @@ class Surfaces:
         """Free programs, buffers and textures."""
         for program in (self._program, self._glass, self._ground):
             program.release()
-        for held in (self._indices, *self._tables, *self._images.values()):
-            held.release()
+        for table in self._tables:
+            table.release()
+        for image in self._images.values():
+            image.release()
+        self._indices.release()
 
     def _set_up(self, program: Program, projection: Projection) -> None:
         self._geometry.bind(program)

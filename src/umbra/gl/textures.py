@@ -17,6 +17,8 @@ class Texture:
     ----------
     device : Device
     image : Image
+    wrap : (str, str), optional
+        The image's own by default.
 
     Raises
     ------
@@ -24,7 +26,9 @@ class Texture:
         If the image cannot be decoded.
     """
 
-    def __init__(self, device: Device, image: Image) -> None:
+    def __init__(
+        self, device: Device, image: Image, wrap: tuple[str, str] | None = None
+    ) -> None:
         pixels = image.pixels
         rows, cols = pixels.shape[:2]
         self._device = device
@@ -36,8 +40,8 @@ class Texture:
         self._texture.anisotropy = 8.0
         gl = device.gl
         gl.BindTexture(_TEXTURE_2D, self._texture.glo)
-        for side, wrap in zip((0x2802, 0x2803), image.wrap, strict=True):
-            gl.TexParameteri(_TEXTURE_2D, side, _WRAPS[wrap])
+        for side, how in zip((0x2802, 0x2803), wrap or image.wrap, strict=True):
+            gl.TexParameteri(_TEXTURE_2D, side, _WRAPS[how])
         gl.BindTexture(_TEXTURE_2D, 0)
         device.check(f"the texture '{image.name}' was uploaded")
 

@@ -1,0 +1,195 @@
+"""Pictures on OpenGL: as the CPU shades them, and what only they have."""
+
+import numpy as np
+import pytest
+from support.shapes import box, city, merge
+
+from umbra.cpu.frame import FrameCounter
+from umbra.cpu.shade import shade
+from umbra.errors import InputError
+from umbra.gl.plan import Choices
+from umbra.gl.renderer import Renderer
+from umbra.scene import (
+    Camera,
+    Image,
+    Material,
+    Mesh,
+    Part,
+    directional_light,
+    make_image,
+    make_scene,
+    point_light,
+    spot_light,
+)
+
+SIZE = (160, 120)
+CAMERA = Camera((-30, -40, 45), (25, 25, 0), size=SIZE)
+SLIDE = make_image(
+    np.stack([*np.indices((64, 64)) * 4, np.full((64, 64), 90)], -1).astype(np.uint8)
+)
+LIGHTS = {
+    "point": point_light((20, 22, 30), (1, 0.8, 0.6)),
+    "sun": directional_light((0.3, -0.6, 0.8), (0.5, 0.6, 0.9)),
+    "weakening": point_light((10, 5, 25), range=40.0, attenuation=(1.0, 0.02, 0.001)),
+    "spot": spot_light((10, 10, 50), (20, 20, 0), 25, (0.2, 1, 0.3), inner_angle=12),
+    "projector": spot_light((0, -10, 50), (20, 20, 0), 30, image=SLIDE),
+}
+
+
+@pytest.fixture(scope="module")
+def town():
+    return make_scene(*city(4, seed=5))
+
+
+def render(device, scene, camera=CAMERA, lights=(), ground=0.0, **options):
+    with Renderer(scene, ground, device=device, **options) as renderer:
+        return renderer.render(camera, list(lights))
+
+
+def shade_on_cpu(scene, camera, lights, ground=0.0):
+    counter = FrameCounter(scene, ground=ground)
+    view, frame = counter.see(camera)
+    lit = [counter.lit(frame, counter.count(view, camera, light), light) for light in lights]
+    return shade(scene, frame, lights, lit)
+
+
+def count_differences(one, two, tolerance=1):
+    return int((np.abs(one.astype(int) - two).max(-1) > tolerance).sum())
+
+
+@pytest.mark.parametrize("height", [None, 60.0])
+@pytest.mark.parametrize("name", [*LIGHTS, "all"])
+def test_the_picture_is_the_cpus(device, town, name, height):
+    lights = list(LIGHTS.values()) if name == "all" else [LIGHTS[name]]
+    camera = Camera(CAMERA.eye, CAMERA.target, size=SIZE, height=height)
+    ours = render(device, town, camera, lights)
+    # Pixels on an edge may see either side of it; there are 2,000 on edges here. Where a
+    # projected picture is small, the device blends its texels and the CPU does not.
+    tolerance = 5 if name == "projector" else 2
+    assert count_differences(ours, shade_on_cpu(town, camera, lights), tolerance) <= 12
+
+
+def test_without_light_only_the_sky_and_the_ambient_are_left(device, town):
+    assert count_differences(render(device, town), shade_on_cpu(town, CAMERA, [])) <= 2
+
+
+def test_64_dim_lights_do_not_band(device, town):
+    rng = np.random.default_rng(3)
+    lights = [
+        point_light(place, range=90.0) for place in rng.uniform((0, 0, 20), (48, 48, 40), (64, 3))
+    ]
+    exact = shade_on_cpu(town, CAMERA, lights)
+    fine = render(device, town, CAMERA, lights)
+    coarse = render(device, town, CAMERA, lights, accumulate="rgba8")
+    # Each sum is rounded 64 times: in float16 by 1/4000, in 8 bits by 1/500 of white.
+    assert count_differences(fine, exact, 2) == 0
+    assert count_differences(coarse, exact, 2) > 300
+
+
+def test_what_may_be_left_out_changes_no_pixel(device, town):
+    lights = list(LIGHTS.values())
+    plain = render(
+        device, town, CAMERA, lights, choices=Choices(cull=False, cut=False, ask_triangles=False)
+    )
+    assert count_differences(render(device, town, CAMERA, lights), plain, 0) <= 2
+
+
+def quad(z=0.0, size=40.0, **more):
+    """Make a square that faces up, its picture's top toward +y."""
+    corners = np.array([(0, 0, z), (size, 0, z), (size, size, z), (0, size, z)], float)
+    uv = np.array([(0, 1), (1, 1), (1, 0), (0, 0)], float)
+    return Mesh(corners, [[0, 1, 2], [0, 2, 3]], uv=uv, **more)
+
+
+FROM_ABOVE = Camera((20, 20, 50), (20, 20, 0), (0, 1, 0), size=(40, 40), height=40.0)
+
+
+def to_srgb(linear):
+    return 255 * np.maximum(1.055 * np.asarray(linear) ** (1 / 2.4) - 0.055, 0)
+
+
+def test_a_texture_lies_as_its_uv_say(device):
+    pixels = np.zeros((2, 2, 3), np.uint8)
+    pixels[0, 0], pixels[0, 1], pixels[1, 0], pixels[1, 1] = (
+        (250, 0, 0),
+        (0, 250, 0),
+        (0, 0, 250),
+        90,
+    )
+    material = Material((1, 1, 1), make_image(pixels, wrap=("clamp", "clamp")), is_unlit=True)
+    scene = make_scene([Part("floor", "", quad(), material=material)])
+    rgb = render(device, scene, FROM_ABOVE, ground=None).astype(int)
+    for place, expected in (((5, 5), pixels[0, 0]), ((5, 34), pixels[0, 1]),
+                            ((34, 5), pixels[1, 0]), ((34, 34), pixels[1, 1])):  # fmt: skip
+        assert np.abs(rgb[place] - expected.astype(int)).max() <= 2
+
+
+def test_glow_needs_no_light_and_tints_multiply(device):
+    glowing = Material((0.5, 0.5, 0.5), emission=(0.2, 0.0, 0.4), is_unlit=True)
+    tinted = quad(colors=np.tile([1.0, 0.5, 0.0], (4, 1)))
+    scene = make_scene([Part("floor", "", tinted, material=glowing)])
+    rgb = render(device, scene, FROM_ABOVE, ground=None)[20, 20]
+    assert np.abs(rgb - to_srgb([0.5 + 0.2, 0.25, 0.4])).max() <= 2
+
+
+def test_glass_lets_through_what_lies_behind_and_masks_make_holes(device):
+    red = Part("floor", "", quad(), material=Material((0.6, 0.0, 0.0), is_unlit=True))
+    glass = Material((0.0, 0.0, 1.0), opacity=0.25, is_unlit=True)
+    alpha = np.zeros((2, 2, 4), np.uint8)
+    alpha[..., 1], alpha[:, 0, 3] = 255, 255
+    mask = Material((1, 1, 1), make_image(alpha, wrap=("clamp", "clamp")), is_unlit=True,
+                    alpha_mode="mask")  # fmt: skip
+    clear = render(device, make_scene([red, Part("pane", "", quad(5.0), material=glass)]),
+                   FROM_ABOVE, ground=None)[20, 20]  # fmt: skip
+    assert np.abs(clear - to_srgb([0.45, 0, 0.25])).max() <= 2
+    holed = render(device, make_scene([red, Part("leaf", "", quad(5.0), material=mask)]),
+                   FROM_ABOVE, ground=None)  # fmt: skip
+    assert holed[20, 5].tolist() == [0, 255, 0]
+    assert np.abs(holed[20, 34] - to_srgb([0.6, 0, 0])).max() <= 2
+
+
+def test_normals_make_a_flat_face_round(device):
+    steep = np.tile([0.8, 0.0, 0.6], (4, 1))
+    sun = directional_light((1, 0, 0))
+    flat, round_ = (
+        render(device, make_scene([Part("floor", "", quad(normals=normals))]), FROM_ABOVE, [sun],
+               ground=None, casters=[])[20, 20].astype(int)
+        for normals in (None, steep)
+    )  # fmt: skip
+    assert (round_ > flat + 60).all()
+
+
+def test_instances_share_a_mesh_and_mirrors_are_lit_like_others(device):
+    mesh = Mesh(*box((0, 0, 0), (6, 6, 12)))
+    mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
+    mirror[:3, 3] = (30, 10, 0)
+    turned = np.eye(4)
+    turned[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    turned[:3, 3] = (20, 25, 0)
+    scene = make_scene(
+        [Part("a", "", mesh), Part("b", "", mesh, mirror), Part("c", "", mesh, turned)]
+    )
+    lights = [LIGHTS["point"], LIGHTS["sun"]]
+    assert (
+        count_differences(
+            render(device, scene, CAMERA, lights), shade_on_cpu(scene, CAMERA, lights)
+        )
+        <= 8
+    )
+
+
+def test_a_damaged_texture_is_named(device):
+    def fail():
+        msg = "texture 'wood.png' cannot be decoded; export it again"
+        raise InputError(msg)
+
+    material = Material(image=Image("wood.png", fail))
+    scene = make_scene([Part("floor", "", quad(), material=material)])
+    with pytest.raises(InputError, match=r"wood\.png"):
+        render(device, scene, FROM_ABOVE)
+
+
+def test_all_is_freed(device, town):
+    before = set(device.live)
+    render(device, make_scene(*merge(box((0, 0, 0), (2, 2, 2)))), CAMERA, LIGHTS.values())
+    assert device.live == before
