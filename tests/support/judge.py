@@ -93,7 +93,7 @@ class Seen:
         return Seen(self.points[which], self.normals[which], self.own[which], self.eye)
 
 
-def judge(caster, seen, light, is_closed, counts):
+def judge(caster, seen, light, is_closed, counts, edge=EDGE, grazing=GRAZING):
     """
     Compare counts with rays.
 
@@ -104,7 +104,11 @@ def judge(caster, seen, light, is_closed, counts):
     light : (4,) float64
     is_closed : (n_faces,) bool
     counts : (n,) int
+    edge : float or (n,) float
+        Within how much of an edge or a rim a count may differ [m].
+    grazing : float
     """
+    edge = np.broadcast_to(edge, len(seen.points))
     light = np.asarray(light, np.float64)
     counts = np.asarray(counts).ravel()
     pierced = caster.count(seen.points, seen.own, seen.eye, light, is_closed)
@@ -126,11 +130,11 @@ def judge(caster, seen, light, is_closed, counts):
     )
     for i, distance, aside in zip(wrong, apart, rim):
         way = light[:3] - light[3] * seen.points[i]
-        if abs(way @ seen.normals[i]) <= GRAZING * np.linalg.norm(way):
+        if abs(way @ seen.normals[i]) <= grazing * np.linalg.norm(way):
             verdicts.grazing += 1
-        elif distance <= EDGE:
+        elif distance <= edge[i]:
             verdicts.edge += 1
-        elif aside <= EDGE:
+        elif aside <= edge[i]:
             verdicts.rim += 1
         elif pierced.touching[i]:
             verdicts.contact += 1

@@ -107,7 +107,7 @@ class Body:
         if len(self.groups) == 1 and self.groups[0].transform is None:
             return light[None]
         repeated = np.broadcast_to(light[:, None], (len(self.groups), 4, 1))
-        inside: NDArray[np.float64] = np.linalg.solve(self.transforms, repeated)[..., 0]
+        inside = np.linalg.solve(self.transforms, repeated)[..., 0].astype(np.float64)
         inside[:, 3] = light[3]
         return inside
 

@@ -240,7 +240,7 @@ class Planner:
         camera, origin = projection.camera, self.scene.origin
         source = light.local(origin)
         source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
-        kept = self._keep(number, camera, source)
+        kept = self._keep(number, projection.asked, source)
         selection = select(
             kept.volumes, self.bounds, camera, origin, source,
             method=method, choices=choices, floor=self._floor, reach=light.range,

@@ -27,11 +27,14 @@ class Projection:
     camera : Camera
         The same camera with the near plane moved up to what is nearest: nothing drawn is
         lost, and the depth buffer has more digits left.
+    asked : Camera
+        As it was given.
     """
 
     matrix: NDArray[np.float64]
     eye: NDArray[np.float64]
     camera: Camera
+    asked: Camera
 
     def uniforms(self) -> dict[str, NDArray]:
         """Give the uniforms of ``place.glsl`` that depend on the camera alone."""
@@ -88,7 +91,7 @@ def make_projection(
         matrix[2] = np.append(2.0 * forward, -(far + near)) / (far - near)
     matrix[0, :3] = right * scale * rows / cols
     matrix[1, :3] = up * scale
-    return Projection(matrix, eye, replace(camera, near=near))
+    return Projection(matrix, eye, replace(camera, near=near), camera)
 
 
 def _find_depths(

@@ -1,0 +1,257 @@
+"""Every pixel of the gl device's frames, judged by float64 rays."""
+
+import numpy as np
+import pytest
+from support.gl_judge import Judge
+from support.judge import Verdicts
+from support.shapes import (
+    HOUSE,
+    SCENES,
+    box,
+    city,
+    jumble,
+    merge,
+    moved,
+    rewound,
+    sheet,
+    soup,
+    stack_of_triangles,
+    staircase,
+)
+
+from umbra.gl.selection import Choices
+from umbra.scene import Camera, directional_light, point_light
+
+SIZE = (48, 40)
+OUTSIDE = Camera((20, -25, 14), (0, 0, 3), size=SIZE)
+ORTHOGRAPHIC = Camera((20, -25, 14), (0, 0, 3), size=SIZE, height=30.0)
+STRAIGHT_DOWN = Camera((0.2, 0.1, 30), (0.2, 0.1, 0), up=(0, 1, 0), size=SIZE, height=24.0)
+CAMERAS = {
+    "outside": OUTSIDE,
+    "orthographic": ORTHOGRAPHIC,
+    "inside": Camera((0.3, 0.2, 3), (10, 3, 0), size=SIZE),
+    "below the ground": Camera((20, -25, -9), (0, 0, 3), size=SIZE),
+    "straight down": STRAIGHT_DOWN,
+}
+LIGHTS = {
+    "lamp": point_light((8, -3.3, 20)),
+    "lamp inside": point_light((0.13, 0.31, 3.3)),
+    "sun": directional_light((0.4, 0.3, 0.7)),
+    "sun below": directional_light((0.4, 0.35, -0.7)),
+    "lamp below": point_light((30, 3.2, -4)),
+    "level": directional_light((0.41, 0.29, 0)),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_pixel_is_right(device, name):
+    verdicts = Verdicts()
+    with Judge(device, SCENES[name]()) as scene:
+        for camera in CAMERAS.values():
+            for light in LIGHTS.values():
+                verdicts += scene.judge(camera, light, "auto", "z-fail", "lengyel")[0]
+    verdicts.check(most_on_edges=0.002)
+
+
+def test_lights_in_awkward_places(device):
+    eye = OUTSIDE.eye
+    back = eye - OUTSIDE.target
+    lights = [
+        point_light((3, -3, 6)),  # a corner of the house
+        point_light((9, -3, 4)),  # in the plane of a wall
+        point_light((9, 9, 6)),  # in the plane of the roof
+        directional_light((1, 0, 0)),  # in the plane of two walls, the roof and the ground
+        directional_light((1, 0, 1)),  # in the plane of two walls
+        directional_light((0, 0, 1)),
+        directional_light((0, 0, -1)),
+        directional_light((0.3, 0.4, 1e-12)),  # as good as level
+        point_light(eye),
+        point_light(eye + back),  # behind the eye
+        point_light(eye - back * 0.999),
+        directional_light(back),  # straight from behind
+        directional_light(-back),  # straight against
+        point_light((4, -8, 0)),  # in the ground
+        point_light((1e5, 2e5, 3e5)),
+    ]
+    for mesh in HOUSE, SCENES["jumble"](), SCENES["coplanar walls"]():
+        with Judge(device, mesh) as scene:
+            for camera in OUTSIDE, ORTHOGRAPHIC, STRAIGHT_DOWN:
+                for light in lights:
+                    verdicts, _ = scene.judge(camera, light, "auto", "z-fail")
+                    verdicts.check(most_on_edges=0.05)
+
+
+@pytest.mark.parametrize(
+    "name", ["one box", "wound inward", "cavity", "nested boxes", "jumble", "sheets", "top flipped"]
+)
+def test_casters_cut_by_the_near_plane(device, name):
+    verdicts = Verdicts()
+    with Judge(device, SCENES[name]()) as scene:
+        for near in 22.0, 30.0, 33.0, 36.0:
+            for height in None, 25.0:
+                camera = Camera((20, -25, 14), (0, 0, 3), size=SIZE, near=near, height=height)
+                for light in LIGHTS.values():
+                    verdicts += scene.judge(camera, light, "auto", "z-fail", "lengyel")[0]
+    verdicts.check(most_on_edges=0.005)
+
+
+def random_mesh(rng):
+    kind = rng.integers(5)
+    if kind == 0:
+        return soup(rng, int(rng.integers(1, 12)), low=-6.0)
+    if kind == 1:
+        return jumble(rng, int(rng.integers(1, 20)), int(rng.integers(3, 9)), low=-4.0)
+    if kind == 2:
+        return city(3, seed=int(rng.integers(1000)))
+    boxes = []
+    for _ in range(rng.integers(1, 5)):
+        low = rng.uniform(-8, 4, 3)
+        boxes.append(box(low, low + rng.uniform(0.5, 9, 3)))
+        if rng.random() < 0.3:
+            boxes[-1] = rewound(boxes[-1])
+    return merge(*boxes)
+
+
+def random_camera(rng):
+    height = None if rng.random() < 0.7 else rng.uniform(5, 40)
+    return Camera(
+        rng.uniform(-14, 14, 3) * [1, 1, 0.7] + [0, 0, 5],
+        rng.uniform(-6, 6, 3),
+        size=SIZE,
+        fov=rng.uniform(30, 110),
+        height=height,
+        near=rng.choice([0.05, 0.3, 1.0, 4.0]),
+        far=rng.choice([np.inf, np.inf, 60.0]),
+    )
+
+
+def test_200_random_views(device):
+    # Eyes in volumes and in casters, near planes that cut both.
+    rng = np.random.default_rng(5)
+    verdicts, cases = Verdicts(), np.zeros(3, int)
+    for _ in range(50):
+        with Judge(device, random_mesh(rng), rng.choice([0.0, -3.0])) as scene:
+            for _ in range(4):
+                place = rng.uniform(-15, 15, 3) * [1, 1, 0.7] + [0, 0, 4]
+                light = point_light(place) if rng.random() < 0.6 else directional_light(place)
+                verdicts += scene.judge(random_camera(rng), light, "auto", "z-fail", "lengyel")[0]
+                scene.judge(random_camera(rng), light)
+                cases += scene.counter.plan.statistics.cases
+    verdicts.check(most_on_edges=0.004)
+    assert (cases > 40).all()
+
+
+def test_a_staircase_counts_its_300_steps(device):
+    # From above, onto the ground before the flight, where the light comes down along the noses.
+    camera = Camera((-0.3, 1, 30), (-0.3, 1, 0), up=(0, 1, 0), size=(21, 13), height=0.71)
+    sun = directional_light((0.5, 0, 0.25))
+    with Judge(device, staircase()) as scene:
+        verdicts, counts = scene.judge(camera, sun, "auto", "z-fail")
+        assert verdicts.check(0.01).deepest == 300
+        assert counts.max() == 300
+        assert scene.counter.plan.statistics.counts_in == "float"
+        assert scene.counter.plan.statistics.deepest >= 300
+        # From the side in perspective, by a lamp on the line of the noses.
+        camera = Camera((-3, -2, 2), (-0.2, 1, 0), size=SIZE)
+        verdicts, counts = scene.judge(camera, point_light((160, 1, 80.2)), "auto", "z-fail")
+        assert verdicts.check(0.01).deepest > 255
+        assert counts.max() > 255
+
+
+def test_the_stencil_marks_shadows_that_floats_counted(device):
+    camera = Camera((-0.3, 1, 30), (-0.3, 1, 0), up=(0, 1, 0), size=(21, 13), height=0.71)
+    with Judge(device, staircase()) as scene:
+        _, counts = scene.judge(camera, directional_light((0.5, 0, 0.25)))
+        stencil = scene.counter._target.read_stencil()
+        assert (counts >= 256).any()
+        np.testing.assert_array_equal(stencil, counts != 0)
+
+
+def test_200_steps_need_no_floats(device):
+    camera = Camera((-0.3, 1, 30), (-0.3, 1, 0), up=(0, 1, 0), size=(21, 13), height=0.71)
+    with Judge(device, staircase(100)) as scene:
+        verdicts, counts = scene.judge(camera, directional_light((0.5, 0, 0.25)), "auto", "z-fail")
+        assert verdicts.check(0.01).deepest == counts.max() == 100
+        assert scene.counter.plan.statistics.counts_in == "stencil"
+        assert 100 <= scene.counter.plan.statistics.deepest <= 255
+
+
+@pytest.mark.parametrize(
+    "light", [directional_light((0.1, 0.05, 1)), point_light((0.4, 0.3, 25))], ids=["sun", "lamp"]
+)
+def test_more_layers_than_int16_holds(device, light):
+    with Judge(device, stack_of_triangles(40_000)) as scene:
+        camera = Camera((9, -12, 8), (0, 0, 0), size=(16, 12))
+        verdicts, counts = scene.judge(camera, light)
+        verdicts.check(0.01)
+        assert set(np.unique(counts)) == {0, 40_000}
+
+
+def test_large_coordinates_change_nothing(device):
+    far = np.array([2.6e6, 1.2e6, 400.0])
+    lamp = np.array([8, -3.3, 20])
+    with Judge(device, city(2)) as near, Judge(device, moved(city(2), far), far[2]) as distant:
+        _, near_counts = near.judge(OUTSIDE, point_light(lamp))
+        camera = Camera(OUTSIDE.eye + far, OUTSIDE.target + far, size=SIZE)
+        verdicts, counts = distant.judge(camera, point_light(lamp + far))
+        verdicts.check()
+        assert (counts != near_counts).sum() <= 2
+
+
+def test_an_eye_exactly_in_the_side_of_a_volume(device):
+    # Under the rim of a roof, lit from the zenith: left of the eye is sun, right is shadow.
+    roof = sheet([(1, -6, 5), (7, -6, 5), (7, 9, 5), (1, 9, 5)])
+    camera = Camera((1, -2, 1), (1, 4, 0.5), size=(12, 8), fov=70)
+    with Judge(device, roof) as scene:
+        for method in "auto", "z-fail":
+            _, counts = scene.judge(camera, directional_light((0, 0, 1)), method)
+            np.testing.assert_array_equal(counts[6], [0] * 6 + [1] * 6)
+
+
+CHOICES = [
+    Choices(cull=False),
+    Choices(cut=False),
+    Choices(ask_triangles=False),
+    Choices(cull=False, cut=False, ask_triangles=False),
+]
+
+
+@pytest.mark.parametrize("choices", CHOICES)
+@pytest.mark.parametrize("name", ["turned boxes", "torus knot", "far away", "jumble"])
+def test_what_is_left_out_changes_no_count(device, name, choices):
+    mesh = SCENES[name]()
+    with Judge(device, mesh) as usual, Judge(device, mesh, choices=choices) as other:
+        for camera in CAMERAS.values():
+            for light in LIGHTS.values():
+                for method in "auto", "z-fail":
+                    verdicts = usual.judge(camera, light, method)[0]
+                    verdicts += other.judge(camera, light, method)[0]
+                    verdicts.check(0.01)
+
+
+@pytest.mark.parametrize("method", ["auto", "z-fail", "lengyel", "mcguire"])
+def test_one_side_at_a_time_counts_the_same(device, method):
+    mesh = SCENES["jumble"]()
+    with Judge(device, mesh) as both, Judge(device, mesh, two_sided=False) as one:
+        for camera in OUTSIDE, CAMERAS["inside"]:
+            for light in LIGHTS.values():
+                np.testing.assert_array_equal(
+                    both.judge(camera, light, method)[1], one.judge(camera, light, method)[1]
+                )
+
+
+def test_floats_and_stencil_count_the_same(device, monkeypatch):
+    mesh = SCENES["nested boxes"]()
+    with Judge(device, mesh) as scene:
+        found = [
+            scene.judge(camera, light, method)[1]
+            for most in (255, 0)
+            for _ in [monkeypatch.setattr("umbra.gl.plan.STENCIL_MOST", most)]
+            for camera in (OUTSIDE, ORTHOGRAPHIC, CAMERAS["inside"])
+            for light in (LIGHTS["lamp"], LIGHTS["sun below"], LIGHTS["lamp inside"])
+            for method in ("z-fail", "auto")
+            for _ in [setattr(scene.counter.planner, "_last", None)]
+        ]
+        assert scene.counter.plan.statistics.counts_in == "float"
+        for a, b in zip(found[: len(found) // 2], found[len(found) // 2 :]):
+            np.testing.assert_array_equal(a, b)

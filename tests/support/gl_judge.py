@@ -1,0 +1,107 @@
+"""
+Frames of the gl device judged by rays, with float32 and the rasteriser allowed for.
+
+A count may differ where the pixel's centre lies within ``PIXELS`` of an edge in the
+picture, or where the depth buffer cannot tell the surface from the volume's face: moved
+along the ray by ``STEPS`` of its steps and float32's rounding, the point would cross an
+edge. Everything else that differs is wrong, as on the CPU.
+"""
+
+import numpy as np
+
+from support.judge import Seen, Verdicts, closed_faces, find_opened, judge
+from support.raycaster import RayCaster
+from umbra.cpu.depth import NOTHING
+from umbra.gl.frame import GlFrameCounter
+from umbra.scene import make_scene
+from umbra.volume.adjacency import make_caster
+
+PIXELS = 1 / 16
+"""Vertices are snapped to 1/256 of a pixel; far ends of long edges may lie anywhere."""
+
+STEPS = 3.0
+"""Of the depth buffer."""
+
+ROUNDING = 4e-7
+"""Of float32 coordinates, relative to the largest."""
+
+GRAZING = 1e-4
+"""Sine of the angle between surface and light; flatter volumes meet the depth's steps."""
+
+
+class Judge:
+    """
+    A scene on the gl device, and its rays.
+
+    Parameters
+    ----------
+    device : Device
+    mesh : (vertices, faces)
+    ground : float or None
+    **options
+        Of ``GlFrameCounter``.
+    """
+
+    def __init__(self, device, mesh, ground=0.0, **options):
+        self.scene = make_scene(*mesh)
+        self.counter = GlFrameCounter(self.scene, ground=ground, device=device, **options)
+        soup = self.scene.triangles()
+        self.caster = make_caster(soup.vertices, soup.faces)
+        self.rays = RayCaster(soup.vertices, soup.faces)
+        self.component = np.zeros(len(soup.faces), np.int64)
+        self.component[self.caster.source] = self.caster.component
+        self.is_closed = closed_faces(self.caster, len(soup.faces))
+
+    def judge(self, camera, light, *methods):
+        """Judge every pixel, by each method; return the verdicts and the last counts."""
+        view, frame = self.counter.see(camera)
+        origin = self.scene.origin
+        is_seen = (view.face != NOTHING) & (np.abs(frame.position - origin) < 1e5).all(-1)
+        place, verdicts, counts = light.local(origin), Verdicts(), None
+        eye = camera.apex(origin)
+        opened = find_opened(self.rays, self.component, camera, eye, place, origin)
+        seen = Seen(
+            frame.position[is_seen] - origin, frame.normal[is_seen], view.face[is_seen], eye
+        )
+        edge = self._tolerance(seen, view, is_seen, camera, place)
+        for method in methods or ("auto",):
+            counts = self.counter.count(view, camera, light, method)
+            assert not counts[view.face == NOTHING].any()
+            if is_seen.any():
+                closed = self.is_closed & ~opened[self.component]
+                found = judge(self.rays, seen, place, closed, counts[is_seen], edge, GRAZING)
+                found.wrong = [f"{method}: {line}" for line in found.wrong]
+                verdicts += found
+        return verdicts, counts
+
+    def _tolerance(self, seen, view, is_seen, camera, light):
+        """Give how far each point may be from an edge in its own plane [m]."""
+        projection = self.counter._seen[1]
+        forward, eye = camera.axes()[2], camera.eye - self.scene.origin
+        depth = (seen.points - eye) @ forward
+        rows = camera.size[1]
+        if camera.height is None:
+            ray = seen.points - eye
+            ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+            pixel = 2 * np.tan(np.radians(camera.fov) / 2) / rows * depth / (ray @ forward)
+            step = depth**2 / (projection.camera.near * 2**24) / (ray @ forward)
+        else:
+            ray = np.broadcast_to(forward, seen.points.shape)
+            pixel = np.full(len(depth), camera.height / rows)
+            step = np.full(len(depth), 2 / np.linalg.norm(projection.matrix[2, :3]) / 2**24)
+        size = max(np.abs(self.rays.vertices).max(), np.abs(eye).max(), np.abs(depth).max())
+        step = STEPS * step + ROUNDING * size
+        way = light[:3] - light[3] * seen.points
+        way = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        slant = np.abs(np.einsum("ij,ij->i", ray, seen.normals))
+        fall = np.maximum(np.abs(np.einsum("ij,ij->i", way, seen.normals)), 1e-9)
+        return PIXELS * pixel / np.maximum(slant, 1e-3) + step * (1 + slant / fall)
+
+    def release(self):
+        self.counter.release()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.release()
