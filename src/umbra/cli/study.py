@@ -12,7 +12,7 @@ import click
 
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
-from umbra.cli.values import SIZE, Numbers
+from umbra.cli.study_options import study_options
 from umbra.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,101 +28,8 @@ __all__ = ["command"]
 
 @click.command("study")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--lat", type=float, metavar="DEG", help="Latitude; default: what the file says.")
-@click.option(
-    "--lon",
-    type=float,
-    metavar="DEG",
-    help="Longitude, east positive; default: what the file says.",
-)
-@click.option(
-    "--tz", metavar="ZONE", help="IANA zone, as Europe/Vienna; default: that of the coordinates."
-)
-@click.option(
-    "--north",
-    type=float,
-    metavar="DEG",
-    help="True north's azimuth in the plan, clockwise from y; default: what the file says, or 0.",
-)
-@click.option("--date", required=True, metavar="YYYY-MM-DD", help="Local date.")
-@click.option(
-    "--from",
-    "start",
-    default="09:00",
-    show_default=True,
-    metavar="HH:MM",
-    help="Start, on the local clock.",
-)
-@click.option(
-    "--to",
-    "end",
-    default="17:00",
-    show_default=True,
-    metavar="HH:MM",
-    help="End; 24:00 is midnight.",
-)
-@click.option(
-    "--every",
-    default="15min",
-    show_default=True,
-    metavar="DURATION",
-    help="Step of the clock: 15min, 1h, 30s.",
-)
-@click.option(
-    "--receivers",
-    type=click.Choice(["ground", "top"]),
-    default="ground",
-    show_default=True,
-    help="The ground plane, or the topmost surface of the plan.",
-)
-@click.option(
-    "--ground", type=float, metavar="Z", help="The ground's height [m]; default: the lowest point."
-)
-@click.option(
-    "--extent",
-    type=Numbers("XMIN,YMIN,XMAX,YMAX", 4),
-    help="The plan's rectangle [m]; default: the model and its shadows.",
-)
-@click.option(
-    "--cell",
-    type=float,
-    metavar="M",
-    help="Side of a cell [m]; default: about 1000 cells on the longer side.",
-)
-@click.option("--size", type=SIZE, help="The raster's size, instead of --cell.")
-@click.option(
-    "--cast",
-    multiple=True,
-    metavar="PATTERN",
-    help="Names or kinds of parts that cast; repeatable.",
-)
-@click.option(
-    "--no-cast", multiple=True, metavar="PATTERN", help="Those of parts that do not; repeatable."
-)
-@click.option("--masks", is_flag=True, help="Also write in_shadow, every instant.")
-@click.option(
-    "--refraction",
-    type=click.Choice(["standard", "none"]),
-    default="standard",
-    show_default=True,
-    help="The sun where it is seen, or where it is.",
-)
-@click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
+@study_options
 @pose_options
-@click.option(
-    "--device",
-    type=click.Choice(["auto", "cpu", "gl"]),
-    default="auto",
-    help="Where to count; this version has cpu.",
-)
-@click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    required=True,
-    metavar="DIR",
-    help="Folder for results; made if missing.",
-)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],
@@ -135,11 +42,12 @@ def command(
     animation: str | None,
     device: str,
     out: Path,
+    quiet: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
     """
-    Find the hours of shadow around buildings on a day.
+    Find the hours of shadow around buildings on one or more days.
 
     Writes study.nc, hours.png and profile.png into the folder --out.
 
@@ -151,6 +59,11 @@ def command(
         msg = "this version counts on the cpu; leave --device out"
         raise InputError(msg)
     _check_clock(options)
+
+    def say(line: str) -> None:
+        if not quiet:
+            click.echo(line, err=True)
+
     from umbra.writers.painter import Painter  # noqa: PLC0415
     from umbra.writers.results import replace_results  # noqa: PLC0415
 
@@ -161,23 +74,21 @@ def command(
 
         scene = read_posed(files, up, time, animation)
         for note in scene.notes:
-            click.echo(f"note: {note}", err=True)
+            say(f"note: {note}")
         site = find_site(scene, lat, lon, tz, north)
-        with _progress() as progress:
+        with _progress(quiet) as progress:
             study = run_study(scene, site, device=device, progress=progress, **options)
         study.facts["command"] = shlex.join(["umbra", *click.get_current_context().obj])
         if not study.sun.is_up.any():
-            click.echo(
+            say(
                 "umbra: warning: the sun is below the horizon all this time; "
-                "there are no hours of sun or shadow",
-                err=True,
+                "there are no hours of sun or shadow"
             )
         preview = make_preview(study)
         if study.receivers == "ground" and preview.has_terrain(scene.bounds()):
-            click.echo(
+            say(
                 f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m, as "
-                "a terrain or base plate does; --receivers top shows the shadows that fall on it",
-                err=True,
+                "a terrain or base plate does; --receivers top shows the shadows that fall on it"
             )
         plan = _describe(study, preview, scene, options)
         painter.draw_hours(
@@ -204,23 +115,27 @@ def command(
                 **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
             }
         )
-    else:
+    elif not quiet:
         for path in written:
             click.echo(path)
 
 
 def _check_clock(options: dict[str, Any]) -> None:
     """Find slips in the dates before anything is read."""
-    from umbra.sun import make_steps  # noqa: PLC0415
+    from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
+    from umbra.sun.clock import parse_duration  # noqa: PLC0415
 
     # In UTC no time is missing or doubled: what fails here fails everywhere.
-    make_steps(options["date"], options["start"], options["end"], options["every"], "UTC")
+    day, *_ = parse_dates(options["date"], options["every_days"])
+    make_steps(day, options["start"], options["end"], options["every"], "UTC")
+    if options["min_spell"] is not None:
+        parse_duration(options["min_spell"], "least spell")
 
 
 @contextmanager
-def _progress() -> Iterator[Any]:
+def _progress(quiet: bool) -> Iterator[Any]:
     """Show a bar on a terminal, and say why a first run takes long; else stay silent."""
-    if not sys.stderr.isatty():
+    if quiet or not sys.stderr.isatty():
         yield lambda _done, _all: None
         return
     notice = threading.Timer(
@@ -260,6 +175,14 @@ def _coarsen(hours: "NDArray[np.float32]", shape: tuple[int, int]) -> "NDArray[n
     return resample(hours, shape)
 
 
+def _name_dates(study: "Study") -> str:
+    """Say which dates a study's hours are the sum of."""
+    days = study.period.days
+    if len(days) <= 4:
+        return " + ".join(map(str, days))
+    return f"{len(days)} days from {days[0]} to {days[-1]}"
+
+
 def _describe(
     study: "Study", preview: "Preview", scene: "Scene", options: dict[str, Any]
 ) -> "Plan":
@@ -281,7 +204,7 @@ def _describe(
         place=(
             f"{abs(site.latitude):.3f}° {north}, {abs(site.longitude):.3f}° {east} · {site.zone}"
         ),
-        date=f"{options['date']}, {options['start']} to {options['end']} ({offsets})",
+        date=f"{_name_dates(study)}, {options['start']} to {options['end']} ({offsets})",
         note=(
             f"umbra {facts['umbra_version']} · cell {cell} · midpoints of {options['every']} steps"
             f" · refraction {facts['refraction']}"

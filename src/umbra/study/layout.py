@@ -32,6 +32,7 @@ def lay_out(
     cell: float | None = None,
     size: tuple[int, int] | None = None,
     masks: int = 0,
+    kept: int = 0,
     threads: int = 1,
 ) -> tuple[Grid, NDArray[np.float64], NDArray[np.float64]]:
     """
@@ -52,7 +53,9 @@ def lay_out(
     size : (int, int), optional
         Columns and rows, instead of ``cell``.
     masks : int
-        Instants that are kept one by one.
+        Held for each cell by masks [byte]: one for eight instants.
+    kept : int
+        Held for each cell by other results that were asked for [byte].
     threads : int
         Each holds counts of its own.
 
@@ -90,7 +93,7 @@ def lay_out(
                 f"got {','.join(f'{v:g}' for v in extent)}"
             )
             raise InputError(msg, extent=tuple(extent))
-    most = _most_cells(masks, threads)
+    most = _most_cells(masks + kept, threads)
     wide, deep = (float(length) for length in high - low)
     if size is None:
         side = cell or _round_up(max(wide, deep) / _LONG_SIDE)
@@ -103,7 +106,7 @@ def lay_out(
         cols, rows = size
         dx, dy = wide / cols, deep / rows
     if cols * rows > most:
-        raise _too_large(cols, rows, most, wide, deep, masks, threads)
+        raise _too_large(cols, rows, most, wide, deep, masks, kept, threads)
     grid = Grid(float(low[0] + dx / 2), float(low[1] + dy / 2), float(dx), float(dy), cols, rows)
     return grid, grid.x, grid.y
 
@@ -135,23 +138,29 @@ def _count_cells(length: float, side: float) -> int:
     return max(1, math.ceil(min(length / side, 1e15) - 1e-6))
 
 
-def _most_cells(masks: int, threads: int) -> int:
+def _most_cells(kept: int, threads: int) -> int:
     """Give the number of cells that fit in memory."""
     room = max(find_memory() - _BASE, 0.0)
     work = _WORK + _THREAD_WORK * threads
-    in_one_tile = room / (_BYTES + masks + work)
+    in_one_tile = room / (_BYTES + kept + work)
     if in_one_tile <= TILE**2:
         return int(in_one_tile)
-    return int((room - TILE**2 * work) / (_BYTES + masks))
+    return int((room - TILE**2 * work) / (_BYTES + kept))
 
 
 def _too_large(
-    cols: int, rows: int, most: int, wide: float, deep: float, masks: int, threads: int
+    cols: int,
+    rows: int,
+    most: int,
+    wide: float,
+    deep: float,
+    masks: int,
+    kept: int,
+    threads: int,
 ) -> InputError:
     cells = cols * rows
-    needed = (
-        _BASE + cells * (_BYTES + masks) + min(cells, TILE**2) * (_WORK + _THREAD_WORK * threads)
-    )
+    work = min(cells, TILE**2) * (_WORK + _THREAD_WORK * threads)
+    needed = _BASE + cells * (_BYTES + masks + kept) + work
     side = max(math.sqrt(wide * deep / max(most, 1)), max(wide, deep) / max(most, 1))
     # One more cell than needed each way: a default extent begins at whole cells.
     while (wide / side + 2) * (deep / side + 2) > max(most, 9):

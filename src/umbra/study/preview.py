@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study.study import Study
-from umbra.sun import find_sun
+from umbra.study.result import Study
+from umbra.sun import Steps, find_sun
 
 __all__ = ["Preview", "make_preview"]
 
@@ -65,24 +65,27 @@ class Preview:
         return bool(np.quantile(inside, 0.1) < LOW * inside.max())
 
 
-def make_preview(study: Study, longest: int = LONGEST) -> Preview:
+def make_preview(study: Study, longest: int = LONGEST, steps: Steps | None = None) -> Preview:
     """
-    Count where shadow falls at each stamp of a study.
+    Count where shadow falls at each stamp of a study's day.
 
     Parameters
     ----------
     study : Study
     longest : int
         Most cells along a side.
+    steps : Steps, optional
+        Of the day; the study's first by default.
 
     Returns
     -------
     preview : Preview
     """
-    most = math.isqrt(MOST // len(study.steps.stamps))
+    stamps = (steps or study.steps).stamps
+    most = math.isqrt(MOST // len(stamps))
     grid = study.grid.coarser(min(longest, most))
     surface, sweep = study.model.make_sweep(grid)
-    path = find_sun(study.site, study.steps.stamps, refraction=study.refraction)
+    path = find_sun(study.site, stamps, refraction=study.refraction)
     shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
     shadows[path.is_up] = sweep.masks(path.direction[path.is_up]).view(np.bool_)
     # From local coordinates to the model's own, as the study's cells went.

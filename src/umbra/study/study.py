@@ -8,131 +8,52 @@ add up to exactly the period less the night. The profile is drawn at the steps' 
 import datetime as dt
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 import umbra
-from umbra.cpu.sweep import Sweep
-from umbra.cpu.threads import count_cores
 from umbra.errors import InputError
 from umbra.scene import Scene
-from umbra.scene.grid import Grid
+from umbra.study.counting import count_period
 from umbra.study.layout import TILE, lay_out
-from umbra.study.model import Model, prepare_model
-from umbra.sun import Site, Steps, SunPath, find_sun, make_steps
+from umbra.study.ledger import Ledger
+from umbra.study.model import prepare_model
+from umbra.study.options import (
+    check_device,
+    describe_period,
+    find_reaching_suns,
+    find_wanted,
+    make_advance,
+    select_casters,
+)
+from umbra.study.period import Refraction, make_period
+from umbra.study.result import Study
+from umbra.sun import Site
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Study", "run_study", "shadow_study"]
+__all__ = ["run_study", "shadow_study"]
 
-Refraction = Literal["standard", "none"]
 RECEIVERS = ("ground", "top")
-
-
-@dataclass(frozen=True, eq=False)
-class Study:
-    """
-    A study's result and what its pictures are drawn from.
-
-    Parameters
-    ----------
-    x : (cols,) float64
-    y : (rows,) float64
-        Cell centres in the model's own coordinates, ascending [m].
-    steps : Steps
-        Of the period.
-    sun : SunPath
-        At the steps' midpoints.
-    shadow_hours : (rows, cols) float32
-    up_hours : float
-        How long the sun was above the horizon [h].
-    heights : (rows, cols) float64
-        z of the topmost surface or the ground, in the model's own coordinates [m].
-    ground : float
-        z of the ground [m].
-    masks : (n_steps, rows, cols) uint8, optional
-        1 where in shadow at a midpoint; 0 at night.
-    facts : dict
-        What the result's attributes say.
-    model : Model
-    grid : Grid
-        In the model's local frame.
-    """
-
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    site: Site
-    steps: Steps
-    sun: SunPath
-    shadow_hours: NDArray[np.float32]
-    up_hours: float
-    heights: NDArray[np.float64]
-    ground: float
-    masks: NDArray[np.uint8] | None
-    facts: dict[str, object]
-    model: Model
-    grid: Grid
-
-    @property
-    def receivers(self) -> str:
-        """What received the shadows: 'ground' or 'top'."""
-        return str(self.facts["receivers"])
-
-    @property
-    def refraction(self) -> Refraction:
-        """Where the sun was taken to stand: 'standard' or 'none'."""
-        return "none" if self.facts["refraction"] == "none" else "standard"
-
-    @property
-    def sun_hours(self) -> NDArray[np.float32]:
-        """Hours in the sun, (rows, cols) float32."""
-        return np.float32(self.up_hours) - self.shadow_hours
-
-    def variables(self) -> dict[str, tuple[tuple[str, ...], NDArray]]:
-        """Give the arrays of ``study.nc`` by name, each with its dimensions."""
-        plan = ("y", "x")
-        receiver = np.full(self.heights.shape, self.ground)
-        variables: dict[str, tuple[tuple[str, ...], NDArray]] = {
-            "x": (("x",), self.x),
-            "y": (("y",), self.y),
-            "time": (("time",), self.steps.instants.astype("datetime64[ns]")),
-            "xyz": (("xyz",), np.array(["x", "y", "z"])),
-            "shadow_hours": (plan, self.shadow_hours),
-            "sun_hours": (plan, self.sun_hours),
-            "receiver_z": (plan, self.heights if self.receivers == "top" else receiver),
-            "sun_altitude": (("time",), self.sun.altitude),
-            "sun_azimuth": (("time",), self.sun.azimuth),
-            "sun_direction": (("time", "xyz"), self.sun.direction),
-        }
-        if self.masks is not None:
-            variables["in_shadow"] = (("time", *plan), self.masks)
-        return variables
-
-    def to_dataset(self) -> "xr.Dataset":
-        """
-        Give the result as a dataset, as ``study.nc`` reads back.
-
-        Returns
-        -------
-        dataset : xarray.Dataset
-        """
-        import xarray as xr  # noqa: PLC0415  (half a second; scripts that only count do without)
-
-        return xr.Dataset(self.variables(), attrs=self.facts)
+STREAMED_TILE = 2048
+"""Side of the tiles of a study whose instants pass in order: each cell holds more then."""
 
 
 def run_study(
     scene: Scene,
     site: Site,
     *,
-    date: str | dt.date,
+    date: str | dt.date | Sequence[str | dt.date],
     start: str | dt.time = "09:00",
     end: str | dt.time = "17:00",
     every: str | dt.timedelta = "15min",
+    every_days: int = 1,
+    by_day: bool | None = None,
+    spells: bool = False,
+    min_spell: str | dt.timedelta | None = None,
     receivers: str = "ground",
     ground: float | None = None,
     extent: Sequence[float] | None = None,
@@ -154,20 +75,12 @@ def run_study(
     if receivers not in RECEIVERS:
         msg = f"unknown receivers '{receivers}'; choose ground or top"
         raise InputError(msg, receivers=receivers)
-    if device not in {"auto", "cpu"}:
-        msg = f"device '{device}' is not available; choose auto or cpu"
-        raise InputError(msg, device=device)
-    threads = count_cores() if threads is None else threads
-    if threads < 1:
-        msg = f"threads must be at least 1; got {threads}"
-        raise InputError(msg, threads=threads)
-    steps = make_steps(date, start, end, every, site.zone)
-    sun = find_sun(site, steps.instants, refraction=refraction)
-    stamps = find_sun(site, steps.stamps, refraction=refraction)
-    casters = scene.select(cast, no_cast)
-    if not casters:
-        msg = "no part is left to cast a shadow; take a --no-cast pattern away"
-        raise InputError(msg)
+    threads = check_device(device, threads)
+    period = make_period(
+        date, start, end, every, site, every_days=every_days, refraction=refraction
+    )
+    wanted = find_wanted(period, by_day=by_day, spells=spells, min_spell=min_spell, masks=masks)
+    casters = select_casters(scene, cast, no_cast)
 
     begun = time.perf_counter()
     bounds = scene.bounds()
@@ -175,33 +88,29 @@ def run_study(
     if not np.isfinite(level):
         msg = f"the ground's height must be a finite number; got {level:g}"
         raise InputError(msg, ground=ground)
+    sun = period.sun
     suns = sun.direction[sun.is_up]
-    around = np.concatenate([suns, stamps.direction[stamps.is_up]])
     grid, x, y = lay_out(
-        bounds, around, level, extent=extent, cell=cell, size=size,
-        masks=len(sun.is_up) if masks else 0, threads=threads,
+        bounds, find_reaching_suns(period), level, extent=extent, cell=cell, size=size,
+        masks=(len(suns) + 7) // 8 if masks else 0, kept=wanted.bytes_kept(len(period.days)),
+        threads=threads,
     )  # fmt: skip
     origin = scene.origin
     local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
     model = prepare_model(scene, casters, receivers, level - origin[2], threads)
-    hours = np.zeros((grid.rows, grid.cols), np.float32)
+    ledger = Ledger(period, (grid.rows, grid.cols), wanted)
     heights = np.zeros((grid.rows, grid.cols))
-    kept = np.zeros((len(sun.is_up), grid.rows, grid.cols), np.uint8) if masks else None
-    tiles = list(local.tiles(TILE))
+    tiles = list(local.tiles(min(TILE, STREAMED_TILE) if wanted.is_streamed else TILE))
     seconds = 0.0  # spent in counting
     for n, (rows, cols, tile) in enumerate(tiles):
         surface, sweep = model.make_sweep(tile)
         heights[rows, cols] = surface.heights
+        shape = (tile.rows, tile.cols)
         if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes the buffers
-            sweep.add_steps(suns[:1], np.zeros((tile.rows, tile.cols), np.int32))
-
-        def advance(done: int, before: int = n * len(suns)) -> None:
-            progress(before + done, len(tiles) * len(suns))
-
+            sweep.add_steps(suns[:1], np.zeros(shape, np.int32))
+        advance = make_advance(progress, n * len(suns), len(tiles) * len(suns))
         started = time.perf_counter()
-        hours[rows, cols] = _count(
-            sweep, steps, sun, None if kept is None else kept[:, rows, cols], advance
-        )
+        count_period(sweep, shape, ledger, (rows, cols), advance)
         seconds += time.perf_counter() - started
     heights += origin[2]
     facts: dict[str, object] = {
@@ -218,59 +127,24 @@ def run_study(
         "time_zone": site.zone,
         "true_north_deg": site.true_north,
         "refraction": refraction,
+        **describe_period(period, wanted),
         "prepare_seconds": time.perf_counter() - begun - seconds,
         "count_seconds": seconds,
     }
     return Study(
         x=x,
         y=y,
-        site=site,
-        steps=steps,
-        sun=sun,
-        shadow_hours=hours,
-        up_hours=float(steps.hours[sun.is_up].sum()),
+        period=period,
+        shadow_hours=ledger.shadow_hours,
+        up_hours=ledger.up_hours,
         heights=heights,
         ground=level,
-        masks=kept,
+        masks=ledger.masks,
         facts={name: fact for name, fact in facts.items() if fact is not None},
         model=model,
         grid=local,
+        more=ledger.variables(("y", "x")),
     )
-
-
-def _count(
-    sweep: Sweep,
-    steps: Steps,
-    sun: SunPath,
-    masks: NDArray[np.uint8] | None,
-    progress: Callable[[int], object],
-) -> NDArray[np.float32]:
-    """Add up the hours in shadow; write every instant's mask if there is room for it."""
-    up = np.flatnonzero(sun.is_up)
-    shape = (sweep.grid.rows, sweep.grid.cols)
-    done = 0
-
-    def advance(n: int) -> None:
-        nonlocal done
-        done += n
-        progress(done)
-
-    if masks is not None:
-        total = np.zeros(shape)
-        for first in range(0, len(up), 8):
-            some = up[first : first + 8]
-            masks[some] = sweep.masks(sun.direction[some])
-            for i in some:
-                total += steps.hours[i] * masks[i]
-            advance(len(some))
-        return total.astype(np.float32)
-    # All steps are equally long but for the last: at most two lengths.
-    hours = np.zeros(shape, np.float32)
-    for length in np.unique(steps.hours[up]):
-        counts = np.zeros(shape, np.int32)
-        sweep.add_steps(sun.direction[up[steps.hours[up] == length]], counts, advance)
-        hours += np.multiply(counts, np.float32(length), dtype=np.float32)
-    return hours
 
 
 def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
@@ -283,12 +157,23 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
         From ``umbra.read``.
     site : Site
         Latitude, longitude, time zone and true north.
-    date : str
-        Local date, ``"2026-09-18"``.
+    date : str, date, or a sequence of them
+        Local date, ``"2026-09-18"``; or several: joined by commas, a range
+        ``"2026-03-21..2026-09-23"``, a month ``"2026-06"``, a year ``"2026"``, a day of
+        every month ``"2026-*-21"``.
+    every_days : int
+        Of a range, a month or a year take every so many days.
+    by_day : bool, optional
+        Give every result for each date as well, along ``day``; up to 12 dates by default.
     start, end : str
         Local clock times, ``"09:00"`` and ``"17:00"`` by default.
     every : str
         Step, ``"15min"`` by default.
+    spells : bool
+        Also find first and last sun, the number of spells, the longest unbroken one and
+        the shaded share of the time with the sun up.
+    min_spell : str, optional
+        Also the hours in spells of at least this length, ``"30min"``; implies ``spells``.
     receivers : {'ground', 'top'}
         The plane z = ``ground``, or the topmost surface of the plan.
     ground : float, optional

@@ -8,7 +8,8 @@ Data flows one way::
 """
 
 from umbra.sun.clock import Steps, make_steps
+from umbra.sun.dates import parse_dates
 from umbra.sun.position import SunPath, find_sun
 from umbra.sun.site import Site, find_site
 
-__all__ = ["Site", "Steps", "SunPath", "find_site", "find_sun", "make_steps"]
+__all__ = ["Site", "Steps", "SunPath", "find_site", "find_sun", "make_steps", "parse_dates"]

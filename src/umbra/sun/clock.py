@@ -19,7 +19,7 @@ from umbra.errors import InputError
 from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.site import find_zone
 
-__all__ = ["Steps", "make_steps"]
+__all__ = ["Steps", "make_steps", "parse_duration"]
 
 MOST_STEPS = 100_000
 MICROSECOND = dt.timedelta(microseconds=1)
@@ -141,7 +141,7 @@ def make_steps(
     """
     clock = find_zone(zone)
     day = parse_date(date)
-    step = _parse_duration(every)
+    step = parse_duration(every)
     first = find_instant(day, start, clock, "start")
     last = find_instant(day, end, clock, "end")
     if last <= first:
@@ -170,13 +170,27 @@ def make_steps(
     return Steps(instants, lengths / 3.6e9, stamps, zone)
 
 
-def _parse_duration(every: str | dt.timedelta) -> dt.timedelta:
+def parse_duration(every: str | dt.timedelta, what: str = "step") -> dt.timedelta:
+    """
+    Read a duration: ``15min``, ``1h``, ``1h30min``, ``30s``.
+
+    Parameters
+    ----------
+    every : str or datetime.timedelta
+    what : str
+        What it is the duration of, for messages.
+
+    Raises
+    ------
+    InputError
+        If it is not written so, or is not above 0.
+    """
     if isinstance(every, dt.timedelta):
         duration = every
     else:
         text = str(every).strip().lower()
         if not text or not re.fullmatch(rf"(?:{DURATION.pattern})+", text):
-            msg = f"the step {every!r} is not a duration; write it like 15min, 1h, 1h30min or 30s"
+            msg = f"the {what} {every!r} is not a duration; write it like 15min, 1h, 1h30min or 30s"
             raise InputError(msg, every=every)
         # Fractions, so that 0.1h is 360 s and not a bit less.
         seconds = sum(Fraction(n) * UNITS[unit] for n, unit in DURATION.findall(text))
@@ -185,7 +199,7 @@ def _parse_duration(every: str | dt.timedelta) -> dt.timedelta:
         except OverflowError:
             duration = dt.timedelta.max
     if duration <= dt.timedelta(0):
-        msg = f"the step {every} is not longer than 0; write it like 15min, 1h or 30s"
+        msg = f"the {what} {every} is not longer than 0; write it like 15min, 1h or 30s"
         raise InputError(msg, every=every)
     return duration
 

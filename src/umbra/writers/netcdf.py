@@ -36,8 +36,21 @@ CF_ATTRIBUTES: dict[str, dict[str, str]] = {
     },
     "sun_direction": {"long_name": "unit vector toward the sun in the model's axes", "units": "1"},
     "in_shadow": {"long_name": "whether the cell is in shadow", "units": "1"},
+    "day": {"long_name": "local date"},
+    "up_hours_by_day": {"long_name": "hours with the sun up on the day", "units": "h"},
+    "first_sun": {"long_name": "when the first spell of sun begins, UTC", "standard_name": "time"},
+    "last_sun": {"long_name": "when the last spell of sun ends, UTC", "standard_name": "time"},
+    "sun_spells": {"long_name": "number of spells of sun", "units": "1"},
+    "longest_sun_hours": {"long_name": "longest unbroken spell of sun", "units": "h"},
+    "sun_hours_in_spells": {
+        "long_name": "hours in spells of sun of at least min_spell_minutes",
+        "units": "h",
+    },
+    "shaded_share": {"long_name": "share of the time with the sun up in shadow", "units": "1"},
 }
+_BY_DAY = "_by_day"
 GRID_MAPPING = "spatial_ref"
+_MISSING = np.iinfo(np.int64).min  # NaT as a number
 
 
 def write_netcdf(
@@ -54,7 +67,8 @@ def write_netcdf(
     ----------
     path : path
     variables : mapping of str to (dimensions, array)
-        Numbers, ``datetime64`` in UTC, or str.
+        Numbers, ``datetime64`` in UTC, or str. What is no ``ndarray`` but has a shape and
+        a dtype is written one item of its first dimension at a time.
     facts : mapping
         Global attributes; None is left out.
 
@@ -90,10 +104,16 @@ def _write_variable(
 ) -> h5netcdf.Variable:
     """Store one array as suits its size and kind."""
     attributes = dict(CF_ATTRIBUTES.get(name, {}))
+    if not attributes and name.endswith(_BY_DAY):
+        attributes = dict(CF_ATTRIBUTES.get(name.removesuffix(_BY_DAY), {}))
+        if attributes:
+            attributes["long_name"] += ", on the day"
     how: dict[str, Any] = {}
     if array.dtype.kind == "M":
         array, units = _encode_instants(array)
         attributes |= {"units": units, "calendar": "proleptic_gregorian"}
+        if name not in dimensions:
+            how["fillvalue"] = np.int64(_MISSING)
     elif array.dtype.kind == "U":
         array = array.astype(h5netcdf.core.h5py.string_dtype())
     elif array.dtype.kind == "f" and name not in dimensions:
@@ -107,7 +127,12 @@ def _write_variable(
             "shuffle": array.dtype.itemsize > 1,
             "chunks": (1,) * (array.ndim - 2) + array.shape[-2:],
         }
-    written = file.create_variable(name, dimensions, array.dtype, data=array, **how)
+    if isinstance(array, np.ndarray):
+        written = file.create_variable(name, dimensions, array.dtype, data=array, **how)
+    else:  # packed: one instant at a time is unpacked
+        written = file.create_variable(name, dimensions, array.dtype, **how)
+        for i, slab in enumerate(array):
+            written[i] = slab
     written.attrs.update(attributes)
     return written
 
@@ -115,9 +140,10 @@ def _write_variable(
 def _encode_instants(instants: NDArray[np.datetime64]) -> tuple[NDArray[np.int64], str]:
     """Give CF numbers of instants and their unit: seconds, or what they need."""
     units = {"s": "seconds", "ms": "milliseconds", "us": "microseconds"}
-    exact = (unit for unit in units if (instants.astype(f"datetime64[{unit}]") == instants).all())
+    known = instants[~np.isnat(instants)]
+    exact = (unit for unit in units if (known.astype(f"datetime64[{unit}]") == known).all())
     unit = next(exact, "us")
-    numbers = instants.astype(f"datetime64[{unit}]").astype(np.int64)
+    numbers = instants.astype(f"datetime64[{unit}]").astype(np.int64)  # NaT is _MISSING
     return numbers, f"{units[unit]} since 1970-01-01 00:00:00"
 
 

@@ -1,0 +1,168 @@
+"""The options of ``umbra study``, by what they are about."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from umbra.cli.values import SIZE, Numbers
+
+__all__ = ["study_options"]
+
+_SITE = [
+    click.option("--lat", type=float, metavar="DEG", help="Latitude; default: what the file says."),
+    click.option(
+        "--lon",
+        type=float,
+        metavar="DEG",
+        help="Longitude, east positive; default: what the file says.",
+    ),
+    click.option(
+        "--tz",
+        metavar="ZONE",
+        help="IANA zone, as Europe/Vienna; default: that of the coordinates.",
+    ),
+    click.option(
+        "--north",
+        type=float,
+        metavar="DEG",
+        help="True north's azimuth in the plan, clockwise from y; default: what the file says, "
+        "or 0.",
+    ),
+]
+_TIME = [
+    click.option(
+        "--date",
+        "date",
+        required=True,
+        multiple=True,
+        metavar="DATE",
+        help="Local date YYYY-MM-DD; also A,B or A..B, a month 2026-06, a year 2026, or 2026-*-21 "
+        "for a day of every month; repeatable.",
+    ),
+    click.option(
+        "--every-days",
+        type=click.IntRange(1),
+        default=1,
+        metavar="N",
+        help="Of a range, a month or a year take every N-th day.",
+    ),
+    click.option(
+        "--from",
+        "start",
+        default="09:00",
+        show_default=True,
+        metavar="HH:MM",
+        help="Start, on the local clock.",
+    ),
+    click.option(
+        "--to",
+        "end",
+        default="17:00",
+        show_default=True,
+        metavar="HH:MM",
+        help="End; 24:00 is midnight.",
+    ),
+    click.option(
+        "--every",
+        default="15min",
+        show_default=True,
+        metavar="DURATION",
+        help="Step of the clock: 15min, 1h, 30s.",
+    ),
+    click.option(
+        "--refraction",
+        type=click.Choice(["standard", "none"]),
+        default="standard",
+        show_default=True,
+        help="The sun where it is seen, or where it is.",
+    ),
+    click.option(
+        "--by-day/--sum",
+        "by_day",
+        default=None,
+        help="Keep results by date as well, or only all together; default: by date up to 12 dates.",
+    ),
+]
+_RECEIVERS = [
+    click.option(
+        "--receivers",
+        type=click.Choice(["ground", "top"]),
+        default="ground",
+        show_default=True,
+        help="The ground plane, or the topmost surface of the plan.",
+    ),
+    click.option(
+        "--ground",
+        type=float,
+        metavar="Z",
+        help="The ground's height [m]; default: the lowest point.",
+    ),
+    click.option(
+        "--extent",
+        type=Numbers("XMIN,YMIN,XMAX,YMAX", 4),
+        help="The plan's rectangle [m]; default: the model and its shadows.",
+    ),
+    click.option(
+        "--cell",
+        type=float,
+        metavar="M",
+        help="Side of a cell [m]; default: about 1000 cells on the longer side.",
+    ),
+    click.option("--size", type=SIZE, help="The raster's size, instead of --cell."),
+]
+_CASTERS = [
+    click.option(
+        "--cast",
+        multiple=True,
+        metavar="PATTERN",
+        help="Names or kinds of parts that cast; repeatable.",
+    ),
+    click.option(
+        "--no-cast",
+        multiple=True,
+        metavar="PATTERN",
+        help="Those of parts that do not; repeatable.",
+    ),
+    click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis."),
+]
+_RESULTS = [
+    click.option(
+        "--spells",
+        is_flag=True,
+        help="Also write first and last sun, number of spells, longest spell, shaded share.",
+    ),
+    click.option(
+        "--min-spell",
+        metavar="DURATION",
+        help="Also the hours in spells of at least this length; implies --spells.",
+    ),
+    click.option("--masks", is_flag=True, help="Also write in_shadow, every instant."),
+]
+_RUN = [
+    click.option(
+        "--device",
+        type=click.Choice(["auto", "cpu", "gl"]),
+        default="auto",
+        help="Where to count; this version has cpu.",
+    ),
+    click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores."),
+    click.option(
+        "--out",
+        type=click.Path(path_type=Path),
+        required=True,
+        metavar="DIR",
+        help="Folder for results; made if missing.",
+    ),
+    click.option(
+        "--quiet", is_flag=True, help="Say nothing but errors and, with --json, the result."
+    ),
+]
+
+
+def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command all options of a study, in the order of its help."""
+    for option in reversed([*_SITE, *_TIME, *_RECEIVERS, *_CASTERS, *_RESULTS, *_RUN]):
+        command = option(command)
+    return command

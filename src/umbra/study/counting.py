@@ -1,0 +1,124 @@
+"""Counting the instants of a period on some receivers, and entering what was found."""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.study.ledger import Ledger
+from umbra.study.spells import Spells, SpellState, join_days, to_hours
+
+__all__ = ["Counter", "count_period"]
+
+_AT_ONCE = 8
+"""Suns whose masks are held at a time."""
+
+
+class Counter(Protocol):
+    """Whatever counts shadows on receivers, sun after sun: ``Sweep`` and its like."""
+
+    def add_steps(
+        self,
+        suns: NDArray[np.float64],
+        steps: NDArray[np.int32],
+        progress: Callable[[int], object] = ...,
+    ) -> None:
+        """Count for each receiver how many suns leave it in shadow."""
+
+    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Tell for each sun which receivers are in shadow, cast or attached."""
+
+
+def count_period(
+    counter: Counter,
+    shape: tuple[int, ...],
+    ledger: Ledger,
+    where: Any = ...,
+    progress: Callable[[int], object] = lambda _: None,
+) -> None:
+    """
+    Count every step of the ledger's period on some receivers.
+
+    Parameters
+    ----------
+    counter : Counter
+    shape : tuple of int
+        Of these receivers.
+    ledger : Ledger
+        Written to.
+    where : index
+        Where these receivers lie among the ledger's; all of them by default.
+    progress : callable
+        Told how many instants were done, now and then.
+    """
+    period = ledger.period
+    up = np.flatnonzero(period.sun.is_up)
+    if ledger.wanted.is_streamed:
+        _stream(counter, shape, ledger, where, progress)
+    elif ledger.wanted.by_day:
+        total = np.zeros(shape)
+        for day in range(len(period.days)):
+            hours = _add_up(counter, shape, ledger, up[period.day_of_step[up] == day], progress)
+            ledger.keep_hours(hours, where, day)
+            total += hours
+        ledger.keep_hours(total, where)
+    else:
+        ledger.keep_hours(_add_up(counter, shape, ledger, up, progress), where)
+
+
+def _add_up(
+    counter: Counter,
+    shape: tuple[int, ...],
+    ledger: Ledger,
+    which: NDArray[np.intp],
+    progress: Callable[[int], object],
+) -> NDArray[np.float32]:
+    """Give the hours in shadow in some steps, in whatever order."""
+    lengths, suns = ledger.period.hours[which], ledger.period.sun.direction[which]
+    # All steps are equally long but for each day's last: few lengths.
+    hours = np.zeros(shape, np.float32)
+    for length in np.unique(lengths):
+        counts = np.zeros(shape, np.int32)
+        counter.add_steps(suns[lengths == length], counts, progress)
+        hours += np.multiply(counts, np.float32(length), dtype=np.float32)
+    return hours
+
+
+def _stream(
+    counter: Counter,
+    shape: tuple[int, ...],
+    ledger: Ledger,
+    where: Any,
+    progress: Callable[[int], object],
+) -> None:
+    """Let the instants pass in order: keep their masks, follow the spells."""
+    period = ledger.period
+    starts, ends, owner = period.starts, period.ends, period.day_of_step
+    days: list[Spells] = []
+    for day in range(len(period.days)):
+        up = np.flatnonzero(period.sun.is_up & (owner == day))
+        state = SpellState(shape, ledger.wanted.min_spell)
+        for first in range(0, len(up), _AT_ONCE):
+            some = up[first : first + _AT_ONCE]
+            masks = counter.masks(period.sun.direction[some])
+            if ledger.masks is not None:
+                ledger.masks.keep(some, masks, where)
+            state.add_steps(masks, starts[some], ends[some])
+            progress(len(some))
+        spells = state.finish()
+        enter_day(ledger, spells, int((ends[up] - starts[up]).sum()), where, day)
+        days = [join_days([*days, spells])]
+    enter_period(ledger, days[0], int((ends - starts)[period.sun.is_up].sum()), where)
+
+
+def enter_day(ledger: Ledger, spells: Spells, up: int, where: Any, day: int) -> None:
+    """Enter the spells of one day, in which the sun was up for so long [us]."""
+    ledger.keep_hours(to_hours(up - spells.sun), where, day)
+    ledger.keep_spells(spells, where, day)
+
+
+def enter_period(ledger: Ledger, spells: Spells, up: int, where: Any) -> None:
+    """Enter the spells of the whole period, in which the sun was up for so long [us]."""
+    ledger.keep_hours(to_hours(up - spells.sun), where)
+    ledger.keep_spells(spells, where)

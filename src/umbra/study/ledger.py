@@ -1,0 +1,145 @@
+"""What a study keeps of every receiver: hours always, the rest where it was asked for."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.study.masks import Masks
+from umbra.study.period import Period
+from umbra.study.spells import Spells, to_hours
+
+__all__ = ["FEW_DAYS", "Ledger", "Wanted"]
+
+FEW_DAYS = 12
+"""Up to so many dates results are also kept by day, unless it is said otherwise."""
+_SPELLS = {
+    "first_sun": np.dtype("datetime64[us]"),
+    "last_sun": np.dtype("datetime64[us]"),
+    "sun_spells": np.dtype(np.int32),
+    "longest_sun_hours": np.dtype(np.float32),
+}
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """
+    What a study shall keep besides the hours in shadow.
+
+    Parameters
+    ----------
+    by_day : bool
+        Everything for each date, too.
+    spells : bool
+        First and last sun, number of spells, the longest, the shaded share.
+    min_spell : int
+        Also the hours in spells of at least this length [us]; 0: not asked for.
+    masks : bool
+        Every instant.
+    tolerance : float
+        Within which beginnings and ends are solved [s]; 0: they are those of steps.
+    """
+
+    by_day: bool = False
+    spells: bool = False
+    min_spell: int = 0
+    masks: bool = False
+    tolerance: float = 0.0
+
+    @property
+    def is_streamed(self) -> bool:
+        """Whether instants have to pass in time order."""
+        return self.spells or self.masks or self.tolerance > 0
+
+    def bytes_kept(self, days: int) -> int:
+        """Give what is kept of each receiver besides the hours and the masks [byte]."""
+        each = sum(dtype.itemsize for dtype in self._spell_types().values())
+        return each + ((4 + each) * days if self.by_day else 0)
+
+    def _spell_types(self) -> dict[str, np.dtype]:
+        types = dict(_SPELLS) if self.spells else {}
+        if self.spells and self.min_spell:
+            types["sun_hours_in_spells"] = np.dtype(np.float32)
+        return types
+
+
+class Ledger:
+    """
+    Results of all receivers, filled in tile by tile.
+
+    Parameters
+    ----------
+    period : Period
+    shape : tuple of int
+        Of the receivers.
+    wanted : Wanted
+    """
+
+    def __init__(self, period: Period, shape: tuple[int, ...], wanted: Wanted) -> None:
+        self.period, self.shape, self.wanted = period, shape, wanted
+        self.shadow_hours = np.zeros(shape, np.float32)
+        self.masks = Masks(period.sun.is_up, shape) if wanted.masks else None
+        self.up_hours_by_day = period.up_hours_by_day
+        days = len(period.days)
+        self._whole = {name: np.zeros(shape, t) for name, t in wanted._spell_types().items()}
+        self._by_day: dict[str, NDArray] = {}
+        if wanted.by_day:
+            types = {"shadow_hours": np.dtype(np.float32), **wanted._spell_types()}
+            self._by_day = {name: np.zeros((days, *shape), t) for name, t in types.items()}
+
+    @property
+    def up_hours(self) -> float:
+        """How long the sun is up in the whole period [h]."""
+        return float(self.up_hours_by_day.sum())
+
+    def keep_hours(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
+        """Store hours in shadow of a tile: of the whole period, or of one day."""
+        if day is None:
+            self.shadow_hours[where] = hours
+        elif self._by_day:
+            self._by_day["shadow_hours"][day][where] = hours
+
+    def keep_spells(self, spells: Spells, where: Any = ..., day: int | None = None) -> None:
+        """Store the spells of a tile: of the whole period, or of one day."""
+        if day is not None and not self._by_day:
+            return
+        kept = self._whole if day is None else {n: a[day] for n, a in self._by_day.items()}
+        values = {
+            "first_sun": spells.first,
+            "last_sun": spells.last,
+            "sun_spells": spells.count,
+            "longest_sun_hours": to_hours(spells.longest),
+            "sun_hours_in_spells": to_hours(spells.counted),
+        }
+        for name, array in kept.items():
+            if name in values:
+                array[where] = values[name]
+
+    def variables(self, dims: tuple[str, ...]) -> dict[str, tuple[tuple[str, ...], NDArray]]:
+        """
+        Give what is kept besides the hours of the whole period.
+
+        Parameters
+        ----------
+        dims : tuple of str
+            The receivers' dimensions.
+        """
+        found: dict[str, tuple[tuple[str, ...], NDArray]] = {}
+        found |= {name: (dims, array) for name, array in self._whole.items()}
+        if self.wanted.spells:
+            share = self.shadow_hours / np.float32(self.up_hours or np.nan)
+            found["shaded_share"] = (dims, share)
+        if self._by_day:
+            days = np.array(self.period.days, "datetime64[D]").astype("datetime64[ns]")
+            found["day"] = (("day",), days)
+            found["up_hours_by_day"] = (("day",), self.up_hours_by_day)
+            up = self.up_hours_by_day.astype(np.float32).reshape(-1, *[1] * len(dims))
+            by_day = dict(self._by_day)
+            hours = by_day.pop("shadow_hours")
+            found["shadow_hours_by_day"] = (("day", *dims), hours)
+            found["sun_hours_by_day"] = (("day", *dims), up - hours)
+            found |= {f"{name}_by_day": (("day", *dims), array) for name, array in by_day.items()}
+        if self.masks is not None:
+            found["in_shadow"] = (("time", *dims), self.masks)  # type: ignore[assignment]
+        return found

@@ -1,0 +1,100 @@
+"""What every kind of study makes of its options, whatever receives the shadows."""
+
+import datetime as dt
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.threads import count_cores
+from umbra.errors import InputError
+from umbra.scene import Scene
+from umbra.study.ledger import FEW_DAYS, Wanted
+from umbra.study.period import Period
+from umbra.sun import find_sun
+from umbra.sun.clock import parse_duration
+
+__all__ = [
+    "check_device",
+    "describe_period",
+    "find_reaching_suns",
+    "find_wanted",
+    "make_advance",
+    "select_casters",
+]
+
+_MICROSECOND = dt.timedelta(microseconds=1)
+
+
+def check_device(device: str, threads: int | None) -> int:
+    """Refuse devices that there are not, and give the number of threads."""
+    if device not in {"auto", "cpu"}:
+        msg = f"device '{device}' is not available; choose auto or cpu"
+        raise InputError(msg, device=device)
+    threads = count_cores() if threads is None else threads
+    if threads < 1:
+        msg = f"threads must be at least 1; got {threads}"
+        raise InputError(msg, threads=threads)
+    return threads
+
+
+def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) -> list[int]:
+    """Give the indices of the parts that cast; there must be one."""
+    casters = scene.select(cast, no_cast)
+    if not casters:
+        msg = "no part is left to cast a shadow; take a --no-cast pattern away"
+        raise InputError(msg)
+    return casters
+
+
+def find_wanted(
+    period: Period,
+    *,
+    by_day: bool | None,
+    spells: bool,
+    min_spell: str | dt.timedelta | None,
+    masks: bool,
+    tolerance: float = 0.0,
+) -> Wanted:
+    """Say what is to be kept: ``min_spell`` implies ``spells``, few dates imply ``by_day``."""
+    least = 0
+    if min_spell is not None:
+        least = parse_duration(min_spell, "least spell") // _MICROSECOND
+    if by_day is None:
+        by_day = 1 < len(period.days) <= FEW_DAYS
+    return Wanted(by_day, spells or least > 0, least, masks, tolerance)
+
+
+def find_reaching_suns(period: Period) -> NDArray[np.float64]:
+    """Give the suns whose shadows the default extent shall hold: at midpoints and stamps."""
+    stamps = np.concatenate([steps.stamps for steps in period.steps])
+    path = find_sun(period.site, stamps, refraction=period.refraction)
+    return np.concatenate([period.sun.direction[period.sun.is_up], path.direction[path.is_up]])
+
+
+def describe_period(period: Period, wanted: Wanted) -> dict[str, object]:
+    """Say in attributes what the time axis was, where it is more than one plain day."""
+    facts: dict[str, object] = {}
+    if len(period.days) > 1:
+        facts["days"] = len(period.days)
+        facts["first_date"] = str(period.days[0])
+        facts["last_date"] = str(period.days[-1])
+    if wanted.min_spell:
+        facts["min_spell_minutes"] = wanted.min_spell / 6e7
+    if wanted.tolerance:
+        facts["exact_tolerance_seconds"] = wanted.tolerance
+    return facts
+
+
+def make_advance(
+    progress: Callable[[int, int], object], before: int, everything: int
+) -> Callable[[int], object]:
+    """Turn progress within one of several pieces of work into progress of them all."""
+    done = before
+
+    def advance(n: int) -> None:
+        nonlocal done
+        done += n
+        progress(done, everything)
+
+    return advance

@@ -1,0 +1,145 @@
+"""A study's result, and what its files and pictures are made from."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene.grid import Grid
+from umbra.study.masks import Masks
+from umbra.study.model import Model
+from umbra.study.period import Period, Refraction
+from umbra.sun import Site, Steps, SunPath
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Study"]
+
+Variables = dict[str, tuple[tuple[str, ...], NDArray]]
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """
+    A study's result and what its pictures are drawn from.
+
+    Parameters
+    ----------
+    x : (cols,) float64
+    y : (rows,) float64
+        Cell centres in the model's own coordinates, ascending [m].
+    period : Period
+        The time axis: one day, or several.
+    shadow_hours : (rows, cols) float32
+        In the whole period.
+    up_hours : float
+        How long the sun was above the horizon [h].
+    heights : (rows, cols) float64
+        z of the topmost surface or the ground, in the model's own coordinates [m].
+    ground : float
+        z of the ground [m].
+    masks : (n_steps, rows, cols) Masks, optional
+        1 where in shadow at a midpoint; 0 at night. Reads like a uint8 array.
+    facts : dict
+        What the result's attributes say.
+    model : Model
+    grid : Grid
+        In the model's local frame.
+    more : dict
+        Further arrays of ``study.nc``, by name, each with its dimensions.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    period: Period
+    shadow_hours: NDArray[np.float32]
+    up_hours: float
+    heights: NDArray[np.float64]
+    ground: float
+    masks: Masks | None
+    facts: dict[str, object]
+    model: Model
+    grid: Grid
+    more: Variables = field(default_factory=dict)
+
+    @property
+    def site(self) -> Site:
+        """Where it is."""
+        return self.period.site
+
+    @property
+    def steps(self) -> Steps:
+        """Steps of the first day."""
+        return self.period.steps[0]
+
+    @property
+    def sun(self) -> SunPath:
+        """The sun at the midpoints of all days' steps."""
+        return self.period.sun
+
+    @property
+    def receivers(self) -> str:
+        """What received the shadows: 'ground' or 'top'."""
+        return str(self.facts["receivers"])
+
+    @property
+    def refraction(self) -> Refraction:
+        """Where the sun was taken to stand: 'standard' or 'none'."""
+        return self.period.refraction
+
+    @property
+    def sun_hours(self) -> NDArray[np.float32]:
+        """Hours in the sun, (rows, cols) float32."""
+        return np.float32(self.up_hours) - self.shadow_hours
+
+    def variables(self) -> Variables:
+        """
+        Give the arrays of ``study.nc`` by name, each with its dimensions.
+
+        ``in_shadow`` is packed: it reads like an array, one instant after another.
+        """
+        plan = ("y", "x")
+        receiver = np.full(self.heights.shape, self.ground)
+        return {
+            "x": (("x",), self.x),
+            "y": (("y",), self.y),
+            **time_variables(self.period),
+            "shadow_hours": (plan, self.shadow_hours),
+            "sun_hours": (plan, self.sun_hours),
+            "receiver_z": (plan, self.heights if self.receivers == "top" else receiver),
+            **self.more,
+        }
+
+    def to_dataset(self) -> "xr.Dataset":
+        """
+        Give the result as a dataset, as ``study.nc`` reads back.
+
+        Returns
+        -------
+        dataset : xarray.Dataset
+        """
+        return make_dataset(self.variables(), self.facts)
+
+
+def time_variables(period: Period) -> Variables:
+    """Give the time axis and the sun along it."""
+    return {
+        "time": (("time",), period.instants.astype("datetime64[ns]")),
+        "xyz": (("xyz",), np.array(["x", "y", "z"])),
+        "sun_altitude": (("time",), period.sun.altitude),
+        "sun_azimuth": (("time",), period.sun.azimuth),
+        "sun_direction": (("time", "xyz"), period.sun.direction),
+    }
+
+
+def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset":
+    """Make an xarray.Dataset of arrays and attributes; what is packed is unpacked."""
+    import xarray as xr  # noqa: PLC0415  (half a second; scripts that only count do without)
+
+    arrays = {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
+    for name, (dims, array) in arrays.items():
+        if array.dtype.kind == "M":
+            arrays[name] = (dims, array.astype("datetime64[ns]"))
+    return xr.Dataset(arrays, attrs=facts)

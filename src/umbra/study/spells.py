@@ -1,0 +1,167 @@
+"""
+Spells of sun: first and last sun, how often it comes, how long it stays.
+
+Instants stream through in time order, and each receiver keeps seven numbers. What the
+step [start, end) is at its midpoint it is taken to be throughout, so spells begin and
+end with steps; `umbra.study.exact` moves these ends to where they are. A spell ends
+with its day's period, and when the sun sets.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+__all__ = ["BEGAN", "BLOCK", "NEVER", "SpellState", "Spells", "end_spell", "join_days", "to_hours"]
+
+BEGAN, TOTAL, LONGEST, COUNTED, SPELLS, FIRST, LAST = range(7)
+NEVER = np.iinfo(np.int64).min
+"""As an instant, what numpy calls NaT."""
+BLOCK = 4096
+"""Receivers that a thread takes at a time."""
+_HOUR = 3.6e9  # [us]
+
+
+@dataclass(frozen=True, eq=False)
+class Spells:
+    """
+    What is known of each receiver's sun.
+
+    Parameters
+    ----------
+    sun : (...) int64
+        Time in the sun [us].
+    first, last : (...) datetime64[us]
+        UTC instants at which the first spell begins and the last one ends; NaT
+        where there is none.
+    count : (...) int32
+    longest : (...) int64
+        Longest unbroken spell [us].
+    counted : (...) int64
+        Time in spells of at least the least length [us].
+    """
+
+    sun: NDArray[np.int64]
+    first: NDArray[np.datetime64]
+    last: NDArray[np.datetime64]
+    count: NDArray[np.int32]
+    longest: NDArray[np.int64]
+    counted: NDArray[np.int64]
+
+
+def join_days(days: list[Spells]) -> Spells:
+    """Give the spells of several days together, in their order."""
+    first, last = days[0].first.copy(), days[0].last.copy()
+    for day in days[1:]:
+        # fmin and fmax pass NaT over.
+        first, last = np.fmin(first, day.first), np.fmax(last, day.last)
+    return Spells(
+        np.sum([day.sun for day in days], axis=0),
+        first,
+        last,
+        np.sum([day.count for day in days], axis=0, dtype=np.int32),
+        np.max([day.longest for day in days], axis=0),
+        np.sum([day.counted for day in days], axis=0),
+    )
+
+
+class SpellState:
+    """
+    One day's spells while its instants stream through.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Of the receivers.
+    least : int
+        Length from which a spell counts [us].
+    """
+
+    def __init__(self, shape: tuple[int, ...], least: int = 0) -> None:
+        self.shape, self.least = shape, least
+        cells = int(np.prod(shape, dtype=np.int64))
+        self.state = np.zeros((7, cells), np.int64)
+        self.state[[BEGAN, FIRST, LAST]] = NEVER
+        self.until = NEVER  # end of the last step
+
+    def add_steps(
+        self, masks: NDArray[np.uint8], starts: NDArray[np.int64], ends: NDArray[np.int64]
+    ) -> None:
+        """
+        Let some steps with the sun up pass, later than all before.
+
+        Parameters
+        ----------
+        masks : (n, ...) uint8
+            1 where in shadow at the midpoint.
+        starts, ends : (n,) int64
+            UTC [us since 1970].
+        """
+        before = np.append(self.until, ends[:-1])
+        _add_steps(masks.reshape(len(masks), -1), starts, before, self.least, self.state)
+        self.until = int(ends[-1])
+
+    def finish(self) -> Spells:
+        """End the spells that last, and give what is known."""
+        if self.until != NEVER:
+            _finish(self.until, self.least, self.state)
+
+        def shaped(row: int) -> NDArray[np.int64]:
+            return self.state[row].reshape(self.shape)
+
+        return Spells(
+            shaped(TOTAL),
+            shaped(FIRST).view("datetime64[us]"),
+            shaped(LAST).view("datetime64[us]"),
+            shaped(SPELLS).astype(np.int32),
+            shaped(LONGEST),
+            shaped(COUNTED),
+        )
+
+
+def to_hours(duration: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Give microseconds as hours, float32."""
+    return (duration / _HOUR).astype(np.float32)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def end_spell(state, c, at, least):
+    """Let a receiver's sun go; it came at ``state[BEGAN, c]``."""
+    length = at - state[BEGAN, c]
+    if length > 0:
+        if state[FIRST, c] == NEVER:
+            state[FIRST, c] = state[BEGAN, c]
+        state[TOTAL, c] += length
+        state[LONGEST, c] = max(state[LONGEST, c], length)
+        if length >= least:
+            state[COUNTED, c] += length
+        state[SPELLS, c] += 1
+        state[LAST, c] = at
+    state[BEGAN, c] = NEVER
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _add_steps(masks, starts, before, least, state):
+    """Walk through the steps of every receiver; ``before`` is where the step before ended."""
+    cells = masks.shape[1]
+    for block in prange((cells + BLOCK - 1) // BLOCK):
+        for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
+            for s in range(masks.shape[0]):
+                is_on = state[BEGAN, c] != NEVER
+                if is_on and before[s] != starts[s]:  # the sun was down between
+                    end_spell(state, c, before[s], least)
+                    is_on = False
+                if masks[s, c] == 0 and not is_on:
+                    state[BEGAN, c] = starts[s]
+                elif masks[s, c] != 0 and is_on:
+                    end_spell(state, c, starts[s], least)
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _finish(until, least, state):
+    cells = state.shape[1]
+    for block in prange((cells + BLOCK - 1) // BLOCK):
+        for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
+            if state[BEGAN, c] != NEVER:
+                end_spell(state, c, until, least)
