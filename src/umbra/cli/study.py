@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from umbra.cli.main import echo_json
+from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.study_options import study_options
 from umbra.errors import InputError
@@ -30,6 +31,7 @@ __all__ = ["command"]
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @study_options
 @pose_options
+@output_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],
@@ -58,6 +60,7 @@ def command(
     if device == "gl":
         msg = "this version counts on the cpu; leave --device out"
         raise InputError(msg)
+    outputs = take_outputs(options)
     _check_clock(options)
 
     def say(line: str) -> None:
@@ -101,7 +104,8 @@ def command(
             zone=zone, receivers=study.receivers,
         )  # fmt: skip
         write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
-    written = [out / name for name in ("study.nc", "hours.png", "profile.png")]
+        more = outputs.write(unfinished, study, scene, plan, painter)
+    written = [out / name for name in ("study.nc", "hours.png", "profile.png", *more)]
     if as_json:
         echo_json(
             {

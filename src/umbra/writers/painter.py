@@ -71,6 +71,11 @@ class Painter:
         args = (path, plan, PackedMasks(shadows), list(labels))
         return self._submit(MODULES[1], "draw_profile", args, options)
 
+    def wait(self) -> None:
+        """Wait until every picture that was asked for is a complete file."""
+        for future in self._futures:
+            future.result()
+
     def _submit(self, module: str, name: str, args: tuple, options: dict) -> Future[None]:
         future = self._thread.submit(self._call, (module, name, args, options))
         self._futures.append(future)
@@ -102,8 +107,7 @@ class Painter:
         self._is_ending = kind is not None
         try:
             if kind is None:
-                for future in self._futures:
-                    future.result()
+                self.wait()
         except BaseException:
             self._is_ending = True
             raise

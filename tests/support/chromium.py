@@ -1,0 +1,178 @@
+"""A real Chromium without a window, driven through its debugging pipe: no package needed."""
+
+import base64
+import contextlib
+import fcntl
+import json
+import os
+import select
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--hide-scrollbars",
+    "--force-color-profile=srgb",
+    "--remote-debugging-pipe",
+)
+PATIENCE = 60  # [s]; a machine under load starts it slowly
+
+
+def find_chromium():
+    """Give the path of a Chromium, or None."""
+    return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+class Page:
+    """One page: opened, sized, clicked, asked."""
+
+    def __init__(self, browser):
+        self.browser = browser
+        target = browser.send("Target.createTarget", url="about:blank")["targetId"]
+        attached = browser.send("Target.attachToTarget", targetId=target, flatten=True)
+        self.session = attached["sessionId"]
+        self.events = []
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            self.send(f"{domain}.enable")
+
+    def send(self, method, **params):
+        return self.browser.send(method, self.session, **params)
+
+    def resize(self, width, height, is_phone=False, dot=1):
+        self.send(
+            "Emulation.setDeviceMetricsOverride",
+            width=width, height=height, deviceScaleFactor=dot, mobile=is_phone,
+        )  # fmt: skip
+
+    def open(self, path, ready="true"):
+        self.send("Page.navigate", url=Path(path).as_uri())
+        self.wait(f"location.protocol == 'file:' && document.readyState == 'complete' && ({ready})")
+
+    def ask(self, expression):
+        found = self.send(
+            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
+        )
+        if "exceptionDetails" in found:
+            raise RuntimeError(json.dumps(found["exceptionDetails"])[:2000])
+        return found["result"].get("value")
+
+    def wait(self, expression):
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
+            if self.ask(expression):
+                return
+            time.sleep(0.05)
+        msg = f"not in {PATIENCE} s: {expression}"
+        raise TimeoutError(msg)
+
+    def mouse(self, kind, x, y, **more):
+        self.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
+
+    def click(self, x, y):
+        for kind in ("mousePressed", "mouseReleased"):
+            self.mouse(kind, x, y, button="left", clickCount=1)
+
+    def press(self, key, code=None, text=None, modifiers=0):
+        codes = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, " ": 32,
+                 "Home": 36, "End": 35}  # fmt: skip
+        more = {"text": text} if text else {}
+        for kind in ("keyDown", "keyUp"):
+            self.send(
+                "Input.dispatchKeyEvent", type=kind, key=key, code=code or key,
+                windowsVirtualKeyCode=codes.get(key, 0), modifiers=modifiers,
+                **(more if kind == "keyDown" else {}),
+            )  # fmt: skip
+
+    def shoot(self, path, whole=False):
+        shot = self.send("Page.captureScreenshot", captureBeyondViewport=whole)
+        Path(path).write_bytes(base64.b64decode(shot["data"]))
+
+    def named(self, *methods):
+        """Give the events of these kinds so far."""
+        return [e["params"] for e in self.browser.events if e["method"] in methods]
+
+
+class Chromium:
+    """A browser of its own, with a fresh profile; use it as a context."""
+
+    def __enter__(self):
+        self.profile = tempfile.mkdtemp(prefix="umbra-chromium-")
+        to_child, self.out = self._pipe()
+        self.inward, from_child = self._pipe()
+
+        def place():
+            os.dup2(to_child, 3)
+            os.dup2(from_child, 4)
+
+        self.process = subprocess.Popen(
+            [find_chromium(), *FLAGS, f"--user-data-dir={self.profile}"],
+            pass_fds=(3, 4), preexec_fn=place,  # noqa: PLW1509
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        os.close(to_child)
+        os.close(from_child)
+        self.number, self.rest, self.events = 0, b"", []
+        return self
+
+    @staticmethod
+    def _pipe():
+        # Well above 3 and 4, which the child's ends become.
+        ends = os.pipe()
+        moved = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 20) for end in ends]
+        for end in ends:
+            os.close(end)
+        return moved
+
+    def send(self, method, session=None, **params):
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": params}
+        if session:
+            message["sessionId"] = session
+        os.write(self.out, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self._read()
+            if answer.get("id") == self.number:
+                if "error" in answer:
+                    msg = f"{method}: {answer['error']}"
+                    raise RuntimeError(msg)
+                return answer["result"]
+            if "method" in answer:
+                self.events.append(answer)
+
+    def _read(self):
+        until = time.monotonic() + PATIENCE
+        while b"\0" not in self.rest:
+            readable, *_ = select.select([self.inward], [], [], max(0, until - time.monotonic()))
+            if not readable:
+                msg = "the browser does not answer"
+                raise TimeoutError(msg)
+            some = os.read(self.inward, 1 << 20)
+            if not some:
+                msg = "the browser ended"
+                raise EOFError(msg)
+            self.rest += some
+        first, _, self.rest = self.rest.partition(b"\0")
+        return json.loads(first)
+
+    def __exit__(self, *_):
+        with contextlib.suppress(Exception):
+            self.send("Browser.close")
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        os.close(self.out)
+        os.close(self.inward)
+        shutil.rmtree(self.profile, ignore_errors=True)

@@ -1,0 +1,267 @@
+"""The report, in a real browser: what it shows is what the study found."""
+
+import datetime as dt
+import re
+import zoneinfo
+
+import numpy as np
+import pytest
+from support.chromium import Chromium, Page, find_chromium
+from support.shapes import box, moved
+
+from umbra.scene import Mesh, Part, make_scene
+from umbra.study import run_study
+from umbra.sun import Site
+from umbra.writers.plan import Plan
+from umbra.writers.png import write_png
+from umbra.writers.report import Table, write_report
+from umbra.writers.report.timeline import make_timeline
+
+HOUSES = {
+    "house": box((-6, -4, 0), (4, 6, 14)),
+    "shed": moved(box((0, 0, 0), (6, 3, 4)), (14, -9, 0)),
+    "bar": moved(box((0, 0, 0), (3, 3, 25)), (-20, -12, 0)),
+}
+VIENNA = Site(48.2, 16.37, "Europe/Vienna")
+RECT = (
+    "(r => [r.left, r.top, r.width, r.height])"
+    "(document.getElementById('map').getBoundingClientRect())"
+)
+READY = "document.documentElement.dataset.ready == 'yes'"
+NASTY = "<b>Haus</b> & \"Söhne\" </script><script>document.title='broken'</script> {{data}}"
+
+
+def make_study(**options):
+    scene = make_scene([Part(name, "", Mesh(*mesh)) for name, mesh in HOUSES.items()])
+    chosen = {"date": "2026-09-18", "start": "06:00", "end": "20:00", "every": "30min",
+              "cell": 0.5, "extent": (-40, -25, 40, 45), "masks": True} | options  # fmt: skip
+    return run_study(scene, VIENNA, **chosen)
+
+
+def make_plan(study, title="Houses"):
+    heights = (study.heights - study.ground).astype(np.float32)
+    return Plan(study.x, study.y, heights, title=title, place="Vienna", date="18 September")
+
+
+def save(path, study, title="Houses", **more):
+    picture = path.with_name("sheet.png")
+    write_png(picture, np.full((40, 60, 3), 200, np.uint8))
+    timeline = write_report(path, study, make_plan(study, title), [("Hours", picture)], **more)
+    return path, timeline
+
+
+@pytest.fixture(scope="module")
+def study():
+    return make_study()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if find_chromium() is None:
+        pytest.skip("there is no Chromium on this machine")
+    with Chromium() as started:
+        yield started
+
+
+@pytest.fixture
+def page(browser):
+    browser.events.clear()
+    page = Page(browser)
+    page.resize(1280, 900)
+    yield page
+    assert not page.named("Runtime.exceptionThrown")
+    said = [event["entry"] for event in page.named("Log.entryAdded")]
+    assert not [entry for entry in said if entry["level"] == "error"]
+    asked = {event["request"]["url"].partition(":")[0] for event in
+             page.named("Network.requestWillBeSent")}  # fmt: skip
+    assert asked <= {"file", "data", "blob"}
+
+
+def place_of(page, study, row, col):
+    """Give where a cell is in the window."""
+    page.ask("document.getElementById('map').scrollIntoView({block: 'center'})")
+    box = page.ask(RECT)
+    rows, cols = study.shadow_hours.shape
+    return box[0] + (col + 0.5) / cols * box[2], box[1] + (rows - row - 0.5) / rows * box[3]
+
+
+def words(page, *names):
+    return [page.ask(f"document.getElementById('{name}').textContent") for name in names]
+
+
+def say(hours):
+    minutes = round(hours * 60)
+    h, m = divmod(minutes, 60)
+    return f"{m} min" if not h and m else f"{h} h" + (f" {m} min" if m else "")
+
+
+def expect(study, row, col):
+    """Tell a cell's day by the study's own masks, in the words of the page."""
+    zone = zoneinfo.ZoneInfo(study.steps.zone)
+    stamps = [t.replace(tzinfo=dt.UTC).astimezone(zone) for t in study.steps.stamps.tolist()]
+    lit = study.sun.is_up & (np.asarray(study.masks)[:, row, col] == 0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], lit, [0]])))
+    spells = edges.reshape(-1, 2)
+    lengths = [study.steps.hours[a:b].sum() for a, b in spells]
+    clock = [when.strftime("%H:%M") for when in stamps]
+    return [
+        say(float(study.sun_hours[row, col])),
+        say(float(study.shadow_hours[row, col])),
+        clock[spells[0][0]] if len(spells) else "none",
+        clock[spells[-1][1]] if len(spells) else "none",
+        str(len(spells)),
+        say(max(lengths)) if lengths else "none",
+    ]
+
+
+FIGURES = ("in-sun", "in-shadow", "first", "last", "spells", "longest")
+
+
+def test_what_a_reader_hovers_is_what_the_study_found(page, study, tmp_path):
+    path, timeline = save(tmp_path / "report.html", study)
+    assert timeline.is_study
+    page.open(path, READY)
+    rng = np.random.default_rng(5)
+    rows, cols = study.shadow_hours.shape
+    cells = [(rng.integers(rows), rng.integers(cols)) for _ in range(25)]
+    # And some that matter: under the house, and where shadow comes and goes.
+    busy = np.abs(np.diff(np.asarray(study.masks).astype(int), axis=0)).sum(0)
+    cells += [(rows // 3, cols // 2), *np.argwhere(busy == busy.max())[:3]]
+    seen = set()
+    for row, col in cells:
+        page.mouse("mouseMoved", *place_of(page, study, row, col))
+        assert words(page, *FIGURES) == expect(study, row, col), (row, col)
+        x, y = (float(v.replace("\u2212", "-")) for v in
+                re.findall(r"[\u2212\d.]+", words(page, "where")[0])[:2])  # fmt: skip
+        assert (x, y) == pytest.approx((study.x[col], study.y[row]), abs=0.051)
+        seen.add(tuple(words(page, "in-sun", "spells")))
+    assert len(seen) > 8
+
+
+def test_a_click_keeps_the_point_and_keys_move_it(page, study, tmp_path):
+    page.open(save(tmp_path / "report.html", study)[0], READY)
+    page.click(*place_of(page, study, 90, 60))
+    page.mouse("mouseMoved", *place_of(page, study, 20, 10))
+    assert words(page, *FIGURES) == expect(study, 20, 10)
+    page.mouse("mouseMoved", 5, 5)
+    assert words(page, *FIGURES) == expect(study, 90, 60)
+    page.press("ArrowUp")
+    page.press("ArrowRight", modifiers=8)
+    assert words(page, *FIGURES) == expect(study, 91, 70)
+
+
+def test_the_slider_moves_the_shadows(page, study, tmp_path):
+    page.open(save(tmp_path / "report.html", study)[0], READY)
+    ink = (
+        "(([x, y]) => {{ const m = document.getElementById('map'), b = m.getBoundingClientRect();"
+        "const d = m.getContext('2d').getImageData((x - b.left) / b.width * m.width,"
+        "(y - b.top) / b.height * m.height, 1, 1).data; return [...d]; }})([{}, {}])"
+    )
+    rows, cols = study.shadow_hours.shape
+    tested = 0
+    for step in (3, 9, 16, 22):
+        page.ask(
+            f"(s => {{ s.value = {step}; s.dispatchEvent(new Event('input')); }})"
+            "(document.getElementById('time'))"
+        )
+        clock = study.steps.labels()
+        assert words(page, "clock")[0] == f"{clock[step]}\u2013{clock[step + 1]} CEST"
+        altitude = float(re.search(r"sun ([\d.]+)°", words(page, "sun")[0])[1])
+        assert altitude == pytest.approx(study.sun.altitude[step], abs=0.051)
+        for row, col in np.random.default_rng(step).integers((8, 8), (rows - 8, cols - 8), (40, 2)):
+            near = study.masks[step][row - 3 : row + 4, col - 3 : col + 4]
+            high = study.heights[row - 3 : row + 4, col - 3 : col + 4]
+            pixel = page.ask(ink.format(*place_of(page, study, row, col)))
+            if np.ptp(near) or high.max() > 0 or pixel[0] not in {251, 118, 117, 119}:
+                continue  # an edge, a roof, or what is drawn over the plan
+            assert (pixel[0] < 200) == bool(near[0, 0]), (step, row, col, pixel)
+            tested += 1
+    assert tested > 60
+    page.press("End")
+    assert words(page, "clock")[0].startswith("19:30\u201320:00")
+    assert words(page, "sun") == ["the sun is below the horizon"]
+    page.press("Home")
+    page.press("ArrowRight")
+    assert words(page, "clock")[0].startswith("06:30")
+    page.press(" ")
+    page.wait("document.getElementById('time').value > 4")
+    page.press(" ")
+    held = page.ask("document.getElementById('time').value")
+    assert (
+        page.ask(
+            "new Promise(r => setTimeout(() => r(document.getElementById('time').value), 300))"
+        )
+        == held
+    )
+
+
+def test_hours_are_drawn_in_their_colours(page, study, tmp_path):
+    page.open(save(tmp_path / "report.html", study)[0], READY)
+    page.ask("document.querySelector('input[value=hours]').click()")
+    assert words(page, "key-high") == [say(study.up_hours)]
+    assert not page.ask("document.getElementById('key').hidden")
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (320, 640), (820, 1180), (1280, 900)])
+def test_nothing_is_wider_than_the_window(page, study, tmp_path, width, height):
+    page.resize(width, height, is_phone=width < 800)
+    page.open(save(tmp_path / "report.html", study)[0], READY)
+    assert page.ask("document.documentElement.scrollWidth") <= width
+    box = page.ask(
+        "(r => [r.width, r.height])(document.getElementById('map').getBoundingClientRect())"
+    )
+    assert box[0] > 0.5 * min(width, 600)
+    assert box[0] / box[1] == pytest.approx(80 / 70, rel=0.01)
+
+
+def test_names_cannot_break_the_page(page, study, tmp_path):
+    table = Table(NASTY, ("what", "h"), [(NASTY, 1.5), ("pass: well", 2.0)], note=NASTY)
+    path, _ = save(tmp_path / "report.html", study, NASTY, tables=[table], notes=[NASTY])
+    page.open(path, READY)
+    assert page.ask("document.querySelector('h1').textContent") == NASTY
+    assert page.ask("document.title") == f"{NASTY}: shadow study"
+    assert page.ask("document.querySelectorAll('td.pass').length") == 1
+    assert page.ask("document.querySelector('td.number').textContent") == "1.5"
+
+
+def test_a_night_and_a_plan_of_tops(page, tmp_path):
+    night = make_study(start="22:00", end="24:00")
+    page.open(save(tmp_path / "night.html", night)[0], READY)
+    assert words(page, "in-sun", "first", "spells") == ["0 h", "none", "0"]
+    top = make_study(receivers="top", every="2h")
+    page.open(save(tmp_path / "top.html", top)[0], READY)
+    page.mouse("mouseMoved", *place_of(page, top, 50, 78))
+    assert "14.0 m above the ground" in words(page, "where")[0]
+    assert words(page, *FIGURES) == expect(top, 50, 78)
+
+
+def test_a_large_study_is_shown_in_larger_cells_and_says_so(study, tmp_path):
+    path = tmp_path / "report.html"
+    coarse = make_timeline(study, longest=40)
+    assert coarse.shape == (35, 40)
+    assert not coarse.is_study
+    save(path, study, timeline=coarse)
+    assert "counted anew at their own centres" in path.read_text()
+    fine = make_study(cell=0.05, every="2h", masks=False)
+    assert max(make_timeline(fine).shape) <= 800
+
+
+def test_masks_of_the_timeline_are_those_of_the_study(study):
+    timeline = make_timeline(study)
+    np.testing.assert_array_equal(timeline.masks(0, len(study.masks)), np.asarray(study.masks) > 0)
+    np.testing.assert_allclose(timeline.x, study.x)
+
+
+def test_what_was_assumed_is_said(study, tmp_path):
+    path, _ = save(
+        tmp_path / "report.html", study, casters=["--no-cast shed"], notes=["2 left out"]
+    )
+    text = path.read_text()
+    for words_ in (
+        "Europe/Vienna: CEST (UTC+02:00)", "in force: times are those of the clock", "refraction",
+        "along the plan&#x27;s y axis", "--no-cast shed", "28 of 30 min", "2 left out",
+        "judged at their midpoints", "0.9 %",
+    ):  # fmt: skip
+        assert words_ in text, words_
+    assert "http:" not in text.replace("http://www.w3.org", "")
+    assert "https:" not in text
