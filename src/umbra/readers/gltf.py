@@ -10,13 +10,13 @@ import orjson
 
 from umbra.errors import InputError
 from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
-from umbra.readers.gltf_lights import read_light
+from umbra.readers.gltf_lights import read_lights
 from umbra.readers.gltf_materials import Materials
 from umbra.readers.gltf_meshes import Piece, read_mesh
 from umbra.readers.gltf_rig import read_animations, read_nodes, read_skin
 from umbra.readers.model import Model
 from umbra.readers.turn import turning
-from umbra.scene import Mesh, Part
+from umbra.scene import Light, Mesh, Part
 from umbra.scene.pose import place_part
 from umbra.scene.rig import Binding
 from umbra.scene.shape import Shape, Skin
@@ -107,19 +107,22 @@ def read_gltf_tree(
     shapes = _Shapes(tree, slots, buffers)
     bent: dict[tuple[int, int], Mesh] = {}
     parts: list[Part] = []
-    lights = []
+    lights: list[Light] = []
     for index, slot in list(slots.items())[:shown]:
         node = nodes[index]
         for piece in pieces.get(slot, ()):
             mesh_name = find_item(tree, "meshes", node["mesh"]).get("name")
             name = str(node.get("name") or mesh_name or f"node {index}")
-            part = Part(name, piece.surface.kind, piece.mesh, None, piece.surface.material)
-            binding = Binding(rig, slot, shape=shapes.find(node, piece))
-            part = place_part(part, binding, placed, bent)
-            parts.append(replace(part, binding=binding) if rig.animations else part)
-        light = read_light(tree, node, rig, slot, placed[0])
-        if light is not None:
-            lights.append(light)
+            surface, place = piece.surface, placed[0][slot]
+            part = Part(name, surface.kind, piece.mesh, place, surface.material)
+            shape = shapes.find(node, piece)
+            if shape is not None or rig.animations:
+                binding = Binding(rig, slot, shape=shape)
+                part = place_part(part, binding, placed, bent)
+                part = replace(part, binding=binding) if rig.animations else part
+            parts.append(part)
+        if "extensions" in node:
+            lights += read_lights(tree, node, rig, slot, placed[0])
     notes = tuple(f"{what}: {count}" for what, count in counts.items())
     form = "GLB" if binary is not None else "glTF"
     return Model(

@@ -12,16 +12,16 @@ from umbra.scene import Light
 from umbra.scene.pose import place_light
 from umbra.scene.rig import Binding, Rig
 
-__all__ = ["read_light"]
+__all__ = ["read_lights"]
 
 EXTENSION = "KHR_lights_punctual"
 
 
-def read_light(
+def read_lights(
     tree: dict[str, Any], node: dict[str, Any], rig: Rig, slot: int, places: NDArray[np.float64]
-) -> Light | None:
+) -> list[Light]:
     """
-    Read the light at a node.
+    Read the light at a node, if it has one.
 
     Points and spots weaken with the square of the distance.
 
@@ -37,8 +37,8 @@ def read_light(
 
     Returns
     -------
-    light : Light or None
-        None if there is none at the node.
+    lights : list of Light
+        One or none.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def read_light(
     """
     link = node.get("extensions", {}).get(EXTENSION)
     if link is None:
-        return None
+        return []
     number = link["light"]
     given = find_item(tree.get("extensions", {}).get(EXTENSION, {}), "lights", number, EXTENSION)
     strength = max(float(given.get("intensity", 1.0)), 0.0)
@@ -77,4 +77,4 @@ def read_light(
         raise InputError(msg)
     binding = Binding(rig, slot)
     placed = place_light(light, binding, places)
-    return replace(placed, binding=binding) if rig.animations else placed
+    return [replace(placed, binding=binding) if rig.animations else placed]

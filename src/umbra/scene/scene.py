@@ -145,8 +145,11 @@ class Scene:
             Lowest and highest corner in the model's own coordinates [m].
         """
         soup = self.triangles()
-        used = soup.vertices[soup.faces.ravel()]
-        return np.stack([used.min(0), used.max(0)]) + self.origin
+        is_used = np.zeros(len(soup.vertices), np.bool_)
+        is_used[soup.faces.ravel()] = True
+        # Column by column: numpy folds rows of three ten times slower.
+        axes = [axis[is_used] for axis in soup.vertices.T]
+        return np.array([[a.min() for a in axes], [a.max() for a in axes]]) + self.origin
 
     def select(self, cast: Sequence[str] = (), no_cast: Sequence[str] = ()) -> list[int]:
         """
