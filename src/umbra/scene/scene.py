@@ -61,6 +61,9 @@ class Scene:
         Of the site above the sea, if the file says so [m].
     true_north : float, optional
         Azimuth of true north in the model's plan, clockwise from +y [degrees].
+    ground : float, optional
+        Height of the level ground, if the file says so, in the model's own
+        coordinates [m].
     sources : tuple of Source
     notes : tuple of str
         What a reader left out or could not tell, one line each.
@@ -75,6 +78,7 @@ class Scene:
     longitude: float | None = None
     elevation: float | None = None
     true_north: float | None = None
+    ground: float | None = None
     sources: tuple[Source, ...] = ()
     notes: tuple[str, ...] = ()
     lights: tuple[Light, ...] = ()
@@ -213,8 +217,8 @@ def make_scene(
     name : str
         Of the one part, when ``faces`` is given.
     **facts
-        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north``, ``sources``,
-        ``notes``, ``lights``.
+        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north``, ``ground``,
+        ``sources``, ``notes``, ``lights``.
 
     Raises
     ------

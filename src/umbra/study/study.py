@@ -84,6 +84,7 @@ def run_study(
 
     begun = time.perf_counter()
     bounds = scene.bounds()
+    ground = scene.ground if ground is None else ground
     level = float(bounds[0, 2]) if ground is None else float(ground)
     if not np.isfinite(level):
         msg = f"the ground's height must be a finite number; got {level:g}"
