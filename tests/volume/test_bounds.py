@@ -147,6 +147,16 @@ def test_parts_in_view_by_hand():
     assert parts(cube((0, 5, 0)), (0, 9, 0, 1), short) == [(True, True, False)]
 
 
+def test_the_far_end_of_a_box_that_stands_in_the_floor():
+    # From the east at 45 degrees: the roof is thrown to x = -9.5 to -8.5, the feet stay; the
+    # section at the floor, x = -0.5 to 0.5, ends there. Seen through what is above x + z = 0.
+    tilted = Camera((0, 0, 0), (0, 1, 0), up=(1, 0, 1), size=(200, 100), height=2, near=1)
+    bounds = np.array([[[-0.5, 4.5, -1], [0.5, 5.5, 9]], [[-0.5, 4.5, 0.7], [0.5, 5.5, 9]]])
+    found = find_visible_parts(bounds, (1, 0, 1, 0), tilted, scissor=(0, 0, 200, 50), floor=0.0)
+    assert found.volume.tolist() == [True, True]
+    assert found.dark_cap.tolist() == [True, False]
+
+
 def test_scissors_of_boxes_by_hand():
     middles = [(0.05, 5.5, 0.05), (0.01, 1.4, 0.01), (0, -3, 0), (3.53, 2.5, -0.925), (9, 3.5, 0)]
     # Near faces at 5 m, where a pixel is 0.1 m, and cut at 1 m, where it is 0.02 m; behind;

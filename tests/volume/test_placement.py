@@ -190,6 +190,15 @@ def test_a_transform_is_as_good_as_moved_vertices():
         assert placed((vertices, faces), AHEAD, light, transform=turn) == expected
 
 
+def test_other_things_vertices_are_no_matter():
+    vertices, faces = box((-0.1, 2.9, -0.1), (0.1, 3.1, 0.1))
+    others = np.random.default_rng(0).uniform(-9, 9, (500, 3))
+    among = np.concatenate([others, vertices])
+    for x in (0, 1, 2.5):
+        alone = find_placement((vertices + [x, 0, 0], faces), AHEAD, (0, 5, 0, 1))
+        assert find_placement((among + [x, 0, 0], faces + 500), AHEAD, (0, 5, 0, 1)) == alone
+
+
 def test_a_fan_closes_only_around_a_light_outside_the_bounds():
     bounds = np.array([[[0, 0, 0], [1, 1, 1]], [[0, 0, 2], [1, 1, 3]]], float)
     assert dark_cap_is_fan(bounds, (0.5, 0.5, 0.5, 1)).tolist() == [False, True]

@@ -279,6 +279,23 @@ def find_shadow_points(
     return np.concatenate([corners, ends], 1)
 
 
+def _add_feet(
+    ends: NDArray[np.float64], bounds: NDArray[np.float64], floor: float | None
+) -> NDArray[np.float64]:
+    """
+    Add to the far ends of boxes what stays where it is: that which lies below the floor.
+
+    Without the boxes' section at the floor the hull would miss what is thrown from just
+    above it.
+    """
+    if floor is None:
+        return ends
+    feet = find_box_points(bounds)
+    feet[..., 2] = np.minimum(feet[..., 2], floor)
+    stands = (bounds[:, 0, 2] < floor) & (ends[:, 0, 3] > 0)
+    return np.concatenate([ends, np.where(stands[:, None, None], feet, ends)], 1)
+
+
 @dataclass(frozen=True, eq=False)
 class VisibleParts:
     """
@@ -337,7 +354,7 @@ def find_visible_parts(
         far = np.append(-planes[0, :3], camera.far - camera.near - planes[0, 3])
         volume &= ~is_outside(far[None], points)
     ends = find_shadow_points(bounds, light, floor)[:, 8:]
-    dark_cap = volume & ~is_outside(planes, ends)
+    dark_cap = volume & ~is_outside(planes, _add_feet(ends, bounds, floor))
     if light[3] == 0:
         dark_cap &= ends[:, 0, 3] > 0  # at infinity all would meet in one point
     return VisibleParts(volume, volume & ~is_outside(planes, points[:, :8]), dark_cap)

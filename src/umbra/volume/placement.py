@@ -317,7 +317,7 @@ def find_placement(
     transform : (4, 4) float64, optional
         Affine, from the caster's frame to the regions'.
     bounds : (2, 3) float64, optional
-        Of the caster in its own frame, if they are known [m].
+        Of the caster in its own frame, if they are known; else of all its vertices [m].
     is_drawn : bool
         Whether the caster is in the depth buffer; if not, case 1 needs the light cap
         where it is in view.
@@ -341,6 +341,11 @@ def find_placement(
     vertices, faces = (caster.vertices, caster.faces) if isinstance(caster, Caster) else caster
     if not len(faces):
         return Placement(1, "it has no triangles", False, False, True)
+    if 3 * len(faces) < len(vertices):  # a few faces of a larger whole
+        vertices, faces = (
+            vertices[faces.ravel()],
+            np.arange(faces.size, dtype=np.int32).reshape(-1, 3),
+        )
     if bounds is None:
         bounds = _find_bounds(vertices)
 
