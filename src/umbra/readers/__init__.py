@@ -1,4 +1,4 @@
-"""Files to scenes: CityJSON, glTF, OBJ, PLY, STL and OFF."""
+"""Files to scenes: city models, buildings, footprints, rasters and meshes."""
 
 import gc
 import os
@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.formats import FORMATS, find_reader
-from umbra.readers.georeference import locate, to_metres
-from umbra.readers.model import Model
-from umbra.scene import Light, Part, Scene, Source, make_scene
+from umbra.readers.georeference import locate
+from umbra.readers.layers import Layer, combine, name_layers
+from umbra.readers.model import Choices, Model
+from umbra.readers.place import settle
+from umbra.scene import Scene, Source, make_scene
 
 __all__ = ["read"]
 
@@ -24,7 +26,12 @@ FARTHEST = 1e10  # [m]; beyond it a coordinate is damage or another unit
 UPS = ("x", "y", "z")
 
 
-def read(*paths: str | os.PathLike[str], up: str | None = None) -> Scene:
+def read(
+    *paths: str | os.PathLike[str],
+    up: str | None = None,
+    height_column: str | None = None,
+    base_column: str | None = None,
+) -> Scene:
     """
     Read one scene from one or more files.
 
@@ -35,10 +42,15 @@ def read(*paths: str | os.PathLike[str], up: str | None = None) -> Scene:
     Parameters
     ----------
     *paths : str or path
-        CityJSON 1.0, 1.1, 2.0 and sequences of it, glTF and GLB, OBJ, PLY, STL,
-        OFF. Several become one scene about one local origin.
+        CityJSON 1.0, 1.1, 2.0 and sequences of it, glTF and GLB, OBJ, PLY, STL, OFF,
+        IFC, footprints (GeoJSON, GeoPackage, Shapefile), height rasters (GeoTIFF).
+        Several become one scene in the first file's CRS, each a layer, named after
+        its file or as in ``"proposed=tower.glb"``.
     up : {'x', 'y', 'z'}, optional
-        The file's axis that points up: z by default, y in glTF.
+        The file's axis that points up: z by default, y in glTF. Footprints and
+        rasters have heights and no other axis.
+    height_column, base_column : str, optional
+        Of footprints [m]; by default a column that is called as heights are.
 
     Returns
     -------
@@ -51,7 +63,7 @@ def read(*paths: str | os.PathLike[str], up: str | None = None) -> Scene:
     InputError
         If a file is missing, damaged, empty or of a format that is not read; if
         it holds no triangles or coordinates that are not finite; if the files'
-        coordinate reference systems differ.
+        coordinate reference systems differ and one is not known.
     """
     if not paths:
         msg = f"no file given; name one or more of {FORMATS}"
@@ -59,26 +71,16 @@ def read(*paths: str | os.PathLike[str], up: str | None = None) -> Scene:
     if up is not None and up not in UPS:
         msg = f"the up axis must be x, y or z; got {up!r}"
         raise InputError(msg, up=up)
+    choices = Choices(up, height_column, base_column)
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
-        models: list[Model] = []
+        layers: list[Layer] = []
         sources: list[Source] = []
-        for path in map(Path, paths):
-            model, source = _read_one(path, up)
-            models.append(model)
+        for name, path in name_layers(paths):
+            model, source = _read_one(path, choices)
+            layers.append(Layer(name, path, model))
             sources += [source, *model.companions]
-        named = {model.crs: str(path) for model, path in zip(models, paths) if model.crs}
-        if len(named) > 1:
-            (one, first), (other, second) = list(named.items())[:2]
-            msg = (
-                f"{first} is in {one} but {second} is in {other}; "
-                "convert them to one coordinate reference system"
-            )
-            raise InputError(msg, crs=tuple(named))
-        parts = tuple(part for model in models for part in model.parts)
-        notes = tuple(note for model in models for note in model.notes)
-        lights = tuple(light for model in models for light in model.lights)
-        return _assemble(parts, next(iter(named), None), tuple(sources), notes, lights, paths)
+        return _assemble(layers, tuple(sources))
 
 
 @contextmanager
@@ -93,24 +95,19 @@ def _pause_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _assemble(
-    parts: tuple[Part, ...],
-    crs: str | None,
-    sources: tuple[Source, ...],
-    notes: tuple[str, ...],
-    lights: tuple[Light, ...],
-    paths: tuple[str | os.PathLike[str], ...],
-) -> Scene:
-    names = ", ".join(str(path) for path in paths)
+def _assemble(layers: list[Layer], sources: tuple[Source, ...]) -> Scene:
+    notes = [note for layer in layers for note in layer.model.notes]
     try:
-        metric, metric_crs = to_metres(parts, crs)
-        if metric_crs != crs:
-            notes = (*notes, f"coordinates were converted from {crs} to {metric_crs}")
-        scene = make_scene(metric, crs=metric_crs, sources=sources, notes=notes, lights=lights)
+        parts, lights, crs, remarks = combine(layers)
+        scene = make_scene(
+            parts, crs=crs, sources=sources, notes=(*notes, *remarks), lights=lights
+        )  # fmt: skip
         bounds = scene.bounds()
         _check_size(bounds)
-        return locate(scene, bounds)
+        places = {str(layer.path.name): layer.model.place for layer in layers}
+        return settle(locate(scene, bounds), places)
     except InputError as error:
+        names = ", ".join(str(layer.path) for layer in layers)
         msg = f"{names}: {error}"
         raise InputError(msg, **error.data) from error
 
@@ -131,7 +128,7 @@ def _check_triangles(model: Model) -> None:
         raise InputError(msg)
 
 
-def _read_one(path: Path, up: str | None) -> tuple[Model, Source]:
+def _read_one(path: Path, choices: Choices) -> tuple[Model, Source]:
     try:
         data = path.read_bytes()
     except FileNotFoundError as error:
@@ -149,7 +146,7 @@ def _read_one(path: Path, up: str | None) -> tuple[Model, Source]:
         msg = f"{path}: is empty; export the model again"
         raise InputError(msg, path=path)
     try:
-        model = find_reader(data, path)(data, path, up)
+        model = find_reader(data, path)(data, path, choices)
         _check_triangles(model)
     except InputError as error:
         msg = f"{path}: {error}"

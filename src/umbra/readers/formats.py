@@ -5,45 +5,70 @@ from importlib import import_module
 from pathlib import Path
 
 from umbra.errors import InputError
-from umbra.readers.model import Model
+from umbra.readers.model import Choices, Model
 
 __all__ = ["FORMATS", "find_reader"]
 
-FORMATS = "CityJSON (.json, .jsonl), glTF (.gltf, .glb), OBJ, PLY, STL, OFF"
+FORMATS = (
+    "CityJSON (.json, .jsonl), glTF (.gltf, .glb), IFC, OBJ, PLY, STL, OFF, "
+    "footprints (.geojson, .gpkg, .shp), height rasters (.tif)"
+)
 
-Reader = Callable[[bytes, Path, str | None], Model]
+Reader = Callable[[bytes, Path, Choices], Model]
 
 # Readers load on first use: each brings libraries that take time to import.
 READERS = {
     "json": ("umbra.readers.json_family", "read_json"),
     "glb": ("umbra.readers.gltf", "read_gltf"),
+    "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
     "off": ("umbra.readers.soup", "read_off"),
     "ply": ("umbra.readers.ply", "read_ply"),
     "stl": ("umbra.readers.soup", "read_stl"),
+    "tiff": ("umbra.readers.raster", "read_raster"),
+    "vector": ("umbra.readers.vectors", "read_vectors"),
 }
+
+# These ask for more than the upward axis.
+CHOOSY = {"json", "tiff", "vector"}
 
 BY_ENDING = {
     ".json": "json",
     ".jsonl": "json",
     ".cityjson": "json",
+    ".geojson": "json",
     ".gltf": "json",
     ".glb": "glb",
     ".obj": "obj",
     ".off": "off",
     ".ply": "ply",
     ".stl": "stl",
+    ".ifc": "ifc",
+    ".tif": "tiff",
+    ".tiff": "tiff",
+    ".gpkg": "vector",
+    ".shp": "vector",
+}
+
+BY_CONTENT = {
+    b"glTF": "glb",
+    b"ply\n": "ply",
+    b"ply\r": "ply",
+    b"ISO-10303-21": "ifc",
+    b"II*\x00": "tiff",
+    b"MM\x00*": "tiff",
+    b"II+\x00": "tiff",
+    b"MM\x00+": "tiff",
+    b"SQLite format 3": "vector",
+    b"\x00\x00\x27\x0a": "vector",
 }
 
 UNREAD = {
-    b"ISO-10303-21": "IFC is not read; export it as CityJSON, glTF or OBJ",
     b"<?xml": "XML (CityGML, COLLADA) is not read; convert it to CityJSON, glTF or OBJ",
     b"\x1f\x8b": "is compressed (gzip); unpack it first",
     b"PK\x03\x04": "is a ZIP archive; unpack it first",
     b"Kaydara FBX": "FBX is not read; export it as glTF or OBJ",
     b"BLENDER": "Blender files are not read; export it as glTF or OBJ",
-    b"II*\x00": "TIFF rasters are not read",
-    b"MM\x00*": "TIFF rasters are not read",
     b"\x89HDF": "HDF5 files are not read",
     b"version https://git-lfs": "is a Git LFS pointer, not the file; run git lfs pull",
 }
@@ -62,7 +87,7 @@ def find_reader(data: bytes, path: Path) -> Reader:
 
     Returns
     -------
-    reader : function of (data, path, up) -> Model
+    reader : function of (data, path, choices) -> Model
 
     Raises
     ------
@@ -75,10 +100,9 @@ def find_reader(data: bytes, path: Path) -> Reader:
             msg = f"{what}; umbra reads {FORMATS}"
             raise InputError(msg)
     kind = BY_ENDING.get(path.suffix.lower())
-    if start.startswith(b"glTF"):
-        kind = "glb"
-    elif start.startswith((b"ply\n", b"ply\r")):
-        kind = "ply"
+    told = next((found for magic, found in BY_CONTENT.items() if start.startswith(magic)), None)
+    if told is not None:
+        kind = told
     elif start.startswith(b"{") and kind != "stl":
         kind = "json"
     elif kind is None and start.startswith(b"OFF"):
@@ -87,5 +111,11 @@ def find_reader(data: bytes, path: Path) -> Reader:
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
         msg = f"is in no format that is read (by its content and {ending}); umbra reads {FORMATS}"
         raise InputError(msg)
+    if kind in BY_CONTENT.values() and told is None and kind in {"ifc", "tiff", "vector"}:
+        msg = f"is named {path.suffix} but does not begin as such a file does; export it again"
+        raise InputError(msg)
     module, function = READERS[kind]
-    return getattr(import_module(module), function)
+    reader = getattr(import_module(module), function)
+    if kind in CHOOSY:
+        return reader
+    return lambda data, path, choices: reader(data, path, choices.up)

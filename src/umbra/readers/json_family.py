@@ -1,18 +1,20 @@
-"""JSON files: which of CityJSON, CityJSONSeq and glTF one is, and where one is broken."""
+"""JSON files: which of CityJSON, CityJSONSeq, GeoJSON and glTF one is, and where one is broken."""
 
 from pathlib import Path
 
 import orjson
 
 from umbra.errors import InputError
-from umbra.readers.model import Model
+from umbra.readers.model import Choices, Model
 
 __all__ = ["read_json"]
 
 BOM = b"\xef\xbb\xbf"
 
+GEOJSON = {"FeatureCollection", "Feature", "GeometryCollection", "MultiPolygon", "Polygon"}
 
-def read_json(data: bytes, path: Path, up: str | None) -> Model:
+
+def read_json(data: bytes, path: Path, choices: Choices) -> Model:
     """
     Read a JSON file of any kind that is read.
 
@@ -21,7 +23,7 @@ def read_json(data: bytes, path: Path, up: str | None) -> Model:
     data : bytes
     path : Path
         Other files are looked for beside it.
-    up : {'x', 'y', 'z'}, optional
+    choices : Choices
 
     Returns
     -------
@@ -30,7 +32,8 @@ def read_json(data: bytes, path: Path, up: str | None) -> Model:
     Raises
     ------
     InputError
-        If the JSON is broken (where), or is neither CityJSON nor glTF (what it is).
+        If the JSON is broken (where), or is none of CityJSON, GeoJSON and glTF (what
+        it is).
     """
     data = data.removeprefix(BOM)
     try:
@@ -39,25 +42,29 @@ def read_json(data: bytes, path: Path, up: str | None) -> Model:
         documents = _parse_lines(data, path, error)
     head = documents[0]
     if not isinstance(head, dict):
-        msg = f"is JSON, but holds a {type(head).__name__}, not a model; give CityJSON or glTF"
+        msg = (
+            f"is JSON, but holds a {type(head).__name__}, not a model; "
+            "give CityJSON, GeoJSON or glTF"
+        )
         raise InputError(msg)
     if "asset" in head:
         from umbra.readers.gltf import read_gltf_tree  # noqa: PLC0415 - only if it is one
 
-        return read_gltf_tree(head, None, path, up)
+        return read_gltf_tree(head, None, path, choices.up)
     kind = head.get("type")
     if kind in {"CityJSON", "CityJSONFeature"}:
         from umbra.readers.cityjson import read_cityjson  # noqa: PLC0415
 
-        return read_cityjson(documents, up)
-    if kind in {"FeatureCollection", "Feature", "GeometryCollection", "MultiPolygon", "Polygon"}:
-        msg = "is GeoJSON, which is not read; convert it to CityJSON, or extrude it to OBJ"
-        raise InputError(msg)
+        return read_cityjson(documents, choices.up)
+    if kind in GEOJSON:
+        from umbra.readers.geojson import read_geojson  # noqa: PLC0415
+
+        return read_geojson(documents, choices)
     if kind == "Topology":
-        msg = "is TopoJSON, which is not read; convert it to CityJSON"
+        msg = "is TopoJSON, which is not read; convert it to GeoJSON or CityJSON"
         raise InputError(msg)
     shown = f"its type is {str(kind)[:40]!r}" if kind else "it has no type"
-    msg = f"is JSON, but neither CityJSON nor glTF ({shown}); export it as one of them"
+    msg = f"is JSON, but neither CityJSON, GeoJSON nor glTF ({shown}); export it as one of them"
     raise InputError(msg)
 
 

@@ -1,0 +1,183 @@
+"""Where an IFC file stands: its sites, true north, and its place on a map."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.readers.extras import need
+from umbra.readers.georeference import is_known, name_crs
+from umbra.readers.model import Place
+from umbra.readers.place import APART
+
+__all__ = ["find_map", "find_place"]
+
+
+def find_place(file: Any) -> tuple[Place, list[str]]:
+    """
+    Find latitude, longitude and elevation of the site, and true north.
+
+    Parameters
+    ----------
+    file : ifcopenshell.file
+
+    Returns
+    -------
+    place : Place
+        Without latitude and longitude if the file has none or its sites disagree.
+    notes : list of str
+    """
+    notes: list[str] = []
+    places: dict[str, tuple[float, float, float | None]] = {}
+    for site in file.by_type("IfcSite"):
+        latitude, longitude = _degrees(site.RefLatitude), _degrees(site.RefLongitude)
+        name = site.Name or site.GlobalId
+        if latitude is None or longitude is None:
+            continue
+        if abs(latitude) > 90 or abs(longitude) > 180 or (latitude == 0 and longitude == 0):
+            notes.append(
+                f"site '{name}' says latitude {latitude:g}°, longitude {longitude:g}°, which "
+                "is left out"
+            )
+            continue
+        places[name] = (latitude, longitude, _elevation(file, site, notes))
+    north = _true_north(file)
+    if not places:
+        return Place(true_north=north), notes
+    (latitude, longitude, elevation), *others = places.values()
+    if any(abs(a - latitude) > APART or abs(b - longitude) > APART for a, b, _ in others):
+        listed = "; ".join(f"'{n}' at {a:.4f}°, {b:.4f}°" for n, (a, b, _) in places.items())
+        notes.append(
+            f"its {len(places)} sites disagree ({listed}), so the site is not known; "
+            "give --lat and --lon"
+        )
+        return Place(true_north=north), notes
+    return Place(latitude, longitude, elevation, north), notes
+
+
+def find_map(file: Any, place: Place) -> tuple[NDArray[np.float64] | None, str | None, list[str]]:
+    """
+    Find how the file's metres lie on a map.
+
+    Parameters
+    ----------
+    file : ifcopenshell.file
+    place : Place
+        What the file says besides, for the notes.
+
+    Returns
+    -------
+    matrix : (4, 4) float64 or None
+        From the file's coordinates in metres to the map's; None without one.
+    crs : str or None
+        The map's CRS; None where there is none or it is not known.
+    notes : list of str
+    """
+    conversion, target = _read_conversion(file)
+    if conversion is None:
+        return None, None, []
+    name = target.get("Name")
+    crs = name_crs(name)
+    if crs is None or not is_known(crs):
+        what = f"'{name}'" if name else "without a name"
+        return None, None, [
+            f"the map conversion leads to a CRS {what}, which is not known, and is not used"
+        ]  # fmt: skip
+    project = _unit_scale(file)
+    unit = _metres(target.get("MapUnit"), project)
+    # Scale leads from the project's unit to the map's; metres stand on both sides here.
+    scale = float(conversion.get("Scale") or 1.0) * unit / project
+    notes: list[str] = []
+    if not 0.9 < scale < 1.1:
+        # Many exporters leave Scale out where the project is in millimetres.
+        notes.append(f"the map conversion scales metres by {scale:g}; 1 is taken instead")
+        scale = 1.0
+    along = float(conversion.get("XAxisAbscissa") or 0.0)
+    across = float(conversion.get("XAxisOrdinate") or 0.0)
+    if along == 0.0 and across == 0.0:
+        along = 1.0
+    length = math.hypot(along, across)
+    cos, sin = along / length, across / length
+    east, north, height = (
+        float(conversion.get(key) or 0.0) * unit
+        for key in ("Eastings", "Northings", "OrthogonalHeight")
+    )
+    matrix = np.array(
+        [
+            [scale * cos, -scale * sin, 0, east],
+            [scale * sin, scale * cos, 0, north],
+            [0, 0, scale, height],
+            [0, 0, 0, 1],
+        ]
+    )
+    turned = math.degrees(math.atan2(across, along))
+    if place.true_north is not None and abs((turned - place.true_north + 180) % 360 - 180) > 5:
+        notes.append(
+            f"TrueNorth ({place.true_north:.2f}°) and the map conversion's north ({turned:.2f}°) "
+            "differ; the map's is used"
+        )
+    return matrix, crs, notes
+
+
+def _read_conversion(file: Any) -> tuple[dict[str, Any] | None, dict[str, Any]]:
+    """Read the map conversion: an entity in IFC4 and later, property sets in IFC2x3."""
+    if file.schema != "IFC2X3":
+        for conversion in file.by_type("IfcMapConversion"):
+            target = conversion.TargetCRS
+            return conversion.get_info(), {} if target is None else target.get_info()
+        return None, {}
+    element = need("ifcopenshell.util.element", "ifc", "IFC")
+    for owner in (*file.by_type("IfcProject"), *file.by_type("IfcSite")):
+        sets = {name.lower(): values for name, values in element.get_psets(owner).items()}
+        if "epset_mapconversion" in sets:
+            return sets["epset_mapconversion"], sets.get("epset_projectedcrs", {})
+    return None, {}
+
+
+def _metres(unit: Any, project: float) -> float:
+    """Give the metres of a map's unit, an IFC entity or a word; the project's by default."""
+    if unit is None:
+        return project
+    if isinstance(unit, str):
+        prefixes = {"MILLIMETRE": 1e-3, "CENTIMETRE": 1e-2, "METRE": 1.0, "METER": 1.0}
+        return prefixes.get(unit.strip().upper(), project)
+    units = need("ifcopenshell.util.unit", "ifc", "IFC")
+    if unit.is_a("IfcSIUnit"):
+        return float(units.get_prefix_multiplier(unit.Prefix))
+    return float(unit.ConversionFactor.ValueComponent.wrappedValue)
+
+
+def _unit_scale(file: Any) -> float:
+    """Give the metres of the project's length unit."""
+    units = need("ifcopenshell.util.unit", "ifc", "IFC")
+    return float(units.calculate_unit_scale(file))
+
+
+def _degrees(parts: tuple[int, ...] | None) -> float | None:
+    """Turn degrees, minutes, seconds and millionths of seconds into degrees."""
+    if not parts:
+        return None
+    weights = (1.0, 1 / 60, 1 / 3600, 1e-6 / 3600)
+    return sum(part * weight for part, weight in zip(parts, weights, strict=False))
+
+
+def _elevation(file: Any, site: Any, notes: list[str]) -> float | None:
+    if site.RefElevation is None:
+        return None
+    elevation = float(site.RefElevation) * _unit_scale(file)
+    if -500 <= elevation <= 9000:
+        return elevation
+    notes.append(f"site '{site.Name or site.GlobalId}' lies {elevation:g} m high: left out")
+    return None
+
+
+def _true_north(file: Any) -> float | None:
+    """Give the azimuth of true north in the file's plan, clockwise from +y [degrees]."""
+    for context in file.by_type("IfcGeometricRepresentationContext", include_subtypes=False):
+        direction = context.TrueNorth
+        if direction is not None and context.ContextType != "Plan":
+            x, y = direction.DirectionRatios[:2]
+            # Rounded, because exporters write cos 90° as 6e-17.
+            return round(math.degrees(math.atan2(x, y)), 9) + 0.0
+    return None

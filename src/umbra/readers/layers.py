@@ -1,0 +1,131 @@
+"""
+Several files, each a layer, made one: their names, their coordinates, their heights.
+
+The first file that names a CRS decides it; the others are brought to it. Files
+without one are taken to be in its coordinates.
+"""
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from umbra.errors import InputError
+from umbra.readers.georeference import bring_to, is_known, is_same_plan, to_metres
+from umbra.readers.model import Model
+from umbra.readers.overlap import find_far, find_overlaps
+from umbra.readers.terrain import stand_on
+from umbra.scene import Light, Part
+
+__all__ = ["Layer", "combine", "name_layers"]
+
+NAMED = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
+ENDINGS = re.compile(r"(\.city)?\.\w+$", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """A file that was read, and the name of the layer it makes."""
+
+    name: str
+    path: Path
+    model: Model
+
+
+def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path]]:
+    """
+    Tell layers from files in what a caller gave.
+
+    Parameters
+    ----------
+    paths : sequence of str or path
+        ``existing=a.city.json`` names a layer, unless there is a file of that whole
+        name. Of several files without one, each is named after its file.
+
+    Returns
+    -------
+    layers : list of (str, Path)
+        The name is empty if there is one file and no layer was named.
+
+    Raises
+    ------
+    InputError
+        If a layer is named without a file.
+    """
+    named: list[tuple[str, Path]] = []
+    for given in paths:
+        found = NAMED.fullmatch(given) if isinstance(given, str) else None
+        if found and not Path(os.fspath(given)).exists():
+            named.append((found[1].strip(), Path(found[2])))
+        elif isinstance(given, str) and given.endswith("=") and not Path(given).exists():
+            msg = f"'{given}' names a layer without a file; write {given}FILE"
+            raise InputError(msg, layer=given[:-1])
+        else:
+            named.append(("", Path(given)))
+    if len(named) == 1:
+        return named
+    return [(layer or ENDINGS.sub("", path.name), path) for layer, path in named]
+
+
+def combine(
+    layers: Sequence[Layer],
+) -> tuple[tuple[Part, ...], tuple[Light, ...], str | None, list[str]]:
+    """
+    Bring layers into one CRS and onto the terrain among them.
+
+    Parameters
+    ----------
+    layers : sequence of Layer
+
+    Returns
+    -------
+    parts : tuple of Part
+        Each with its layer; in metres where the CRS is known.
+    lights : tuple of Light
+    crs : str or None
+    notes : list of str
+        What was converted, set on a terrain, or stands where it should not.
+
+    Raises
+    ------
+    InputError
+        If two CRSs differ and one of them is not known.
+    """
+    notes: list[str] = []
+    target: tuple[str, str, Path] | None = None  # the CRS in metres, the file's own, the file
+    moved: list[tuple[Part, ...]] = []
+    for layer in layers:
+        crs, parts = layer.model.crs, layer.model.parts
+        if crs is not None and target is None:
+            parts, metric = to_metres(parts, crs)
+            target = (metric or crs, crs, layer.path)
+        elif crs is not None and target is not None and not is_same_plan(crs, target[0]):
+            if not is_known(crs) or not is_known(target[0]):
+                msg = (
+                    f"{target[2]} is in {target[1]} but {layer.path} is in {crs}; "
+                    "convert them to one coordinate reference system"
+                )
+                raise InputError(msg, crs=(target[1], crs))
+            parts = bring_to(parts, crs, target[0])
+        if crs is not None and target is not None and parts is not layer.model.parts:
+            whose = f"{layer.path.name}: " if len(layers) > 1 else ""
+            notes.append(f"{whose}coordinates were converted from {crs} to {target[0]}")
+        moved.append(tuple(replace(part, layer=layer.name) for part in parts))
+
+    ground = [
+        part for layer, parts in zip(layers, moved) if layer.model.is_terrain for part in parts
+    ]
+    for index, layer in enumerate(layers):
+        if layer.model.is_afloat and ground:
+            moved[index], missed = stand_on(moved[index], ground)
+            note = f"{layer.path.name}: set on the terrain, at its lowest below each part"
+            notes.append(note + (f"; {missed} parts lie beside it, on its edge" if missed else ""))
+    if len(layers) > 1:
+        groups: dict[str, list[Part]] = {}
+        for layer, parts in zip(layers, moved):
+            groups.setdefault(layer.name, []).extend(parts)
+        notes += find_far(groups)
+        notes += find_overlaps(groups)
+    lights = tuple(light for layer in layers for light in layer.model.lights)
+    return tuple(p for parts in moved for p in parts), lights, target[0] if target else None, notes

@@ -1,0 +1,89 @@
+"""What files say of their site, weighed against each other and against the CRS."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from umbra.readers.model import Place
+from umbra.scene import Scene
+
+__all__ = ["APART", "settle"]
+
+APART = 0.05
+"""Places farther apart than this [degrees] are not one; the sun moves as much."""
+TURNED = 1.0  # True norths that differ by more [degrees] are said
+
+
+def settle(scene: Scene, places: Mapping[str, Place]) -> Scene:
+    """
+    Fill in the site from what the files say.
+
+    Parameters
+    ----------
+    scene : Scene
+        Located by its CRS, if it has one: that comes first.
+    places : dict of str to Place
+        By file.
+
+    Returns
+    -------
+    scene : Scene
+        Without latitude and longitude, and with a note, if two files disagree.
+    """
+    notes = list(scene.notes)
+    said = {
+        name: (place.latitude, place.longitude)
+        for name, place in places.items()
+        if place.latitude is not None and place.longitude is not None
+    }
+    latitude, longitude, north = scene.latitude, scene.longitude, scene.true_north
+    if latitude is not None and longitude is not None:
+        for name, (a, b) in said.items():
+            if not _is_near((latitude, longitude), (a, b)):
+                notes.append(
+                    f"{name}: its site says {a:.4f}°, {b:.4f}°, but {scene.crs} says "
+                    f"{latitude:.4f}°, {longitude:.4f}°, which is used"
+                )
+    elif said:
+        (first, here), *others = said.items()
+        wrong = [name for name, there in others if not _is_near(here, there)]
+        if wrong:
+            listed = "; ".join(f"{name} at {a:.4f}°, {b:.4f}°" for name, (a, b) in said.items())
+            notes.append(
+                f"the files' sites disagree ({listed}), so the site is not known; "
+                "give --lat and --lon"
+            )
+        else:
+            latitude, longitude = here
+    norths = {n: p.true_north for n, p in places.items() if p.true_north is not None}
+    if north is None and norths:
+        (first, north), *turned = norths.items()
+        for name, other in turned:
+            if abs((other - north + 180) % 360 - 180) > TURNED:
+                notes.append(
+                    f"true north is at {north:.2f}° in {first} and at {other:.2f}° in {name}; "
+                    "the first is used (--north)"
+                )
+    heights = [place.elevation for place in places.values() if place.elevation is not None]
+    ground = _find_ground(places, notes)
+    return replace(
+        scene, latitude=latitude, longitude=longitude, true_north=north, notes=tuple(notes),
+        elevation=heights[0] if heights else scene.elevation, ground=ground,
+    )  # fmt: skip
+
+
+def _find_ground(places: Mapping[str, Place], notes: list[str]) -> float | None:
+    """Take the level ground that a file names, unless another brings none."""
+    levels = {name: place.ground for name, place in places.items() if place.ground is not None}
+    if not levels or len(places) > len(levels):
+        return None
+    (name, ground), *others = levels.items()
+    if all(abs(other - ground) < 0.01 for _, other in others):
+        notes.append(
+            f"{name}: the ground is taken at z = {ground:g} m, the top of its site (--ground)"
+        )
+        return ground
+    return None
+
+
+def _is_near(one: tuple[float | None, float | None], other: tuple[float, float]) -> bool:
+    return all(a is not None and abs(a - b) <= APART for a, b in zip(one, other, strict=True))

@@ -1,0 +1,186 @@
+"""
+Height rasters: the surface through the centres of their cells.
+
+Four neighbouring centres make a square, cut by its diagonal from the first row's
+column to the next row's next column. Where one of the four has no height, a triangle
+of the other three is left.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.readers.extras import need
+from umbra.readers.georeference import name_crs
+from umbra.readers.model import Choices, Model
+from umbra.scene import Mesh, Part
+
+__all__ = ["make_surface", "read_raster"]
+
+LOWEST = -500.0  # [m]; no land lies lower, so many cells there are a nodata value undeclared
+FEET = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937}
+METRES = {"", "m", "metre", "meter", "metres", "meters"}
+MOST_BYTES = 650  # held for each cell at the peak of a study, see docs/formats.md
+
+
+def read_raster(_data: bytes, path: Path, _choices: Choices) -> Model:
+    """
+    Read a raster of heights: a digital surface or terrain model.
+
+    Parameters
+    ----------
+    path : Path
+        Names the part; the reader opens it itself, with what lies beside it.
+
+    Returns
+    -------
+    model : Model
+        One part of kind ``Raster``; buildings without a base may stand on it.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged, a picture, without any height, or too large for this
+        machine's memory; if its heights are in a unit that is not known.
+    """
+    rasterio = need("rasterio", "gis", "GeoTIFF")
+    notes: list[str] = []
+    try:
+        # By name, not from memory: overviews, masks and world files lie beside it.
+        with rasterio.open(path) as source:
+            _check_bands(source, notes)
+            heights, there = _read_heights(source, notes)
+            affine, wkt = source.transform, source.crs
+    except rasterio.errors.RasterioError as error:
+        reason = " ".join(str(error).split())[:200]
+        msg = f"cannot be read as a raster ({reason}); export it again as GeoTIFF"
+        raise InputError(msg) from error
+    matrix = np.array(affine, np.float64).reshape(3, 3)[:2]
+    if not np.isfinite(matrix).all() or np.linalg.det(matrix[:, :2]) == 0:
+        msg = "says that its cells have no area; repair its georeference"
+        raise InputError(msg)
+    crs = None if wkt is None else _name(wkt)
+    if crs is None:
+        plain = affine == affine.identity()
+        notes.append(
+            "no georeference, so cells are taken as 1 m"
+            if plain
+            else "no CRS is named, so coordinates are taken as metres"
+        )
+    vertices, faces = make_surface(heights, there, matrix)
+    if not len(faces):
+        msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
+        raise InputError(msg)
+    part = Part(path.stem, "Raster", Mesh(vertices, faces))
+    return Model("GeoTIFF", (part,), crs, tuple(notes), is_terrain=True)
+
+
+def make_surface(
+    heights: NDArray[np.float64], there: NDArray[np.bool_], matrix: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """
+    Make the surface through the centres of a raster's cells.
+
+    Parameters
+    ----------
+    heights : (rows, cols) float64
+        [m]
+    there : (rows, cols) bool
+        Where there is a height.
+    matrix : (2, 3) float64
+        From (column, row, 1), cell corners, to x and y.
+
+    Returns
+    -------
+    vertices : (n, 3) float64
+    faces : (m, 3) int32
+        Wound counter-clockwise seen from above.
+    """
+    rows, cols = heights.shape
+    row, col = np.nonzero(there)
+    plan = matrix[:, 0] * (col[:, None] + 0.5) + matrix[:, 1] * (row[:, None] + 0.5) + matrix[:, 2]
+    vertices = np.column_stack([plan, heights[there]])
+    index = np.full((rows, cols), -1, np.int32)
+    index[there] = np.arange(len(vertices), dtype=np.int32)
+    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
+    c, d = index[1:, :-1].ravel(), index[1:, 1:].ravel()
+    missing = (a < 0).astype(np.int8) + (b < 0) + (c < 0) + (d < 0)
+    whole = missing == 0
+    faces = [
+        np.column_stack([a[whole], c[whole], d[whole]]),
+        np.column_stack([a[whole], d[whole], b[whole]]),
+    ]
+    for gone, corners in ((a, (b, c, d)), (b, (a, c, d)), (c, (a, d, b)), (d, (a, c, b))):
+        rest = (missing == 1) & (gone < 0)
+        faces.append(np.column_stack([corner[rest] for corner in corners]))
+    joined = np.concatenate(faces)
+    # A raster whose rows run south, as nearly all do, has turned the plan over.
+    if np.linalg.det(matrix[:, :2]) > 0:
+        joined = joined[:, ::-1]
+    return vertices, np.ascontiguousarray(joined)
+
+
+def _check_bands(source: Any, notes: list[str]) -> None:
+    kind = source.dtypes[0]
+    if kind.startswith("complex"):
+        msg = f"holds {kind} numbers, not heights; give a digital surface or terrain model"
+        raise InputError(msg)
+    if kind == "uint8" and source.count >= 3:
+        msg = f"is a picture of {source.count} bands, not heights; give a surface or terrain model"
+        raise InputError(msg)
+    if source.count > 1:
+        notes.append(f"bands after the first left out: {source.count - 1}")
+    rows, cols = source.shape
+    if rows < 2 or cols < 2:
+        msg = f"has {cols}x{rows} cells; a surface needs at least 2x2"
+        raise InputError(msg)
+    from umbra.cpu.memory import find_memory  # noqa: PLC0415
+
+    needed, held = rows * cols * MOST_BYTES, find_memory()
+    if needed > held:
+        step = math.ceil(math.sqrt(needed / held))
+        msg = (
+            f"has {cols}x{rows} cells, a study of which needs {needed / 1e9:.0f} GB and this "
+            f"machine has {held / 1e9:.0f} GB; cut it to the area you need (gdal_translate "
+            f"-projwin) or make it {step} times coarser (gdalwarp -tr)"
+        )
+        raise InputError(msg, bytes=needed)
+
+
+def _read_heights(source: Any, notes: list[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Read the first band in metres, and where it has heights."""
+    heights = source.read(1).astype(np.float64)
+    there = (source.read_masks(1) != 0) & np.isfinite(heights)
+    heights = heights * source.scales[0] + source.offsets[0]
+    unit = (source.units[0] or "").strip().casefold()
+    if unit in FEET:
+        heights *= FEET[unit]
+        notes.append(f"heights were converted from feet ('{source.units[0]}')")
+    elif unit not in METRES:
+        msg = f"has heights in '{source.units[0]}'; convert them to metres"
+        raise InputError(msg, unit=unit)
+    count = int(there.sum())
+    if not count:
+        msg = "has no cell with a height: all are nodata"
+        raise InputError(msg)
+    deepest = float(heights[there].min())
+    deep = int((heights[there] == deepest).sum())
+    if deepest < LOWEST:
+        msg = (
+            f"has {deep} cells at {deepest:g} m, lower than any land: a value for no data that "
+            f"the file does not declare; declare it (gdal_edit.py -a_nodata {deepest:g} FILE)"
+        )
+        raise InputError(msg, value=deepest, count=deep)
+    if count < there.size:
+        notes.append(f"cells without a height left out: {there.size - count} of {there.size}")
+    return heights, there
+
+
+def _name(crs: Any) -> str | None:
+    """Name a CRS: by its code if it has one, else in its own words."""
+    code = crs.to_epsg()
+    return f"EPSG:{code}" if code else name_crs(crs.to_wkt())

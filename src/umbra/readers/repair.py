@@ -1,0 +1,99 @@
+"""Polygons that cross or touch themselves, made valid where shapely is installed."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.readers.table import Rings
+
+__all__ = ["from_shapes", "repair"]
+
+
+def repair(rings: Rings) -> tuple[Rings, list[str]]:
+    """
+    Make every polygon valid: its rings simple, its holes inside.
+
+    Parameters
+    ----------
+    rings : Rings
+
+    Returns
+    -------
+    rings : Rings
+        Without rings of fewer than three corners.
+    notes : list of str
+        How many were repaired; nothing without shapely, whose lack the cutting into
+        triangles notices where it matters.
+    """
+    rings, notes = _drop_short(rings)
+    try:
+        import shapely  # noqa: PLC0415 - of the extra gis
+    except ImportError:
+        return rings, notes
+    shapes = _to_shapes(shapely, rings)
+    wrong = np.flatnonzero(~shapely.is_valid(shapes))
+    if not len(wrong):
+        return rings, notes
+    reason = str(shapely.is_valid_reason(shapes[wrong[0]])).partition("[")[0].lower()
+    # As GEOS does by structure: holes are holes, and what is covered twice counts once.
+    shapes[wrong] = shapely.make_valid(shapes[wrong], method="structure", keep_collapsed=False)
+    first = int(rings.feature[wrong[0]]) + 1
+    notes.append(f"footprints repaired: {len(wrong)} (first: feature {first}, {reason})")
+    fixed, feature = shapely.get_parts(shapes, return_index=True)
+    polygons = shapely.get_type_id(fixed) == 3
+    filled = polygons & ~shapely.is_empty(fixed)
+    return from_shapes(shapely, fixed[filled], rings.feature[feature[filled]]), notes
+
+
+def from_shapes(shapely: Any, shapes: NDArray[Any], feature: NDArray[np.int64]) -> Rings:
+    """
+    Take polygons apart.
+
+    Parameters
+    ----------
+    shapely : module
+    shapes : (n_polygons,) of shapely.Polygon
+        None of them empty.
+    feature : (n_polygons,) int64
+
+    Returns
+    -------
+    rings : Rings
+    """
+    loops, polygon = shapely.get_rings(shapes, return_index=True)
+    points, ring = shapely.get_coordinates(loops, return_index=True)
+    lengths = np.bincount(ring, minlength=len(loops))
+    # shapely closes every ring.
+    last = np.cumsum(lengths) - 1
+    return Rings(np.delete(points, last, axis=0), lengths - 1, polygon, feature)
+
+
+def _to_shapes(shapely: Any, rings: Rings) -> NDArray[Any]:
+    starts = np.cumsum(rings.lengths) - rings.lengths
+    order = np.insert(np.arange(len(rings.points)), starts + rings.lengths, starts)
+    index = np.repeat(np.arange(len(rings.lengths)), rings.lengths + 1)
+    loops = shapely.linearrings(rings.points[order], indices=index)
+    return shapely.polygons(loops, indices=rings.polygon)
+
+
+def _drop_short(rings: Rings) -> tuple[Rings, list[str]]:
+    """Drop rings of fewer than three corners, and polygons whose outside is one."""
+    short = rings.lengths < 3
+    if not short.any():
+        return rings, []
+    outer = np.ones(len(short), np.bool_)
+    outer[1:] = rings.polygon[1:] != rings.polygon[:-1]
+    gone = np.zeros(len(rings.feature), np.bool_)
+    gone[rings.polygon[short & outer]] = True
+    kept = ~short & ~gone[rings.polygon]
+    notes = [f"rings with fewer than three corners left out: {int(short.sum())}"]
+    return (
+        Rings(
+            rings.points[np.repeat(kept, rings.lengths)],
+            rings.lengths[kept],
+            (np.cumsum(~gone) - 1)[rings.polygon[kept]],
+            rings.feature[~gone],
+        ),
+        notes,
+    )
