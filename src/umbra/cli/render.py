@@ -146,7 +146,7 @@ def command(
         counts = [counter.count(view, camera, light, method) for light in all_lights]
         lit = [counter.lit(frame, n, light) for n, light in zip(counts, all_lights, strict=True)]
         if out is not None:
-            write_png(beside[out], shade(scene, frame, all_lights, lit))
+            write_png(beside[out], shade(scene, frame, all_lights, lit, view))
         if arrays is not None:
             with beside[arrays].open("wb") as file:
                 np.savez_compressed(

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import GROUND, NOTHING
+from umbra.cpu.depth import GROUND, NOTHING, View
 from umbra.cpu.frame import Frame
+from umbra.cpu.surfaces import find_surfaces
 from umbra.scene import Light, Material, Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 
@@ -14,7 +15,11 @@ __all__ = ["shade"]
 
 
 def shade(
-    scene: Scene, frame: Frame, lights: Sequence[Light], lit: Sequence[NDArray[np.bool_]]
+    scene: Scene,
+    frame: Frame,
+    lights: Sequence[Light],
+    lit: Sequence[NDArray[np.bool_]],
+    view: View | None = None,
 ) -> NDArray[np.uint8]:
     """
     Shade what is seen by Lambert's cosine law.
@@ -33,18 +38,26 @@ def shade(
     lights : sequence of Light
     lit : sequence of (rows, cols) bool
         Where each light reaches the surface.
+    view : View, optional
+        Of the frame; without it neither textures, vertex colours nor smooth normals
+        show.
 
     Returns
     -------
     rgb : (rows, cols, 3) uint8
         sRGB.
+
+    Raises
+    ------
+    InputError
+        If a texture cannot be decoded (which).
     """
     rows, cols = frame.part.shape
     seen = frame.part != NOTHING
     materials = [part.material for part in scene.parts] + [Material(GROUND_COLOR)]
     part = np.where(frame.part[seen] == GROUND, len(scene.parts), frame.part[seen])
-    albedo = np.array([material.color for material in materials])[part]
-    normal, position = frame.normal[seen], frame.position[seen]
+    albedo, normal = find_surfaces(scene, frame, view)
+    position = frame.position[seen]
     energy = np.repeat(AMBIENT * (0.75 + 0.25 * normal[:, 2:]), 3, 1)
     exposure = find_exposure(len(lights))
     for light, reached in zip(lights, lit, strict=True):
