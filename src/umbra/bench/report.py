@@ -11,7 +11,7 @@ from typing import Any
 from umbra.bench.measure import Timing
 from umbra.cpu.threads import count_cores
 
-__all__ = ["Report", "Row", "describe_machine", "lay_out_table", "name_version"]
+__all__ = ["Report", "Row", "describe_machine", "lay_out_table", "name_version", "show_timing"]
 
 
 @dataclass(frozen=True)
@@ -117,12 +117,12 @@ class Report:
         lines = [
             [
                 row.work,
-                _show(row.ours),
-                _show(row.peer),
+                show_timing(row.ours),
+                show_timing(row.peer),
                 _round(row.ratio),
                 _round(row.peer.least / row.ours.least),
                 "" if row.mark is None else f"{row.mark:g}",
-                _show(row.ours_threads),
+                show_timing(row.ours_threads),
                 f"{row.ours.median / row.ours_threads.median:.2f}",
                 f"{row.differ} of {row.of:,}",
             ]
@@ -169,7 +169,8 @@ def name_version(package: str) -> str:
         return "unknown"
 
 
-def _show(timing: Timing) -> str:
+def show_timing(timing: Timing) -> str:
+    """Give a median and, in brackets, the least, in ms."""
     return f"{_round(1e3 * timing.median)} ({_round(1e3 * timing.least)})"
 
 

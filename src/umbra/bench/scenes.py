@@ -1,13 +1,14 @@
-"""Scenes to measure with: towns of boxes and a smooth boulder, always the same."""
+"""Scenes to measure with: towns of boxes, a smooth boulder, spheres; always the same."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.sun import Site, find_sun, make_steps
 
-__all__ = ["Model", "make_boulder", "make_suns", "make_town"]
+__all__ = ["Model", "Spheres", "make_boulder", "make_spheres", "make_suns", "make_town"]
 
 _BOX = np.array(
     [
@@ -35,6 +36,53 @@ class Model:
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
     side: float
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres:
+    """
+    Spheres above a ground plane z = 0, a camera, and a lamp that goes around above them.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+        Of one sphere about its own centre, which are its normals times ``radius`` [m].
+    faces : (m, 3) int32
+        Of one sphere, wound outward.
+    centres : (k, 3) float64
+    radius : float
+        [m].
+    half : float
+        The ground reaches so far to all four sides of x = y = 0 [m].
+    eye, target : tuple of float
+    fov : float
+        Vertical field of view of the square picture [degrees].
+    path : (l, 3) float64
+        Places of the lamp, one a frame, over and over.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    centres: NDArray[np.float64]
+    radius: float
+    half: float
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+    fov: float
+    path: NDArray[np.float64]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as JSON to a peer in another interpreter, one that may have no numpy."""
+        return {
+            "vertices": self.vertices.tolist(),
+            "faces": self.faces.tolist(),
+            "centres": self.centres.tolist(),
+            "radius": self.radius,
+            "half": self.half,
+            "eye": self.eye,
+            "target": self.target,
+            "fov": self.fov,
+        }
 
 
 def make_town(boxes: int, side: float, seed: int) -> Model:
@@ -91,6 +139,61 @@ def make_boulder(splits: int, side: float = 500.0, seed: int = 3) -> Model:
             swell += size * np.sin(frequency * directions @ way + random.uniform(0, 2 * np.pi))
     vertices = directions * swell[:, None] * 0.14 * side + [side / 2, side / 2, 0.22 * side]
     return Model(_round(vertices), faces, side)
+
+
+def make_spheres(across: int = 10, around: int = 32, frames: int = 96) -> Spheres:
+    """
+    Make the peers' scene: by default 100 spheres of 960 triangles.
+
+    Parameters
+    ----------
+    across : int
+        Spheres in a row, and rows.
+    around : int
+        Triangles around a pole, even: around * (around - 2) in all.
+    frames : int
+        Of one round of the lamp.
+    """
+    # Rings of latitude between the two poles, which are the first and the last vertex.
+    rings = around // 2 - 1
+    latitude = np.pi * np.arange(1, rings + 1)[:, None] / (rings + 1)
+    longitude = 2 * np.pi * np.arange(around) / around
+    round_ = np.stack(
+        np.broadcast_arrays(
+            np.sin(latitude) * np.cos(longitude),
+            np.sin(latitude) * np.sin(longitude),
+            np.cos(latitude),
+        ),
+        -1,
+    ).reshape(-1, 3)
+    vertices = np.concatenate([[[0.0, 0.0, 1.0]], round_, [[0.0, 0.0, -1.0]]])
+
+    step = np.arange(around)
+    right = (step + 1) % around
+    last = len(vertices) - 1
+    upper = 1 + around * np.arange(rings - 1)[:, None]
+    a, b = upper + step, upper + right
+    south = 1 + around * (rings - 1)
+    faces = np.concatenate(
+        [
+            np.stack([np.zeros_like(step), 1 + step, 1 + right], -1),
+            np.stack([a, a + around, b + around], -1).reshape(-1, 3),
+            np.stack([a, b + around, b], -1).reshape(-1, 3),
+            np.stack([np.full_like(step, last), south + right, south + step], -1),
+        ]
+    )
+
+    random = np.random.default_rng(4)
+    place = 4.0 * (np.arange(across) - (across - 1) / 2)
+    x, y = (axis.ravel() for axis in np.meshgrid(place, place))
+    centres = np.column_stack([x, y, random.uniform(1.5, 4.0, across**2)])
+    centres[:, :2] += random.uniform(-0.7, 0.7, (across**2, 2))
+    angle = 2 * np.pi * np.arange(frames) / frames
+    path = np.column_stack([11 * np.cos(angle), 11 * np.sin(angle), np.full(frames, 14.0)])
+    return Spheres(
+        _round(vertices), faces.astype(np.int32), _round(centres), 1.0, 40.0,
+        (0.0, -42.0, 38.0), (0.0, -3.0, 0.0), 55.0, path,
+    )  # fmt: skip
 
 
 def make_suns() -> NDArray[np.float64]:

@@ -1,6 +1,7 @@
 """``umbra bench``: times against those of peers."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -10,6 +11,21 @@ from umbra.cli.main import echo_json
 __all__ = ["command"]
 
 NAMES = ("study", "frame", "silhouette", "cases", "startup")
+PEERS = ("ogre", "workbench")
+
+
+def _parse_pythons(
+    _context: click.Context, _parameter: click.Parameter, values: tuple[str, ...]
+) -> dict[str, Path]:
+    """Read PEER=PATH, any number of times."""
+    pythons = {}
+    for value in values:
+        name, is_there, path = value.partition("=")
+        if name not in PEERS or not is_there or not path:
+            msg = f"give PEER=PATH with a peer of {', '.join(PEERS)}; got '{value}'"
+            raise click.BadParameter(msg)
+        pythons[name] = Path(path)
+    return pythons
 
 
 @click.command("bench")
@@ -24,15 +40,59 @@ NAMES = ("study", "frame", "silhouette", "cases", "startup")
 )
 @click.option("--quick", is_flag=True, help="Small sizes: only to see that it runs.")
 @click.option("--repeat", type=click.IntRange(1), help="Runs behind each median.")
-def command(name: str, as_json: bool, threads: int, quick: bool, repeat: int | None) -> None:
+@click.option(
+    "--device",
+    type=click.Choice(("cpu", "gl")),
+    default="cpu",
+    show_default=True,
+    help="Where umbra draws; gl is for frame.",
+)
+@click.option(
+    "--peer",
+    "peers",
+    type=click.Choice((*PEERS, "none")),
+    multiple=True,
+    help="Measure gl frames against this one only; may be repeated. [default: all]",
+)
+@click.option(
+    "--peer-python",
+    "pythons",
+    metavar="PEER=PATH",
+    multiple=True,
+    callback=_parse_pythons,
+    help="The interpreter that has this peer's package, if not this one.",
+)
+@click.option(
+    "--pictures",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Save here what each side of gl frames draws.",
+)
+def command(
+    name: str,
+    as_json: bool,
+    threads: int,
+    quick: bool,
+    repeat: int | None,
+    device: str,
+    peers: tuple[str, ...],
+    pythons: dict[str, Path],
+    pictures: Path | None,
+) -> None:
     """
     Measure umbra against its peers, in turn in one process.
 
     NAME is study (hours of shadow on a plan, against Embree), frame (one light in
     one picture, against Embree), silhouette (edges, against VTK or numpy), cases (how
     many triangles each of McGuire's cases draws) or startup (time and memory of a whole
-    umbra study).
+    umbra study). frame --device gl draws a hundred spheres and a moving lamp, against
+    OGRE and Blender's Workbench.
     """
+    if device == "gl" and name != "frame":
+        msg = f"{name} has no gl device; frame has one"
+        raise click.UsageError(msg)
+    if device == "cpu" and (peers or pythons or pictures is not None):
+        msg = "--peer, --peer-python and --pictures are for frame --device gl"
+        raise click.UsageError(msg)
 
     def say(text: str) -> None:
         click.echo(text, err=True)
@@ -42,6 +102,13 @@ def command(name: str, as_json: bool, threads: int, quick: bool, repeat: int | N
         from umbra.bench.startup import bench_startup  # noqa: PLC0415
 
         result: Any = bench_startup(repeat=runs, quick=quick)
+    elif device == "gl":
+        from umbra.bench.gl_frame import bench_gl_frame  # noqa: PLC0415
+
+        chosen = [peer for peer in PEERS if not peers or peer in peers]
+        result = bench_gl_frame(
+            repeat=runs, quick=quick, peers=chosen, pythons=pythons, pictures=pictures, say=say
+        )
     elif name == "cases":
         from umbra.bench.cases import bench_cases  # noqa: PLC0415
 

@@ -1,0 +1,274 @@
+"""
+Frames on the gl device: the peers' scene, drawn by umbra and by renderers that are peers.
+
+A hundred spheres of 960 triangles above a ground plane, one lamp that moves with each
+frame, light added where no shadow volume is counted. Each side draws the same places of
+the lamp in its turn, and waits for each frame to be finished.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.bench.measure import Contender, Timing, run_in_turn
+from umbra.bench.ours_gl import OursGl
+from umbra.bench.peer import PEERS, Peer, PeerKind, find_python
+from umbra.bench.report import describe_machine, lay_out_table, name_version, show_timing
+from umbra.bench.scenes import Spheres, make_spheres
+
+__all__ = ["CALLS_MARK", "GlReport", "GlRow", "PeerTiming", "bench_gl_frame"]
+
+CALLS_MARK = 0.5e-3
+"""A frame in which nothing moved is to cost this processor time before it is drawn [s]."""
+_SIZES = (512, 1024)
+_FRAMES = 10  # of a turn
+_PICTURED = 8  # the place of the lamp in saved pictures: beside the spheres, shadows long
+
+
+@dataclass(frozen=True)
+class PeerTiming:
+    """
+    How long a peer took.
+
+    Parameters
+    ----------
+    kind : PeerKind
+    name, driver : str
+        Product and version; what drew for it.
+    timing : Timing
+    """
+
+    kind: PeerKind
+    name: str
+    driver: str
+    timing: Timing
+
+
+@dataclass(frozen=True)
+class GlRow:
+    """
+    One size of picture.
+
+    Parameters
+    ----------
+    work : str
+    size : int
+        Pixels a side.
+    driver : str
+        What drew for umbra.
+    ours, no_shadows : Timing
+        A frame; a frame without shadows.
+    moving, still : Timing
+        umbra's frame less all drawing, with the lamp moving and standing.
+    peers : sequence of PeerTiming
+    """
+
+    work: str
+    size: int
+    driver: str
+    ours: Timing
+    no_shadows: Timing
+    moving: Timing
+    still: Timing
+    peers: Sequence[PeerTiming]
+
+    @property
+    def shadows(self) -> float:
+        """What shadows add to a frame [s]."""
+        return self.ours.median - self.no_shadows.median
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give numbers for programs; times in ms."""
+        named = {
+            "ours": self.ours, "no_shadows": self.no_shadows,
+            "calls": self.moving, "still_calls": self.still,
+        }  # fmt: skip
+        times: dict[str, float] = {}
+        for name, timing in named.items():
+            times |= {f"{name}_ms": 1e3 * timing.median, f"{name}_min_ms": 1e3 * timing.least}
+        return {
+            "work": self.work,
+            "pixels": self.size**2,
+            "driver": self.driver,
+            **times,
+            "shadows_ms": 1e3 * self.shadows,
+            "still_calls_mark_ms": 1e3 * CALLS_MARK,
+            "peers": [
+                {
+                    "peer": peer.kind.name,
+                    "name": peer.name,
+                    "driver": peer.driver,
+                    "ms": 1e3 * peer.timing.median,
+                    "min_ms": 1e3 * peer.timing.least,
+                    "ratio": peer.timing.median / self.ours.median,
+                    "ratio_of_minima": peer.timing.least / self.ours.least,
+                    "mark": peer.kind.mark,
+                }
+                for peer in self.peers
+            ],
+        }
+
+
+@dataclass(frozen=True)
+class GlReport:
+    """
+    The benchmark's result.
+
+    Parameters
+    ----------
+    repeat, frames : int
+        Turns behind each median; frames in a turn, whose mean counts.
+    quick : bool
+        Whether sizes are too small to mean anything.
+    rows : sequence of GlRow
+    """
+
+    repeat: int
+    frames: int
+    quick: bool
+    rows: Sequence[GlRow]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the JSON object."""
+        return {
+            "benchmark": "frame",
+            "device": "gl",
+            "umbra": name_version("umbra-shadows"),
+            "machine": describe_machine(),
+            "repeat": self.repeat,
+            "frames": self.frames,
+            "quick": self.quick,
+            "rows": [row.to_dict() for row in self.rows],
+        }
+
+    def to_table(self) -> str:
+        """Give a Markdown table that can be read as it stands."""
+        head = ["work", "who", "ms (min)", "times umbra", "of minima", "mark"]
+        lines: list[list[str]] = []
+        for row in self.rows:
+            shadows = f"{1e3 * row.shadows:.3g}"
+            scene = f"below {1e3 * row.no_shadows.median:.3g} ms" if row.size >= 1024 else ""
+            calls = f"below {1e3 * CALLS_MARK:g} ms"
+            lines += [
+                [row.work, "umbra", show_timing(row.ours), "", "", ""],
+                ["", "... without shadows", show_timing(row.no_shadows), "", "", ""],
+                ["", "... shadows alone", shadows, "", "", scene],
+                ["", "... calls alone, lamp moving", show_timing(row.moving), "", "", ""],
+                ["", "... calls alone, lamp standing", show_timing(row.still), "", "", calls],
+            ]
+            for peer in row.peers:
+                ratio = peer.timing.median / row.ours.median
+                least = peer.timing.least / row.ours.least
+                figures = [f"{ratio:.2f}", f"{least:.2f}", f"{peer.kind.mark:g}"]
+                lines.append(["", peer.name, show_timing(peer.timing), *figures])
+        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
+        drivers = {row.driver for row in self.rows}
+        drivers |= {peer.driver for row in self.rows for peer in row.peers}
+        return (
+            f"umbra bench frame --device gl: {describe_machine()}; {', '.join(sorted(drivers))}. "
+            f"Medians of {self.repeat} turns of {self.frames} frames, each finished.{small}\n\n"
+            f"{lay_out_table(head, lines)}"
+        )
+
+
+def bench_gl_frame(
+    *,
+    repeat: int,
+    quick: bool,
+    peers: Iterable[str] = tuple(PEERS),
+    pythons: Mapping[str, Path] | None = None,
+    pictures: Path | None = None,
+    say: Callable[[str], object] = lambda _: None,
+) -> GlReport:
+    """
+    Measure frames against renderers in processes of their own.
+
+    Parameters
+    ----------
+    repeat : int
+    quick : bool
+    peers : iterable of str
+        Names of ``PEERS``.
+    pythons : dict of Path, optional
+        Interpreters that have a peer's package, by the peer's name.
+    pictures : Path, optional
+        A folder for what each side draws.
+    say : callable
+        Told what is measured next.
+
+    Returns
+    -------
+    report : GlReport
+
+    Raises
+    ------
+    InputError
+        If no interpreter has a peer's package.
+    UmbraError
+        If there is no OpenGL, or a peer fails.
+    """
+    found = {PEERS[name]: find_python(PEERS[name], pythons or {}) for name in peers}
+    scene = make_spheres(3, 8, 12) if quick else make_spheres()
+    frames = 2 if quick else _FRAMES
+    balls, faces = len(scene.centres), len(scene.faces)
+    if pictures is not None:
+        pictures.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for size in (64,) if quick else _SIZES:
+        work = f"{balls} spheres of {faces} triangles, {size}²"
+        say(work)
+        rows.append(_compare(work, scene, size, found, repeat, frames, pictures))
+    return GlReport(repeat, frames, quick, rows)
+
+
+def _compare(
+    work: str,
+    scene: Spheres,
+    size: int,
+    found: Mapping[PeerKind, Path],
+    repeat: int,
+    frames: int,
+    pictures: Path | None,
+) -> GlRow:
+    with ExitStack() as stack:
+        ours = stack.enter_context(OursGl(scene, size))
+        peers = [
+            stack.enter_context(Peer(kind, python, scene, size)) for kind, python in found.items()
+        ]
+        contenders = {
+            "ours": _go_round(scene.path, frames, ours.time),
+            "no_shadows": _go_round(
+                scene.path, frames, lambda places: ours.time(places, shadows=False)
+            ),
+            "moving": _go_round(scene.path, frames, ours.time_calls),
+            "still": _go_round(scene.path[:1], frames, ours.time_calls),
+            **{peer.kind.name: _go_round(scene.path, frames, peer.render) for peer in peers},
+        }
+        timings = run_in_turn(contenders, repeat)
+        if pictures is not None:
+            place = scene.path[_PICTURED]
+            ours.save(place, pictures / f"umbra_{size}.png")
+            for peer in peers:
+                peer.save(place, pictures / f"{peer.kind.name}_{size}.png")
+        return GlRow(
+            work, size, ours.driver,
+            timings["ours"], timings["no_shadows"], timings["moving"], timings["still"],
+            [PeerTiming(p.kind, p.name, p.driver, timings[p.kind.name]) for p in peers],
+        )  # fmt: skip
+
+
+def _go_round(path: NDArray[np.float64], frames: int, draw: Callable[[Any], float]) -> Contender:
+    """Draw the next places of the lamp in each turn: the same ones on all sides."""
+    turns = count()
+
+    def run() -> float:
+        first = next(turns) * frames
+        return draw(path[(first + np.arange(frames)) % len(path)])
+
+    return run
