@@ -4,6 +4,7 @@ import dataclasses
 
 import click
 
+from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
 
@@ -15,6 +16,7 @@ _MOST = 40  # parts listed for a person; --json has all
 @click.command("inspect")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
+@column_options
 @pose_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(

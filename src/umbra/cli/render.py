@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.values import SIZE, Numbers
@@ -53,6 +54,7 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
     multiple=True,
     help="Repeatable: place, target and half angle of a spot light, after the others.",
 )
+@column_options
 @pose_options
 @click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
@@ -30,6 +31,7 @@ __all__ = ["command"]
 @click.command("study")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @study_options
+@column_options
 @pose_options
 @output_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

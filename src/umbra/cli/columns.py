@@ -1,0 +1,39 @@
+"""``--height-column`` and ``--base-column``: where a table of footprints holds its heights."""
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+__all__ = ["chosen_columns", "column_options"]
+
+_KEY = "umbra.columns"
+
+
+def column_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the two options to a command; `chosen_columns` gives their values."""
+    command = click.option(
+        "--base-column",
+        metavar="NAME",
+        expose_value=False,
+        callback=_remember,
+        help="Footprints: the column of the height [m] where each begins; default: 0, or the "
+        "terrain of another file.",
+    )(command)
+    return click.option(
+        "--height-column",
+        metavar="NAME",
+        expose_value=False,
+        callback=_remember,
+        help="Footprints: the column of the height [m] above the base; default: one that is "
+        "called so.",
+    )(command)
+
+
+def chosen_columns() -> dict[str, str | None]:
+    """Give the options of the running command, as `umbra.read` takes them."""
+    return click.get_current_context().meta.get(_KEY, {})
+
+
+def _remember(context: click.Context, option: click.Parameter, value: str | None) -> None:
+    context.meta.setdefault(_KEY, {})[str(option.name)] = value
