@@ -13,7 +13,7 @@ from umbra.scene import Mesh, Part, Scene
 if TYPE_CHECKING:
     from pyproj import CRS
 
-__all__ = ["bring_to", "is_known", "is_same_plan", "locate", "name_crs", "to_metres"]
+__all__ = ["bring_to", "is_degrees", "is_known", "is_same_plan", "locate", "name_crs", "to_metres"]
 
 CODE = re.compile(r"\bEPSG(?:/|:)+(?:[\d.]+[/:]+)?(\d+(?:\+\d+)*)", re.IGNORECASE)
 
@@ -55,6 +55,12 @@ def is_known(crs: str) -> bool:
     """Tell whether PROJ knows a CRS by this name, and it is one of places on earth."""
     found = _find_crs(crs)
     return found is not None and (found.is_projected or found.is_geographic)
+
+
+def is_degrees(crs: str) -> bool:
+    """Tell whether a CRS is of degrees, which become metres of a UTM zone."""
+    found = _find_crs(crs)
+    return found is not None and found.is_geographic
 
 
 def is_same_plan(one: str, other: str) -> bool:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.extras import need
-from umbra.readers.georeference import name_crs
+from umbra.readers.georeference import is_degrees, name_crs
 from umbra.readers.model import Choices, Model
 from umbra.scene import Mesh, Part
 
@@ -24,7 +24,7 @@ __all__ = ["make_surface", "read_raster"]
 LOWEST = -500.0  # [m]; no land lies lower, so many cells there are a nodata value undeclared
 FEET = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937}
 METRES = {"", "m", "metre", "meter", "metres", "meters"}
-MOST_BYTES = 650  # held for each cell at the peak of a study, see docs/formats.md
+MOST_BYTES = 850  # held for each cell at the peak of a study, see docs/formats.md
 
 
 def read_raster(_data: bytes, path: Path, _choices: Choices) -> Model:
@@ -75,6 +75,12 @@ def read_raster(_data: bytes, path: Path, _choices: Choices) -> Model:
     if not len(faces):
         msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
         raise InputError(msg)
+    low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
+    if crs is None or not is_degrees(crs):
+        notes.append(
+            "there is no ground outside the raster; to keep to it: --receivers top --extent "
+            + ",".join(f"{value:.10g}" for value in (*low, *high))
+        )
     part = Part(path.stem, "Raster", Mesh(vertices, faces))
     return Model("GeoTIFF", (part,), crs, tuple(notes), is_terrain=True)
 
