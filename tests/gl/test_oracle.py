@@ -138,7 +138,7 @@ def test_200_random_views(device):
                 scene.judge(random_camera(rng), light)
                 cases += scene.counter.plan.statistics.cases
     verdicts.check(most_on_edges=0.004)
-    assert (cases > 40).all()
+    assert (cases > 10).all()
 
 
 def test_a_staircase_counts_its_300_steps(device):

@@ -29,6 +29,16 @@ GRAZING = 1e-4
 """Sine of the angle between surface and light; flatter volumes meet the depth's steps."""
 
 
+def find_weights(points, corners):
+    """Give the barycentric coordinates of points in the planes of triangles (n, 3, 3)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    size = np.einsum("ij,ij->i", normal, normal)
+    v = np.einsum("ij,ij->i", np.cross(points - a, c - a), normal) / size
+    w = np.einsum("ij,ij->i", np.cross(b - a, points - a), normal) / size
+    return np.stack([1 - v - w, v, w], 1)
+
+
 class Judge:
     """
     A scene on the gl device, and its rays.
@@ -60,10 +70,9 @@ class Judge:
         place, verdicts, counts = light.local(origin), Verdicts(), None
         eye = camera.apex(origin)
         opened = find_opened(self.rays, self.component, camera, eye, place, origin)
-        seen = Seen(
-            frame.position[is_seen] - origin, frame.normal[is_seen], view.face[is_seen], eye
-        )
-        edge = self._tolerance(seen, view, is_seen, camera, place)
+        points = self._pull_in(frame.position[is_seen] - origin, view.face[is_seen])
+        seen = Seen(points, frame.normal[is_seen], view.face[is_seen], eye)
+        edge = self._tolerance(seen, camera, place) if is_seen.any() else 0.0
         for method in methods or ("auto",):
             counts = self.counter.count(view, camera, light, method)
             assert not counts[view.face == NOTHING].any()
@@ -74,7 +83,19 @@ class Judge:
                 verdicts += found
         return verdicts, counts
 
-    def _tolerance(self, seen, view, is_seen, camera, light):
+    def _pull_in(self, points, own):
+        """Pull points that the rasteriser put beside their face, by a trifle, into it."""
+        points = points.copy()
+        mesh = own >= 0
+        corners = self.rays.vertices[self.rays.faces[own[mesh]]]
+        weights = find_weights(points[mesh], corners)
+        beside = (weights < 1e-9).any(1)
+        weights = np.maximum(weights, 1e-9)
+        inside = np.einsum("ij,ijk->ik", weights / weights.sum(1, keepdims=True), corners)
+        points[np.flatnonzero(mesh)[beside]] = inside[beside]
+        return points
+
+    def _tolerance(self, seen, camera, light):
         """Give how far each point may be from an edge in its own plane [m]."""
         projection = self.counter._seen[1]
         forward, eye = camera.axes()[2], camera.eye - self.scene.origin

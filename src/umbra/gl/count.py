@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
-from umbra.gl.indices import draw_plain
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan, Planner
+from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
 from umbra.gl.programs import Program
 from umbra.gl.state import Pass, State, Stencil, one_sided
 from umbra.gl.target import Target
@@ -56,15 +56,16 @@ class Counter:
     ----------
     device : Device
     geometry : Geometry
-    planner : Planner
+    indices : Indices
+        In which the draws of plans lie.
     two_sided : bool
         Count fronts and backs in one pass; else in two, where drivers are wrong.
     """
 
     def __init__(
-        self, device: Device, geometry: Geometry, planner: Planner, *, two_sided: bool = True
+        self, device: Device, geometry: Geometry, indices: Indices, *, two_sided: bool = True
     ) -> None:
-        self._device, self._geometry, self._planner = device, geometry, planner
+        self._device, self._geometry, self._indices = device, geometry, indices
         self._two_sided = two_sided
         self._in_stencil = Program(device, "volume.vert.glsl", "nothing.frag.glsl")
         self._in_floats = Program(device, "volume.vert.glsl", "count.frag.glsl")
@@ -103,7 +104,7 @@ class Counter:
             self._in_stencil.set(is_cut=draw.is_cut)
             for each in passes:
                 state.use(each)
-                self._planner.indices.draw(self._in_stencil, draw.first, draw.count)
+                self._indices.draw(self._in_stencil, draw.first, draw.count)
 
     def count_in_floats(self, state: State, target: Target, plan: Plan) -> Target:
         """
@@ -131,7 +132,7 @@ class Counter:
         for draw in plan.draws:
             self._in_floats.set(is_cut=draw.is_cut, front=_FRONT[draw.kind])
             state.use(IN_FLOATS[draw.kind])
-            self._planner.indices.draw(self._in_floats, draw.first, draw.count)
+            self._indices.draw(self._in_floats, draw.first, draw.count)
         return self._floats
 
     def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:

@@ -71,7 +71,9 @@ class GlFrameCounter:
         local = None if ground is None else ground - scene.origin[2]
         self.geometry = Geometry(self.device, scene)
         self.planner = Planner(self.device, scene, self.geometry, casters, local)
-        self.counter = Counter(self.device, self.geometry, self.planner, two_sided=two_sided)
+        self.counter = Counter(
+            self.device, self.geometry, self.planner.indices, two_sided=two_sided
+        )
         self._local_ground = local
         self._faces = Indices(self.device, 2 * self.geometry.n_points)
         self._faces.write(self.geometry.faces.ravel())

@@ -20,6 +20,7 @@ __all__ = ["find_opened", "find_start"]
 
 _SKY = np.array([0.36, 0.48, 0.8, 0.0])
 _ATTEMPTS = 8
+_TILT = 1e-5  # a millimetre in a hundred metres
 
 
 def find_opened(
@@ -93,19 +94,23 @@ def _reach_before(body: Body, depth: NDArray[np.float64], near: float) -> NDArra
 
 
 def find_start(
-    volumes: list[BodyVolumes], apex: NDArray[np.float64], chosen: NDArray[np.bool_]
-) -> int:
+    volumes: list[BodyVolumes],
+    camera: Camera,
+    light: NDArray[np.float64],
+    chosen: NDArray[np.bool_],
+) -> tuple[int, NDArray[np.float64]]:
     """
     Count the volumes that parallel rays end in, of those drawn to infinity behind surfaces.
 
     In perspective dark caps are drawn there; parallel rays all end in one point, where
-    nothing can be drawn.
+    nothing can be drawn. If that point lies in a volume's side, rays tilt a little.
 
     Parameters
     ----------
     volumes : list of BodyVolumes
-    apex : (4,) float64
-        Where rays come from, as ``Camera.apex`` gives it.
+    camera : Camera
+    light : (4,) float64
+        Relative to the scene's origin, a direction of length 1.
     chosen : (n_things,) bool
         Things, of all bodies, whose volumes are counted behind and not cut.
 
@@ -113,17 +118,37 @@ def find_start(
     -------
     start : int
         0 in perspective, and under a directional light.
+    tilt : (2,) float64
+        Of the rays to the left and down, as tangents; for ``Projection.tilted``.
     """
-    start, offset = 0, 0
-    if apex[3] or not chosen.any():
-        return 0
+    tilt = np.zeros(2)
+    if camera.is_perspective or not volumes:
+        return 0, tilt
+    right, up, forward = camera.axes()
+    # Rays along a directional light would meet all ends of volumes in one point.
+    along = light[3] == 0 and bool(np.linalg.norm(np.cross(forward, light[:3])) < _TILT)
+    for attempt in range(int(along), _ATTEMPTS):
+        tilt = _TILT * attempt * np.array([0.83, 0.56])
+        start, is_clean = _end_rays(volumes, forward - tilt[0] * right - tilt[1] * up, chosen)
+        if is_clean:
+            break
+    return start, tilt
+
+
+def _end_rays(
+    volumes: list[BodyVolumes], way: NDArray[np.float64], chosen: NDArray[np.bool_]
+) -> tuple[int, bool]:
+    """Count the chosen volumes at the far end of a way; tell whether none begins there."""
+    start, is_clean, offset = 0, True, 0
     for each in volumes:
         body = each.body
         for instance, light in enumerate(each.lights):
             if light[3] and chosen[offset : offset + body.n_things].any():
-                way = np.linalg.solve(body.transforms[instance], -apex)
-                anchor = find_anchor(body.caster, body.blocks, np.append(way[:3], 0.0), light)
+                inside = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))
+                end = np.append(inside[:3], 0.0)
+                anchor = find_anchor(body.caster, body.blocks, end, light)
                 adds = anchor.lit + anchor.unlit * ~each.caster.is_closed
                 start += int(adds[chosen[offset + body.component_thing]].sum())
+                is_clean &= anchor.is_clean
             offset += body.n_things
-    return start
+    return start, is_clean

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.gl.volumes import BodyVolumes
 from umbra.volume.adjacency import Caster
 from umbra.volume.bounds import find_box_points
 
@@ -19,13 +20,15 @@ STENCIL_MOST = 255
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
-def bound_count(bodies: list[Body], most: list[NDArray[np.int64]], light: NDArray) -> int:
+def bound_count(
+    volumes: list[BodyVolumes], most: list[NDArray[np.int64]], light: NDArray[np.float64]
+) -> int:
     """
     Bound the shadow count of any point.
 
     Parameters
     ----------
-    bodies : list of Body
+    volumes : list of BodyVolumes
     most : list of (n_things,) int
         Of ``find_most``: what one thing can add.
     light : (4,) float64
@@ -34,28 +37,34 @@ def bound_count(bodies: list[Body], most: list[NDArray[np.int64]], light: NDArra
     Returns
     -------
     bound : int
-        Exact enough to tell that 255 suffice; never too low.
+        Never too low; found no closer than is needed to tell that 255 are enough.
     """
-    if not bodies:
+    if not volumes:
         return 0
-    if not bodies:
-        return 0
-    weights = np.concatenate([np.tile(m, len(b.groups)) for b, m in zip(bodies, most, strict=True)])
+    weights = np.concatenate(
+        [np.tile(m, len(each.body.groups)) for each, m in zip(volumes, most, strict=True)]
+    )
     bound = int(weights.sum())
     if bound <= STENCIL_MOST:
         return bound
-    boxes = np.concatenate([body.world_bounds() for body in bodies])
+    boxes = np.concatenate([each.body.world_bounds() for each in volumes])
     bound = min(bound, _stack(find_box_points(boxes)[..., :3], weights, light))
     if bound <= STENCIL_MOST:
         return bound
-    faces = np.concatenate(
-        [
-            body.caster.vertices[body.caster.faces] @ transform[:3, :3].T + transform[:3, 3]
-            for body in bodies
-            for transform in body.transforms
-        ]
-    )
+    faces = np.concatenate([_find_casting(each) for each in volumes])
     return min(bound, _stack(faces, np.ones(len(faces), np.int64), light))
+
+
+def _find_casting(volumes: BodyVolumes) -> NDArray[np.float64]:
+    """Give the casting faces of all instances in the scene's frame, (n, 3, 3)."""
+    body, caster = volumes.body, volumes.caster
+    closed = caster.face_is_closed
+    lists = []
+    for light, transform in zip(volumes.lights, body.transforms, strict=True):
+        side = light @ caster.planes[:, :-1]
+        faces = caster.faces[(side > 0) | ((side < 0) & ~closed)]
+        lists.append(caster.vertices[faces] @ transform[:3, :3].T + transform[:3, 3])
+    return np.concatenate(lists)
 
 
 def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:

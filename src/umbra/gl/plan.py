@@ -266,6 +266,7 @@ class Planner:
                 place += len(found)
                 lists.append(found)
         uncut = selection.sides & selection.z_fail & ~selection.is_cut
+        start, tilt = find_start(kept.volumes, camera, source, uncut)
         cases = [int((selection.case == case).sum()) for case in (1, 2, 3)]
         statistics = Statistics(
             things=len(self.bounds),
@@ -281,11 +282,11 @@ class Planner:
             counts_in="stencil" if kept.deepest <= STENCIL_MOST else "float",
         )
         return Plan(
-            projection=projection,
+            projection=projection.tilted(tilt),
             light=np.append(source[:3] - source[3] * projection.eye, source[3]),
             bottom=float(self._floor - projection.eye[2]),
             draws=tuple(draws),
-            start=find_start(kept.volumes, camera.apex(), uncut),
+            start=start,
             case=selection.case,
             statistics=statistics,
         )
@@ -306,7 +307,7 @@ class Planner:
         if old is not None and same and old.moves == self._moves:
             return old
         most = [find_most(each.body, each.opened) for each in volumes]
-        kept = _Kept(volumes, self._moves, bound_count(self.bodies, most, source))
+        kept = _Kept(volumes, self._moves, bound_count(volumes, most, source))
         self._kept[number : number + 1] = [kept]
         return kept
 

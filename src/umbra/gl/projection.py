@@ -36,6 +36,15 @@ class Projection:
     camera: Camera
     asked: Camera
 
+    def tilted(self, tilt: NDArray[np.float64]) -> "Projection":
+        """Let parallel rays lean to the left and down by the tangents (2,) ``tilt``."""
+        if not tilt.any():
+            return self
+        matrix = self.matrix.copy()
+        scale = np.linalg.norm(matrix[:2, :3], axis=1)
+        matrix[:2, :3] += np.outer(tilt * scale, self.camera.axes()[2])
+        return replace(self, matrix=matrix)
+
     def uniforms(self) -> dict[str, NDArray]:
         """Give the uniforms of ``place.glsl`` that depend on the camera alone."""
         high = self.eye.astype(np.float32)
@@ -74,7 +83,8 @@ def make_projection(
     right, up, forward = camera.axes()
     eye = camera.eye - origin
     nearest, furthest = _find_depths(camera, origin, bounds, ground)
-    near = max(camera.near, min(nearest, camera.far * 0.5) * 0.999)
+    near = max(camera.near, min(nearest * 0.999, camera.far * 0.5))
+    near = near if np.isfinite(near) else camera.near  # nothing is in view
     cols, rows = camera.size
     matrix = np.zeros((4, 4))
     if camera.height is None:
