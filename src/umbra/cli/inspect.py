@@ -1,6 +1,7 @@
 """``umbra inspect``: what a file is."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import click
 
@@ -40,7 +41,10 @@ def command(
     total = dataclasses.asdict(found.total)
     result = {
         "format": ", ".join(dict.fromkeys(source.format for source in scene.sources)),
-        "parts": [dataclasses.asdict(part) for part in found.parts],
+        "parts": [
+            {**dataclasses.asdict(report), "layer": part.layer, "tags": list(part.tags)}
+            for report, part in zip(found.parts, scene.parts, strict=True)
+        ],
         "vertices": found.vertices,
         "triangles": total["triangles"],
         "bounds": bounds.tolist(),
@@ -54,7 +58,10 @@ def command(
         "crs": scene.crs,
         "latitude": scene.latitude,
         "longitude": scene.longitude,
+        "elevation": scene.elevation,
         "true_north_deg": scene.true_north,
+        "ground": scene.ground,
+        "layers": list(dict.fromkeys(part.layer for part in scene.parts if part.layer)),
         "animations": [{"name": one.name, "duration": one.duration} for one in scene.animations],
         "lights": len(scene.lights),
         "notes": list(scene.notes),
@@ -76,6 +83,8 @@ def command(
     )
     if scene.latitude is not None and scene.longitude is not None:
         place = f"latitude {scene.latitude:.5f}°, longitude {scene.longitude:.5f}°"
+        if scene.elevation is not None:
+            place += f", {scene.elevation:g} m above the sea"
         if scene.true_north is not None:
             place += f", true north at {scene.true_north:.2f}° from the model's y axis"
         click.echo(f"{scene.crs or 'no CRS'}: {place}")
@@ -88,6 +97,8 @@ def command(
     click.echo("closed" if found.total.closed else _why_open(result))
     for note in scene.notes:
         click.echo(f"note: {note}")
+    _list_words("layer", [[part.layer] for part in scene.parts], result["parts"])
+    _list_words("tag", [part.tags for part in scene.parts], result["parts"])
     _list_parts(result["parts"])
 
 
@@ -108,6 +119,28 @@ def _why_open(result: dict) -> str:
         ends = (", ".join(f"{v:.3f}" for v in end) for end in result["first_bad_edge"])
         text += f" (first: {' to '.join(ends)})"
     return text
+
+
+def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) -> None:
+    """Print the words that choose parts and how many each chooses, the commonest first."""
+    tally: dict[str, list[int]] = {}
+    names: dict[str, set[str]] = {}
+    for chosen, part in zip(words, parts, strict=True):
+        for word in chosen:
+            if word:
+                count = tally.setdefault(word, [0, 0])
+                count[0] += 1
+                count[1] += part["triangles"]
+                names.setdefault(word, set()).add(part["name"])
+    # A word of one thing alone, as a GlobalId is, chooses no group.
+    shared = {w: count for w, count in tally.items() if what == "layer" or len(names[w]) > 1}
+    if not shared:
+        return
+    click.echo(f"\n{what:24}    parts  triangles")
+    for word, (n, triangles) in sorted(shared.items(), key=lambda one: -one[1][0])[:_MOST]:
+        click.echo(f"{word[:24]:24} {n:8} {triangles:10}")
+    if len(shared) > _MOST:
+        click.echo(f"and {len(shared) - _MOST} more (--json lists all)")
 
 
 def _list_parts(parts: list[dict]) -> None:
