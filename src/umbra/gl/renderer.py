@@ -125,7 +125,9 @@ class Renderer:
         self.ground = None if ground is None else float(ground - scene.origin[2])
         self.geometry = Geometry(self.device, scene)
         self.planner = Planner(self.device, scene, self.geometry, casters, self.ground)
-        self.counter = Counter(self.device, self.geometry, self.planner, two_sided=two_sided)
+        self.counter = Counter(
+            self.device, self.geometry, self.planner.indices, two_sided=two_sided
+        )
         self.surfaces = Surfaces(self.device, scene, self.geometry)
         self.shading = Shading(self.device)
         self.targets: Targets | None = None
@@ -214,8 +216,11 @@ class Renderer:
         """Give the rectangle that a light's range reaches, in OpenGL's rows; None: all."""
         if np.isinf(light.range):
             return None
-        place = (light.position[:3] - self.scene.origin)[None]
-        left, top, right, bottom = find_sphere_scissors(camera, place, [light.range])[0].tolist()
+        origin = self.scene.origin
+        place = light.local(origin)[None, :3]
+        left, top, right, bottom = find_sphere_scissors(camera, place, [light.range], origin)[
+            0
+        ].tolist()
         return left, camera.size[1] - bottom, right - left, bottom - top
 
     def _plan(self, projection: Projection, lights: Sequence[Light], method: str) -> list[Plan]:

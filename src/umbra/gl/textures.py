@@ -26,9 +26,7 @@ class Texture:
         If the image cannot be decoded.
     """
 
-    def __init__(
-        self, device: Device, image: Image, wrap: tuple[str, str] | None = None
-    ) -> None:
+    def __init__(self, device: Device, image: Image, wrap: tuple[str, str] | None = None) -> None:
         pixels = image.pixels
         rows, cols = pixels.shape[:2]
         self._device = device

@@ -1,0 +1,271 @@
+"""
+A day of suns over one plan on OpenGL: counts in the stencil, hours added up on the device.
+
+Seen from the zenith z-pass is always right while the sun is up: no caps. On the bare
+ground, where casters are not drawn, the light caps that lie above count as well. The
+picture of each sun stays on the device; only the sum is read back.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.casters import Body, make_bodies
+from umbra.gl.context import Device, open_device
+from umbra.gl.count import Counter
+from umbra.gl.geometry import Geometry, TextureBuffer
+from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
+from umbra.gl.plan import Draw, Plan, Statistics
+from umbra.gl.programs import Program
+from umbra.gl.projection import Projection
+from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.target import Target
+from umbra.gl.volumes import make_volumes
+from umbra.scene import Camera, Scene
+from umbra.scene.grid import Grid
+
+__all__ = ["GlSweep"]
+
+_SURFACE = Pass(depth_test="less", depth_write=True, color_write=True)
+_SHADED = Pass(color_write=True, blend="add", stencil=Stencil(test="notequal"))
+_LIT = Pass(color_write=True, blend="add", stencil=Stencil(test="equal"))
+_NOTHING = -1
+_RGBA32F, _TEXTURE0, _TEXTURE_2D = 0x8814, 0x84C0, 0x0DE1
+_MARGIN = 0.01  # of the model's height: above and below what is drawn
+
+
+class GlSweep:
+    """
+    Count the shadows of many suns on one raster; answers as ``umbra.cpu.sweep.Sweep``.
+
+    Parameters
+    ----------
+    scene : Scene
+    casters : sequence of int, optional
+        Indices of the parts that cast; all by default.
+    grid : Grid
+        In the scene's local frame.
+    ground : float
+        z of the ground plane, local frame [m].
+    receivers : {'ground', 'top'}
+        The ground plane alone, or the topmost of it and all parts.
+    device : Device, optional
+        One of its own by default, released with the sweep.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        casters: Sequence[int] | None,
+        grid: Grid,
+        ground: float,
+        receivers: str,
+        device: Device | None = None,
+    ) -> None:
+        self.device = device or open_device()
+        self._owns_device = device is None
+        self.grid, self.ground, self.receivers = grid, ground, receivers
+        self.geometry = Geometry(self.device, scene)
+        self.bodies = make_bodies(scene, self.geometry, casters)
+        self.indices = Indices(self.device, 2 * self.geometry.n_points)
+        self._counter = Counter(self.device, self.geometry, self.indices)
+        size = (grid.cols, grid.rows)
+        self._target = Target(self.device, size, ("r32i",))
+        self._steps = Target(self.device, size, ("r32f",), depth_of=self._target)
+        self._one = Program(self.device, "picture.vert.glsl", "one.frag.glsl")
+        self._turned = Program(self.device, "picture.vert.glsl", "turned.frag.glsl")
+        self._normals = self._upload_normals(scene)
+        self._projection = self._look_down(scene)
+        self._draw_surface()
+
+    def add_steps(
+        self,
+        suns: NDArray[np.float64],
+        steps: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """
+        Count for each cell how many suns leave it in shadow.
+
+        Parameters
+        ----------
+        suns : (n, 3) float64
+            Directions toward the sun, above the horizon.
+        steps : (rows, cols) int32
+            Added to.
+        progress : callable
+            Called with the number of suns done, now and then.
+        """
+        with State(self.device) as state:
+            self._clear_steps(state)
+            for plan in self._plan(suns):
+                self._counter.count(state, self._target, plan)
+                self._add_shadow(state, plan)
+                progress(1)
+        steps += np.rint(self._steps.read()[::-1]).astype(np.int32)
+
+    def masks(
+        self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None
+    ) -> NDArray[np.uint8]:
+        """
+        Tell for each sun which cells are in shadow, cast or attached.
+
+        Returns
+        -------
+        masks : (n, rows, cols) uint8
+            0 or 1.
+        """
+        masks = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.uint8)
+        with State(self.device) as state:
+            for mask, plan in zip(masks, self._plan(suns), strict=True):
+                self._clear_steps(state)
+                self._counter.count(state, self._target, plan)
+                self._add_shadow(state, plan)
+                mask[:] = self._steps.read()[::-1] > 0
+                progress(1)
+        return masks
+
+    def counts(self, suns: NDArray[np.float64]) -> NDArray[np.int32]:
+        """
+        Give the shadow count of every cell for every sun.
+
+        Returns
+        -------
+        counts : (n, rows, cols) int32
+        """
+        counts = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.int32)
+        with State(self.device) as state:
+            for count, plan in zip(counts, self._plan(suns), strict=True):
+                self._counter.count(state, self._target, plan)
+                count[:] = self._counter.read(self._target, plan)[::-1]
+        return counts
+
+    def release(self) -> None:
+        """Free all that the sweep holds on the device."""
+        for target in (self._steps, self._target):
+            target.release()
+        for program in (self._one, self._turned):
+            program.release()
+        self._normals.release()
+        self._counter.release()
+        self.indices.release()
+        self.geometry.release()
+        if self._owns_device:
+            self.device.release()
+
+    def _plan(self, suns: NDArray[np.float64]) -> Iterator[Plan]:
+        """Plan one sun after another: sides, and on the ground light caps."""
+        eye = self._projection.eye
+        for sun in suns:
+            light = np.append(sun, 0.0)
+            lists, most, thrown = [], [], []
+            for body in self.bodies:
+                opened = self._find_opened(body)
+                volumes = make_volumes(body, light, opened)
+                lists.append(volumes.sides.ravel())
+                if self.receivers == "ground":
+                    everything = np.ones(body.n_things * len(body.groups), np.bool_)
+                    lists.append(volumes.light_cap(everything).ravel())
+                most.append(find_most(body, opened))
+                thrown.append(volumes)
+            numbers = np.concatenate(lists) if lists else np.zeros(0, np.uint32)
+            self.indices.write(numbers)
+            deepest = bound_count(thrown, most, light)
+            yield Plan(
+                projection=self._projection,
+                light=light,
+                bottom=float(self._low - eye[2]),
+                draws=(Draw("z_pass", True, 0, len(numbers)),) if len(numbers) else (),
+                start=0,
+                case=np.ones(0, np.int8),
+                statistics=Statistics(
+                    things=0,
+                    culled=0,
+                    cut=0,
+                    cases=(0, 0, 0),
+                    sides=len(numbers) // 3,
+                    sides_z_pass=len(numbers) // 3,
+                    dark_caps=0,
+                    light_caps=0,
+                    index_bytes=self.indices.n_bytes,
+                    deepest=deepest,
+                    counts_in="stencil" if deepest <= STENCIL_MOST else "float",
+                ),
+            )
+
+    def _find_opened(self, body: Body) -> NDArray[np.bool_]:
+        """On topmost surfaces none need opening; inside what is wound inward, ground may lie."""
+        if self.receivers == "ground":
+            return body.is_inward
+        return np.zeros(len(body.caster.is_closed), np.bool_)
+
+    def _add_shadow(self, state: State, plan: Plan) -> None:
+        """Add 1 where the stencil is not 0, and where the surface is turned from the sun."""
+        self._steps.use()
+        state.use(_SHADED)
+        draw_plain(self.device, self._one, 3)
+        if self.receivers == "ground":
+            return
+        state.use(_LIT)
+        self.device.gl.ActiveTexture(_TEXTURE0)
+        self.device.gl.BindTexture(_TEXTURE_2D, self._target.textures[0])
+        self._normals.bind(1)
+        self._turned.set(faces=0, planes=1, sun=plan.light[:3])
+        draw_plain(self.device, self._turned, 3)
+
+    def _clear_steps(self, state: State) -> None:
+        self._steps.use()
+        state.use(Pass(color_write=True))
+        self._steps.clear_color(0.0)
+
+    def _upload_normals(self, scene: Scene) -> TextureBuffer:
+        soup = scene.triangles()
+        a, b, c = (soup.vertices[soup.faces[:, k]] for k in range(3))
+        across = np.cross(b - a, c - a)
+        length = np.linalg.norm(across, axis=1, keepdims=True)
+        normals = np.zeros((len(across), 4), np.float32)
+        np.divide(across, length, out=normals[:, :3], where=length > 0, casting="same_kind")
+        return TextureBuffer(self.device, normals, _RGBA32F)
+
+    def _look_down(self, scene: Scene) -> Projection:
+        """Show the grid's cells as pixels, from above everything to below the ground."""
+        grid = self.grid
+        whole = scene.bounds() - scene.origin
+        room = _MARGIN * max(float(whole[1, 2] - min(whole[0, 2], self.ground)), 1.0)
+        self._low = self.ground - room
+        top, bottom = max(float(whole[1, 2]), self.ground) + room, self._low - room
+        width, height = grid.cols * grid.dx, grid.rows * grid.dy
+        west, south = grid.x0 - grid.dx / 2, grid.y0 - grid.dy / 2
+        eye = np.array([west + width / 2, south + height / 2, top])
+        matrix = np.diag([2 / width, 2 / height, -2 / (top - bottom), 1.0])
+        matrix[2, 3] = -1.0
+        size = (grid.cols, grid.rows)
+        camera = Camera(eye, eye - (0, 0, 1), np.array([0.0, 1.0, 0.0]), size, height=height)
+        return Projection(matrix, eye, camera, camera)
+
+    def _draw_surface(self) -> None:
+        """Draw what receives: faces' numbers, and depth, the ground's where there is none."""
+        depth = self._projection.matrix[2, 2] * (self.ground - self._projection.eye[2]) - 1.0
+        with State(self.device) as state:
+            self._target.use()
+            state.use(_SURFACE)
+            state.clear(depth=(depth + 1) / 2, stencil=0)
+            self._target.clear_color(_NOTHING)
+            if self.receivers == "ground":
+                return
+            surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
+            faces = Indices(self.device, 2 * self.geometry.n_points)
+            faces.write(self.geometry.faces.ravel())
+            self.geometry.bind(surface)
+            surface.set(**self._projection.uniforms(), first=0, step=1)
+            faces.draw(surface, 0, self.geometry.faces.size)
+            faces.release()
+            surface.release()
+
+    def __enter__(self) -> "GlSweep":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()

@@ -1,0 +1,76 @@
+"""Studies on OpenGL: the CPU's counts, masks and hours, but for cells on an edge."""
+
+import numpy as np
+import pytest
+from support.shapes import box, city, merge, rewound, stack_of_triangles, terrain, three_walls
+
+from umbra.gl.sweep import GlSweep
+from umbra.scene import Mesh, Part, make_scene
+from umbra.scene.grid import Grid
+from umbra.study.model import prepare_model
+
+SUNS = np.array(
+    [
+        (np.cos(azimuth) * np.cos(height), np.sin(azimuth) * np.cos(height), np.sin(height))
+        for azimuth, height in ((0.3, 0.2), (1.2, 0.7), (2.0, 1.2), (4.0, 0.05), (5.0, 0.5))
+    ]
+)
+MESHES = {
+    "city": lambda: city(5, seed=2),
+    "terrain": lambda: terrain(50),
+    "open walls": three_walls,
+    "wound inward": lambda: rewound(merge(box((0, 0, 0), (6, 6, 9)), box((9, 2, 0), (12, 9, 4)))),
+}
+
+
+def sweeps(device, scene, receivers, casters=None, rise=0.4):
+    low, high = scene.bounds() - scene.origin
+    x, y = low[:2] - 5
+    grid = Grid(x + 0.013, y + 0.017, *((high - low)[:2] + 10) / (150, 110), 150, 110)
+    ground = low[2] + rise
+    chosen = list(range(len(scene.parts))) if casters is None else casters
+    _, cpu = prepare_model(scene, chosen, receivers, ground, 1).make_sweep(grid)
+    return cpu, GlSweep(scene, casters, grid, ground, receivers, device)
+
+
+def is_on_edge(counts):
+    """Tell which cells have a neighbour of another count, (..., rows, cols) bool."""
+    wide = np.pad(counts, [(0, 0)] * (counts.ndim - 2) + [(1, 1), (1, 1)], mode="edge")
+    rows, cols = counts.shape[-2:]
+    near = [wide[..., i : i + rows, j : j + cols] != counts for i in range(3) for j in range(3)]
+    return np.any(near, axis=0)
+
+
+@pytest.mark.parametrize("receivers", ["ground", "top"])
+@pytest.mark.parametrize("name", MESHES)
+def test_counts_masks_and_hours_are_the_cpus(device, name, receivers):
+    cpu, gl = sweeps(device, make_scene(*MESHES[name]()), receivers)
+    with gl:
+        expected, counts = cpu.counts(SUNS), gl.counts(SUNS)
+        differ = counts != expected
+        assert not (differ & ~is_on_edge(expected) & ~is_on_edge(counts)).any()
+        assert differ.mean() < 1e-3
+        assert (expected != 0).any()
+        assert (gl.masks(SUNS) != cpu.masks(SUNS)).mean() < 3e-4
+        steps, hours = np.full((2, *expected.shape[1:]), 7, np.int32)
+        cpu.add_steps(SUNS, hours)
+        gl.add_steps(SUNS, steps)
+        assert (steps != hours).mean() < 1e-3
+
+
+def test_only_chosen_parts_cast_and_all_receive(device):
+    tower, hall = Mesh(*box((0, 0, 0), (3, 3, 12))), Mesh(*box((8, 0, 0), (20, 9, 4)))
+    scene = make_scene([Part("tower", "", tower), Part("hall", "", hall)])
+    cpu, gl = sweeps(device, scene, "top", casters=[1])
+    with gl:
+        assert (gl.counts(SUNS) != cpu.counts(SUNS)).mean() < 3e-4
+
+
+def test_more_volumes_than_the_stencil_can_count(device):
+    cpu, gl = sweeps(device, make_scene(*stack_of_triangles(600)), "ground", rise=-5.0)
+    with gl:
+        expected = cpu.counts(SUNS[2:3])
+        assert expected.max() == 600
+        assert (gl.counts(SUNS[2:3]) != expected).mean() < 1e-3
+        # 512 volumes are none to 8 bits.
+        assert (gl.masks(SUNS[2:3]) != cpu.masks(SUNS[2:3])).mean() < 1e-3
