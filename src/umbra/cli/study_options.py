@@ -134,6 +134,12 @@ _RESULTS = [
         help="Also write first and last sun, number of spells, longest spell, shaded share.",
     ),
     click.option(
+        "--exact",
+        is_flag=True,
+        help="Solve when each cell enters and leaves shadow, to a second, instead of adding up "
+        "steps.",
+    ),
+    click.option(
         "--min-spell",
         metavar="DURATION",
         help="Also the hours in spells of at least this length; implies --spells.",

@@ -54,9 +54,13 @@ def find_wanted(
     spells: bool,
     min_spell: str | dt.timedelta | None,
     masks: bool,
-    tolerance: float = 0.0,
+    exact: bool | float = False,
 ) -> Wanted:
     """Say what is to be kept: ``min_spell`` implies ``spells``, few dates imply ``by_day``."""
+    tolerance = float(exact)  # True is a second
+    if not (tolerance == 0 or 1e-3 <= tolerance <= 60):
+        msg = f"exact instants are solved to 0.001 to 60 s; got {exact}"
+        raise InputError(msg, exact=exact)
     least = 0
     if min_spell is not None:
         least = parse_duration(min_spell, "least spell") // _MICROSECOND

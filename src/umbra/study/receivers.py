@@ -10,7 +10,24 @@ from umbra.cpu.field import Slopes
 from umbra.scene import Triangles
 from umbra.scene.grid import Grid
 
-__all__ = ["Surface", "find_surface"]
+__all__ = ["Places", "Surface", "find_surface"]
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """
+    Receivers as points.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        In the scene's local frame [m].
+    normals : (n, 3) float64
+        Of the side of the surface that is seen.
+    """
+
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -102,10 +102,14 @@ class SpellState:
         _add_steps(masks.reshape(len(masks), -1), starts, before, self.least, self.state)
         self.until = int(ends[-1])
 
+    def end_all(self, at: int) -> None:
+        """End every spell that lasts [us since 1970]."""
+        _end_all(at, self.least, self.state)
+
     def finish(self) -> Spells:
         """End the spells that last, and give what is known."""
         if self.until != NEVER:
-            _finish(self.until, self.least, self.state)
+            self.end_all(self.until)
 
         def shaped(row: int) -> NDArray[np.int64]:
             return self.state[row].reshape(self.shape)
@@ -159,9 +163,9 @@ def _add_steps(masks, starts, before, least, state):
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _finish(until, least, state):
+def _end_all(at, least, state):
     cells = state.shape[1]
     for block in prange((cells + BLOCK - 1) // BLOCK):
         for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
             if state[BEGAN, c] != NEVER:
-                end_spell(state, c, until, least)
+                end_spell(state, c, at, least)

@@ -17,6 +17,7 @@ import umbra
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.counting import count_period
+from umbra.study.exact import count_exactly
 from umbra.study.layout import TILE, lay_out
 from umbra.study.ledger import Ledger
 from umbra.study.model import prepare_model
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 __all__ = ["run_study", "shadow_study"]
 
 RECEIVERS = ("ground", "top")
-STREAMED_TILE = 2048
+STREAMED_TILE = 1024
 """Side of the tiles of a study whose instants pass in order: each cell holds more then."""
 
 
@@ -54,6 +55,7 @@ def run_study(
     by_day: bool | None = None,
     spells: bool = False,
     min_spell: str | dt.timedelta | None = None,
+    exact: bool | float = False,
     receivers: str = "ground",
     ground: float | None = None,
     extent: Sequence[float] | None = None,
@@ -79,7 +81,9 @@ def run_study(
     period = make_period(
         date, start, end, every, site, every_days=every_days, refraction=refraction
     )
-    wanted = find_wanted(period, by_day=by_day, spells=spells, min_spell=min_spell, masks=masks)
+    wanted = find_wanted(
+        period, by_day=by_day, spells=spells, min_spell=min_spell, masks=masks, exact=exact
+    )
     casters = select_casters(scene, cast, no_cast)
 
     begun = time.perf_counter()
@@ -111,7 +115,11 @@ def run_study(
             sweep.add_steps(suns[:1], np.zeros(shape, np.int32))
         advance = make_advance(progress, n * len(suns), len(tiles) * len(suns))
         started = time.perf_counter()
-        count_period(sweep, shape, ledger, (rows, cols), advance)
+        if wanted.tolerance:
+            places = model.find_places(tile, surface)
+            count_exactly(sweep, places, model.tree, shape, ledger, (rows, cols), advance)
+        else:
+            count_period(sweep, shape, ledger, (rows, cols), advance)
         seconds += time.perf_counter() - started
     heights += origin[2]
     facts: dict[str, object] = {
@@ -175,6 +183,9 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
         the shaded share of the time with the sun up.
     min_spell : str, optional
         Also the hours in spells of at least this length, ``"30min"``; implies ``spells``.
+    exact : bool or float
+        Solve when each cell enters and leaves shadow, and when the sun rises and sets, to
+        a second (or so many) instead of adding up steps.
     receivers : {'ground', 'top'}
         The plane z = ``ground``, or the topmost surface of the plan.
     ground : float, optional
