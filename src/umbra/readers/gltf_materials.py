@@ -163,4 +163,4 @@ class Materials:
             return encoded_image(name, lambda: data, wrap)
         if uri.startswith("data:"):
             return encoded_image(name, partial(base64.b64decode, uri.partition(",")[2]), wrap)
-        return image_beside(self._path, unquote(uri), wrap=wrap)
+        return image_beside(self._path, unquote(uri), wrap)

@@ -15,13 +15,7 @@ __all__ = ["encoded_image", "image_beside"]
 REPEAT = ("repeat", "repeat")
 
 
-def encoded_image(
-    name: str,
-    fetch: Callable[[], bytes],
-    wrap: tuple[str, str] = REPEAT,
-    *,
-    from_below: bool = False,
-) -> Image:
+def encoded_image(name: str, fetch: Callable[[], bytes], wrap: tuple[str, str] = REPEAT) -> Image:
     """
     Make an image that is fetched and decoded when its pixels are first asked for.
 
@@ -32,25 +26,16 @@ def encoded_image(
     fetch : function of () -> bytes
         Of a PNG or JPEG file.
     wrap : (str, str)
-    from_below : bool
-        Whether the format's texture coordinates count from the bottom row.
 
     Returns
     -------
     image : Image
         Its ``pixels`` raise `InputError` if they cannot be decoded.
     """
-
-    def load() -> NDArray[np.uint8]:
-        pixels = _decode(name, fetch)
-        return pixels[::-1] if from_below else pixels
-
-    return Image(name, load, wrap)
+    return Image(name, lambda: _decode(name, fetch), wrap)
 
 
-def image_beside(
-    path: Path, file: str, *, wrap: tuple[str, str] = REPEAT, from_below: bool = False
-) -> Image | None:
+def image_beside(path: Path, file: str, wrap: tuple[str, str] = REPEAT) -> Image | None:
     """Make an image of a file beside another; None where there is no such file."""
     beside = path.parent / file
     try:
@@ -58,9 +43,7 @@ def image_beside(
             return None
     except (OSError, ValueError):
         return None
-    return encoded_image(
-        f"{path.name}: {file}"[:120], beside.read_bytes, wrap, from_below=from_below
-    )
+    return encoded_image(f"{path.name}: {file}"[:120], beside.read_bytes, wrap)
 
 
 def _decode(name: str, fetch: Callable[[], bytes]) -> NDArray[np.uint8]:

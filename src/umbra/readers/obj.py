@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.materials import read_materials
 from umbra.readers.model import Model
+from umbra.readers.obj_texture import read_texture_corners
 from umbra.readers.polygons import Polygons, triangulate
 from umbra.readers.turn import turn_up
-from umbra.scene import Material, Mesh, Part
-from umbra.scene.material import GREY
+from umbra.scene import Mesh, Part
 
 __all__ = ["read_obj"]
 
@@ -55,7 +55,8 @@ def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
     InputError
         If a line is damaged or names a vertex that does not exist (which line).
     """
-    statements = _sort_lines(_split_lines(data), data)
+    lines = _split_lines(data)
+    statements = _sort_lines(lines, data)
     vertices = _parse_vertices(statements, data)
     corners, lengths = _parse_faces(statements, len(vertices), data)
     faces, face_line, degenerate, crossed = _cut(vertices, corners, lengths)
@@ -67,14 +68,24 @@ def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
     key_of_state = [keys.setdefault(s[1:], len(keys)) for s in statements.states]
     part = np.array(key_of_state, np.int64)[state]
     order = np.argsort(part, kind="stable")
-    faces = faces[order]
+    faces, face_line = faces[order], face_line[order]
     ends = np.cumsum(np.bincount(part, minlength=len(keys))).tolist()
-    colors, notes = read_materials(statements.libraries, path)
-    materials = {kind: Material(colors.get(kind, GREY)) for _, kind in keys}
+    spans = {key: slice(start, end) for key, start, end in zip(keys, [0, *ends], ends)}
+    spans = {key: span for key, span in spans.items() if span.stop > span.start}
+    materials, notes = read_materials(statements.libraries, path, [kind for _, kind in spans])
+    meshes = {key: Mesh(vertices, faces[span]) for key, span in spans.items()}
+    textured = [key for key in spans if materials[key[1]].image is not None]
+    if textured:
+        texture, lost = read_texture_corners(
+            lines, statements.faces, corners, lengths, len(vertices)
+        )
+        for key in textured:
+            meshes[key] = texture.split(vertices, faces[spans[key]], face_line[spans[key]])
+        if lost:
+            notes += (f"corners with texture coordinates that are not there: {lost}",)
     parts = [
-        Part(name or path.stem, kind, Mesh(vertices, faces[start:end]), None, materials[kind])
-        for (name, kind), start, end in zip(keys, [0, *ends], ends)
-        if end > start
+        Part(name or path.stem, kind, mesh, None, materials[kind])
+        for (name, kind), mesh in meshes.items()
     ]
     if degenerate:
         notes += (f"polygons with fewer than three distinct corners left out: {degenerate}",)
