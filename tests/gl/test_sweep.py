@@ -51,11 +51,11 @@ def test_counts_masks_and_hours_are_the_cpus(device, name, receivers):
         assert not (differ & ~is_on_edge(expected) & ~is_on_edge(counts)).any()
         assert differ.mean() < 1e-3
         assert (expected != 0).any()
-        assert (gl.masks(SUNS) != cpu.masks(SUNS)).mean() < 3e-4
+        assert (gl.masks(SUNS) != cpu.masks(SUNS)).mean() < 1e-3
         steps, hours = np.full((2, *expected.shape[1:]), 7, np.int32)
         cpu.add_steps(SUNS, hours)
         gl.add_steps(SUNS, steps)
-        assert (steps != hours).mean() < 1e-3
+        assert (steps != hours).mean() < 3e-3
 
 
 def test_only_chosen_parts_cast_and_all_receive(device):
