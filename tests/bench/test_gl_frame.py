@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from umbra.bench import gl_frame, peer
+from umbra.bench.measure import Spent
 from umbra.bench.peer import PEERS, Peer, find_python
 from umbra.bench.scenes import make_spheres
 from umbra.cli.bench import PEERS as NAMES
@@ -30,7 +31,7 @@ for line in sys.stdin:
         answer = {"name": "Fake 1.0", "driver": "pencil"}
     elif request["do"] == "render":
         print(request["lights"], file=notes, flush=True)
-        answer = {"seconds": 0.25}
+        answer = {"seconds": 0.25, "processor_seconds": 0.3}
     else:
         open(request["path"], "wb").write(b"picture")
         answer = {}
@@ -51,11 +52,12 @@ class FakeOurs:
     def time(self, lights, *, shadows=True):
         if shadows:
             self.asked.append(lights)
-        return 0.05 if shadows else 0.03
+        return Spent(0.05, 0.06) if shadows else Spent(0.03, 0.04)
 
     def time_calls(self, lights):
         assert len(lights) > 1
-        return 0.002 if (lights[0] != lights[1]).any() else 0.001
+        seconds = 0.002 if (lights[0] != lights[1]).any() else 0.001
+        return Spent(seconds, seconds)
 
     def save(self, light, path):
         path.write_bytes(b"ours")
@@ -96,6 +98,7 @@ def test_one_object_has_all_figures(pretend):
     assert row["pixels"] == 64**2
     assert row["driver"] == "brush"
     assert row["ours_ms"] == row["ours_min_ms"] == pytest.approx(50)
+    assert row["ours_processor_ms"] == pytest.approx(60)
     assert row["no_shadows_ms"] == pytest.approx(30)
     assert row["shadows_ms"] == pytest.approx(20)
     assert row["calls_ms"] == pytest.approx(2)
@@ -108,6 +111,8 @@ def test_one_object_has_all_figures(pretend):
         assert (each["name"], each["driver"]) == ("Fake 1.0", "pencil")
         assert each["ms"] == each["min_ms"] == pytest.approx(250)
         assert each["ratio"] == each["ratio_of_minima"] == pytest.approx(5)
+        assert each["processor_ms"] == pytest.approx(300)
+        assert each["ratio_of_processor"] == pytest.approx(5)
 
 
 def test_all_sides_draw_the_same_places_of_the_lamp(pretend):
@@ -233,12 +238,12 @@ serve(Square)
     )
     with Peer(replace(PEERS["ogre"], script=script), sys.executable, make_spheres(), 7) as square:
         assert (square.name, square.driver) == ("Square 2", "chalk")
-        assert square.render([(0, 0, 1), (0, 0, 2)]) >= 0
+        assert min(square.render([(0, 0, 1), (0, 0, 2)])) >= 0
         square.save((0, 0, 1), tmp_path / "picture")
         assert (tmp_path / "picture").read_text() == "7"
         with pytest.raises(UmbraError, match="ValueError: below the ground"):
             square.render([(0, 0, -1)])
-        assert square.render([(0, 0, 1)]) >= 0
+        assert min(square.render([(0, 0, 1)])) >= 0
 
 
 def test_the_peers_scene_is_as_said():
@@ -273,8 +278,8 @@ def test_umbra_draws_the_peers_scene(tmp_path):
     scene = make_spheres(3, 8, 12)
     with OursGl(scene, 64) as ours:
         assert ours.driver
-        assert ours.time(scene.path[:2]) > 0
-        assert ours.time(scene.path[:2], shadows=False) > 0
-        assert ours.time_calls(scene.path[:3]) > 0
+        assert min(ours.time(scene.path[:2])) > 0
+        assert min(ours.time(scene.path[:2], shadows=False)) > 0
+        assert min(ours.time_calls(scene.path[:3])) > 0
         ours.save(scene.path[0], tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 100

@@ -8,15 +8,14 @@ the lamp in its turn, and waits for each frame to be finished.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
-from itertools import count
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.bench.measure import Contender, Timing, run_in_turn
+from umbra.bench.measure import Spent, Timing, run_in_turn
 from umbra.bench.ours_gl import OursGl
 from umbra.bench.peer import PEERS, Peer, PeerKind, find_python
 from umbra.bench.report import describe_machine, lay_out_table, name_version, show_timing
@@ -83,6 +82,15 @@ class GlRow:
         """What shadows add to a frame [s]."""
         return self.ours.median - self.no_shadows.median
 
+    def compare(self, peer: PeerTiming) -> dict[str, float]:
+        """Give how many times longer a peer takes, in three ways."""
+        theirs, ours = peer.timing, self.ours
+        return {
+            "ratio": theirs.median / ours.median,
+            "ratio_of_minima": theirs.least / ours.least,
+            "ratio_of_processor": (theirs.processor or np.nan) / (ours.processor or np.nan),
+        }
+
     def to_dict(self) -> dict[str, Any]:
         """Give numbers for programs; times in ms."""
         named = {
@@ -91,7 +99,7 @@ class GlRow:
         }  # fmt: skip
         times: dict[str, float] = {}
         for name, timing in named.items():
-            times |= {f"{name}_ms": 1e3 * timing.median, f"{name}_min_ms": 1e3 * timing.least}
+            times |= {f"{name}_{key}": value for key, value in _in_ms(timing).items()}
         return {
             "work": self.work,
             "pixels": self.size**2,
@@ -104,10 +112,8 @@ class GlRow:
                     "peer": peer.kind.name,
                     "name": peer.name,
                     "driver": peer.driver,
-                    "ms": 1e3 * peer.timing.median,
-                    "min_ms": 1e3 * peer.timing.least,
-                    "ratio": peer.timing.median / self.ours.median,
-                    "ratio_of_minima": peer.timing.least / self.ours.least,
+                    **_in_ms(peer.timing),
+                    **self.compare(peer),
                     "mark": peer.kind.mark,
                 }
                 for peer in self.peers
@@ -149,24 +155,24 @@ class GlReport:
 
     def to_table(self) -> str:
         """Give a Markdown table that can be read as it stands."""
-        head = ["work", "who", "ms (min)", "times umbra", "of minima", "mark"]
+        head = ["work", "who", "ms (min)", "processor ms", "times umbra", "of minima",
+                "of processor", "mark"]  # fmt: skip
         lines: list[list[str]] = []
         for row in self.rows:
-            shadows = f"{1e3 * row.shadows:.3g}"
             scene = f"below {1e3 * row.no_shadows.median:.3g} ms" if row.size >= 1024 else ""
             calls = f"below {1e3 * CALLS_MARK:g} ms"
-            lines += [
-                [row.work, "umbra", show_timing(row.ours), "", "", ""],
-                ["", "... without shadows", show_timing(row.no_shadows), "", "", ""],
-                ["", "... shadows alone", shadows, "", "", scene],
-                ["", "... calls alone, lamp moving", show_timing(row.moving), "", "", ""],
-                ["", "... calls alone, lamp standing", show_timing(row.still), "", "", calls],
-            ]
+            for work, who, timing, mark in (
+                (row.work, "umbra", row.ours, ""),
+                ("", "... without shadows", row.no_shadows, ""),
+                ("", "... calls alone, lamp moving", row.moving, ""),
+                ("", "... calls alone, lamp standing", row.still, calls),
+            ):
+                lines.append([work, who, *_show(timing), "", "", "", mark])
+            alone = ["", "... shadows alone", f"{1e3 * row.shadows:.3g}"]
+            lines.insert(-2, [*alone, "", "", "", "", scene])
             for peer in row.peers:
-                ratio = peer.timing.median / row.ours.median
-                least = peer.timing.least / row.ours.least
-                figures = [f"{ratio:.2f}", f"{least:.2f}", f"{peer.kind.mark:g}"]
-                lines.append(["", peer.name, show_timing(peer.timing), *figures])
+                ratios = [f"{ratio:.2f}" for ratio in row.compare(peer).values()]
+                lines.append(["", peer.name, *_show(peer.timing), *ratios, f"{peer.kind.mark:g}"])
         small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         drivers = {row.driver for row in self.rows}
         drivers |= {peer.driver for row in self.rows for peer in row.peers}
@@ -175,6 +181,18 @@ class GlReport:
             f"Medians of {self.repeat} turns of {self.frames} frames, each finished.{small}\n\n"
             f"{lay_out_table(head, lines)}"
         )
+
+
+def _in_ms(timing: Timing) -> dict[str, float]:
+    return {
+        "ms": 1e3 * timing.median,
+        "min_ms": 1e3 * timing.least,
+        "processor_ms": 1e3 * (timing.processor or 0.0),
+    }
+
+
+def _show(timing: Timing) -> list[str]:
+    return [show_timing(timing), f"{1e3 * (timing.processor or 0.0):.3g}"]
 
 
 def bench_gl_frame(
@@ -241,16 +259,17 @@ def _compare(
         peers = [
             stack.enter_context(Peer(kind, python, scene, size)) for kind, python in found.items()
         ]
-        contenders = {
-            "ours": _go_round(scene.path, frames, ours.time),
-            "no_shadows": _go_round(
-                scene.path, frames, lambda places: ours.time(places, shadows=False)
-            ),
-            "moving": _go_round(scene.path, frames, ours.time_calls),
-            "still": _go_round(scene.path[:1], frames, ours.time_calls),
-            **{peer.kind.name: _go_round(scene.path, frames, peer.render) for peer in peers},
+        turns = {
+            "ours": _Turns(scene.path, frames, ours.time),
+            "no_shadows": _Turns(scene.path, frames, lambda way: ours.time(way, shadows=False)),
+            "moving": _Turns(scene.path, frames, ours.time_calls),
+            "still": _Turns(scene.path[:1], frames, ours.time_calls),
+            **{peer.kind.name: _Turns(scene.path, frames, peer.render) for peer in peers},
         }
-        timings = run_in_turn(contenders, repeat)
+        timings = {
+            name: replace(timing, processor=turns[name].processor)
+            for name, timing in run_in_turn(turns, repeat).items()
+        }
         if pictures is not None:
             place = scene.path[_PICTURED]
             ours.save(place, pictures / f"umbra_{size}.png")
@@ -263,12 +282,21 @@ def _compare(
         )  # fmt: skip
 
 
-def _go_round(path: NDArray[np.float64], frames: int, draw: Callable[[Any], float]) -> Contender:
-    """Draw the next places of the lamp in each turn: the same ones on all sides."""
-    turns = count()
+@dataclass(eq=False)
+class _Turns:
+    """Draws the next places of the lamp in each turn: the same ones on all sides."""
 
-    def run() -> float:
-        first = next(turns) * frames
-        return draw(path[(first + np.arange(frames)) % len(path)])
+    path: NDArray[np.float64]
+    frames: int
+    draw: Callable[[Any], Spent]
+    _spent: list[Spent] = field(default_factory=list)
 
-    return run
+    def __call__(self) -> float:
+        place = self.frames * len(self._spent) + np.arange(self.frames)
+        self._spent.append(self.draw(self.path[place % len(self.path)]))
+        return self._spent[-1].wall
+
+    @property
+    def processor(self) -> float:
+        """The median of a frame's processor time [s], the first turn not counted."""
+        return float(np.median([spent.processor for spent in self._spent[1:]]))

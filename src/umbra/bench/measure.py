@@ -4,13 +4,21 @@ import gc
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Contender", "Timing", "run_in_turn", "timed"]
+__all__ = ["Contender", "Spent", "Timing", "run_in_turn", "timed"]
 
 Contender = Callable[[], float]
 """Does its work once and gives the seconds that count."""
+
+
+class Spent(NamedTuple):
+    """What some work took: by the clock, and of all processors together [s]."""
+
+    wall: float
+    processor: float
 
 
 @dataclass(frozen=True)
@@ -22,10 +30,14 @@ class Timing:
     ----------
     median, least : float
         Of all its runs [s].
+    processor : float, optional
+        Median of the time that it kept processors busy, all of them together [s]:
+        more than the clock's where threads work, and what a busy machine disturbs least.
     """
 
     median: float
     least: float
+    processor: float | None = None
 
 
 def timed(work: Callable[[], object], at_least: float = 0.0) -> Contender:

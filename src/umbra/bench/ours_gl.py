@@ -8,6 +8,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from umbra.bench.measure import Spent
 from umbra.bench.scenes import Spheres
 from umbra.gl.context import open_device
 from umbra.gl.renderer import Renderer
@@ -74,38 +75,39 @@ class OursGl:
         """Wait until all that was asked for is drawn."""
         self._device.gl.Finish()
 
-    def time(self, lights: Sequence[Place], *, shadows: bool = True) -> float:
+    def time(self, lights: Sequence[Place], *, shadows: bool = True) -> Spent:
         """
         Draw a frame for each place of the lamp, each finished before the next.
 
         Returns
         -------
-        seconds : float
-            Of one frame, the mean.
+        spent : Spent
+            On one frame, the mean.
         """
-        begun = time.perf_counter()
+        begun, busy = time.perf_counter(), time.process_time()
         for light in lights:
             self.render(light, shadows=shadows)
             self.finish()
-        return (time.perf_counter() - begun) / len(lights)
+        wall, busy = time.perf_counter() - begun, time.process_time() - busy
+        return Spent(wall / len(lights), busy / len(lights))
 
-    def time_calls(self, lights: Sequence[Place]) -> float:
+    def time_calls(self, lights: Sequence[Place]) -> Spent:
         """
         Do what a frame does but draw: find volumes, upload, set state; no clear, no triangle.
 
         Returns
         -------
-        seconds : float
-            Of one frame after the first, the mean.
+        spent : Spent
+            On one frame after the first, the mean.
         """
         with self._drawing_nothing():
             self.render(lights[0])
-            begun = time.perf_counter()
+            begun, busy = time.perf_counter(), time.process_time()
             for light in lights[1:]:
                 self.render(light)
-            seconds = time.perf_counter() - begun
+            wall, busy = time.perf_counter() - begun, time.process_time() - busy
         self.finish()
-        return seconds / (len(lights) - 1)
+        return Spent(wall / (len(lights) - 1), busy / (len(lights) - 1))
 
     def save(self, light: Place, path: Path) -> None:
         """Draw a frame into a PNG file."""

@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from umbra.bench.measure import Spent
 from umbra.bench.scenes import Spheres
 from umbra.errors import InputError, UmbraError
 
@@ -143,18 +144,18 @@ class Peer:
             raise
         self.name, self.driver = str(answer["name"]), str(answer["driver"])
 
-    def render(self, lights: Sequence[Sequence[float]]) -> float:
+    def render(self, lights: Sequence[Sequence[float]]) -> Spent:
         """
         Draw a frame for each place of the lamp.
 
         Returns
         -------
-        seconds : float
-            Of one frame, the mean; the child's own clock, without the pipe.
+        spent : Spent
+            On one frame, the mean; the child's own clocks, without the pipe.
         """
-        return float(
-            self._ask(do="render", lights=[list(map(float, place)) for place in lights])["seconds"]
-        )
+        places = [list(map(float, place)) for place in lights]
+        answer = self._ask(do="render", lights=places)
+        return Spent(float(answer["seconds"]), float(answer["processor_seconds"]))
 
     def save(self, light: Sequence[float], path: Path) -> None:
         """Draw a frame into a PNG file."""
