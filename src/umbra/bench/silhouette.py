@@ -127,25 +127,16 @@ def _compare_sweeps(
     facts: dict[str, Any],
 ) -> list[Row]:
     """Compare the ways to find many suns' silhouettes with each other, all in turn."""
-    ways = {
-        "tree": "tree",
-        "hextree": "hextree",
-        "brute force, 64 at once": "brute",
-        "brute force, one by one": None,
-        "numpy, one by one": None,
-    }
+    methods = {"tree": "tree", "hextree": "hextree", "brute force, 64 at once": "brute"}
     contenders = {
-        (way, n): _search(caster, suns, n, method)
-        for way, method in ways.items()
+        f"{way} {n}": _search(caster, suns, n, method)
+        for way, method in methods.items()
         for n in (1, threads)
-        if method
     }
-    one_by_one = [suns[k : k + 1] for k in range(len(suns))]
-    contenders["brute force, one by one", 1] = timed(
-        lambda: [_search(caster, sun, 1, "brute")() for sun in one_by_one]
-    )
+    alone = [_search(caster, suns[k : k + 1], 1, "brute") for k in range(len(suns))]
+    contenders["brute force, one by one 1"] = timed(lambda: [search() for search in alone])
     reference = _Numpy(caster, suns)
-    contenders["numpy, one by one", 1] = timed(reference.run)
+    contenders["numpy, one by one 1"] = timed(reference.run)
     timings = run_in_turn(contenders, repeat)
     expected = reference.run()
     rows = []
@@ -155,12 +146,12 @@ def _compare_sweeps(
         ("hextree", "brute force, one by one", None),
         ("brute force, 64 at once", "numpy, one by one", None),
     ):
-        found = _list_codes(caster, suns, ways[ours])
+        found = _list_codes(caster, suns, methods[ours])
         differ = sum(len(np.setxor1d(mine >> 2, theirs)) for mine, theirs in zip(found, expected))
         rows.append(
             Row(
                 f"{name}, {len(suns)} lights: {ours} against {peer}",
-                timings[ours, 1], timings[peer, 1], timings[ours, threads],
+                timings[f"{ours} 1"], timings[f"{peer} 1"], timings[f"{ours} {threads}"],
                 to_reach, differ, sum(map(len, expected)), {**facts, "lights": len(suns)},
             )
         )  # fmt: skip

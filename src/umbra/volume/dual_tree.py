@@ -45,13 +45,15 @@ class DualTree(Tree):
     boxes: NDArray[np.float32]
     starts: NDArray[np.int64]
 
-    def sift(self, plane: Plane) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def sift(
+        self, plane: Plane, numbers: NDArray[np.int32] | None = None
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Find the segments that a light's plane cuts; see ``Tree.sift``."""
         return _sift(
             self.boxes,
             self.starts,
             self.segments.blocks,
-            self.segments.numbers,
+            self.segments.numbers if numbers is None else numbers,
             plane.normal,
             plane.margin,
         )

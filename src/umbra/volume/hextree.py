@@ -45,11 +45,13 @@ class Hextree(Tree):
     children: NDArray[np.int32]
     owned: NDArray[np.int32]
 
-    def sift(self, plane: Plane) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def sift(
+        self, plane: Plane, numbers: NDArray[np.int32] | None = None
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Find the segments that a light's plane cuts; see ``Tree.sift``."""
         return _sift(
             self.centres, self.children, self.owned, self.segments.blocks,
-            self.segments.numbers, plane.normal, plane.margin,
+            self.segments.numbers if numbers is None else numbers, plane.normal, plane.margin,
         )  # fmt: skip
 
 

@@ -45,6 +45,36 @@ class Segments:
     numbers: NDArray[np.int32]
     blocks: NDArray[np.float32]
 
+    def decide(
+        self,
+        caster: Caster,
+        light: NDArray[np.float64],
+        codes: NDArray[np.int32],
+        unsure: NDArray[np.int32],
+    ) -> NDArray[np.int32]:
+        """
+        Ask what is not yet sure and what is no segment, and put all codes in order.
+
+        Parameters
+        ----------
+        caster : Caster
+        light : (4,) float64
+        codes : (n,) int32
+        unsure : (k,) int32
+
+        Returns
+        -------
+        codes : (m,) int32
+            Ascending.
+        """
+        rest = np.concatenate([unsure, self.always])
+        asked = np.zeros(len(rest) + 1, np.int32)
+        n = _ask_edges(
+            rest, light, caster.planes, caster.edge_faces, caster.turn,
+            caster.component, caster.is_closed, asked,
+        )  # fmt: skip
+        return np.sort(np.concatenate([codes, asked[:n]]))
+
 
 class Tree(ABC):
     """
@@ -58,13 +88,17 @@ class Tree(ABC):
     segments: Segments
 
     @abstractmethod
-    def sift(self, plane: Plane) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def sift(
+        self, plane: Plane, numbers: NDArray[np.int32] | None = None
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """
         Find the segments that a light's plane cuts.
 
         Parameters
         ----------
         plane : Plane
+        numbers : (n_blocks, 16) int32, optional
+            What to call segments instead of by the numbers of their edges.
 
         Returns
         -------
@@ -93,14 +127,7 @@ class Tree(ABC):
         plane = self.segments.fit.place(light)
         if plane is None:
             return None
-        codes, unsure = self.sift(plane)
-        rest = np.concatenate([unsure, self.segments.always])
-        asked = np.zeros(len(rest) + 1, np.int32)
-        n = _ask_edges(
-            rest, light, caster.planes, caster.edge_faces, caster.turn,
-            caster.component, caster.is_closed, asked,
-        )  # fmt: skip
-        return np.sort(np.concatenate([codes, asked[:n]]))
+        return self.segments.decide(caster, light, *self.sift(plane))
 
 
 def make_segments(caster: Caster, duals: Duals, numbers: NDArray[np.int32]) -> Segments:
