@@ -191,7 +191,11 @@ def test_threads_change_nothing(render):
         (["--out", "a.png", "--light", "0,0,0,0"], "points nowhere"),
         (["--out", "a.png", "--light", "0,0,8,-1"], "w must be"),
         (["--out", "a.png", "--light", "0,0,8", "--method", "alpha"], "auto, z-pass, z-fail"),
-        (["--out", "a.png", "--light", "0,0,8", "--device", "gl"], "cpu"),
+        (["--out", "a.png", "--light", "0,0,8", "--method", "lengyel"], "auto, z-pass, z-fail"),
+        (
+            ["--out", "a.png", "--light", "0,0,8", "--device", "gl", "--method", "fast"],
+            "lengyel, mcguire",
+        ),
         (["--out", "a.png", "--light", "0,0,8", "--size", "0x4"], "COLSxROWS"),
         (["--out", "a.png", "--light", "0,0,8", "--size", "999999x999999"], "would fit"),
         (["--out", "a.png", "--light", "0,0,8", "--near", "0"], "near"),

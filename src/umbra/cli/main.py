@@ -15,6 +15,7 @@ __all__ = ["main"]
 
 COMMANDS = {
     "bench": "Measure umbra against its peers.",
+    "doctor": "Say what runs on this machine.",
     "inspect": "Say what a file is.",
     "render": "Draw a picture with exact shadows.",
     "study": "Find the hours of shadow around buildings.",

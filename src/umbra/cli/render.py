@@ -1,8 +1,10 @@
 """``umbra render``: a picture with exact shadows."""
 
 import math
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -59,13 +61,17 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
 @click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
 @click.option(
-    "--method", metavar="NAME", default="auto", show_default=True, help="auto, z-pass or z-fail."
+    "--method",
+    metavar="NAME",
+    default="auto",
+    show_default=True,
+    help="auto, z-pass or z-fail; on gl also lengyel or mcguire.",
 )
 @click.option(
     "--device",
     type=click.Choice(["auto", "cpu", "gl"]),
     default="auto",
-    help="Where to count; this version has cpu.",
+    help="Where to count: cpu (auto), or gl with OpenGL.",
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
 @click.option(
@@ -112,12 +118,8 @@ def command(
     if out is not None and out.suffix.lower() != ".png":
         msg = f"the picture '{out}' would be a PNG; name it {out.with_suffix('.png')}"
         raise InputError(msg)
-    if device == "gl":
-        msg = "this version renders on the cpu; leave --device out"
-        raise InputError(msg)
     import numpy as np  # noqa: PLC0415
 
-    from umbra.cpu.frame import METHODS, FrameCounter  # noqa: PLC0415
     from umbra.cpu.shade import shade  # noqa: PLC0415
     from umbra.cpu.threads import count_cores  # noqa: PLC0415
     from umbra.scene import Camera, Light, spot_light  # noqa: PLC0415
@@ -125,9 +127,7 @@ def command(
     from umbra.writers.beside import replace_file  # noqa: PLC0415
     from umbra.writers.png import write_png  # noqa: PLC0415
 
-    if method not in METHODS:
-        msg = f"the cpu has no method '{method}'; it has {', '.join(METHODS)}"
-        raise InputError(msg)
+    _check_method(device, method)
     camera = Camera(eye, target, up, size=size, fov=fov, height=height, near=near)  # type: ignore[arg-type]
     all_lights = [Light(np.array(v if len(v) == 4 else (*v, 1.0))) for v in lights]
     all_lights += [spot_light(v[:3], v[3:6], v[6]) for v in spots]
@@ -143,7 +143,7 @@ def command(
         if not all_lights:
             msg = "no light; give --light X,Y,Z for a point or X,Y,Z,0 for a direction"
             raise InputError(msg)
-        counter = FrameCounter(scene, ground=ground, threads=threads, warn=_warn)
+        counter = stack.enter_context(_count_on(device, scene, ground, threads))
         view, frame = counter.see(camera)
         counts = [counter.count(view, camera, light, method) for light in all_lights]
         lit = [counter.lit(frame, n, light) for n, light in zip(counts, all_lights, strict=True)]
@@ -171,6 +171,31 @@ def command(
     else:
         for path in written:
             click.echo(path)
+
+
+def _check_method(device: str, method: str) -> None:
+    """Refuse a method that the device does not have, before anything is read."""
+    from umbra.cpu import frame  # noqa: PLC0415
+    from umbra.gl import selection  # noqa: PLC0415
+
+    name, methods = ("gl device", selection.METHODS) if device == "gl" else ("cpu", frame.METHODS)
+    if method not in methods:
+        msg = f"the {name} has no method '{method}'; it has {', '.join(methods)}"
+        raise InputError(msg, method=method)
+
+
+@contextmanager
+def _count_on(device: str, scene: Any, ground: float | None, threads: int) -> Iterator[Any]:
+    """Give a counter of frames on a device."""
+    if device == "gl":
+        from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
+
+        with GlFrameCounter(scene, ground=ground, warn=_warn) as counter:
+            yield counter
+    else:
+        from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
+
+        yield FrameCounter(scene, ground=ground, threads=threads, warn=_warn)
 
 
 def _check_memory(size: tuple[int, int], lights: int) -> None:

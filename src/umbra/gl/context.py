@@ -7,7 +7,7 @@ moderngl is imported here, on the first call, and nowhere else but in this room.
 import ctypes
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from ctypes.util import find_library
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -20,10 +20,11 @@ from umbra.gl.functions import Functions
 __all__ = ["BACKENDS", "Device", "find_backends", "open_device"]
 
 INSTALL = "pip install 'umbra-shadows[gl]'"
-ADVICE = (
+DRIVER = (
     "install a driver (Debian, Ubuntu: apt install libegl1 libgl1 libgl1-mesa-dri; "
-    "anywhere on Linux: pip install 'umbra-shadows[osmesa]'), or stay with --device cpu"
+    "anywhere on Linux: pip install 'umbra-shadows[osmesa]')"
 )
+ADVICE = f"{DRIVER}, or stay with --device cpu"
 _DEPTH_BITS, _STENCIL_BITS = 24, 8
 _ERRORS = {
     0x0500: "an invalid enum",
@@ -179,22 +180,22 @@ def open_device(backend: str | None = None) -> Device:
     raise UmbraError(msg, reasons=reasons)
 
 
-def find_backends() -> dict[str, Device | str]:
+def find_backends() -> Iterator[tuple[str, Device | str]]:
     """
-    Try every backend.
+    Try every backend, one at a time.
 
-    Returns
-    -------
-    found : dict
-        An open device, to be released, or the reason why there is none.
+    Yields
+    ------
+    name : str
+    found : Device or str
+        An open device, to be released before the next, or the reason why there is none.
     """
-    found: dict[str, Device | str] = {}
     for name in BACKENDS:
         try:
-            found[name] = open_device(name)
+            yield name, open_device(name)
         except UmbraError as error:
-            found[name] = str(error.data.get("reasons", [str(error)])[0]).removeprefix(f"{name}: ")  # type: ignore[index]
-    return found
+            reasons = error.data.get("reasons", [str(error)])
+            yield name, str(reasons[0]).removeprefix(f"{name}: ")  # type: ignore[index]
 
 
 def _open_egl() -> Device:
@@ -289,6 +290,7 @@ class OffscreenMesa:
     def release(self) -> None:
         """Destroy the context."""
         if self._context:
+            self._library.OSMesaMakeCurrent(None, None, 0, 0, 0)
             self._library.OSMesaDestroyContext(self._context)
         self._context = None
 

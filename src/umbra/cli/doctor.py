@@ -1,0 +1,127 @@
+"""``umbra doctor``: what runs on this machine, and what to install for the rest."""
+
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import click
+
+from umbra import __version__
+from umbra.cli.main import echo_json
+
+__all__ = ["command"]
+
+_PACKAGES = ("numpy", "numba", "moderngl", "glcontext", "glfw", "imgui-bundle", "lavavu-osmesa")
+
+
+@click.command("doctor")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(as_json: bool) -> None:
+    """
+    Say which devices run on this machine, and what to install for the others.
+
+    \b
+    Example:
+    umbra doctor
+    """  # noqa: D301  (click asks for a real backspace)
+    report = _examine()
+    if as_json:
+        echo_json(report)
+        return
+    cpu, gl = report["cpu"], report["gl"]
+    click.echo(f"umbra {report['umbra']}, Python {report['python']}, {report['system']}")
+    click.echo(f"cpu  runs, {cpu['cores']} cores, threads by {cpu['threading']}")
+    click.echo(f"gl   {'runs' if gl['runs'] else 'does not run'}")
+    for name, found in gl["backends"].items():
+        if "reason" in found:
+            click.echo(f"     {name:8}{found['reason']}")
+            continue
+        click.echo(f"     {name:8}OpenGL {found['version']}, {found['renderer']}")
+        click.echo(
+            f"             {'software' if found['is_software'] else 'hardware'}, "
+            f"{found['stencil_bits']} stencil bits, "
+            f"depth bounds {'yes' if found['depth_bounds'] else 'no'}, "
+            f"timer queries {'yes' if found['timer_queries'] else 'no'}"
+        )
+    packages = [f"{name} {found or '-'}" for name, found in report["packages"].items()]
+    click.echo(f"     {', '.join(packages)}")
+    for advice in report["advice"]:
+        click.echo(f"To do: {advice}")
+
+
+def _examine() -> dict[str, Any]:
+    """Find out what the command prints."""
+    import platform  # noqa: PLC0415
+
+    from umbra.cpu.threads import count_cores  # noqa: PLC0415
+    from umbra.gl.context import DRIVER, INSTALL  # noqa: PLC0415
+
+    packages = {name: _find_version(name) for name in _PACKAGES}
+    advice = []
+    backends: dict[str, dict[str, Any]] = {}
+    if packages["moderngl"] is None or packages["glcontext"] is None:
+        advice.append(f"for the gl device: {INSTALL}")
+    else:
+        backends = _try_backends()
+        if not any("reason" not in found for found in backends.values()):
+            advice.append(f"for the gl device {DRIVER}")
+    runs = [found for found in backends.values() if "reason" not in found]
+    return {
+        "umbra": __version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "cpu": {"runs": True, "cores": count_cores(), "threading": _find_threading()},
+        "gl": {"runs": bool(runs), "backends": backends},
+        "packages": packages,
+        "advice": advice,
+    }
+
+
+def _try_backends() -> dict[str, dict[str, Any]]:
+    """Open each backend, ask what it has, and close it."""
+    from umbra.errors import UmbraError  # noqa: PLC0415
+    from umbra.gl.context import find_backends  # noqa: PLC0415
+    from umbra.gl.target import Target  # noqa: PLC0415
+
+    found: dict[str, dict[str, Any]] = {}
+    for name, device in find_backends():
+        if isinstance(device, str):
+            found[name] = {"reason": device}
+            continue
+        try:
+            with device, Target(device, (16, 16)) as target:
+                found[name] = {
+                    "version": device.version,
+                    "vendor": device.vendor,
+                    "renderer": device.renderer,
+                    "is_software": device.is_software,
+                    "stencil_bits": target.stencil_bits(),
+                    "depth_bounds": device.has_depth_bounds,
+                    "timer_queries": device.has_timer_queries,
+                }
+        except UmbraError as error:
+            found[name] = {"reason": str(error)}
+    return found
+
+
+def _find_version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _find_threading() -> str:
+    """Give numba's threading layer, as a small job has it."""
+    import numba  # noqa: PLC0415
+    import numpy as np  # noqa: PLC0415
+
+    @numba.njit(parallel=True)
+    def add(values: Any) -> None:
+        for i in numba.prange(values.size):
+            values[i] += 1
+
+    try:
+        add(np.zeros(4))
+        return str(numba.threading_layer())
+    except (ValueError, numba.NumbaError):
+        return "none"

@@ -1,0 +1,61 @@
+"""``umbra doctor``: what runs here, and what to install."""
+
+import importlib.util
+
+import pytest
+
+from umbra.errors import UmbraError
+
+NEEDED = {"version", "vendor", "renderer", "is_software", "stencil_bits", "depth_bounds"}
+
+
+def test_it_says_what_runs(umbra_here):
+    report = umbra_here("doctor", "--json").json()
+    assert report["cpu"]["runs"] is True
+    assert report["cpu"]["cores"] >= 1
+    assert report["packages"]["numpy"]
+    for found in report["gl"]["backends"].values():
+        assert set(found) == {"reason"} or set(found) == NEEDED | {"timer_queries"}
+    if report["gl"]["runs"]:
+        running = [f for f in report["gl"]["backends"].values() if "reason" not in f]
+        assert all(found["stencil_bits"] == 8 for found in running)
+        assert not report["advice"]
+
+
+def test_a_person_reads_the_same(umbra_here):
+    said = umbra_here("doctor")
+    report = umbra_here("doctor", "--json").json()
+    assert said.status == 0
+    lines = said.out.splitlines()
+    assert lines[0].startswith(f"umbra {report['umbra']}, Python")
+    assert any(line.startswith("cpu  runs") for line in lines)
+    assert any(
+        line == ("gl   runs" if report["gl"]["runs"] else "gl   does not run") for line in lines
+    )
+
+
+def test_without_any_driver_it_says_what_to_install(umbra_here, monkeypatch):
+    pytest.importorskip("moderngl")
+
+    def fail():
+        msg = "libEGL is not loaded"
+        raise UmbraError(msg)
+
+    monkeypatch.setattr("umbra.gl.context.BACKENDS", {"egl": fail, "osmesa": fail})
+    said = umbra_here("doctor", "--json").json()
+    assert not said["gl"]["runs"]
+    assert said["gl"]["backends"]["egl"] == {"reason": "libEGL is not loaded"}
+    assert "libgl1-mesa-dri" in said["advice"][0]
+    assert "To do: " in umbra_here("doctor").out
+
+
+def test_without_the_extra_it_is_named(umbra_here, monkeypatch):
+    from importlib import metadata  # noqa: PLC0415
+
+    def missing(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr("umbra.cli.doctor.version", missing)
+    report = umbra_here("doctor", "--json").json()
+    assert report["advice"] == ["for the gl device: pip install 'umbra-shadows[gl]'"]
+    assert importlib.util.find_spec("umbra.gl") is not None
