@@ -206,6 +206,28 @@ def test_rigid_parts_keep_their_mesh_and_get_a_transform(save):
     assert pose(posed, 1, 1).parts[0].transform[0, 3] == 50
 
 
+def test_all_animations_play_together_each_in_its_own_file(save, tmp_path):
+    column = Column()
+    column.bend()
+    del column.tree["nodes"][column.shown]["translation"]
+    post = column.node(mesh=0, name="post")
+    column.animate(post, "translation", [0, 2], [[0, 0, 0], [6, 0, 0]], name="slide")
+    column.animate(post, "translation", [0, 2], [[0, 0, 0], [8, 0, 0]], name="run")
+    path = save(column)
+    one = umbra.read(path)
+    apart = pose(one, 3.0, "all")
+    np.testing.assert_allclose(
+        apart.triangles([0]).vertices, bent_by_hand(column.points), atol=1e-7
+    )
+    assert apart.parts[1].transform[0, 3] == 8  # the later of the two
+    assert pose(one, 3.0, "slide").parts[1].transform[0, 3] == 6
+    # Two files in one scene: the fifth animation is the second of the second file.
+    two = umbra.read(path, save(column, "n.glb"))
+    assert [a.name for a in two.animations] == ["wave", "slide", "run"] * 2
+    posed = pose(two, 3.0, 4)
+    assert [part.transform[0, 3] for part in posed.parts] == [0, 0, 0, 6]
+
+
 def test_children_move_with_their_parents(save):
     column = Column()
     del column.tree["nodes"][column.shown]["skin"]

@@ -19,7 +19,7 @@ def pose_options(command: Callable[..., Any]) -> Callable[..., Any]:
     command = click.option(
         "--animation",
         metavar="NAME",
-        help="Which animation --time means, by name or number; default: 0, the first.",
+        help="Which animation --time means: name, number or all; default: 0, the first.",
     )(command)
     return click.option(
         "--time",

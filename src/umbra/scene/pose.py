@@ -33,7 +33,9 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
         [s]; before the animation's beginning it stands as at its beginning, after its
         end as at its end.
     animation : int or str
-        Its index in ``scene.animations``, or its name.
+        Its index in ``scene.animations``, or its name; ``all`` plays them together, as
+        is meant where an exporter gives each thing its own. Where two move the same,
+        the later one does.
 
     Returns
     -------
@@ -47,11 +49,13 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
     if not np.isfinite(time):
         msg = f"the time of a pose must be finite; got {time} s"
         raise InputError(msg, time=time)
-    chosen = _find_animation(scene, animation)
+    chosen = _find_animations(scene, animation)
     rigs = {id(part.binding.rig): part.binding.rig for part in scene.parts if part.binding}
     rigs |= {id(light.binding.rig): light.binding.rig for light in scene.lights if light.binding}
     placed = {
-        key: rig.place(chosen.tracks if chosen in rig.animations else (), time)
+        key: rig.place(
+            tuple(track for one in chosen if one in rig.animations for track in one.tracks), time
+        )
         for key, rig in rigs.items()
     }
     bent: dict[tuple[int, int], Mesh] = {}  # parts that share a shape and a node share a mesh
@@ -99,7 +103,7 @@ def place_light(light: Light, binding: Binding, places: NDArray[np.float64]) -> 
     return replace(light, position=place[:, 3])
 
 
-def _find_animation(scene: Scene, animation: int | str) -> Animation:
+def _find_animations(scene: Scene, animation: int | str) -> tuple[Animation, ...]:
     found = scene.animations
     if not found:
         msg = "the scene has no animation; export the file with it, or leave the time out"
@@ -107,7 +111,9 @@ def _find_animation(scene: Scene, animation: int | str) -> Animation:
     if isinstance(animation, str):
         for one in found:
             if one.name == animation:
-                return one
+                return (one,)
+        if animation == "all":
+            return found
         if not animation.isdecimal():
             names = ", ".join(f"'{one.name}'" for one in found[:12])
             msg = f"there is no animation '{animation}'; the scene has {names}"
@@ -116,4 +122,4 @@ def _find_animation(scene: Scene, animation: int | str) -> Animation:
     if not 0 <= index < len(found):
         msg = f"there is no animation {index}; the scene has {len(found)}, counted from 0"
         raise InputError(msg, animation=index)
-    return found[index]
+    return (found[index],)
