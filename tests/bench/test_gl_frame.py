@@ -195,6 +195,7 @@ def test_options_that_do_not_fit_are_refused(arguments, part):
         ("import sys; sys.exit('the display is gone')", "the display is gone"),
         ("import os; os._exit(3)", "exit status 3"),
         ('input(); print(\'{"error": "RuntimeError: no stencil"}\')', "no stencil"),
+        ("input(); print('hello')", "answers 'hello', which is no JSON"),
     ],
 )
 def test_a_peer_that_fails_says_why(script, part, tmp_path):

@@ -169,11 +169,7 @@ class Peer:
                     pipe.close()
             except BrokenPipeError:
                 pass
-        try:
-            self._child.wait(5)
-        except subprocess.TimeoutExpired:
-            self._child.kill()
-            self._child.wait()
+        self._end()
         self._said.close()
 
     def __enter__(self) -> "Peer":
@@ -198,14 +194,26 @@ class Peer:
         if not line:
             msg = f"{self.kind.title} ended while it was measured: {self._last_words()}"
             raise UmbraError(msg, peer=self.kind.name)
-        answer: dict[str, Any] = json.loads(line)
+        try:
+            answer: dict[str, Any] = json.loads(line)
+        except ValueError:
+            msg = f"{self.kind.title} answers '{line.strip()[:80]}', which is no JSON"
+            raise UmbraError(msg, peer=self.kind.name) from None
         if "error" in answer:
             msg = f"{self.kind.title} failed: {answer['error']}"
             raise UmbraError(msg, peer=self.kind.name)
         return answer
 
+    def _end(self) -> None:
+        """Wait until the process has ended, and not for long."""
+        try:
+            self._child.wait(5)
+        except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.wait()
+
     def _last_words(self) -> str:
-        self._child.wait(5)
+        self._end()
         self._said.seek(0)
         lines = self._said.read().strip().splitlines()
         return lines[-1] if lines else f"exit status {self._child.returncode}"
