@@ -128,6 +128,16 @@ def test_meshes_of_any_size(size, method):
 
 
 @pytest.mark.parametrize("method", TREES)
+def test_products_that_vanish(method):
+    # Brute force finds faces edge-on whose products are too small for any number.
+    vertices, faces = SCENES["jumble"]()
+    caster = make_caster(vertices * 1e-115, faces)
+    suns = np.random.default_rng(0).normal(size=(50, 4)) * [1e-95, 1e-95, 1e-95, 0]
+    assert any(len(codes) < len(caster.edges) / 8 for codes in find_codes(caster, suns, "brute"))
+    check(caster, suns, method)
+
+
+@pytest.mark.parametrize("method", TREES)
 def test_needles_and_faces_without_area(method):
     rng = np.random.default_rng(3)
     vertices = rng.uniform(-5, 5, (40, 3))

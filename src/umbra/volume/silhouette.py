@@ -100,7 +100,7 @@ def find_silhouettes(
         yield slice(first, first + len(batch)), Silhouettes(codes, starts)
 
 
-def prepare_tree(caster: Caster, method: str = "tree") -> Tree:
+def prepare_tree(caster: Caster, method: str = "tree", tree: Tree | None = None) -> Tree:
     """
     Build a tree ahead of the first light, or give the one there is.
 
@@ -108,6 +108,8 @@ def prepare_tree(caster: Caster, method: str = "tree") -> Tree:
     ----------
     caster : Caster
     method : {'tree', 'hextree'}
+    tree : Tree, optional
+        Use this one, of ``read_tree`` or ``make_hextree``, say.
 
     Returns
     -------
@@ -115,7 +117,9 @@ def prepare_tree(caster: Caster, method: str = "tree") -> Tree:
         Which ``find_silhouettes`` will use, too.
     """
     kept = _look_up(caster)
-    if method not in kept.trees:
+    if tree is not None:
+        kept.trees[method] = tree
+    elif method not in kept.trees:
         kept.trees[method] = _MAKERS[method](caster)
     return kept.trees[method]
 
