@@ -1,11 +1,14 @@
 """The options of ``umbra study`` that ask for more than its three files, and who writes them."""
 
+import difflib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+
+from umbra.errors import InputError, UmbraError
 
 if TYPE_CHECKING:
     from umbra.scene import Scene
@@ -18,21 +21,23 @@ __all__ = ["Outputs", "output_options", "take_outputs"]
 F = TypeVar("F", bound=Callable)
 
 REPORT = "report.html"
+NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4")
 
 
 def output_options(command: F) -> F:
     """Add the options to a command; ``take_outputs`` takes their values out again."""
-    for option in reversed(
-        (
-            click.option(
-                "--report",
-                is_flag=True,
-                help="Also write report.html: all in one page, with a slider through the day.",
-            ),
-        )
-    ):
-        command = option(command)
-    return command
+    report = click.option(
+        "--report",
+        is_flag=True,
+        help="Also write report.html: all in one page, with a slider through the day.",
+    )
+    write = click.option(
+        "--write",
+        multiple=True,
+        metavar="FORMAT,...",
+        help=f"Also write {', '.join(NAMES)}; several by commas, or repeat.",
+    )
+    return report(write(command))
 
 
 @dataclass(frozen=True)
@@ -43,15 +48,23 @@ class Outputs:
     Parameters
     ----------
     report : bool
+    formats : tuple of str
+        Of ``umbra.writers.formats.FORMATS``.
     casters : tuple of str
         How casters were chosen, as typed.
     """
 
     report: bool
+    formats: tuple[str, ...] = ()
     casters: tuple[str, ...] = ()
 
     def write(
-        self, folder: Path, study: "Study", scene: "Scene", plan: "Plan", painter: "Painter"
+        self,
+        folder: Path,
+        study: "Study",
+        scene: "Scene",
+        plan: "Plan",
+        painter: "Painter",
     ) -> list[str]:
         """
         Write into the unfinished results folder; the pictures are waited for if needed.
@@ -60,20 +73,40 @@ class Outputs:
         -------
         names : list of str
             Of the files, in the order in which they are told.
-        """
-        names: list[str] = []
-        if self.report:
-            from umbra.writers.report import write_report  # noqa: PLC0415
 
-            painter.wait()
-            sheets = [
-                ("Hours in shadow", folder / "hours.png"),
-                ("Shadows through the day", folder / "profile.png"),
-            ]
-            write_report(
-                folder / REPORT, study, plan, sheets, casters=self.casters, notes=scene.notes
+        Raises
+        ------
+        UmbraError
+            If a file cannot be written, for want of space as a rule.
+        """
+        if not self.report and not self.formats:
+            return []
+        from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
+
+        job = Job(study, folder, plan.title, lambda line: click.echo(line, err=True))
+        try:
+            names = write_formats(job, self.formats)
+            if self.report:
+                painter.wait()
+                from umbra.writers.report import write_report  # noqa: PLC0415
+
+                sheets = [
+                    ("Hours in shadow", folder / "hours.png"),
+                    ("Shadows through the day", folder / "profile.png"),
+                ]
+                write_report(
+                    folder / REPORT, study, plan, sheets, casters=self.casters,
+                    notes=scene.notes, timeline=job.timeline,
+                )  # fmt: skip
+                names.append(REPORT)
+        except OSError as error:
+            what = Path(error.filename).name if isinstance(error.filename, str) else "the results"
+            reason = error.strerror or str(error)
+            msg = (
+                f"could not write {what} to '{folder.parent}' ({reason}); free some space or "
+                "choose another folder; earlier results are as they were"
             )
-            names.append(REPORT)
+            raise UmbraError(msg, path=folder.parent) from error
         return names
 
 
@@ -89,7 +122,29 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
     Returns
     -------
     outputs : Outputs
+
+    Raises
+    ------
+    InputError
+        If a format is unknown, or a package that it needs is missing.
     """
     casters = [f"--cast {pattern}" for pattern in options.get("cast", ())]
     casters += [f"--no-cast {pattern}" for pattern in options.get("no_cast", ())]
-    return Outputs(options.pop("report"), tuple(casters))
+    return Outputs(options.pop("report"), _parse_formats(options.pop("write")), tuple(casters))
+
+
+def _parse_formats(given: tuple[str, ...]) -> tuple[str, ...]:
+    """Read ``--write``: names by commas, each once."""
+    names = dict.fromkeys(name for text in given for name in text.replace(",", " ").lower().split())
+    if not names:
+        return ()
+    from umbra.writers.formats import FORMATS, check_extra  # noqa: PLC0415
+
+    for name in names:
+        if name not in FORMATS:
+            near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
+            advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
+            msg = f"--write does not know '{name}'; {advice}"
+            raise InputError(msg, format=name)
+        check_extra(f"--write {name}", FORMATS[name].packages, FORMATS[name].extra)
+    return tuple(names)

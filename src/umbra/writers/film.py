@@ -1,0 +1,144 @@
+"""The day as a film: GIF for anywhere, MP4 for larger plans."""
+
+import os
+import zoneinfo
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from umbra.study import Study
+from umbra.writers.plan import Plan, shade_roofs
+from umbra.writers.raster import resample
+from umbra.writers.report.timeline import Timeline
+
+__all__ = ["count_frames", "draw_frames", "write_gif", "write_mp4"]
+
+LONGEST = 960
+"""Pixels along the longer side of the plan."""
+MOST_FRAMES = 600
+SECONDS = 0.15
+"""That a frame stands; a film of few frames is slower, up to 0.5 s each."""
+GROUND = np.array([251, 248, 240], np.float32)
+SHADE = np.array([118, 123, 148], np.float32)
+INK, QUIET = "#1c1c22", "#5a5a64"
+
+
+def draw_frames(study: Study, timeline: Timeline, title: str = "") -> Iterator[Image.Image]:
+    """
+    Draw the plan at each step's midpoint while the sun is up.
+
+    Parameters
+    ----------
+    study : Study
+    timeline : Timeline
+    title : str
+
+    Yields
+    ------
+    frame : PIL.Image
+        RGB, sides of even length.
+    """
+    rows, cols = timeline.shape
+    # Cells become squares of whole pixels; H.264 wants even sides.
+    times = max(1, LONGEST // max(rows, cols))
+    high, wide = (max(2, side * times // 2 * 2) for side in (rows, cols))
+
+    def enlarge(values: NDArray) -> NDArray[np.float32]:
+        return resample(values, (rows * times, cols * times))[:high, :wide, None]
+
+    plan = Plan(timeline.x, timeline.y, timeline.surface.astype(np.float32))
+    grey, coverage = map(enlarge, shade_roofs(plan, (rows, cols)))
+    zone = zoneinfo.ZoneInfo(study.site.zone)
+    instants = study.period.instants.astype("datetime64[us]").tolist()
+    up = np.flatnonzero(study.sun.is_up[timeline.which])
+    strip = 44
+    for k in up[:: max(1, -(-len(up) // MOST_FRAMES))]:
+        step = timeline.which[k]
+        shade = enlarge(timeline.masks(k, k + 1)[0])
+        if study.receivers == "top":
+            base = GROUND + coverage * (grey * 255 - GROUND)
+            image: NDArray = base * (1 - shade * (1 - SHADE / 251))
+        else:
+            image = GROUND + shade * (SHADE - GROUND)
+            image += coverage * (grey * 255 - image)
+        frame = Image.new("RGB", (wide, high + strip), "white")
+        pixels = np.clip(np.rint(image[::-1]), 0, 255).astype(np.uint8)
+        frame.paste(Image.fromarray(pixels), (0, strip))
+        local = instants[step].replace(tzinfo=zoneinfo.ZoneInfo("UTC")).astimezone(zone)
+        _letter(frame, f"{local:%H:%M}", f"{local:%Y-%m-%d} {local.tzname()}", title)
+        yield frame
+
+
+def _letter(frame: Image.Image, clock: str, day: str, title: str) -> None:
+    """Write the clock, the day and the title into the strip above the plan."""
+    pen = ImageDraw.Draw(frame)
+    large, small = ImageFont.load_default(26), ImageFont.load_default(16)
+    pen.text((10, 22), clock, INK, large, anchor="lm")
+    at = 20 + pen.textlength(clock, large)
+    pen.text((at, 24), day, QUIET, small, anchor="lm")
+    room = frame.width - at - pen.textlength(day, small) - 40
+    while title and pen.textlength(title, small) > room:
+        title = title[:-2].rstrip("….") + "…" if len(title) > 3 else ""
+    pen.text((frame.width - 10, 24), title, QUIET, small, anchor="rm")
+
+
+def find_pace(n: int) -> float:
+    """Give the seconds that each of n frames stands."""
+    return float(np.clip(6 / max(n, 1), SECONDS, 0.5))
+
+
+def write_gif(path: str | os.PathLike[str], frames: Iterator[Image.Image]) -> None:
+    """
+    Write frames as a GIF that begins again.
+
+    Parameters
+    ----------
+    path : path
+    frames : iterator of PIL.Image
+        At least one.
+    """
+    # One palette for all, so that colours do not flicker.
+    whole = list(frames)
+    sample = whole[len(whole) // 2].quantize(96, dither=Image.Dither.NONE)
+    indexed = [frame.quantize(palette=sample, dither=Image.Dither.NONE) for frame in whole]
+    pace = round(find_pace(len(whole)) * 1000)
+    indexed[0].save(
+        path, "GIF", save_all=True, append_images=indexed[1:],
+        duration=[pace] * (len(whole) - 1) + [pace + 1000], loop=0, optimize=False,
+    )  # fmt: skip
+
+
+def write_mp4(path: str | os.PathLike[str], frames: Iterator[Image.Image], n: int) -> None:
+    """
+    Write frames as H.264 in MP4, as browsers and telephones play it.
+
+    Parameters
+    ----------
+    path : path
+    frames : iterator of PIL.Image
+    n : int
+        How many there are.
+    """
+    import av  # noqa: PLC0415  (an extra)
+
+    rate = Fraction(1 / find_pace(n)).limit_denominator(100)
+    with av.open(os.fspath(path), "w", format="mp4", options={"movflags": "faststart"}) as film:
+        stream = None
+        for frame in frames:
+            if stream is None:
+                stream = film.add_stream("libx264", rate=rate)
+                stream.width, stream.height = frame.size
+                stream.pix_fmt = "yuv420p"
+                stream.options = {"crf": "20", "preset": "medium", "tune": "animation"}
+            film.mux(stream.encode(av.VideoFrame.from_image(frame)))
+        if stream is not None:
+            film.mux(stream.encode(None))
+
+
+def count_frames(study: Study, timeline: Timeline) -> int:
+    """Tell how many frames ``draw_frames`` gives."""
+    up = int(study.sun.is_up[timeline.which].sum())
+    return len(range(0, up, max(1, -(-up // MOST_FRAMES))))

@@ -1,0 +1,238 @@
+"""The files that a study can be asked for, by name: which extra each needs, who writes it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from umbra.errors import InputError
+
+if TYPE_CHECKING:
+    from umbra.study import Study
+    from umbra.writers.report.timeline import Timeline
+    from umbra.writers.vectors.hour_lines import HourLine
+    from umbra.writers.vectors.outlines import Outline
+    from umbra.writers.vectors.shapes import Layer
+
+__all__ = ["FORMATS", "Format", "Job", "check_extra", "write_formats"]
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """
+    A study to be written; what several formats need is made once, when first asked for.
+
+    Parameters
+    ----------
+    study : Study
+    folder : Path
+    title : str
+    say : callable
+        Told what a user should know, in one line.
+    """
+
+    study: "Study"
+    folder: Path
+    title: str
+    say: Callable[[str], object]
+
+    @property
+    def crs(self) -> object:
+        """What the study says of its coordinates' system."""
+        return self.study.facts.get("crs")
+
+    @property
+    def has_outlines(self) -> bool:
+        """Whether shadows fall on a plane, so that outlines are exact."""
+        return self.study.receivers == "ground"
+
+    @cached_property
+    def timeline(self) -> "Timeline":
+        """Every instant at a page's resolution."""
+        from umbra.writers.report.timeline import make_timeline  # noqa: PLC0415
+
+        return make_timeline(self.study)
+
+    @cached_property
+    def outlines(self) -> "list[Outline]":
+        """Shadows on the ground; none with other receivers."""
+        from umbra.writers.vectors.outlines import MOST, find_outlines  # noqa: PLC0415
+
+        if not self.has_outlines:
+            self.say(
+                "note: shadow outlines are drawn on level ground only; with --receivers "
+                f"{self.study.receivers} there are lines of equal hours"
+            )
+            return []
+        up = int(self.study.sun.is_up.sum())
+        if up > MOST:
+            self.say(f"note: {up:,} instants; every {-(-up // MOST)}th is outlined")
+        return list(find_outlines(self.study))
+
+    @cached_property
+    def hour_lines(self) -> "list[HourLine]":
+        """Lines of equal hours."""
+        from umbra.writers.vectors.hour_lines import find_hour_lines  # noqa: PLC0415
+
+        return list(find_hour_lines(self.study))
+
+    @cached_property
+    def layers(self) -> "list[Layer]":
+        """Both, as simple features."""
+        from umbra.writers.vectors import shapes  # noqa: PLC0415
+
+        layers = [shapes.make_line_layer(self.hour_lines)]
+        if self.has_outlines or self.outlines:
+            layers.insert(0, shapes.make_outline_layer(self.outlines))
+        return layers
+
+
+@dataclass(frozen=True)
+class Format:
+    """
+    One that can be asked for.
+
+    Parameters
+    ----------
+    write : callable
+        Takes a Job, gives the names of its files.
+    packages : tuple of str
+        That it imports beyond umbra's own.
+    extra : str
+        By which they are installed.
+    """
+
+    write: Callable[[Job], list[str]]
+    packages: tuple[str, ...] = ()
+    extra: str = ""
+
+
+def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
+    """
+    See that the packages of an extra are there.
+
+    Raises
+    ------
+    InputError
+        If one is missing; it says how to install it.
+    """
+    missing = [package for package in packages if find_spec(package) is None]
+    if missing:
+        msg = (
+            f"{name} needs {' and '.join(missing)}; install it with "
+            f"pip install 'umbra-shadows[{extra}]'"
+        )
+        raise InputError(msg, missing=missing)
+
+
+def write_formats(job: Job, names: Sequence[str]) -> list[str]:
+    """Write some of the formats; give the names of the files."""
+    return [file for name in names for file in FORMATS[name].write(job)]
+
+
+def _write_geotiff(job: Job) -> list[str]:
+    from umbra.writers.geotiff import write_geotiff  # noqa: PLC0415
+
+    study = job.study
+    write_geotiff(
+        job.folder / "hours.tif", study.x, study.y,
+        [("shadow_hours", "h", study.shadow_hours), ("sun_hours", "h", study.sun_hours)],
+        cell=(study.grid.dx, study.grid.dy), crs=job.crs, facts=study.facts,
+    )  # fmt: skip
+    return ["hours.tif"]
+
+
+def _write_geojson(job: Job) -> list[str]:
+    from umbra.writers.vectors.geojson import write_geojson  # noqa: PLC0415
+
+    for layer in job.layers:
+        write_geojson(job.folder / f"{layer.name}.geojson", layer, job.crs)
+    return [f"{layer.name}.geojson" for layer in job.layers]
+
+
+def _write_geopackage(job: Job) -> list[str]:
+    from umbra.writers.vectors.geopackage import write_geopackage  # noqa: PLC0415
+
+    write_geopackage(job.folder / "study.gpkg", job.layers, job.crs)
+    return ["study.gpkg"]
+
+
+def _write_dxf(job: Job) -> list[str]:
+    from umbra.writers.vectors.dxf import write_dxf  # noqa: PLC0415
+    from umbra.writers.vectors.places import find_crs, name_crs  # noqa: PLC0415
+
+    write_dxf(
+        job.folder / "study.dxf", job.outlines, job.hour_lines, height=job.study.ground,
+        up_hours=job.study.up_hours, note=f"{job.title}; {name_crs(find_crs(job.crs))}",
+    )  # fmt: skip
+    return ["study.dxf"]
+
+
+def _write_csv(job: Job) -> list[str]:
+    import numpy as np  # noqa: PLC0415
+
+    from umbra.writers.report.facts import find_sun_areas  # noqa: PLC0415
+    from umbra.writers.tables import write_cells, write_instants, write_table  # noqa: PLC0415
+
+    names = ["cells.csv", "instants.csv"]
+    study, timeline = job.study, job.timeline
+    write_cells(job.folder / names[0], study)
+    areas = None
+    if timeline.stride == 1:
+        is_counted = np.ones(timeline.shape, bool)
+        if study.receivers == "ground":
+            is_counted = timeline.surface <= 1e-6
+        rows, cols = timeline.shape
+        area = study.grid.dx * study.grid.cols * study.grid.dy * study.grid.rows / (rows * cols)
+        areas = [
+            float(np.count_nonzero(timeline.masks(k, k + 1)[0] & is_counted) * area)
+            for k in range(len(timeline.which))
+        ]
+    write_instants(job.folder / names[1], study, areas)
+    table = find_sun_areas(study)
+    if table is not None:
+        write_table(job.folder / "areas.csv", table.columns, table.rows)
+        names.append("areas.csv")
+    return names
+
+
+def _write_glb(job: Job) -> list[str]:
+    from umbra.writers.model_glb import write_model_glb  # noqa: PLC0415
+
+    write_model_glb(job.folder / "hours.glb", job.study)
+    return ["hours.glb"]
+
+
+def _write_film(kind: str) -> Callable[[Job], list[str]]:
+    def write(job: Job) -> list[str]:
+        from umbra.writers import film  # noqa: PLC0415
+
+        n = film.count_frames(job.study, job.timeline)
+        if not n:
+            job.say(f"note: the sun stays below the horizon; there is no day.{kind}")
+            return []
+        frames = film.draw_frames(job.study, job.timeline, job.title)
+        path = job.folder / f"day.{kind}"
+        if kind == "gif":
+            film.write_gif(path, frames)
+        else:
+            film.write_mp4(path, frames, n)
+        return [path.name]
+
+    return write
+
+
+_POLYGONS: tuple[Any, ...] = ("pyclipr", "shapely")
+FORMATS = {
+    "geotiff": Format(_write_geotiff, ("rasterio",), "gis"),
+    "geojson": Format(_write_geojson, _POLYGONS, "gis"),
+    "gpkg": Format(_write_geopackage, (*_POLYGONS, "pyogrio"), "gis"),
+    "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf"),
+    "csv": Format(_write_csv),
+    "glb": Format(_write_glb),
+    "gif": Format(_write_film("gif")),
+    "mp4": Format(_write_film("mp4"), ("av",), "video"),
+}
+"""By the names that ``--write`` takes."""

@@ -1,0 +1,97 @@
+"""CSV: comma, point, UTF-8, a heading with units; opens in any spreadsheet."""
+
+import csv
+import os
+import zoneinfo
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from umbra.study import Study
+
+__all__ = ["write_cells", "write_instants", "write_table"]
+
+
+def write_table(
+    path: str | os.PathLike[str], columns: Sequence[str], rows: Iterable[Sequence[object]]
+) -> None:
+    """Write rows under named columns."""
+    with Path(path).open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(rows)
+
+
+def write_cells(path: str | os.PathLike[str], study: Study) -> None:
+    """
+    Write a line for each cell, from the south-west, row by row.
+
+    Parameters
+    ----------
+    path : path
+    study : Study
+        Every (y, x) array of its result becomes a column; instants are UTC.
+    """
+    arrays = {
+        name: np.asarray(array)
+        for name, (dimensions, array) in study.variables().items()
+        if dimensions == ("y", "x")
+    }
+    order = ["receiver_z", "sun_hours", "shadow_hours"]
+    order += [name for name in arrays if name not in order]
+    digits = {name: 3 if name == "receiver_z" else 4 for name in order}
+    rows, cols = study.shadow_hours.shape
+    xs, ys = ([f"{v:.3f}" for v in axis] for axis in (study.x, study.y))
+    with Path(path).open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(["x", "y", *order]) + "\n")
+        for row in range(rows):
+            columns = [xs, [ys[row]] * cols]
+            columns += [_to_text(arrays[name][row], digits[name]) for name in order]
+            file.write("\n".join(map(",".join, zip(*columns, strict=True))) + "\n")
+
+
+def _to_text(values: np.ndarray, digits: int) -> list[str]:
+    """Write numbers shortly, and nothing where there is no value."""
+    if values.dtype.kind == "M":
+        texts = np.datetime_as_string(values.astype("datetime64[s]"), timezone="UTC")
+        return ["" if text == "NaT" else str(text) for text in texts]
+    if values.dtype.kind in "iub":
+        return list(map(str, values.tolist()))
+    rounded = np.round(values.astype(np.float64), digits) + 0.0
+    return ["" if v != v else f"{v:.10g}" for v in rounded.tolist()]  # noqa: PLR0124  (NaN)
+
+
+def write_instants(
+    path: str | os.PathLike[str], study: Study, areas: Sequence[float] | None = None
+) -> None:
+    """
+    Write a line for each step: its clock times and the sun.
+
+    Parameters
+    ----------
+    path : path
+    study : Study
+    areas : sequence of float, optional
+        In shadow at each step's midpoint [m²].
+    """
+    period = study.period
+    zone = zoneinfo.ZoneInfo(study.site.zone)
+
+    def local(microseconds: int) -> str:
+        instant = np.datetime64(microseconds, "us").item()
+        return instant.replace(tzinfo=zoneinfo.ZoneInfo("UTC")).astimezone(zone).isoformat()
+
+    columns = ["from", "to", "judged_at", "judged_at_utc", "hours", "sun_altitude", "sun_azimuth"]
+    rows = []
+    middles = period.instants.astype("datetime64[us]").astype(np.int64).tolist()
+    for k, (start, end, middle) in enumerate(
+        zip(period.starts.tolist(), period.ends.tolist(), middles, strict=True)
+    ):
+        utc = np.datetime_as_string(np.datetime64(middle, "us"), unit="ms", timezone="UTC")
+        row: list[object] = [
+            local(start), local(end), local(middle), utc,
+            f"{period.hours[k]:.6g}", f"{study.sun.altitude[k]:.4f}", f"{study.sun.azimuth[k]:.4f}",
+        ]  # fmt: skip
+        rows.append(row if areas is None else [*row, f"{areas[k]:.10g}"])
+    write_table(path, columns if areas is None else [*columns, "shadow_area_m2"], rows)

@@ -1,0 +1,65 @@
+"""Lines of equal hours in shadow, as vectors."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.study import Study
+
+__all__ = ["HourLine", "find_hour_lines"]
+
+
+@dataclass(frozen=True, eq=False)
+class HourLine:
+    """
+    The lines that enclose the cells with at least so many hours in shadow.
+
+    Parameters
+    ----------
+    shadow_hours, sun_hours : float
+        On the line's deeper side at least, and at most [h].
+    lines : list of (k, 2) float64
+        In the model's own coordinates [m].
+    """
+
+    shadow_hours: float
+    sun_hours: float
+    lines: list[NDArray[np.float64]]
+
+
+def find_hour_lines(study: Study) -> Iterator[HourLine]:
+    """
+    Trace a study's hours at whole hours, interpolated between the cells' centres.
+
+    Hours grow by whole steps from cell to cell. A line runs half a step below its hour, so
+    midway between the last cell that has less and the first that has as much. On the
+    ground, lines end at buildings: what is under them does not count.
+
+    Parameters
+    ----------
+    study : Study
+
+    Yields
+    ------
+    hour_line : HourLine
+        Each level with its lines, none without.
+    """
+    import contourpy  # noqa: PLC0415
+
+    from umbra.writers.contours import find_levels  # noqa: PLC0415
+
+    hours = np.ma.masked_invalid(study.shadow_hours.astype(np.float64))
+    if study.receivers == "ground":
+        hours = np.ma.masked_where(study.heights > study.ground + 1e-6, hours)
+    if min(hours.shape) < 2 or hours.mask.all():
+        return
+    generator = contourpy.contour_generator(study.x, study.y, hours)
+    half = float(study.period.hours.min()) / 2
+    for level in find_levels(study.up_hours, most=48):
+        traced: Any = generator.lines(level - half)
+        lines = [line for line in traced if len(line) > 1]
+        if lines:
+            yield HourLine(float(level), study.up_hours - level, lines)
