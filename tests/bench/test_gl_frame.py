@@ -194,6 +194,7 @@ def test_options_that_do_not_fit_are_refused(arguments, part):
     [
         ("import sys; sys.exit('the display is gone')", "the display is gone"),
         ("import os; os._exit(3)", "exit status 3"),
+        ("raise ModuleNotFoundError(\"No module named 'Ogre'\")", "pip install 'ogre-python"),
         ('input(); print(\'{"error": "RuntimeError: no stencil"}\')', "no stencil"),
         ("input(); print('hello')", "answers 'hello', which is no JSON"),
     ],

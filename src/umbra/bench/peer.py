@@ -193,6 +193,8 @@ class Peer:
             patience.cancel()
         if not line:
             msg = f"{self.kind.title} ended while it was measured: {self._last_words()}"
+            if f"No module named '{self.kind.module}'" in msg:
+                msg += f"; {self.kind.install}"
             raise UmbraError(msg, peer=self.kind.name)
         try:
             answer: dict[str, Any] = json.loads(line)
