@@ -6,8 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 import umbra
+from umbra.errors import UmbraError
+from umbra.gl.context import open_device
 from umbra.volume.inspection import inspect_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -76,3 +79,17 @@ def test_count_in_a_frame(tmp_path):
 def test_draw_diagrams(tmp_path):
     run("draw_diagrams.py", tmp_path)
     assert {p.name for p in tmp_path.iterdir()} == {"shadow_count.svg", "multiplicity.svg"}
+
+
+def test_hall(tmp_path):
+    try:
+        open_device().release()
+    except UmbraError as error:
+        pytest.skip(f"there is no OpenGL here: {error}")
+    run("hall.py", tmp_path)
+    with Image.open(tmp_path / "hall.png") as picture:
+        assert picture.size == (960, 600)
+        # Sun through a window, a red lamp's light, and the shadow of both on the floor.
+        sun, red, dark = (picture.getpixel(place) for place in ((430, 455), (440, 425), (900, 500)))
+    assert min(sun) > 100 > max(dark)
+    assert red[0] > 1.3 * red[2]
