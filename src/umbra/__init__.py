@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         spot_light,
         volume_light,
     )
-    from umbra.study import shadow_study
+    from umbra.study import compare, shadow_study
     from umbra.sun import Site, find_site, find_sun
 
 __version__ = "0.1.0"
@@ -51,6 +51,7 @@ _HOMES = {
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",
     "area_light": "umbra.scene",
+    "compare": "umbra.study",
     "count_shadows": "umbra.cpu.frame",
     "directional_light": "umbra.scene",
     "find_site": "umbra.sun",
@@ -78,6 +79,7 @@ __all__ = [
     "Site",
     "UmbraError",
     "area_light",
+    "compare",
     "count_shadows",
     "directional_light",
     "find_site",

@@ -5,6 +5,8 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 import xarray as xr
+from support.model_files import save_obj
+from support.shapes import box, moved
 
 ENGINES = ["h5netcdf"] + (["netcdf4"] if find_spec("netCDF4") else [])
 HALF_DAY = ["--from", "10:00", "--to", "14:00", "--every", "1h"]
@@ -77,3 +79,28 @@ def test_quiet_says_nothing(study, tmp_path):
 def test_slips_are_told_before_anything_is_read(study, keep, options, says):
     assert says in study(*options, day=None).refusal()
     assert keep()
+
+
+def test_who_casts_and_what_is_lost_are_written(study, tmp_path):
+    houses = {
+        "house": box((-2, -2, 0), (2, 2, 12)),
+        "shed": moved(box((0, 0, 0), (3, 2, 3)), (-1, 4, 0)),
+    }
+    path = save_obj(tmp_path / "town.obj", houses)
+    said = study(
+        *HALF_DAY, "--by", "part", "--proposed", "house", "--under", "3h",
+        "--receivers", "top", files=[path],
+    )  # fmt: skip
+    assert said.status == 0, said
+    result = open_result(tmp_path / "out")
+    assert list(result.caster.values) == ["house", "shed"]
+    assert result.cast_hours.dims == ("caster", "y", "x")
+    assert result.sole_hours.attrs["units"] == "h"
+    assert result.attrs["under_hours"] == 3
+    assert set(result.neighbour.values) == {"shed", "ground"}
+    assert result.neighbour_area.attrs["units"] == "m2"
+    assert np.isnan(result.hours_lost.sel(x=0.5, y=0.5, method="nearest"))
+    lost = result.hours_lost.values
+    assert float(result.neighbour_area_touched.sum()) == pytest.approx((lost > 1e-4).sum())
+    assert "matches no part" in study(*HALF_DAY, "--who", "tower", files=[path]).refusal()
+    assert "least sun" in study(*HALF_DAY, "--under", "0h", files=[path]).refusal()

@@ -136,6 +136,7 @@ def _check_clock(options: dict[str, Any]) -> None:
     make_steps(day, options["start"], options["end"], options["every"], "UTC")
     if options["min_spell"] is not None:
         parse_duration(options["min_spell"], "least spell")
+    parse_duration(options["under"], "least sun")
 
 
 @contextmanager

@@ -129,6 +129,30 @@ _CASTERS = [
 ]
 _RESULTS = [
     click.option(
+        "--by",
+        type=click.Choice(["part", "kind", "layer"]),
+        help="Also write the hours due to each part, kind or layer; with --who of those only.",
+    ),
+    click.option(
+        "--who",
+        multiple=True,
+        metavar="PATTERN",
+        help="Also write the hours due to these parts: names, kinds or layers; repeatable.",
+    ),
+    click.option(
+        "--proposed",
+        multiple=True,
+        metavar="PATTERN",
+        help="Parts that are not there yet: also write what they take from the others; repeatable.",
+    ),
+    click.option(
+        "--under",
+        default="2h",
+        show_default=True,
+        metavar="DURATION",
+        help="With --proposed: where fewer hours of sun are left than this, but were not before.",
+    ),
+    click.option(
         "--spells",
         is_flag=True,
         help="Also write first and last sun, number of spells, longest spell, shaded share.",

@@ -1,9 +1,11 @@
 """A scene made ready for study: who casts, who receives, and how that is counted."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.cpu.field import FieldSweep
 from umbra.cpu.plane import PlaneSweep
@@ -14,18 +16,19 @@ from umbra.scene.grid import Grid
 from umbra.study.receivers import Places, Surface, find_surface
 from umbra.volume.adjacency import Caster, make_caster
 
-__all__ = ["Model", "prepare_model"]
+__all__ = ["Model", "PlanTile", "prepare_model"]
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
     """
-    Casters and receivers of a plan.
+    Casters and receivers of a study.
 
     Parameters
     ----------
+    scene : Scene
     soup : Triangles
-        All that is seen from above.
+        All that is seen.
     caster : Caster
         What casts.
     receivers : {'ground', 'top'}
@@ -34,6 +37,7 @@ class Model:
     threads : int
     """
 
+    scene: Scene
     soup: Triangles
     caster: Caster
     receivers: str
@@ -43,8 +47,6 @@ class Model:
     def make_sweep(self, grid: Grid) -> tuple[Surface, Sweep]:
         """
         Look at a raster from above and make ready to count on it.
-
-        On a plane by crossings, on anything else by spans.
 
         Parameters
         ----------
@@ -56,37 +58,78 @@ class Model:
         surface : Surface
         sweep : Sweep
         """
-        surface = find_surface(self.soup, grid, self.ground, self.threads)
-        if self.receivers == "ground":
-            return surface, PlaneSweep(self.caster, grid, self.ground, self.threads)
-        sweep = FieldSweep(self.caster, grid, surface.heights, self.threads, surface.slopes)
-        return surface, sweep
+        tile = self.make_tile(grid)
+        return tile.surface, tile.make_counter()
+
+    def make_tile(self, grid: Grid) -> "PlanTile":
+        """Look at a raster from above."""
+        return PlanTile(self, grid, find_surface(self.soup, grid, self.ground, self.threads))
 
     @cached_property
     def tree(self) -> FaceTree:
         """What casts, for ways that start anywhere."""
         return make_face_tree(self.caster)
 
-    def find_places(self, grid: Grid, surface: Surface) -> Places:
+    def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
+        """Make casters of some parts each, as if they stood alone."""
+        return [_make_caster(self.scene, parts) for parts in pieces]
+
+
+@dataclass(frozen=True, eq=False)
+class PlanTile:
+    """
+    Receivers on a plan: the ground plane, or the topmost surface.
+
+    Parameters
+    ----------
+    model : Model
+    grid : Grid
+        Local frame.
+    surface : Surface
+        Of the grid.
+    """
+
+    model: Model
+    grid: Grid
+    surface: Surface
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+        return self.grid.rows, self.grid.cols
+
+    def make_counter(self, caster: Caster | None = None) -> Sweep:
         """
-        Give the cells' centres on the receiver.
+        Make ready to count: on a plane by crossings, on anything else by spans.
 
         Parameters
         ----------
-        grid : Grid
-            Local frame.
-        surface : Surface
-            Of this grid.
+        caster : Caster, optional
+            Count this one alone, and no attached shadow; by default all that casts.
         """
-        x, y = np.meshgrid(grid.x, grid.y)
-        is_ground = self.receivers == "ground"
-        z = np.full(x.shape, self.ground) if is_ground else surface.heights
+        model = self.model
+        if model.receivers == "ground":
+            return PlaneSweep(caster or model.caster, self.grid, model.ground, model.threads)
+        heights, slopes = self.surface.heights, None if caster else self.surface.slopes
+        return FieldSweep(caster or model.caster, self.grid, heights, model.threads, slopes)
+
+    @cached_property
+    def places(self) -> Places:
+        """The cells' centres on the receiver."""
+        x, y = np.meshgrid(self.grid.x, self.grid.y)
+        is_ground = self.model.receivers == "ground"
+        z = np.full(x.shape, self.model.ground) if is_ground else self.surface.heights
         normals = np.zeros((x.size, 3))
         normals[:, 2] = 1.0
         if not is_ground:
-            slopes = surface.slopes
+            slopes = self.surface.slopes
             normals[slopes.cells] = slopes.planes[:3, slopes.face].T
         return Places(np.stack([x, y, z], -1).reshape(-1, 3), normals)
+
+    def find_parts(self) -> NDArray[np.intp]:
+        """Give the part that is topmost in each cell, (rows, cols); -1 on the ground."""
+        face = self.surface.face
+        return np.where(face < 0, -1, self.model.soup.part[np.maximum(face, 0)])
 
 
 def prepare_model(
@@ -108,4 +151,9 @@ def prepare_model(
     everything = scene.triangles()
     soup = everything if len(casters) == len(scene.parts) else scene.triangles(casters)
     caster = make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
-    return Model(everything, caster, receivers, ground, threads)
+    return Model(scene, everything, caster, receivers, ground, threads)
+
+
+def _make_caster(scene: Scene, parts: Sequence[int]) -> Caster:
+    soup = scene.triangles(parts)
+    return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])

@@ -41,10 +41,13 @@ class Surface:
         z of the topmost surface, the ground where nothing stands higher; local frame [m].
     slopes : Slopes
         The cells whose surface is not level, which can turn from the sun.
+    face : (rows, cols) int32
+        Of the soup; ``NOTHING`` where there is only the ground.
     """
 
     heights: NDArray[np.float64]
     slopes: Slopes
+    face: NDArray[np.int32]
 
 
 def find_surface(soup: Triangles, grid: Grid, ground: float, threads: int = 1) -> Surface:
@@ -84,4 +87,6 @@ def find_surface(soup: Triangles, grid: Grid, ground: float, threads: int = 1) -
     sloping = ~level[owner]
     planes = np.zeros((4, len(faces)))
     planes[:3] = normals.T
-    return Surface(view.key, Slopes(seen[sloping], owner[sloping].astype(np.int32), planes))
+    return Surface(
+        view.key, Slopes(seen[sloping], owner[sloping].astype(np.int32), planes), view.face
+    )

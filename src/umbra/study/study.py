@@ -16,6 +16,7 @@ import numpy as np
 import umbra
 from umbra.errors import InputError
 from umbra.scene import Scene
+from umbra.study.asked import Answer, Asked
 from umbra.study.counting import count_period
 from umbra.study.exact import count_exactly
 from umbra.study.layout import TILE, lay_out
@@ -56,6 +57,10 @@ def run_study(
     spells: bool = False,
     min_spell: str | dt.timedelta | None = None,
     exact: bool | float = False,
+    who: Sequence[str] = (),
+    by: str | None = None,
+    proposed: Sequence[str] = (),
+    under: str | float | dt.timedelta = "2h",
     receivers: str = "ground",
     ground: float | None = None,
     extent: Sequence[float] | None = None,
@@ -85,6 +90,7 @@ def run_study(
         period, by_day=by_day, spells=spells, min_spell=min_spell, masks=masks, exact=exact
     )
     casters = select_casters(scene, cast, no_cast)
+    asked = Asked.of(scene, casters, who, by, proposed, under)
 
     begun = time.perf_counter()
     bounds = scene.bounds()
@@ -97,29 +103,32 @@ def run_study(
     suns = sun.direction[sun.is_up]
     grid, x, y = lay_out(
         bounds, find_reaching_suns(period), level, extent=extent, cell=cell, size=size,
-        masks=(len(suns) + 7) // 8 if masks else 0, kept=wanted.bytes_kept(len(period.days)),
-        threads=threads,
+        masks=(len(suns) + 7) // 8 if masks else 0, threads=threads,
+        kept=wanted.bytes_kept(len(period.days)) + asked.bytes_kept,
     )  # fmt: skip
     origin = scene.origin
     local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
     model = prepare_model(scene, casters, receivers, level - origin[2], threads)
     ledger = Ledger(period, (grid.rows, grid.cols), wanted)
     heights = np.zeros((grid.rows, grid.cols))
-    tiles = list(local.tiles(min(TILE, STREAMED_TILE) if wanted.is_streamed else TILE))
+    answer = Answer(asked, model, ledger)
+    side = min(TILE, STREAMED_TILE) if wanted.is_streamed else TILE
+    tiles = list(local.tiles(asked.limit_tiles(side)))
+    works = len(suns) * (2 if asked.groups else 1)
     seconds = 0.0  # spent in counting
-    for n, (rows, cols, tile) in enumerate(tiles):
-        surface, sweep = model.make_sweep(tile)
-        heights[rows, cols] = surface.heights
-        shape = (tile.rows, tile.cols)
+    for n, (rows, cols, grid_of_tile) in enumerate(tiles):
+        tile = model.make_tile(grid_of_tile)
+        sweep = tile.make_counter()
+        heights[rows, cols] = tile.surface.heights
         if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes the buffers
-            sweep.add_steps(suns[:1], np.zeros(shape, np.int32))
-        advance = make_advance(progress, n * len(suns), len(tiles) * len(suns))
+            sweep.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
+        advance = make_advance(progress, n * works, len(tiles) * works)
         started = time.perf_counter()
         if wanted.tolerance:
-            places = model.find_places(tile, surface)
-            count_exactly(sweep, places, model.tree, shape, ledger, (rows, cols), advance)
+            count_exactly(sweep, tile.places, model.tree, tile.shape, ledger, (rows, cols), advance)
         else:
-            count_period(sweep, shape, ledger, (rows, cols), advance)
+            count_period(sweep, tile.shape, ledger, (rows, cols), advance)
+        answer.add(tile, (rows, cols), advance)
         seconds += time.perf_counter() - started
     heights += origin[2]
     facts: dict[str, object] = {
@@ -137,6 +146,7 @@ def run_study(
         "true_north_deg": site.true_north,
         "refraction": refraction,
         **describe_period(period, wanted),
+        **asked.facts,
         "prepare_seconds": time.perf_counter() - begun - seconds,
         "count_seconds": seconds,
     }
@@ -152,7 +162,7 @@ def run_study(
         facts={name: fact for name, fact in facts.items() if fact is not None},
         model=model,
         grid=local,
-        more=ledger.variables(("y", "x")),
+        more={**ledger.variables(("y", "x")), **answer.variables(("y", "x"), grid.dx * grid.dy)},
     )
 
 
@@ -186,6 +196,14 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
     exact : bool or float
         Solve when each cell enters and leaves shadow, and when the sun rises and sets, to
         a second (or so many) instead of adding up steps.
+    who : sequence of str
+        Shell patterns of parts; find the hours that are due to each pattern's parts.
+    by : {'part', 'kind', 'layer'}, optional
+        Find the hours due to each part, kind or layer: of all, or of those in ``who``.
+    proposed : sequence of str
+        Shell patterns of parts that are not there yet: find what they take from the others.
+    under : str or float
+        Where fewer hours of sun are left than this, but were not without ``proposed``.
     receivers : {'ground', 'top'}
         The plane z = ``ground``, or the topmost surface of the plan.
     ground : float, optional

@@ -46,6 +46,23 @@ CF_ATTRIBUTES: dict[str, dict[str, str]] = {
         "long_name": "hours in spells of sun of at least min_spell_minutes",
         "units": "h",
     },
+    "caster": {"long_name": "chosen casters"},
+    "cast_hours": {"long_name": "hours in the shadow of the caster alone", "units": "h"},
+    "sole_hours": {"long_name": "hours that would be sun without the caster", "units": "h"},
+    "hours_lost": {"long_name": "hours of sun lost to the proposal", "units": "h"},
+    "newly_under": {
+        "long_name": "whether under_hours of sun were reached before and no longer are",
+        "units": "1",
+    },
+    "neighbour": {"long_name": "parts that lose sun to the proposal, most first"},
+    "neighbour_area": {"long_name": "area of the neighbour's receivers", "units": "m2"},
+    "neighbour_area_touched": {"long_name": "area that loses sun", "units": "m2"},
+    "neighbour_area_newly_under": {
+        "long_name": "area newly under under_hours of sun",
+        "units": "m2",
+    },
+    "neighbour_most_hours_lost": {"long_name": "most hours of sun lost anywhere", "units": "h"},
+    "neighbour_mean_hours_lost": {"long_name": "hours of sun lost, mean of the area", "units": "h"},
     "shaded_share": {"long_name": "share of the time with the sun up in shadow", "units": "1"},
 }
 _BY_DAY = "_by_day"

@@ -1,0 +1,192 @@
+"""Questions about casters that a study answers in the same pass: who casts, and what is lost."""
+
+import datetime as dt
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene import Scene
+from umbra.study.compare import find_losses, read_hours
+from umbra.study.counting import Counter
+from umbra.study.ledger import Ledger
+from umbra.study.model import Model
+from umbra.study.receivers import Places
+from umbra.study.who import Groups, count_shares, find_groups
+from umbra.volume.adjacency import Caster
+
+__all__ = ["Answer", "Asked", "Tile"]
+
+_WORK = 256e6  # what the pieces' instants may take while a tile is counted [byte]
+
+
+class Tile(Protocol):
+    """Receivers that can be counted for any caster."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the receivers."""
+
+    @property
+    def places(self) -> Places:
+        """The receivers as points."""
+
+    def make_counter(self, caster: Caster | None = None) -> Counter:
+        """Count all that casts, or one caster alone and no attached shadow."""
+
+    def find_parts(self) -> NDArray[np.intp]:
+        """Give each receiver's part; -1 where it has none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """
+    What is asked of the casters.
+
+    Parameters
+    ----------
+    groups : Groups, optional
+        Those whose hours are asked, and last, if there is a proposal, all of it.
+    shown : int
+        How many of the groups were asked for themselves.
+    proposed : tuple of int
+        Parts that are not there yet.
+    under : float
+        Hours of sun [h].
+    """
+
+    groups: Groups | None = None
+    shown: int = 0
+    proposed: tuple[int, ...] = ()
+    under: float = 0.0
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        casters: Sequence[int],
+        who: Sequence[str],
+        by: str | None,
+        proposed: Sequence[str],
+        under: str | float | dt.timedelta,
+    ) -> "Asked":
+        """Read the options, see ``umbra.shadow_study``."""
+        groups = find_groups(scene, casters, who, by) if who or by else None
+        if not proposed:
+            return cls(groups, len(groups.names) if groups else 0)
+        parts = tuple(sorted(set().union(*(scene.select([pattern]) for pattern in proposed))))
+        new = find_groups(scene, casters, proposed)  # refuses those that do not cast
+        whole = Groups(("proposed",), new.pieces, np.atleast_2d(new.member.any(0)))
+        shown = len(groups.names) if groups else 0
+        return cls(_join(groups, whole), shown, parts, read_hours(under))
+
+    @property
+    def bytes_kept(self) -> int:
+        """What is kept of each receiver [byte]."""
+        kept = 8 * len(self.groups.names) if self.groups else 0
+        return kept + (16 if self.proposed else 0)
+
+    @property
+    def facts(self) -> dict[str, object]:
+        """What the attributes say."""
+        return {"under_hours": self.under} if self.proposed else {}
+
+    def limit_tiles(self, side: int) -> int:
+        """Give how long a tile's side may be, so that the pieces fit in memory."""
+        if self.groups is None:
+            return side
+        return max(8, min(side, int(np.sqrt(_WORK / (len(self.groups.pieces) + 64)))))
+
+
+class Answer:
+    """
+    Hours due to groups of casters, filled in tile by tile.
+
+    Parameters
+    ----------
+    asked : Asked
+    model : Model
+    ledger : Ledger
+        Of the study: its receivers' shape, its period, and its hours when all is done.
+    """
+
+    def __init__(self, asked: Asked, model: Model, ledger: Ledger) -> None:
+        self.asked, self.model, self.ledger = asked, model, ledger
+        groups = asked.groups
+        count = len(groups.names) if groups else 0
+        self.cast = np.zeros((count, *ledger.shape), np.float32)
+        self.sole = np.zeros((count, *ledger.shape), np.float32)
+        self.owner = np.zeros(ledger.shape if asked.proposed else (0,), np.int32)
+        self._casters: list[Caster] = []
+
+    def add(self, tile: Tile, where: Any, progress: Callable[[int], object]) -> None:
+        """Count a tile."""
+        groups = self.asked.groups
+        if groups is None:
+            return
+        if not self._casters:
+            self._casters = self.model.make_casters(groups.pieces)
+        shares = count_shares(
+            [tile.make_counter(caster) for caster in self._casters],
+            tile.places,
+            groups,
+            self.ledger.period,
+            tile.shape,
+            self.model.threads,
+            progress,
+        )
+        inside = where if isinstance(where, tuple) else (where,)
+        self.cast[:, *inside], self.sole[:, *inside] = shares.cast, shares.sole
+        if self.asked.proposed:
+            self.owner[where] = tile.find_parts()
+
+    def variables(
+        self, dims: tuple[str, ...], area: NDArray[np.float64] | float
+    ) -> dict[str, tuple[tuple[str, ...], NDArray]]:
+        """
+        Give the answers when all tiles are counted.
+
+        Parameters
+        ----------
+        dims : tuple of str
+            The receivers' dimensions.
+        area : (...) float64 or float
+            Of each receiver [m2].
+        """
+        asked = self.asked
+        found: dict[str, tuple[tuple[str, ...], NDArray]] = {}
+        if asked.groups and asked.shown:
+            names = np.array(asked.groups.names[: asked.shown])
+            found["caster"] = (("caster",), names)
+            found["cast_hours"] = (("caster", *dims), self.cast[: asked.shown])
+            found["sole_hours"] = (("caster", *dims), self.sole[: asked.shown])
+        if asked.proposed:
+            sun = np.float32(self.ledger.up_hours) - self.ledger.shadow_hours
+            losses = find_losses(
+                sun,
+                self.sole[-1],
+                np.isin(self.owner, asked.proposed),
+                self.owner,
+                [part.name for part in self.model.scene.parts],
+                area,
+                asked.under,
+            )
+            found |= losses.variables(dims)
+        return found
+
+
+def _join(some: Groups | None, more: Groups) -> Groups:
+    """Give the groups of both, made of pieces that are whole in both."""
+    if some is None:
+        return more
+    first = {part: k for k, piece in enumerate(some.pieces) for part in piece}
+    second = {part: k for k, piece in enumerate(more.pieces) for part in piece}
+    pieces: dict[tuple[int, int], list[int]] = {}
+    for part, piece in first.items():
+        pieces.setdefault((piece, second[part]), []).append(part)
+    keys = np.array(list(pieces))
+    member = np.concatenate([some.member[:, keys[:, 0]], more.member[:, keys[:, 1]]])
+    listed = tuple(tuple(parts) for parts in pieces.values())
+    return Groups(some.names + more.names, listed, np.ascontiguousarray(member))
