@@ -1,0 +1,287 @@
+"""Outlines and hour lines: rasterised again they are the masks; every format holds them all."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.shapes import box, moved
+
+import umbra
+from umbra.cpu.plane import PlaneSweep
+from umbra.errors import InputError
+from umbra.scene import Mesh, Part, make_scene
+from umbra.scene.grid import Grid
+from umbra.study import run_study
+from umbra.sun import Site
+from umbra.volume.adjacency import make_caster
+from umbra.writers.vectors.hour_lines import find_hour_lines
+from umbra.writers.vectors.loops import trace_loops
+
+pytest.importorskip("pyclipr")
+shapely = pytest.importorskip("shapely")
+
+from umbra.writers.vectors import outlines as outlining  # noqa: E402
+from umbra.writers.vectors.dxf import write_dxf  # noqa: E402
+from umbra.writers.vectors.geojson import write_geojson  # noqa: E402
+from umbra.writers.vectors.outlines import find_outlines, resolve_shadow  # noqa: E402
+from umbra.writers.vectors.shapes import make_line_layer, make_outline_layer  # noqa: E402
+
+VIENNA = Site(48.2, 16.37, "Europe/Vienna")
+GRID = Grid(-19.8371, -19.9137, 0.41, 0.43, 97, 93)  # no centre on a wall
+SUNS = np.array([(0.3, 0.4, 0.6), (-0.8, 0.1, 0.35), (0.01, -0.6, 0.5), (0, 0, 1.0)])
+
+
+def court():
+    """A block about a court with a shed in it: a shadow with a hole, and one in the hole."""
+    sides = [((-6, -6), (6, -4)), ((-6, 4), (6, 6)), ((-6, -4), (-4, 4)), ((4, -4), (6, 4))]
+    walls = [box((*a, 0), (*b, 3)) for a, b in sides]
+    return [*walls, box((-0.5, -0.5, 0), (0.5, 0.5, 0.4))]
+
+
+def flipped(mesh):
+    return mesh[0], np.asarray(mesh[1])[:, ::-1]
+
+
+def without(mesh, n):
+    return mesh[0], np.asarray(mesh[1])[n:]
+
+
+TOWNS = {
+    "box": [box((-2, -3, 0), (4, 1, 5))],
+    "court": court(),
+    "overlapping": [box((-4, -4, 0), (2, 2, 6)), box((-1, -1, 0), (5, 5, 3))],
+    "nested": [box((-4, -4, 0), (4, 4, 6)), box((-2, -2, 1), (2, 2, 3))],
+    "inside out": [flipped(box((-4, -4, 0), (4, 4, 6)))],
+    "open": [without(box((-4, -4, 0), (4, 4, 6)), 3), box((5, 5, 0), (7, 7, 2))],
+    "below the ground": [box((-4, -4, -3), (4, 4, 4)), flipped(box((-6, -1, -1), (6, 1, 2)))],
+    "floating": [box((-4, -4, 2), (4, 4, 3)), box((-1, -1, 0), (1, 1, 9))],
+    "touching": [
+        box((-4, -4, 0), (0, 0, 4)),
+        box((0, 0, 0), (4, 4, 4)),
+        box((0, -4, 0), (4, 0, 4)),
+    ],
+}
+
+
+def soup(meshes):
+    vertices, faces, before = [], [], 0
+    for mesh_vertices, mesh_faces in meshes:
+        vertices.append(np.asarray(mesh_vertices, float))
+        faces.append(np.asarray(mesh_faces) + before)
+        before += len(mesh_vertices)
+    groups = np.repeat(np.arange(len(meshes)), [len(f) for _, f in meshes])
+    return np.concatenate(vertices), np.concatenate(faces), groups
+
+
+def check(caster, suns, grid=GRID, height=0.0):
+    """Rasterise every outline at the cells' centres; tell how many were compared."""
+    sweep = PlaneSweep(caster, grid, height)
+    masks = sweep.masks(suns / np.linalg.norm(suns, axis=1)[:, None]).view(bool)
+    low = np.array([grid.x0 - grid.dx / 2, grid.y0 - grid.dy / 2])
+    high = low + (grid.dx * grid.cols, grid.dy * grid.rows)
+    x, y = np.meshgrid(grid.x, grid.y)
+    compared = 0
+    for sun, mask in zip(suns, masks, strict=True):
+        polygons = resolve_shadow(sweep.caster, sun, height, (low, high))
+        shapes = [shapely.Polygon(rings[0], rings[1:]) for rings in polygons]
+        whole = shapely.union_all([shapely.make_valid(shape) for shape in shapes])
+        shapely.prepare(whole)
+        inside = shapely.contains_xy(whole, x, y)
+        edges = shapely.boundary(whole)
+        wrong = np.flatnonzero((inside != mask).ravel())
+        for k in wrong:  # only a centre on an edge may differ, by the lattice
+            assert edges.distance(shapely.Point(x.flat[k], y.flat[k])) <= 2 * outlining.LATTICE
+        compared += mask.size - len(wrong)
+        for rings in polygons:
+            assert shapely.LinearRing(rings[0]).is_ccw
+            assert not any(shapely.LinearRing(ring).is_ccw for ring in rings[1:])
+    return compared, masks
+
+
+@pytest.mark.parametrize("name", TOWNS)
+def test_an_outline_holds_just_the_cells_in_shadow(name):
+    compared, masks = check(make_caster(*soup(TOWNS[name])), SUNS)
+    assert masks.any((1, 2)).all()
+    assert compared == masks.size
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 10**6))
+def test_an_outline_of_any_soup(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 25))
+    vertices = rng.uniform(-6, 6, (n + 2, 3))
+    faces = np.array([rng.choice(n + 2, 3, replace=False) for _ in range(n)])
+    suns = np.column_stack([rng.uniform(-1, 1, (3, 2)), rng.uniform(0.2, 1, 3)])
+    check(make_caster(vertices, faces, np.zeros(n, int)), suns)
+
+
+def test_a_boxs_shadow_has_the_area_done_by_hand():
+    # 6 x 4 m, 5 m high, sun at (0, 0.6, 0.8): the roof falls 3.75 m south.
+    caster = make_caster(*soup([box((0, 0, 0), (6, 4, 5))]))
+    sweep = PlaneSweep(caster, GRID, 0.0)
+    box_ = (np.full(2, -50.0), np.full(2, 50.0))
+    ((outer,),) = resolve_shadow(sweep.caster, np.array([0, 0.6, 0.8]), 0.0, box_)
+    assert shapely.Polygon(outer).area == pytest.approx(6 * (4 + 3.75), abs=1e-4)
+    # Cut to a plan that ends a metre south of the house.
+    cut = (np.array([-50.0, -1]), np.full(2, 50.0))
+    ((outer,),) = resolve_shadow(sweep.caster, np.array([0, 0.6, 0.8]), 0.0, cut)
+    assert shapely.Polygon(outer).area == pytest.approx(6 * (4 + 1), abs=1e-4)
+
+
+def test_loops_use_every_edge_as_often_as_its_multiplicity():
+    edges = np.array([(5, 7), (7, 9), (9, 5), (9, 11), (11, 9)], np.int32)
+    multiplicity = np.array([2, 2, 2, 1, 1])
+    walked = {}
+    for loop in trace_loops(edges, multiplicity):
+        for a, b in zip(loop, np.roll(loop, -1), strict=True):
+            walked[int(a), int(b)] = walked.get((int(a), int(b)), 0) + 1
+    expected = {tuple(e): m for e, m in zip(edges.tolist(), multiplicity.tolist(), strict=True)}
+    assert {k: v for k, v in walked.items() if expected[k] == v} == {
+        (5, 7): 2, (7, 9): 2, (9, 5): 2, **{k: 1 for k in walked if k in {(9, 11), (11, 9)}},
+    }  # fmt: skip
+    assert trace_loops(np.zeros((0, 2), np.int32), np.zeros(0, int)) == []
+
+
+@pytest.fixture(scope="module")
+def town():
+    meshes = [moved(mesh, (2500, 340000, 180)) for mesh in court()]
+    parts = [Part(f"wall{k}", "", Mesh(*mesh)) for k, mesh in enumerate(meshes)]
+    return make_scene(parts, crs="EPSG:31256")
+
+
+@pytest.fixture(scope="module")
+def study(town):
+    return run_study(
+        town, VIENNA, date="2026-09-18", start="08:00", end="20:00", every="1h", cell=0.25,
+        masks=True,
+    )  # fmt: skip
+
+
+def test_outlines_of_a_study_are_its_masks(study):
+    found = list(find_outlines(study))
+    up = np.flatnonzero(study.sun.is_up)
+    assert len(found) == len(up)
+    x, y = np.meshgrid(study.x, study.y)
+    for k, outline in zip(up, found, strict=True):
+        assert np.datetime64(outline.instant.replace(tzinfo=None)) == study.period.instants[k]
+        assert outline.local.utcoffset().total_seconds() == 7200
+        layer = make_outline_layer([outline])
+        shapely.prepare(layer.geometries[0])
+        np.testing.assert_array_equal(
+            shapely.contains_xy(layer.geometries[0], x, y), study.masks[int(k)] > 0
+        )
+    assert max(len(rings) for outline in found for rings in outline.polygons) > 1  # the court
+
+
+def test_outlines_want_level_ground(town):
+    top = run_study(town, VIENNA, date="2026-09-18", every="4h", cell=1, receivers="top")
+    with pytest.raises(InputError, match="--receivers top"):
+        list(find_outlines(top))
+
+
+def test_hour_lines_part_the_cells(study):
+    lines = list(find_hour_lines(study))
+    assert [line.shadow_hours for line in lines][:3] == [1, 2, 3]
+    is_open = study.heights <= study.ground
+    for line in lines:
+        assert line.sun_hours == pytest.approx(study.up_hours - line.shadow_hours)
+        # Between two neighbours of which one has the hours, a line passes.
+        deep = study.shadow_hours >= line.shadow_hours - 1e-3
+        both = is_open[:, 1:] & is_open[:, :-1]
+        rows, cols = np.nonzero((deep[:, 1:] != deep[:, :-1]) & both)
+        whole = shapely.MultiLineString(line.lines)
+        shapely.prepare(whole)
+        for row, col in list(zip(rows, cols, strict=True))[::7]:
+            link = [(study.x[col], study.y[row]), (study.x[col + 1], study.y[row])]
+            assert whole.distance(shapely.LineString(link)) < 1e-9
+
+
+def test_geojson_is_in_degrees_where_the_crs_is_known(study, tmp_path):
+    from pyproj import Transformer  # noqa: PLC0415
+
+    layer = make_outline_layer(find_outlines(study))
+    write_geojson(tmp_path / "a.geojson", layer, "EPSG:31256")
+    document = json.loads((tmp_path / "a.geojson").read_text())
+    assert "crs" not in document  # RFC 7946, section 4
+    assert "EPSG:31256" in document["coordinates_note"]
+    assert len(document["features"]) == len(layer.geometries)
+    back = Transformer.from_crs(4326, 31256, always_xy=True)
+    for feature, geometry in zip(document["features"], layer.geometries, strict=True):
+        shape = shapely.from_geojson(json.dumps(feature["geometry"]))
+        assert shape.is_valid
+        lon, lat = shape.centroid.coords[0]
+        assert (lon, lat) == pytest.approx((16.367, 48.2), abs=0.01)
+        here = shapely.transform(shape, lambda p: np.column_stack(back.transform(*p.T)))
+        assert here.symmetric_difference(geometry).area < 1e-3 * geometry.area
+        assert feature["properties"]["local_time"].endswith("+02:00")
+        for rings in feature["geometry"]["coordinates"]:
+            assert rings[0][0] == rings[0][-1]
+            assert shapely.LinearRing(rings[0]).is_ccw
+
+
+def test_geojson_without_a_crs_says_so(study, tmp_path):
+    write_geojson(tmp_path / "a.geojson", make_line_layer(find_hour_lines(study)))
+    document = json.loads((tmp_path / "a.geojson").read_text())
+    assert "not longitude and latitude" in document["coordinates_note"]
+    first = np.array(document["features"][0]["geometry"]["coordinates"][0])
+    assert abs(first[:, 0] - 2500).max() < 60
+
+
+@pytest.mark.parametrize("crs", ["EPSG:31256", None])
+def test_a_geopackage_holds_both_layers(study, tmp_path, crs):
+    pyogrio = pytest.importorskip("pyogrio")
+    from umbra.writers.vectors.geopackage import write_geopackage  # noqa: PLC0415
+
+    layers = [make_outline_layer(find_outlines(study)), make_line_layer(find_hour_lines(study))]
+    path = tmp_path / "a.gpkg"
+    write_geopackage(path, layers, crs)
+    assert {name for name, _ in pyogrio.list_layers(path)} == {"shadow_outlines", "hour_lines"}
+    for layer in layers:
+        meta, _, geometries, fields = pyogrio.raw.read(path, layer=layer.name)
+        assert meta["crs"] == crs or (crs is None and "EPSG" not in str(meta["crs"]))
+        assert list(meta["fields"]) == list(layer.values)
+        for wkb, geometry in zip(geometries, layer.geometries, strict=True):
+            assert shapely.from_wkb(wkb).equals(geometry)
+        np.testing.assert_array_equal(fields[-1], list(layer.values.values())[-1])
+
+
+def test_dxf_has_a_layer_for_each_instant(study, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    found, lines = list(find_outlines(study)), list(find_hour_lines(study))
+    path = tmp_path / "a.dxf"
+    write_dxf(path, found, lines, height=study.ground, up_hours=study.up_hours, note="EPSG:31256")
+    drawing = ezdxf.readfile(path)
+    assert not drawing.audit().errors
+    assert drawing.units == 6  # metres
+    for outline in found:
+        polylines = drawing.modelspace().query(
+            f'LWPOLYLINE[layer=="SHADOW_{outline.local:%Y-%m-%d_%H%M}"]'
+        )
+        rings = [ring for rings in outline.polygons for ring in rings]
+        assert len(polylines) == len(rings)
+        for polyline, ring in zip(polylines, rings, strict=True):
+            assert polyline.closed
+            assert polyline.dxf.elevation == study.ground
+            np.testing.assert_allclose(polyline.get_points("xy"), ring, rtol=0, atol=1e-9)
+    layers = {entity.dxf.layer for entity in drawing.modelspace()}
+    assert {f"HOURS_{line.shadow_hours:02.0f}" for line in lines} < layers
+
+
+def test_a_real_town():
+    path = Path(__file__).parents[2] / "../shared/data/delft.city.json"
+    if not path.exists():
+        pytest.skip("no city model here")
+    scene = umbra.read(path)
+    delft = run_study(
+        scene, Site(52.0, 4.36, "Europe/Amsterdam"), date="2026-03-21", start="09:00",
+        end="17:00", every="4h", size=(300, 300), masks=True,
+    )  # fmt: skip
+    x, y = np.meshgrid(delft.x, delft.y)
+    for k, outline in enumerate(find_outlines(delft)):
+        shape = make_outline_layer([outline]).geometries[0]
+        shapely.prepare(shape)
+        np.testing.assert_array_equal(shapely.contains_xy(shape, x, y), delft.masks[k] > 0)
