@@ -163,10 +163,10 @@ def test_files_merge_about_one_origin(save, measure):
     assert np.abs(scene.triangles().vertices).max() < 100
 
 
-def test_files_in_two_reference_systems_are_refused(save):
+def test_files_in_two_reference_systems_are_refused_if_one_is_not_known(save):
     one = save("EPSG:28992", (155000, 463000, 0), name="one.json")
-    two = save("EPSG:2056", (2682811, 1248058, 0), name="two.json")
+    two = save("EPSG:99999", (2682811, 1248058, 0), name="two.json")
     with pytest.raises(
-        InputError, match=r"one\.json is in EPSG:28992 but .*two\.json is in EPSG:2056"
+        InputError, match=r"one\.json is in EPSG:28992 but .*two\.json is in EPSG:99999"
     ):
         umbra.read(one, two)

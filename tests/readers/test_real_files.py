@@ -124,13 +124,6 @@ def test_obj_files_count_as_their_lines_do(real_file):
         assert len(faces) == lengths[3] + 2 * (lengths[4] - folded)
 
 
-def test_geojson_and_ifc_are_named(real_file):
-    with pytest.raises(umbra.InputError, match="GeoJSON"):
-        umbra.read(real_file("tokyo_footprints.geojson"))
-    with pytest.raises(umbra.InputError, match="IFC"):
-        umbra.read(real_file("fzk_haus.ifc"))
-
-
 def test_cut_real_file_says_where(real_file, tmp_path):
     for name in ("delft.city.json", "vienna_lod2.city.jsonl"):
         data = real_file(name).read_bytes()

@@ -76,25 +76,31 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
     """
     ifcopenshell = need("ifcopenshell", "ifc", "IFC")
     if b"END-ISO-10303-21" not in data[-4096:]:
-        msg = f"ends too early (no END-ISO-10303-21 in its {len(data)} bytes); export it again"
+        msg = (
+            f"is IFC that ends too early (no END-ISO-10303-21 in its {len(data)} bytes); "
+            "export it again"
+        )
         raise InputError(msg, byte=len(data))
     try:
         file = ifcopenshell.open(str(path))
         projects = file.by_type("IfcProject")
     except Exception as error:  # whatever the parser raises, the file is not IFC
-        msg = f"is damaged ({_one_line(error)}); export it again"
+        msg = f"is damaged IFC ({_one_line(error)}); export it again"
         raise InputError(msg) from error
     if not projects:
-        msg = "holds no IfcProject, so its units are not known; export the whole project"
+        msg = "is IFC without an IfcProject, so its units are not known; export the whole project"
         raise InputError(msg)
 
     products = {
         product.id(): product
-        for product in file.by_type("IfcProduct")
+        for product in sorted(file.by_type("IfcProduct"), key=lambda product: product.id())
         if product.Representation and not any(product.is_a(name) for name in LEFT_OUT)
     }
-    shapes = _make_shapes(file, list(products.values()))
     notes = []
+    broken = _drop_broken_openings(file)
+    if broken:
+        notes.append(f"openings that are not in the file left out: {broken}")
+    shapes = _make_shapes(file, list(products.values()))
     missing = [product for number, product in products.items() if number not in shapes]
     if missing:
         first = f"{missing[0].is_a()} '{missing[0].Name or missing[0].GlobalId}'"
@@ -120,6 +126,18 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
 
 def _one_line(error: BaseException) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())[:200]
+
+
+def _drop_broken_openings(file: Any) -> int:
+    """Drop openings that name an element that is not there: the engine would crash on them."""
+    broken = [
+        relation
+        for relation in file.by_type("IfcRelVoidsElement")
+        if relation.RelatedOpeningElement is None or relation.RelatingBuildingElement is None
+    ]
+    for relation in broken:
+        file.remove(relation)
+    return len(broken)
 
 
 def _make_shapes(file: Any, products: list[Any]) -> dict[int, Shape]:

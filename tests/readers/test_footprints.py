@@ -1,0 +1,266 @@
+"""Footprints: prisms by hand, their heights in columns, and what cannot be used."""
+
+import json
+
+import numpy as np
+import pytest
+
+import umbra
+from umbra import InputError
+from umbra.readers.columns import parse_numbers
+
+# 10 x 6 m in metres of a national grid, without a CRS in degrees.
+GRID = "urn:ogc:def:crs:EPSG::31256"
+SQUARE = [[1000, 342000], [1010, 342000], [1010, 342006], [1000, 342006], [1000, 342000]]
+HOLE = [[1002, 342001], [1004, 342001], [1004, 342003], [1002, 342003], [1002, 342001]]
+BOW_TIE = [[0, 0], [4, 4], [4, 0], [0, 4], [0, 0]]
+
+
+def shift(ring, x=0, y=0):
+    return [[a + x, b + y] for a, b in ring]
+
+
+def feature(*rings, properties=None, kind="Polygon", **more):
+    coordinates = [[ring] for ring in rings] if kind == "MultiPolygon" else list(rings)
+    geometry = {"type": kind, "coordinates": coordinates}
+    return {"type": "Feature", "properties": properties, "geometry": geometry, **more}
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(*features, crs=GRID, name="f.geojson"):
+        document = {"type": "FeatureCollection", "features": list(features)}
+        if crs:
+            document["crs"] = {"type": "name", "properties": {"name": crs}}
+        path = tmp_path / name
+        path.write_text(json.dumps(document))
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_footprint_with_a_hole_becomes_a_closed_prism(write, measure, turned):
+    rings = [ring[::-1] if turned else ring for ring in (SQUARE, HOLE)]
+    scene = umbra.read(write(feature(*rings, properties={"height": 5})))
+    assert measure.volume(scene) == pytest.approx(5 * (60 - 4))
+    # Roof and floor, the walls outside and those of the yard.
+    assert measure.area(scene) == pytest.approx(2 * 56 + 5 * 32 + 5 * 8)
+    assert measure.open_edges(scene) == []
+    np.testing.assert_allclose(scene.bounds(), [[1000, 342000, 0], [1010, 342006, 5]], atol=1e-9)
+    assert scene.crs == "EPSG:31256"
+    assert [part.kind for part in scene.parts] == ["Building"]
+
+
+def test_a_multipolygon_is_one_part_and_has_its_own_base(write, measure):
+    path = write(
+        feature(
+            SQUARE, shift(SQUARE, x=50), kind="MultiPolygon",
+            properties={"id": "twins", "h": 3, "floor": 100.5},
+        )
+    )  # fmt: skip
+    scene = umbra.read(path, base_column="floor")
+    assert [part.name for part in scene.parts] == ["twins"]
+    assert measure.volume(scene) == pytest.approx(2 * 60 * 3)
+    assert scene.bounds()[:, 2] == pytest.approx([100.5, 103.5])
+
+
+def test_the_minimum_height_of_openstreetmap_counts_from_the_ground(write):
+    bridge = feature(SQUARE, properties={"height": "12", "min_height": 5})
+    house = feature(shift(SQUARE, x=50), properties={"height": 4})
+    scene = umbra.read(write(bridge, house), base_column="min_height")
+    spans = [
+        np.ptp(scene.triangles([i]).vertices[scene.parts[i].mesh.faces][..., 2]) for i in (0, 1)
+    ]
+    assert spans == pytest.approx([7, 4])
+
+
+@pytest.mark.parametrize(
+    "column", ["height", "Height", "HEIGHT", "building:height", "measuredHeight", "h"]
+)
+def test_columns_of_heights_are_known_by_name_and_said(write, column):
+    scene = umbra.read(write(feature(SQUARE, properties={"floors": 2, column: 7})))
+    assert scene.bounds()[1, 2] == 7
+    assert f"heights are those of the column '{column}'" in scene.notes[0]
+
+
+def test_a_column_can_be_chosen(write):
+    path = write(feature(SQUARE, properties={"height": 7, "eaves": 5}))
+    scene = umbra.read(path, height_column="eaves")
+    assert scene.bounds()[1, 2] == 5
+    assert scene.notes == ()
+
+
+def test_degrees_become_metres_of_the_zone(write, measure):
+    # 0.001° by 0.001° at 48° north: 74.6 by 111.2 m.
+    ring = [[16, 48], [16.001, 48], [16.001, 48.001], [16, 48.001], [16, 48]]
+    scene = umbra.read(write(feature(ring, properties={"height": 10}), crs=None))
+    assert scene.crs == "EPSG:32633"
+    assert measure.volume(scene) == pytest.approx(10 * 74.61 * 111.19, rel=1e-3)
+    assert (scene.latitude, scene.longitude) == pytest.approx((48.0005, 16.0005), abs=1e-4)
+
+
+def test_metres_without_a_crs_are_taken_as_they_are(write):
+    scene = umbra.read(write(feature(SQUARE, properties={"height": 1}), crs=None))
+    assert scene.crs is None
+    assert "taken as metres" in scene.notes[0]
+
+
+def test_heights_as_text_are_read_where_they_are_numbers():
+    column = ["12.5", "12,5", " 7 m", "about 20", "", None, 3, True, "1e1", "12'", float("nan")]
+    numbers = parse_numbers(column)
+    np.testing.assert_array_equal(
+        numbers.values, [12.5, 12.5, 7, np.nan, np.nan, np.nan, 3, np.nan, 10, np.nan, np.nan]
+    )
+    assert numbers.from_text == 4
+    assert numbers.odd == [(3, "about 20"), (9, "12'")]
+
+
+def test_what_has_no_height_is_left_out_and_counted(write):
+    heights = [5, None, "tall", "6", 0, -2]
+    path = write(
+        *(feature(shift(SQUARE, x=20 * i), properties={"height": h}) for i, h in enumerate(heights))
+    )
+    scene = umbra.read(path)
+    assert [part.name for part in scene.parts] == ["1", "4"]
+    notes = " | ".join(scene.notes)
+    assert "no number of metres: 1 (first: 'tall' of '3')" in notes
+    assert "written as text: 1" in notes
+    assert "without a height in 'height' left out: 2 (first: '2')" in notes
+    assert "not above 0 in 'height' left out: 2 (first: '5')" in notes
+
+
+def test_no_heights_at_all_name_the_columns(write):
+    path = write(feature(SQUARE, properties={"hight": 5, "use": "flat"}))
+    with pytest.raises(InputError, match=r"says no heights.*hight, use.*--height-column") as caught:
+        umbra.read(path)
+    assert caught.value.columns == ["hight", "use"]
+    with pytest.raises(InputError, match=r"no column 'higt'.*did you mean 'hight'"):
+        umbra.read(path, height_column="higt")
+    with pytest.raises(InputError, match="no footprint has a height"):
+        umbra.read(path, height_column="use")
+    with pytest.raises(InputError, match="no columns"):
+        umbra.read(write(feature(SQUARE)))
+
+
+def test_invalid_rings_are_repaired_and_counted(write, measure):
+    pytest.importorskip("shapely")
+    bow = feature(shift(BOW_TIE, 1000, 342000), properties={"height": 3})
+    scene = umbra.read(write(feature(shift(SQUARE, x=50), properties={"height": 1}), bow))
+    assert measure.volume(scene, [1]) == pytest.approx(3 * 8)
+    assert measure.open_edges(scene) == []
+    assert "footprints repaired: 1 (first: feature 2, self-intersection)" in scene.notes[1]
+
+
+def test_without_shapely_crossing_rings_are_said(write, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "shapely", None)
+    bow = [[0, 0], [4, 4], [4, 0], [1, 5], [-1, 2], [0, 0]]
+    scene = umbra.read(write(feature(shift(bow, 1000, 342000), properties={"height": 3})))
+    assert "umbra-shadows[gis]" in " ".join(scene.notes)
+
+
+def test_points_and_lines_are_counted_and_nothing_else_is_an_error(write):
+    point = {
+        "type": "Feature",
+        "properties": {},
+        "geometry": {"type": "Point", "coordinates": [1, 2]},
+    }
+    with pytest.raises(InputError, match=r"has no polygons \(points among the footprints"):
+        umbra.read(write(point))
+    scene = umbra.read(write(point, feature(SQUARE, properties={"height": 3})))
+    assert "points among the footprints left out: 1" in scene.notes[0]
+    with pytest.raises(InputError, match="has no polygons"):
+        umbra.read(write())
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        {"type": "Polygon", "coordinates": [[[0, 0], [1, "a"], [1, 1]]]},
+        {"type": "Polygon", "coordinates": [[1, 2, 3]]},
+        {"type": "Polygon", "coordinates": 5},
+        {"type": "MultiPolygon", "coordinates": [[[]]]},
+        {"coordinates": []},
+        [],
+        "Polygon",
+    ],
+)
+def test_damaged_coordinates_are_an_error_of_one_line(write, geometry):
+    damaged = {"type": "Feature", "properties": {"height": 3}, "geometry": geometry}
+    with pytest.raises(InputError, match=r"f\.geojson: ") as caught:
+        umbra.read(write(feature(SQUARE, properties={"height": 3}), damaged))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_feature_a_line_is_read(tmp_path):
+    path = tmp_path / "f.geojson"
+    lines = [feature(shift(SQUARE, x=20 * i), properties={"height": 3}, id=i) for i in range(3)]
+    path.write_text("\n".join(map(json.dumps, lines)))
+    assert [part.name for part in umbra.read(path).parts] == ["0", "1", "2"]
+
+
+def write_tables(path, tables):
+    """Tables of (x, y) squares of 10 x 6 m with a column, into a GeoPackage or a Shapefile."""
+    pyogrio = pytest.importorskip("pyogrio")
+    shapely = pytest.importorskip("shapely")
+    for number, (name, column, values, crs) in enumerate(tables):
+        shapes = [
+            shapely.Polygon(shift(SQUARE, x=20 * i), [HOLE] if i == 0 else [])
+            for i in range(len(values))
+        ]
+        pyogrio.raw.write(
+            path, shapely.to_wkb(shapes), [np.array(values)], [column], layer=name, crs=crs,
+            geometry_type="Polygon", append=number > 0,
+        )  # fmt: skip
+    return path
+
+
+@pytest.mark.parametrize("name", ["f.gpkg", "f.shp"])
+def test_geopackage_and_shapefile(tmp_path, measure, name):
+    path = write_tables(tmp_path / name, [("f", "height", [5.0, np.nan, 2.0], "EPSG:31256")])
+    scene = umbra.read(path)
+    assert [part.name for part in scene.parts] == ["1", "3"]
+    assert measure.volume(scene) == pytest.approx(5 * 56 + 2 * 60)
+    assert measure.open_edges(scene) == []
+    assert scene.crs == "EPSG:31256"
+    assert "left out: 1 (first: '2')" in " ".join(scene.notes)
+    expected = {"f.gpkg": ["f.gpkg"], "f.shp": ["f.shp", "f.dbf", "f.shx", "f.prj", "f.cpg"]}
+    assert [source.name for source in scene.sources] == expected[name]
+
+
+def test_of_several_tables_the_one_with_heights(tmp_path):
+    tables = [("parcels", "owner", ["a"], "EPSG:31256"), ("houses", "height", [5.0], "EPSG:31256")]
+    scene = umbra.read(write_tables(tmp_path / "f.gpkg", tables))
+    assert scene.bounds()[1, 2] == 5
+    assert "left out: parcels" in scene.notes[0]
+    again = [(name, "height", [5.0], "EPSG:31256") for name in ("old", "new")]
+    with pytest.raises(InputError, match=r"several tables of footprints \(old, new\)"):
+        umbra.read(write_tables(tmp_path / "g.gpkg", again))
+
+
+def test_damaged_tables(tmp_path):
+    path = write_tables(tmp_path / "f.gpkg", [("f", "height", [5.0], "EPSG:31256")])
+    path.write_bytes(path.read_bytes()[:500])
+    with pytest.raises(InputError, match="cannot be read as GeoPackage"):
+        umbra.read(path)
+    fake = tmp_path / "fake.shp"
+    fake.write_bytes(b"not a shapefile")
+    with pytest.raises(InputError, match="does not begin as such a file"):
+        umbra.read(fake)
+
+
+def test_without_the_package_the_extra_is_named(tmp_path, monkeypatch):
+    path = write_tables(tmp_path / "f.gpkg", [("f", "height", [5.0], "EPSG:31256")])
+    monkeypatch.setitem(__import__("sys").modules, "pyogrio", None)
+    with pytest.raises(InputError, match=r"umbra-shadows\[gis\]"):
+        umbra.read(path)
+
+
+def test_tokyo(real_file, measure):
+    scene = umbra.read(real_file("tokyo_footprints.geojson"))
+    assert len(scene.parts) == 1374
+    assert scene.crs == "EPSG:32654"
+    assert (scene.latitude, scene.longitude) == pytest.approx((35.549, 139.713), abs=1e-3)
+    assert measure.open_edges(scene) == []
+    assert scene.bounds()[:, 2].tolist() == [0, 96]
+    assert any("repaired: 3" in note for note in scene.notes) or len(scene.notes) == 2

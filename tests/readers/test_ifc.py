@@ -1,0 +1,295 @@
+"""IFC: what a part is called, what is cut, and where the file stands."""
+
+import numpy as np
+import pytest
+from support.ifc_files import IfcFile
+
+import umbra
+from umbra import InputError
+from umbra.sun import find_site
+
+VIENNA = (48, 12, 30), (16, 22, 15)
+VIENNA_DEGREES = 48 + 12 / 60 + 30 / 3600, 16 + 22 / 60 + 15 / 3600
+
+
+@pytest.fixture(params=["IFC2X3", "IFC4"])
+def schema(request):
+    return request.param
+
+
+def names(scene, pattern):
+    return sorted({scene.parts[i].name for i in scene.select([pattern])})
+
+
+def test_a_wall_is_in_metres_with_its_storey_type_and_material(tmp_path, schema, measure):
+    model = IfcFile(schema)
+    wall = model.box("IfcWall", "north wall", (4, 0.5, 3), at=(10, 20, 1), ObjectType="thick")
+    model.material(wall, "brick")
+    model.box("IfcSlab", "Dach", (4, 4, 0.25), storey=1)
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert [(part.name, part.kind) for part in scene.parts] == [
+        ("north wall", "IfcWall"),
+        ("Dach", "IfcSlab"),
+    ]
+    first = scene.triangles([0])
+    np.testing.assert_allclose(first.vertices[first.faces].min((0, 1)), [10, 20, 1], atol=1e-9)
+    assert measure.volume(scene, [0]) == pytest.approx(6)
+    assert measure.open_edges(scene) == []
+    for pattern in ("IfcWall", "brick", "thick", "ground*", wall.GlobalId, "north*"):
+        assert names(scene, pattern) == ["north wall"], pattern
+    for pattern in ("attic", "*Dach*", "IfcSlab"):
+        assert names(scene, pattern) == ["Dach"], pattern
+    assert scene.sources[0].format == f"IFC ({schema})"
+    assert scene.notes == ()
+
+
+def test_openings_are_cut_and_they_and_rooms_cast_nothing(tmp_path, measure):
+    model = IfcFile()
+    wall = model.box("IfcWall", "wall", (4, 0.5, 3))
+    model.opening(wall, (1, 0.5, 1), at=(1, 0, 1))
+    model.box("IfcSpace", "room", (4, 4, 3), storey=None)
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert {part.kind for part in scene.parts} == {"IfcWall"}
+    assert measure.volume(scene) == pytest.approx(4 * 0.5 * 3 - 0.5)
+    assert measure.open_edges(scene) == []
+
+
+def test_a_curtain_wall_is_one_thing_with_its_pieces(tmp_path):
+    model = IfcFile()
+    whole = model.root("IfcCurtainWall", "facade")
+    plate = model.box("IfcPlate", "pane", (1, 0.1, 3), storey=None)
+    mullion = model.box("IfcMember", "mullion", (0.1, 0.1, 3), at=(1, 0, 0), storey=None)
+    model.aggregate(whole, [plate, mullion])
+    model.root(
+        "IfcRelContainedInSpatialStructure",
+        None,
+        RelatingStructure=model.storeys[1],
+        RelatedElements=[whole],
+    )
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert [(part.name, part.kind) for part in scene.parts] == [("facade", "IfcCurtainWall")] * 2
+    assert len(scene.select(["attic"])) == 2
+    assert len(scene.select(["pane"])) == len(scene.select(["IfcMember"])) == 1
+
+
+def test_a_name_that_comes_twice_gets_its_number(tmp_path):
+    model = IfcFile()
+    one, two = (model.box("IfcWall", "wall", (1, 1, 1), at=(3 * i, 0, 0)) for i in range(2))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert {part.name for part in scene.parts} == {f"wall {w.GlobalId}" for w in (one, two)}
+    assert len(scene.select(["wall"])) == 2
+
+
+def test_standard_walls_are_walls(tmp_path):
+    model = IfcFile("IFC2X3")
+    model.box("IfcWallStandardCase", "wall", (1, 1, 1))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert len(scene.select(["IfcWall"])) == 1
+
+
+def test_styles_give_colour_name_and_opacity(tmp_path, schema):
+    model = IfcFile(schema)
+    model.box("IfcWindow", "pane", (1, 0.1, 1), color=(1.0, 0.5, 0.0), style="glass")
+    (part,) = umbra.read(model.write(tmp_path / "a.ifc")).parts
+    # 0.5 in sRGB is 0.214 of the light.
+    np.testing.assert_allclose(part.color, [1, 0.2140, 0], atol=1e-4)
+    assert part.material.opacity == pytest.approx(0.5)
+    assert part.matches("glass")
+
+
+def test_the_site_says_where_it_is(tmp_path, schema):
+    # True north lies 30° clockwise from y: its direction is (sin 30°, cos 30°).
+    model = IfcFile(schema, true_north=(0.5, 0.75**0.5))
+    model.site("site", *VIENNA, elevation=171000.0)
+    model.box("IfcWall", "wall", (1, 1, 1))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert (scene.latitude, scene.longitude) == pytest.approx(VIENNA_DEGREES)
+    assert scene.elevation == pytest.approx(171)
+    assert scene.true_north == pytest.approx(30)
+    assert scene.crs is None
+
+
+def test_the_south_and_millionths_of_seconds_count(tmp_path):
+    model = IfcFile()
+    model.site("site", (-33, -51, -24, -500000), (151, 12, 54, 0))
+    model.box("IfcWall", "wall", (1, 1, 1))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.latitude == pytest.approx(-(33 + 51 / 60 + 24.5 / 3600), abs=1e-12)
+
+
+def test_the_level_top_of_the_site_is_the_ground(tmp_path):
+    model = IfcFile()
+    model.site("site", *VIENNA, size=(20, 20, 0.5))
+    model.box("IfcWall", "wall", (1, 1, 3), at=(5, 5, 0.5))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.ground == pytest.approx(0.5)
+    assert any("--ground" in note for note in scene.notes)
+
+
+def test_without_a_site_the_options_are_named(tmp_path):
+    model = IfcFile()
+    model.box("IfcWall", "wall", (1, 1, 1))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert (scene.latitude, scene.longitude) == (None, None)
+    with pytest.raises(InputError, match="--lat and --lon"):
+        find_site(scene)
+
+
+def test_sites_that_disagree_are_named_and_none_is_taken(tmp_path):
+    model = IfcFile()
+    model.site("here", *VIENNA)
+    model.site("there", (52, 31, 0), (13, 24, 0))
+    model.box("IfcWall", "wall", (1, 1, 1))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.latitude is None
+    (note,) = scene.notes
+    assert "2 sites disagree" in note
+    assert "'there' at 52.5167°" in note
+    assert "--lat" in note
+
+
+def test_a_site_at_zero_zero_says_nothing(tmp_path):
+    model = IfcFile()
+    model.site("site", (0, 0, 0), (0, 0, 0))
+    model.box("IfcWall", "wall", (1, 1, 1))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.latitude is None
+    assert "left out" in scene.notes[0]
+
+
+def test_the_map_conversion_brings_the_house_onto_the_map(tmp_path):
+    # The plan's x axis points to the map's north: (x, y) goes to (-y, x).
+    model = IfcFile(true_north=(1.0, 0.0))
+    model.site("site", *VIENNA)
+    model.map_conversion("EPSG:31256", 2500, 340500, 170, along=0.0, across=1.0, scale=0.001)
+    model.box("IfcWall", "wall", (4, 0.5, 3))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    np.testing.assert_allclose(
+        scene.bounds(), [[2499.5, 340500, 170], [2500, 340504, 173]], atol=1e-6
+    )
+    assert scene.crs == "EPSG:31256"
+    assert scene.latitude == pytest.approx(48.2, abs=0.05)
+    # The map's y axis is its own meridian's north, here to some hundredths of a degree.
+    assert scene.true_north == pytest.approx(0, abs=0.1)
+    assert scene.notes == ()
+
+
+def test_a_scale_that_forgets_millimetres_is_noticed(tmp_path):
+    model = IfcFile()
+    model.map_conversion("EPSG:31256", 2500, 340500)
+    model.box("IfcWall", "wall", (4, 0.5, 3))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.bounds()[1] == pytest.approx([2504, 340500.5, 3])
+    assert "1 is taken instead" in scene.notes[0]
+
+
+def test_a_map_conversion_of_ifc2x3_is_a_property_set(tmp_path):
+    model = IfcFile("IFC2X3")
+    site = model.site("site", *VIENNA)
+    model.property_set(
+        site, "ePset_MapConversion", Eastings=2500.0, Northings=340500.0, Scale=0.001
+    )
+    model.property_set(site, "ePset_ProjectedCRS", Name="EPSG:31256", MapUnit="METRE")
+    model.box("IfcWall", "wall", (4, 0.5, 3))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.crs == "EPSG:31256"
+    assert scene.bounds()[1] == pytest.approx([2504, 340500.5, 3])
+
+
+def test_an_unknown_map_leaves_the_house_where_it_is(tmp_path):
+    model = IfcFile()
+    model.site("site", *VIENNA)
+    model.map_conversion("the surveyor's own grid", 2500, 340500)
+    model.box("IfcWall", "wall", (4, 0.5, 3))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.crs is None
+    assert scene.bounds()[1] == pytest.approx([4, 0.5, 3])
+    assert scene.latitude == pytest.approx(VIENNA_DEGREES[0])
+    assert "the surveyor's own grid" in scene.notes[0]
+
+
+def test_a_site_far_from_its_map_is_said(tmp_path):
+    model = IfcFile()
+    model.site("site", (42, 21, 0), (-71, -3, 0))
+    model.map_conversion("EPSG:31256", 2500, 340500, scale=0.001)
+    model.box("IfcWall", "wall", (4, 0.5, 3))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.latitude == pytest.approx(48.2, abs=0.05)
+    assert "its site says 42.3500°" in scene.notes[0]
+
+
+def test_elements_without_a_shape_are_counted(tmp_path):
+    model = IfcFile()
+    model.box("IfcWall", "wall", (1, 1, 1))
+    model.box("IfcWall", "flat", (1, 1, 0))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.notes == (
+        "a.ifc: elements without a usable shape left out: 1 (first: IfcWall 'flat')",
+    )
+
+
+def test_an_opening_that_is_not_there_is_counted(tmp_path, measure):
+    model = IfcFile()
+    wall = model.box("IfcWall", "wall", (4, 0.5, 3))
+    model.opening(wall, (1, 0.5, 1), at=(1, 0, 1))
+    (hole,) = model.file.by_type("IfcOpeningElement")
+    path = model.write(tmp_path / "a.ifc")
+    text = path.read_text().replace(f"#{hole.id()}=", "#999999=")
+    path.write_text(text)
+    scene = umbra.read(path)
+    assert measure.volume(scene) == pytest.approx(6)
+    assert "openings that are not in the file left out: 1" in scene.notes[0]
+
+
+def test_damage_is_said(tmp_path):
+    model = IfcFile()
+    model.box("IfcWall", "wall", (1, 1, 1))
+    path = model.write(tmp_path / "a.ifc")
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    with pytest.raises(InputError, match="ends too early"):
+        umbra.read(path)
+    path.write_bytes(b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n")
+    with pytest.raises(InputError, match=r"a\.ifc: "):
+        umbra.read(path)
+    empty = IfcFile()
+    with pytest.raises(InputError, match="has no triangles"):
+        umbra.read(empty.write(tmp_path / "empty.ifc"))
+
+
+def test_without_the_package_the_extra_is_named(tmp_path, monkeypatch):
+    model = IfcFile()
+    model.box("IfcWall", "wall", (1, 1, 1))
+    path = model.write(tmp_path / "a.ifc")
+    monkeypatch.setitem(__import__("sys").modules, "ifcopenshell", None)
+    with pytest.raises(InputError, match=r"umbra-shadows\[ifc\]"):
+        umbra.read(path)
+
+
+def test_the_fzk_house(real_file):
+    scene = umbra.read(real_file("fzk_haus.ifc"))
+    kinds = {part.kind: 0 for part in scene.parts}
+    for name, kind in {(part.name, part.kind) for part in scene.parts}:
+        kinds[kind] += name != ""
+    assert kinds == {
+        "IfcBeam": 51,
+        "IfcColumn": 1,
+        "IfcDoor": 5,
+        "IfcFurnishingElement": 21,
+        "IfcRailing": 2,
+        "IfcSite": 1,
+        "IfcSlab": 4,
+        "IfcStair": 1,
+        "IfcWallStandardCase": 13,
+        "IfcWindow": 11,
+    }
+    assert (scene.latitude, scene.longitude) == pytest.approx((52 + 31 / 60, 13.4))
+    assert scene.true_north == 0
+    assert scene.ground == pytest.approx(0)
+    assert names(scene, "*Dach*") != []
+    assert names(scene, "ROOF") == ["Dach-1", "Dach-2"]
+    # 12 by 10 m, and 50 cm of eaves all round.
+    walls = scene.triangles(scene.select(["IfcWall"]))
+    np.testing.assert_allclose(
+        np.ptp(walls.vertices[walls.faces].reshape(-1, 3), axis=0)[:2], [12, 10], atol=1e-6
+    )

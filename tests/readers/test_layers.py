@@ -1,0 +1,169 @@
+"""Several files in one scene: their names, their CRSs, and where they stand."""
+
+import json
+
+import numpy as np
+import pytest
+
+import umbra
+from umbra import InputError
+
+SQUARE = [(0, 0), (10, 0), (10, 10), (0, 10)]
+OBJ = "v 0 0 0\nv {s} 0 0\nv 0 {s} 0\nv 0 0 {s}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+@pytest.fixture
+def obj(tmp_path):
+    def write(name, size=2):
+        path = tmp_path / name
+        path.write_text(OBJ.format(s=size))
+        return path
+
+    return write
+
+
+@pytest.fixture
+def houses(tmp_path):
+    """Footprints of 10 x 10 m, 5 m high, at places in a CRS."""
+
+    def write(name, crs, *places, height=5.0):
+        features = [
+            {
+                "type": "Feature",
+                "id": f"{name.partition('.')[0]} {number}",
+                "properties": {"height": height},
+                "geometry": {
+                    "type": "Polygon",
+                    "coordinates": [[[x + a, y + b] for a, b in (*SQUARE, SQUARE[0])]],
+                },
+            }
+            for number, (x, y) in enumerate(places)
+        ]
+        document = {"type": "FeatureCollection", "features": features}
+        document["crs"] = {"type": "name", "properties": {"name": crs}}
+        path = tmp_path / name
+        path.write_text(json.dumps(document))
+        return path
+
+    return write
+
+
+def test_one_file_makes_no_layer_unless_it_is_named(obj):
+    path = obj("a.obj")
+    assert umbra.read(path).parts[0].layer == ""
+    assert umbra.read(f"new={path}").parts[0].layer == "new"
+
+
+def test_layers_are_chosen_by_name(obj):
+    scene = umbra.read(f"existing={obj('a.obj')}", f"proposed={obj('b.obj', 3)}", obj("c.city.obj"))
+    assert [part.layer for part in scene.parts] == ["existing", "proposed", "c"]
+    assert scene.select(["existing"]) == [0]
+    assert scene.select([], ["prop*"]) == [0, 2]
+    with pytest.raises(InputError, match="the file has c, existing, proposed"):
+        scene.select(["propsed"])
+
+
+def test_things_of_one_name_in_two_layers_are_two(obj):
+    one = obj("a.obj")
+    scene = umbra.read(f"x={one}", f"y={one}")
+    assert [part.name for part in scene.parts] == ["a", "a"]
+    assert scene.groups().tolist() == [0, 1]
+    scene = umbra.read(f"x={one}", f"x={one}")
+    assert scene.groups().tolist() == [0, 0]
+
+
+def test_a_file_whose_name_has_an_equals_sign_is_a_file(obj, monkeypatch):
+    path = obj("a=b.obj")
+    monkeypatch.chdir(path.parent)
+    assert umbra.read("a=b.obj").parts[0].layer == ""
+    assert umbra.read(path).parts[0].layer == ""
+    with pytest.raises(InputError, match=r"c\.obj: no such file"):
+        umbra.read("new=c.obj")
+    with pytest.raises(InputError, match="names a layer without a file"):
+        umbra.read("new=")
+
+
+def test_later_files_are_brought_to_the_first_ones_crs(houses):
+    first = houses("a.geojson", "EPSG:31256", (2500, 340500))
+    # The same corner in UTM 33 north.
+    from pyproj import Transformer  # noqa: PLC0415
+
+    there = Transformer.from_crs("EPSG:31256", "EPSG:32633", always_xy=True)
+    x, y = there.transform(2520, 340500)
+    scene = umbra.read(first, houses("b.geojson", "EPSG:32633", (x, y)))
+    assert scene.crs == "EPSG:31256"
+    soup = scene.triangles([1])
+    low = soup.vertices[soup.faces].min((0, 1)) + scene.origin
+    # The grids are turned against each other by 1°: 0.2 m over a house.
+    np.testing.assert_allclose(low, [2520, 340500, 0], atol=0.3)
+    assert "b.geojson: coordinates were converted from EPSG:32633 to EPSG:31256" in scene.notes
+
+
+def test_crs_that_differ_in_height_only_are_one(houses):
+    first = houses("a.geojson", "EPSG:28992", (85000, 447000))
+    scene = umbra.read(first, houses("b.geojson", "EPSG:7415", (85020, 447000)))
+    assert not any("converted" in note for note in scene.notes)
+
+
+def test_an_unknown_crs_beside_a_known_one_is_refused_by_name(houses):
+    first = houses("a.geojson", "EPSG:31256", (2500, 340500))
+    with pytest.raises(InputError, match=r"a\.geojson is in EPSG:31256 but .*b\.geojson is in my"):
+        umbra.read(first, houses("b.geojson", "my own grid", (2500, 340500)))
+
+
+def test_layers_far_apart_are_said(houses, obj):
+    scene = umbra.read(houses("a.geojson", "EPSG:31256", (2500, 340500)), f"new={obj('b.obj')}")
+    assert "layer 'new' lies 340 km from layer 'a'" in " ".join(scene.notes)
+
+
+def test_layers_that_stand_in_one_place_are_said(houses):
+    places = [(2500 + 30 * i, 340500) for i in range(4)]
+    old = houses("a.geojson", "EPSG:31256", *places)
+    new = houses("b.geojson", "EPSG:31256", (2530.5, 340500), (2800, 340500))
+    scene = umbra.read(f"old={old}", f"new={new}")
+    (note,) = [note for note in scene.notes if "overlap" in note]
+    assert "1 of 2 things of 'new'" in note
+    assert "(first: 'b 0' and 'a 1')" in note
+
+
+def test_footprints_stand_on_the_terrain_of_another_file(houses, tmp_path):
+    rasterio = pytest.importorskip("rasterio")
+    # A slope of 1 m in 1 m to the east, cells of 1 m.
+    heights = np.tile(np.arange(40.0) + 0.5, (40, 1)) + 200
+    path = tmp_path / "t.tif"
+    with rasterio.open(
+        path, "w", driver="GTiff", height=40, width=40, count=1, dtype="float64", crs="EPSG:31256",
+        transform=rasterio.transform.from_origin(2500, 340540, 1, 1),
+    ) as file:  # fmt: skip
+        file.write(heights, 1)
+    scene = umbra.read(houses("a.geojson", "EPSG:31256", (2510.2, 340510), (2600, 340510)), path)
+    soup = scene.triangles()
+    z = soup.vertices[soup.faces][..., 2] + scene.origin[2]
+    first, second = (z[soup.part == part] for part in (0, 1))
+    assert (first.min(), first.max()) == (210.5, 215.5)
+    assert second.min() == 239.5  # beside the terrain: its edge
+    assert any("set on the terrain" in n and "1 parts lie beside it" in n for n in scene.notes)
+    # A base in the file is a base.
+    based = houses("c.geojson", "EPSG:31256", (2510, 340510))
+    based.write_text(based.read_text().replace('"height"', '"base": 7, "height"'))
+    scene = umbra.read(based, path, base_column="base")
+    assert scene.bounds()[0, 2] == 7
+
+
+def test_sites_of_two_files(tmp_path):
+    pytest.importorskip("ifcopenshell")
+    from support.ifc_files import IfcFile  # noqa: PLC0415
+
+    paths = []
+    for name, latitude in (("a.ifc", 48), ("b.ifc", 48), ("c.ifc", 52)):
+        model = IfcFile(true_north=(0.0, 1.0) if name == "a.ifc" else (0.1, 1.0))
+        model.site("site", (latitude, 0, 30), (16, 0, 0))
+        model.box("IfcWall", "wall", (1, 1, 1))
+        paths.append(model.write(tmp_path / name))
+    scene = umbra.read(*paths[:2])
+    assert scene.latitude == pytest.approx(48 + 30 / 3600)
+    assert scene.true_north == 0
+    assert "5.71° in b.ifc" in " ".join(scene.notes)
+    scene = umbra.read(paths[0], paths[2])
+    assert scene.latitude is None
+    assert "the files' sites disagree (a.ifc at 48.0083°" in " ".join(scene.notes)

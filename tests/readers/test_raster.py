@@ -1,0 +1,161 @@
+"""Height rasters: the surface through cell centres, by hand."""
+
+import numpy as np
+import pytest
+
+import umbra
+from umbra import InputError
+
+rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed")
+from rasterio.transform import Affine, from_origin  # noqa: E402
+
+PLAIN = np.array([[1.0, 2, 3, 4], [5, 6, 7, 8], [9, 10, 11, 12]])
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(
+        heights, crs="EPSG:32633", transform=None, nodata=None, dtype="float64", name="t.tif",
+        units=None, scale=None, bands=1,
+    ):  # fmt: skip
+        heights = np.asarray(heights, dtype)
+        rows, cols = heights.shape
+        path = tmp_path / name
+        with rasterio.open(
+            path, "w", driver="GTiff", height=rows, width=cols, count=bands, dtype=dtype, crs=crs,
+            transform=transform or from_origin(600000, 5340000, 2, 1), nodata=nodata,
+        ) as file:  # fmt: skip
+            for band in range(1, bands + 1):
+                file.write(heights, band)
+            if units:
+                file.units = (units,) * bands
+            if scale:
+                file.scales = (scale,) * bands
+        return path
+
+    return write
+
+
+def corners(scene):
+    soup = scene.triangles()
+    return soup.vertices[soup.faces] + scene.origin
+
+
+def test_vertices_are_the_centres_and_triangles_face_up(write):
+    scene = umbra.read(write(PLAIN))
+    (part,) = scene.parts
+    assert (part.name, part.kind, part.triangles) == ("t", "Raster", 2 * 2 * 3)
+    # Cells of 2 by 1 m from the upper left corner.
+    expected = {
+        (600001 + 2 * col, 5339999.5 - row, PLAIN[row, col]) for row in range(3) for col in range(4)
+    }
+    assert set(map(tuple, corners(scene).reshape(-1, 3).tolist())) == expected
+    a, b, c = corners(scene).transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    assert (normals[:, 2] == 2.0).all()  # twice the area of half a cell
+    assert scene.crs == "EPSG:32633"
+    assert scene.latitude == pytest.approx(48.2, abs=0.1)
+    assert "--receivers top --extent 600001,5339997.5,600007,5339999.5" in scene.notes[0]
+
+
+def test_the_diagonal_is_that_of_the_description(write):
+    # Only the far end of the diagonal is high: both triangles reach it.
+    scene = umbra.read(write([[0, 0], [0, 3]]))
+    assert corners(scene)[..., 2].max(1).tolist() == [3, 3]
+    # Only the corner off the diagonal: one of them.
+    scene = umbra.read(write([[0, 3], [0, 0]]))
+    assert sorted(corners(scene)[..., 2].max(1).tolist()) == [0, 3]
+
+
+def test_a_raster_from_the_south_and_a_turned_one_face_up(write):
+    for transform in (
+        Affine(2, 0, 600000, 0, 1, 5340000),
+        Affine(0, 1, 600000, 1, 0, 5340000),
+        Affine(1, 0.5, 600000, 0.5, -1, 5340000),
+    ):
+        a, b, c = corners(umbra.read(write(PLAIN, transform=transform))).transpose(1, 0, 2)
+        assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("gone", "triangles"),
+    [([(0, 0)], 11), ([(1, 1)], 8), ([(0, 3), (2, 0)], 10), ([(0, 0), (0, 1)], 9)],
+)
+def test_nodata_leaves_the_triangle_of_the_other_three(write, gone, triangles):
+    heights = PLAIN.copy()
+    for cell in gone:
+        heights[cell] = -9999
+    scene = umbra.read(write(heights, nodata=-9999))
+    assert len(corners(scene)) == triangles
+    assert corners(scene)[..., 2].min() >= 1
+    a, b, c = corners(scene).transpose(1, 0, 2)
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+    assert f"cells without a height left out: {len(gone)} of 12" in scene.notes[0]
+
+
+def test_nan_is_nodata_too(write):
+    heights = PLAIN.copy()
+    heights[0, 0] = np.nan
+    assert len(corners(umbra.read(write(heights)))) == 11
+
+
+def test_feet_scale_and_bands(write):
+    scene = umbra.read(write(PLAIN, units="ft"))
+    assert corners(scene)[..., 2].max() == pytest.approx(12 * 0.3048)
+    assert "from feet" in scene.notes[0]
+    scene = umbra.read(write(PLAIN, dtype="int16", scale=0.25))
+    assert corners(scene)[..., 2].max() == 3
+    assert "bands after the first left out: 1" in umbra.read(write(PLAIN, bands=2)).notes[0]
+
+
+def test_degrees_become_metres_of_the_zone(write):
+    second = 1 / 3600
+    scene = umbra.read(write(PLAIN, crs="EPSG:4326", transform=from_origin(16, 48, second, second)))
+    assert scene.crs == "EPSG:32633"
+    # Three columns of 20.7 m and two rows of 30.9 m, turned by 0.7° against the zone's grid.
+    assert np.ptp(scene.bounds(), axis=0) == pytest.approx([3 * 20.73, 2 * 30.89, 11], abs=1)
+    assert "converted from EPSG:4326 to EPSG:32633" in " ".join(scene.notes)
+
+
+def test_feet_in_the_plan_are_refused_by_name(write):
+    with pytest.raises(InputError, match=r"are in feet.*unit of the heights is not said"):
+        umbra.read(write(PLAIN, crs="EPSG:2263", transform=from_origin(980000, 200000, 3, 3)))
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"heights": np.full((3, 3), -9999.0)}, r"9 cells at -9999 m.*a_nodata -9999"),
+        ({"heights": np.full((3, 3), -9999.0), "nodata": -9999}, "all are nodata"),
+        ({"heights": PLAIN, "dtype": "uint8", "bands": 3}, "is a picture of 3 bands"),
+        ({"heights": PLAIN, "dtype": "complex64"}, "holds complex64 numbers"),
+        ({"heights": PLAIN[:1]}, "has 4x1 cells"),
+        ({"heights": PLAIN, "units": "fathom"}, "heights in 'fathom'"),
+        ({"heights": [[1, 0], [0, 1]], "nodata": 0}, "no two neighbouring"),
+        ({"heights": PLAIN, "transform": Affine(1, 1, 0, 1, 1, 0)}, "no area"),
+    ],
+)
+def test_what_holds_no_heights_is_refused(write, options, match):
+    with pytest.raises(InputError, match=match) as caught:
+        umbra.read(write(**options))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_raster_that_does_not_fit_names_the_remedy(write, monkeypatch):
+    monkeypatch.setattr("umbra.cpu.memory.find_memory", lambda: 1000.0)
+    with pytest.raises(InputError, match=r"needs 0 GB.*4 times coarser"):
+        umbra.read(write(PLAIN))
+
+
+def test_a_damaged_raster(write):
+    path = write(PLAIN)
+    path.write_bytes(path.read_bytes()[:60])
+    with pytest.raises(InputError, match=r"t\.tif: "):
+        umbra.read(path)
+
+
+def test_without_the_package_the_extra_is_named(write, monkeypatch):
+    path = write(PLAIN)
+    monkeypatch.setitem(__import__("sys").modules, "rasterio", None)
+    with pytest.raises(InputError, match=r"umbra-shadows\[gis\]"):
+        umbra.read(path)
