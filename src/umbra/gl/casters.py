@@ -49,6 +49,8 @@ class Body:
     component_bounds : (n_components, 2, 3) float64
     is_inward : (n_components,) bool
         Closed, but wound inward.
+    is_convex : (n_components,) bool
+        No ray meets two of its lit faces.
     first : (n_instances,) int64
         Number of each instance's first point.
     mirrored : (n_instances,) bool
@@ -66,6 +68,7 @@ class Body:
     blocks: FaceBlocks = field(init=False)
     component_bounds: NDArray[np.float64] = field(init=False)
     is_inward: NDArray[np.bool_] = field(init=False)
+    is_convex: NDArray[np.bool_] = field(init=False)
     first: NDArray[np.int64] = field(init=False)
     mirrored: NDArray[np.bool_] = field(init=False)
     transforms: NDArray[np.float64] = field(init=False)
@@ -77,6 +80,7 @@ class Body:
         a, b, c = corners.transpose(1, 0, 2)
         volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
         self.is_inward = (volume < 0) & caster.is_closed
+        self.is_convex = _find_convex(caster)
         self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
         self.first = np.array([group.first for group in self.groups], np.int64)
         self.place([group.transform for group in self.groups])
@@ -217,3 +221,21 @@ def _bound(corners: NDArray[np.float64], owner: NDArray, n: int) -> NDArray[np.f
     low = np.minimum.reduceat(corners.min(1)[order], starts)
     high = np.maximum.reduceat(corners.max(1)[order], starts)
     return np.stack([low, high], 1)
+
+
+def _find_convex(caster: Caster) -> NDArray[np.bool_]:
+    """Tell which components are convex: closed, a ball's surface, bent outward everywhere."""
+    n = len(caster.is_closed)
+    a, b = caster.edge_faces.T
+    across = caster.faces[b].sum(1) - caster.edges.sum(1)  # the corner that is not on the edge
+    across = np.clip(across, 0, len(caster.vertices) - 1)
+    height = np.einsum("ji,ij->i", caster.planes[:3, a], caster.vertices[across])
+    height += caster.planes[3, a]
+    size = np.linalg.norm(caster.planes[:3, a], axis=0) * np.abs(caster.vertices).max(initial=1.0)
+    bent = height > 1e-12 * size
+    corner = caster.component[:, None] * np.int64(len(caster.vertices)) + caster.faces
+    vertices = np.bincount(np.unique(corner) // len(caster.vertices), minlength=n)
+    edges = np.bincount(caster.component[a], minlength=n)
+    faces = np.bincount(caster.component, minlength=n)
+    bad = np.bincount(caster.component[a], bent | (caster.component[a] != caster.component[b]), n)
+    return np.asarray(caster.is_closed & (vertices - edges + faces == 2) & (bad == 0))

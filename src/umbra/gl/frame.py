@@ -167,7 +167,7 @@ class GlFrameCounter:
         rows, cols = face.shape
         keys = np.full((rows, cols), far)
         y, x = np.nonzero(face != NOTHING)
-        which = face[y, x]
+        which, place = np.unique(face[y, x], return_inverse=True)
         points = np.zeros((len(which), 3, 4))
         points[..., 3] = 1.0
         mesh = which >= 0
@@ -175,13 +175,11 @@ class GlFrameCounter:
         if self._local_ground is not None:
             points[~mesh] = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, self._local_ground, 1]]
         mapped = points @ matrix.T
-        # Of a plane through three points the key is the combination that gives (x, y, 1).
-        pixel = np.stack([x, y, np.ones(len(x))], 1)[..., None]
-        corners = mapped[..., :3].transpose(0, 2, 1)
-        flat = np.abs(np.linalg.det(corners)) < 1e-300
-        corners[flat] = np.eye(3)
-        weights = np.linalg.solve(corners, pixel)[..., 0]
-        keys[y, x] = np.einsum("ij,ij->i", weights, mapped[..., 3])
+        # The key of a plane is affine in the picture: three of its points fix it.
+        corners = mapped[..., :3]
+        corners[np.abs(np.linalg.det(corners)) < 1e-300] = np.eye(3)  # seen edge-on
+        slope = np.linalg.solve(corners, mapped[..., 3:])[place.ravel(), :, 0]
+        keys[y, x] = slope[:, 0] * x + slope[:, 1] * y + slope[:, 2]
         return keys
 
     def _locate(self, view: View, camera: Camera) -> Frame:

@@ -27,7 +27,7 @@ def find_opened(
     body: Body, camera: Camera, origin: NDArray[np.float64], lights: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
     """
-    Find the components to open, for any of a body's instances.
+    Find the components to open, of each of a body's instances.
 
     Parameters
     ----------
@@ -40,9 +40,9 @@ def find_opened(
 
     Returns
     -------
-    opened : (n_components,) bool
+    opened : (n_instances, n_components) bool
     """
-    opened = np.zeros(len(body.caster.is_closed), np.bool_)
+    opened = np.zeros((len(lights), len(body.caster.is_closed)), np.bool_)
     apex = camera.apex(origin)
     forward = camera.axes()[2]
     for instance, light in enumerate(lights):
@@ -59,7 +59,7 @@ def find_opened(
         if cut.any():
             around = find_anchor(body.caster, body.blocks, _SKY, light)
             found |= cut & ((around.lit != around.unlit) | body.is_inward)
-        opened |= found
+        opened[instance] = found
     return opened
 
 
@@ -147,7 +147,7 @@ def _end_rays(
                 inside = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))
                 end = np.append(inside[:3], 0.0)
                 anchor = find_anchor(body.caster, body.blocks, end, light)
-                adds = anchor.lit + anchor.unlit * ~each.caster.is_closed
+                adds = anchor.lit + anchor.unlit * ~each.is_closed[instance]
                 start += int(adds[chosen[offset + body.component_thing]].sum())
                 is_clean &= anchor.is_clean
             offset += body.n_things

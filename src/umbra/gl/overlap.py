@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.volumes import BodyVolumes
-from umbra.volume.adjacency import Caster
 from umbra.volume.bounds import find_box_points
 
 __all__ = ["STENCIL_MOST", "bound_count", "find_most"]
@@ -29,7 +28,7 @@ def bound_count(
     Parameters
     ----------
     volumes : list of BodyVolumes
-    most : list of (n_things,) int
+    most : list of (n_instances * n_things,) int
         Of ``find_most``: what one thing can add.
     light : (4,) float64
         Relative to the scene's origin.
@@ -41,9 +40,7 @@ def bound_count(
     """
     if not volumes:
         return 0
-    weights = np.concatenate(
-        [np.tile(m, len(each.body.groups)) for each, m in zip(volumes, most, strict=True)]
-    )
+    weights = np.concatenate(most)
     bound = int(weights.sum())
     if bound <= STENCIL_MOST:
         return bound
@@ -57,12 +54,13 @@ def bound_count(
 
 def _find_casting(volumes: BodyVolumes) -> NDArray[np.float64]:
     """Give the casting faces of all instances in the scene's frame, (n, 3, 3)."""
-    body, caster = volumes.body, volumes.caster
-    closed = caster.face_is_closed
+    body, caster = volumes.body, volumes.body.caster
     lists = []
-    for light, transform in zip(volumes.lights, body.transforms, strict=True):
+    for light, transform, is_closed in zip(
+        volumes.lights, body.transforms, volumes.is_closed, strict=True
+    ):
         side = light @ caster.planes[:, :-1]
-        faces = caster.faces[(side > 0) | ((side < 0) & ~closed)]
+        faces = caster.faces[(side > 0) | ((side < 0) & ~is_closed[caster.component])]
         lists.append(caster.vertices[faces] @ transform[:3, :3].T + transform[:3, 3])
     return np.concatenate(lists)
 
@@ -71,32 +69,25 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
     """
     Bound what each thing of a body adds to a count: 1 for what is convex, else its faces.
 
+    Parameters
+    ----------
+    body : Body
+    opened : (n_instances, n_components) bool
+
     Returns
     -------
-    most : (n_things,) int64
+    most : (n_instances * n_things,) int64
     """
-    caster = body.caster
-    n_faces = np.bincount(caster.component)
-    of_component = np.where(_find_convex(caster) & ~opened, 1, n_faces)
-    return np.bincount(body.component_thing, of_component, body.n_things).astype(np.int64)
-
-
-def _find_convex(caster: Caster) -> NDArray[np.bool_]:
-    """Tell which components are convex: closed, a ball's surface, bent outward everywhere."""
-    n = len(caster.is_closed)
-    a, b = caster.edge_faces.T
-    across = caster.faces[b].sum(1) - caster.edges.sum(1)  # the corner that is not on the edge
-    across = np.clip(across, 0, len(caster.vertices) - 1)
-    height = np.einsum("ji,ij->i", caster.planes[:3, a], caster.vertices[across])
-    height += caster.planes[3, a]
-    size = np.linalg.norm(caster.planes[:3, a], axis=0) * np.abs(caster.vertices).max(initial=1.0)
-    bent = height > 1e-12 * size
-    corner = caster.component[:, None] * np.int64(len(caster.vertices)) + caster.faces
-    vertices = np.bincount(np.unique(corner) // len(caster.vertices), minlength=n)
-    edges = np.bincount(caster.component[a], minlength=n)
-    faces = np.bincount(caster.component, minlength=n)
-    bad = np.bincount(caster.component[a], bent | (caster.component[a] != caster.component[b]), n)
-    return np.asarray(caster.is_closed & (vertices - edges + faces == 2) & (bad == 0))
+    n_faces = np.bincount(body.caster.component)
+    most = np.zeros((len(opened), body.n_things), np.int64)
+    if not opened.any():
+        of_component = np.where(body.is_convex, 1, n_faces)
+        most[:] = np.bincount(body.component_thing, of_component, body.n_things)
+        return most.ravel()
+    for row, each in zip(most, opened, strict=True):
+        of_component = np.where(body.is_convex & ~each, 1, n_faces)
+        row[:] = np.bincount(body.component_thing, of_component, body.n_things)
+    return most.ravel()
 
 
 def _stack(points: NDArray[np.float64], weights: NDArray, light: NDArray) -> int:

@@ -136,7 +136,7 @@ def select(
         if left < 0:
             break
         found = find_placement(
-            (each.caster.vertices, each.caster.faces[faces]),
+            (each.body.caster.vertices, each.body.caster.faces[faces]),
             regions=regions,
             transform=each.body.transforms[instance],
             bounds=each.body.bounds[thing],

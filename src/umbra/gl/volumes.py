@@ -30,11 +30,10 @@ class BodyVolumes:
     Parameters
     ----------
     body : Body
-    caster : Caster
-        The body's, with some components opened.
     lights : (n_instances, 4) float64
         In each instance's own frame.
-    opened : (n_components,) bool
+    opened : (n_instances, n_components) bool
+        Closed components that follow the open rule.
     sides : (n_sides, 6) uint32
         Two triangles each, wound outward.
     side_thing : (n_sides,) int
@@ -42,7 +41,6 @@ class BodyVolumes:
     """
 
     body: Body
-    caster: Caster
     lights: NDArray[np.float64]
     opened: NDArray[np.bool_]
     sides: NDArray[np.uint32]
@@ -51,16 +49,21 @@ class BodyVolumes:
     _cap_thing: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
     _capped: NDArray[np.bool_] | None = None
 
+    @property
+    def is_closed(self) -> NDArray[np.bool_]:
+        """Whether only lit faces cast, (n_instances, n_components) bool."""
+        return self.body.caster.is_closed & ~self.opened
+
     def is_of(self, lights: NDArray[np.float64], opened: NDArray[np.bool_]) -> bool:
         """Tell whether these are still the volumes of such lights and open components."""
         return np.array_equal(self.lights, lights) and np.array_equal(self.opened, opened)
 
     def casting(self, instance: int, thing: int) -> NDArray[np.intp]:
         """Find the faces of one thing that cast."""
-        body, caster = self.body, self.caster
+        body, caster = self.body, self.body.caster
         faces = body.faces[body.face_starts[thing] : body.face_starts[thing + 1]]
         side = self.lights[instance] @ caster.planes[:, faces]
-        return faces[(side > 0) | ((side < 0) & ~caster.is_closed[caster.component[faces]])]
+        return faces[(side > 0) | ((side < 0) & ~self.is_closed[instance, caster.component[faces]])]
 
     def light_cap(self, wanted: NDArray[np.bool_]) -> NDArray[np.uint32]:
         """
@@ -105,7 +108,7 @@ class BodyVolumes:
         return np.concatenate([fan, thrown])
 
     def _make_cap(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-        body, caster = self.body, self.caster
+        body, caster = self.body, self.body.caster
         chosen = np.flatnonzero(wanted)
         instance, thing = np.divmod(chosen, body.n_things)
         starts = body.face_starts[thing]
@@ -114,7 +117,9 @@ class BodyVolumes:
         within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
         faces = body.faces[starts[owner] + within]
         side = np.einsum("ij,ij->j", self.lights[instance[owner]].T, caster.planes[:, faces])
-        casts = (side > 0) | ((side < 0) & ~caster.is_closed[caster.component[faces]])
+        casts = (side > 0) | (
+            (side < 0) & ~self.is_closed[instance[owner], caster.component[faces]]
+        )
         owner, faces, side = owner[casts], faces[casts], side[casts]
         corners = caster.faces[faces].astype(np.int64) + body.first[instance[owner], None]
         turned = (side < 0) ^ body.mirrored[instance[owner]]
@@ -131,19 +136,40 @@ def make_volumes(body: Body, light: NDArray[np.float64], opened: NDArray[np.bool
     body : Body
     light : (4,) float64
         Relative to the scene's origin.
-    opened : (n_components,) bool
+    opened : (n_instances, n_components) bool
         Closed components that follow the open rule.
 
     Returns
     -------
     volumes : BodyVolumes
     """
-    caster = body.caster.opened(opened)
     lights = body.lights(light)
-    sides, things = [], []
-    for which, found in find_silhouettes(caster, lights):
+    sides: list[NDArray[np.uint32]] = []
+    things: list[NDArray[np.intp]] = []
+    # Nearly always all instances open the same components, namely none.
+    kinds = np.unique(opened, axis=0) if len(opened) > 1 else opened
+    for kind in kinds:
+        alike = np.flatnonzero((opened == kind).all(1))
+        _add_sides(body, body.caster.opened(kind), lights, alike, sides, things)
+    side, thing = np.concatenate(sides), np.concatenate(things)
+    if (np.diff(thing) < 0).any():  # what was seen edge-on comes last
+        order = np.argsort(thing, kind="stable")
+        side, thing = side[order], thing[order]
+    return BodyVolumes(body, lights, opened, side, thing)
+
+
+def _add_sides(
+    body: Body,
+    caster: Caster,
+    lights: NDArray[np.float64],
+    alike: NDArray[np.intp],
+    sides: list[NDArray[np.uint32]],
+    things: list[NDArray[np.intp]],
+) -> None:
+    """Add the sides of some instances, and which thing each belongs to, to lists."""
+    for which, found in find_silhouettes(caster, lights[alike]):
         codes = found.codes[found.starts[0] : found.starts[-1]]
-        instance = np.repeat(np.arange(which.start, which.stop), np.diff(found.starts))
+        instance = np.repeat(alike[which], np.diff(found.starts))
         edge = codes >> 2
         multiplicity = caster.weight[edge].astype(np.int64) >> (codes >> 1 & 1)
         backward = (multiplicity > 0) != (codes & 1).astype(np.bool_)
@@ -154,13 +180,9 @@ def make_volumes(body: Body, light: NDArray[np.float64], opened: NDArray[np.bool
         times = np.abs(multiplicity)
         if times.size and times.max() > 1:
             ends, thing = np.repeat(ends, times, 0), np.repeat(thing, times)
-        if (codes & 2).any():  # what was seen edge-on comes last
-            order = np.argsort(thing, kind="stable")
-            ends, thing = ends[order], thing[order]
         a, b = (2 * ends).astype(np.uint32).T
         sides.append(np.stack([b, a, a | FAR, b, a | FAR, b | FAR], 1))
         things.append(thing)
-    return BodyVolumes(body, caster, lights, opened, np.concatenate(sides), np.concatenate(things))
 
 
 def gather(
