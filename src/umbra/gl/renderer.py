@@ -6,8 +6,8 @@ light is added where the count is 0, and what is transparent comes last, over th
 picture. Nothing is read back until ``read``.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,6 +22,7 @@ from umbra.gl.shading import Shading
 from umbra.gl.state import Pass, State
 from umbra.gl.surfaces import KEY, SURFACE, Surfaces
 from umbra.gl.target import Target
+from umbra.gl.timers import Timers
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.look import find_exposure
 from umbra.volume.scissor import find_sphere_scissors
@@ -101,8 +102,14 @@ class Renderer:
     ----------
     statistics : list of Statistics
         Of the last picture's lights.
+    plans : list of Plan
+        Of the last picture's lights, valid until the next.
+    projection : Projection, optional
+        Of the last picture.
     targets : Targets
         With the last picture.
+    timers : Timers, optional
+        Measure each pass, if given.
     """
 
     def __init__(
@@ -132,7 +139,9 @@ class Renderer:
         self.shading = Shading(self.device)
         self.targets: Targets | None = None
         self.statistics: list[Statistics] = []
-        self._timers: dict[str, list] = {}
+        self.plans: list[Plan] = []
+        self.projection: Projection | None = None
+        self.timers: Timers | None = None
 
     def render(
         self, camera: Camera, lights: Sequence[Light], method: str = "auto", *, shadows: bool = True
@@ -162,7 +171,7 @@ class Renderer:
     ) -> None:
         """Draw a picture into ``targets.picture``; parameters as in ``render``."""
         targets = self._find_targets(camera.size)
-        projection = self._project(camera)
+        projection = self.projection = self._project(camera)
         with State(self.device) as state:
             with self._timed("surfaces"):
                 targets.surface.use()
@@ -226,6 +235,7 @@ class Renderer:
     def _plan(self, projection: Projection, lights: Sequence[Light], method: str) -> list[Plan]:
         plans = self.planner.plan(projection, lights, method, choices=self.choices, warn=self.warn)
         self.statistics = [plan.statistics for plan in plans]
+        self.plans = plans
         return plans
 
     def _project(self, camera: Camera) -> Projection:
@@ -242,10 +252,9 @@ class Renderer:
             self.targets = Targets(self.device, (int(size[0]), int(size[1])), self.accumulate)
         return self.targets
 
-    @contextmanager
-    def _timed(self, name: str) -> Iterator[None]:
-        """Leave room for a viewer's timer queries."""
-        yield
+    def _timed(self, name: str) -> AbstractContextManager[None]:
+        """Measure a pass where someone asks for it."""
+        return nullcontext() if self.timers is None else self.timers.measure(name)
 
     def release(self) -> None:
         """Free all that the renderer holds on the device."""
