@@ -1,6 +1,7 @@
 """Trees in dual space: held against brute force, edge by edge, and forced to be asked."""
 
 import gc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -222,6 +223,7 @@ def test_boxes_leave_most_segments_alone():
 
 def test_a_tree_is_built_for_lights_that_keep_coming(monkeypatch):
     monkeypatch.setattr(silhouette, "_EDGES", 10)
+    monkeypatch.setattr(silhouette, "_SHORT", 2)
     built = []
     make = silhouette._MAKERS["tree"]
     monkeypatch.setitem(silhouette._MAKERS, "tree", lambda c: built.append(1) or make(c))
@@ -249,7 +251,7 @@ def test_a_tree_is_built_for_thousands_of_lights_and_short_silhouettes(
 ):
     monkeypatch.setattr(silhouette, "_EDGES", 10)
     monkeypatch.setattr(silhouette, "_MANY_LIGHTS", 300)
-    monkeypatch.setattr(silhouette, "_SPARSE", 5 if sparse else 1000)
+    monkeypatch.setattr(silhouette, "_SHORTER", 5 if sparse else 1000)
     use_threads(threads)
     model = make_boulder(3)
     caster = make_caster(model.vertices, model.faces)
@@ -268,12 +270,21 @@ def test_a_tree_can_be_prepared():
     assert prepare_tree(make_caster(*city(3))) is not tree
 
 
-def test_no_tree_for_borders_alone(monkeypatch):
+def test_no_tree_where_silhouettes_are_long(monkeypatch):
     monkeypatch.setattr(silhouette, "_EDGES", 10)
     monkeypatch.setitem(silhouette._MAKERS, "tree", None)
     caster = make_caster(*soup(np.random.default_rng(0)))
     for _ in range(8):
         assert len(find_codes(caster, [[0.1, 0.2, 1, 0]], "auto")[0]) == len(caster.edges)
+
+
+def test_faces_that_moved_have_another_tree():
+    caster = make_caster(*city(3))
+    raised = make_caster(*[a * s for a, s in zip(city(3), (2.0, 1))])
+    moved = replace(caster, planes=raised.planes)
+    light = np.array([[3, 4, 30.0, 1]])
+    for some in caster, moved, caster:
+        check(some, light, "tree")
 
 
 def test_an_unknown_method_is_refused():
