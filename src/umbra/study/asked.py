@@ -3,6 +3,7 @@
 import datetime as dt
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -33,8 +34,13 @@ class Tile(Protocol):
     def places(self) -> Places:
         """The receivers as points."""
 
-    def make_counter(self, caster: Caster | None = None) -> Counter:
-        """Count all that casts, or one caster alone and no attached shadow."""
+    def make_counter(self) -> Counter:
+        """Count all that casts, and attached shadow."""
+
+    def find_cast(
+        self, caster: Caster, suns: NDArray[np.float64]
+    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
+        """Find the shadows of one caster alone: where they can be, and the masks there."""
 
     def find_parts(self) -> NDArray[np.intp]:
         """Give each receiver's part; -1 where it has none."""
@@ -129,7 +135,7 @@ class Answer:
         if not self._casters:
             self._casters = self.model.make_casters(groups.pieces)
         shares = count_shares(
-            [tile.make_counter(caster) for caster in self._casters],
+            [partial(tile.find_cast, caster) for caster in self._casters],
             tile.places,
             groups,
             self.ledger.period,

@@ -98,20 +98,41 @@ class PlanTile:
         """Rows and columns."""
         return self.grid.rows, self.grid.cols
 
-    def make_counter(self, caster: Caster | None = None) -> Sweep:
+    def make_counter(self) -> Sweep:
+        """Make ready to count: on a plane by crossings, on anything else by spans."""
+        model, surface = self.model, self.surface
+        if model.receivers == "ground":
+            return PlaneSweep(model.caster, self.grid, model.ground, model.threads)
+        return FieldSweep(model.caster, self.grid, surface.heights, model.threads, surface.slopes)
+
+    def find_cast(
+        self, caster: Caster, suns: NDArray[np.float64]
+    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
         """
-        Make ready to count: on a plane by crossings, on anything else by spans.
+        Find the shadows of one caster alone, without attached shadow.
 
         Parameters
         ----------
-        caster : Caster, optional
-            Count this one alone, and no attached shadow; by default all that casts.
+        caster : Caster
+        suns : (n, 3) float64
+
+        Returns
+        -------
+        window : tuple of slice
+            Rows and columns that hold all of them.
+        masks : (n, rows, cols) uint8
+            Of the window.
         """
         model = self.model
-        if model.receivers == "ground":
-            return PlaneSweep(caster or model.caster, self.grid, model.ground, model.threads)
-        heights, slopes = self.surface.heights, None if caster else self.surface.slopes
-        return FieldSweep(caster or model.caster, self.grid, heights, model.threads, slopes)
+        is_plane = model.receivers == "ground"
+        heights = self.surface.heights
+        floor = model.ground if is_plane else float(heights.min())
+        window, grid = _crop(self.grid, caster, suns, floor)
+        if grid.rows < 1 or grid.cols < 1:
+            return window, np.zeros((len(suns), max(grid.rows, 0), max(grid.cols, 0)), np.uint8)
+        if is_plane:
+            return window, PlaneSweep(caster, grid, floor, model.threads).masks(suns)
+        return window, FieldSweep(caster, grid, heights[window], model.threads).masks(suns)
 
     @cached_property
     def places(self) -> Places:
@@ -157,3 +178,24 @@ def prepare_model(
 def _make_caster(scene: Scene, parts: Sequence[int]) -> Caster:
     soup = scene.triangles(parts)
     return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
+
+
+def _crop(
+    grid: Grid, caster: Caster, suns: NDArray[np.float64], floor: float
+) -> tuple[tuple[slice, slice], Grid]:
+    """Give the part of a raster that a caster's shadows can reach, down to the lowest receiver."""
+    corners = caster.vertices[caster.faces.ravel()]
+    low, high = grid.to_cells(np.stack([corners.min(0), corners.max(0)]))
+    drop = max(high[2] - floor, 0.0)
+    reach = -suns[:, :2] / suns[:, 2:] * (drop / grid.dx, drop / grid.dy)
+    reach = np.concatenate([np.zeros((1, 2)), reach])
+    first = np.floor(low[:2] + reach.min(0)) - 1
+    last = np.ceil(high[:2] + reach.max(0)) + 2
+    col, row = (int(v) for v in np.clip(first, 0, (grid.cols, grid.rows)))
+    cols, rows = (int(v) for v in np.clip(last, 0, (grid.cols, grid.rows)))
+    if drop == 0.0:
+        cols, rows = col, row
+    part = Grid(
+        grid.x0 + col * grid.dx, grid.y0 + row * grid.dy, grid.dx, grid.dy, cols - col, rows - row
+    )
+    return (slice(row, max(rows, row)), slice(col, max(cols, col))), part

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 from umbra.cpu.threads import use_threads
 from umbra.errors import InputError
 from umbra.scene import Scene
-from umbra.study.counting import Counter
 from umbra.study.period import Period
 from umbra.study.receivers import Places
 
 __all__ = ["BY", "Groups", "Shares", "count_shares", "find_groups"]
+
+Finder = Callable[[NDArray[np.float64]], tuple[tuple[slice, ...], NDArray[np.uint8]]]
+"""Takes suns (n, 3); gives a window of the receivers and the masks (n, ...) there."""
 
 BY = ("part", "kind", "layer")
 _ATTRIBUTES = {"part": "name", "kind": "kind", "layer": "layer"}
@@ -120,7 +122,7 @@ def find_groups(
 
 
 def count_shares(
-    counters: Sequence[Counter],
+    finders: Sequence[Finder],
     places: Places,
     groups: Groups,
     period: Period,
@@ -133,8 +135,8 @@ def count_shares(
 
     Parameters
     ----------
-    counters : sequence of Counter
-        Of each piece on these receivers, without attached shadow.
+    finders : sequence of Finder
+        Of each piece's shadows on these receivers, without attached shadow.
     places : Places
         The receivers, flat.
     groups : Groups
@@ -149,16 +151,19 @@ def count_shares(
     cast = np.zeros((len(groups.names), cells), np.float32)
     sole = np.zeros_like(cast)
     up = np.flatnonzero(period.sun.is_up)
-    bits = np.zeros((len(counters), cells), np.uint8)
+    bits = np.zeros((len(finders), cells), np.uint8)
     first = np.cumsum([0, *groups.member.sum(1)])
     listed = np.nonzero(groups.member)[1]
     hours = period.hours
     for start in range(0, len(up), 8):
         some = up[start : start + 8]
         suns = period.sun.direction[some]
-        for counter, row in zip(counters, bits, strict=True):
-            masks = counter.masks(suns).reshape(len(some), cells)
-            row[:] = np.packbits(masks, axis=0, bitorder="little")[0]
+        bits[:] = 0
+        for find, row in zip(finders, bits, strict=True):
+            window, masks = find(suns)
+            packed = row.reshape(shape)[window]
+            for k, mask in enumerate(masks):
+                packed |= mask << np.uint8(k)
         use_threads(threads)
         lengths = hours[some].astype(np.float32)
         _share(bits, suns, places.normals, lengths, first, listed, cast, sole)
