@@ -1,7 +1,14 @@
 """What ``umbra study`` writes when it is asked for more than its three files."""
 
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
 import pytest
 from support.command import VIENNA
+
+from umbra.writers import formats
 
 DAY = ["--date", "2026-09-18", "--from", "10:00", "--to", "14:00", "--every", "1h", "--cell", "1"]
 
@@ -27,3 +34,63 @@ def test_a_report_is_written_when_asked_for(study, tmp_path):
     assert "--report" in text  # the command
     assert study(out="plain").status == 0
     assert not (tmp_path / "plain" / "report.html").exists()
+
+
+def test_formats_are_named_by_commas_or_one_by_one(study, tmp_path):
+    said = study("--write", "csv,GIF", "--write", "glb", "--json")
+    assert said.status == 0, said
+    names = ["cells.csv", "instants.csv", "areas.csv", "day.gif", "hours.glb"]
+    assert [Path(name).name for name in said.json()["files"]][3:] == names
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "study.nc", "hours.png", "profile.png", *names,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("given", "advice"),
+    [("geotif", "did you mean geotiff?"), ("shp", "there are geotiff, geojson"), ("gpgk", "gpkg?")],
+)
+def test_an_unknown_format_is_refused_before_any_work(study, tmp_path, given, advice):
+    said = study("--write", f"csv,{given}")
+    assert f"'{given}'" in said.refusal()
+    assert advice in said.refusal()
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_extra_is_named_before_any_work(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        formats, "find_spec", lambda name: None if name == "rasterio" else find_spec(name)
+    )
+    refusal = study("--write", "geotiff").refusal()
+    assert "geotiff needs rasterio" in refusal
+    assert "pip install 'umbra-shadows[gis]'" in refusal
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("options", [["--write", "csv"], ["--report"]])
+def test_a_disk_that_fills_midway_leaves_the_old_results(umbra_alone, tower, tmp_path, options):
+    resource = pytest.importorskip("resource")
+    folder = tmp_path / "out"
+    run = ["study", tower, *VIENNA, *DAY, "--out", folder]
+    assert umbra_alone(*run).status == 0
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    largest = max(map(len, before.values()))
+
+    def fill():  # the three files just fit
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest + 1000, largest + 1000))
+
+    said = umbra_alone(*run, "--cell", "0.4", *options, preexec_fn=fill)
+    assert said.status == 1
+    assert said.err.count("\n") == 1
+    assert "could not write" in said.err
+    assert "earlier results are as they were" in said.err
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_a_plain_study_loads_nothing_of_this():
+    code = (
+        "import sys; from umbra.cli import main, study; "
+        "print([name for name in sys.modules if name.startswith('umbra.writers')])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

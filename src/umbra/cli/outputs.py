@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from umbra.errors import InputError, UmbraError
+from umbra.errors import InputError
 
 if TYPE_CHECKING:
     from umbra.scene import Scene
@@ -73,40 +73,26 @@ class Outputs:
         -------
         names : list of str
             Of the files, in the order in which they are told.
-
-        Raises
-        ------
-        UmbraError
-            If a file cannot be written, for want of space as a rule.
         """
         if not self.report and not self.formats:
             return []
         from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
 
         job = Job(study, folder, plan.title, lambda line: click.echo(line, err=True))
-        try:
-            names = write_formats(job, self.formats)
-            if self.report:
-                painter.wait()
-                from umbra.writers.report import write_report  # noqa: PLC0415
+        names = write_formats(job, self.formats)
+        if self.report:
+            painter.wait()
+            from umbra.writers.report import write_report  # noqa: PLC0415
 
-                sheets = [
-                    ("Hours in shadow", folder / "hours.png"),
-                    ("Shadows through the day", folder / "profile.png"),
-                ]
-                write_report(
-                    folder / REPORT, study, plan, sheets, casters=self.casters,
-                    notes=scene.notes, timeline=job.timeline,
-                )  # fmt: skip
-                names.append(REPORT)
-        except OSError as error:
-            what = Path(error.filename).name if isinstance(error.filename, str) else "the results"
-            reason = error.strerror or str(error)
-            msg = (
-                f"could not write {what} to '{folder.parent}' ({reason}); free some space or "
-                "choose another folder; earlier results are as they were"
-            )
-            raise UmbraError(msg, path=folder.parent) from error
+            sheets = [
+                ("Hours in shadow", folder / "hours.png"),
+                ("Shadows through the day", folder / "profile.png"),
+            ]
+            write_report(
+                folder / REPORT, study, plan, sheets, casters=self.casters,
+                notes=scene.notes, timeline=job.timeline,
+            )  # fmt: skip
+            names.append(REPORT)
         return names
 
 

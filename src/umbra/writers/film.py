@@ -18,6 +18,8 @@ __all__ = ["count_frames", "draw_frames", "write_gif", "write_mp4"]
 
 LONGEST = 960
 """Pixels along the longer side of the plan."""
+STRIP = 44
+"""Pixels above the plan, for the clock."""
 MOST_FRAMES = 600
 SECONDS = 0.15
 """That a frame stands; a film of few frames is slower, up to 0.5 s each."""
@@ -42,19 +44,21 @@ def draw_frames(study: Study, timeline: Timeline, title: str = "") -> Iterator[I
         RGB, sides of even length.
     """
     rows, cols = timeline.shape
-    # Cells become squares of whole pixels; H.264 wants even sides.
-    times = max(1, LONGEST // max(rows, cols))
-    high, wide = (max(2, side * times // 2 * 2) for side in (rows, cols))
+    plan = Plan(timeline.x, timeline.y, timeline.surface.astype(np.float32))
+    (dx, dy), side = plan.cell, min(plan.cell)
+    # Square cells become squares of whole pixels. H.264 wants even sides.
+    times = max(1, int(LONGEST * side // max(rows * dy, cols * dx)))
+    whole = round(rows * times * dy / side), round(cols * times * dx / side)
+    high, wide = (max(2, length // 2 * 2) for length in whole)
 
     def enlarge(values: NDArray) -> NDArray[np.float32]:
-        return resample(values, (rows * times, cols * times))[:high, :wide, None]
+        enlarged = resample(values, whole)
+        return np.pad(enlarged, 1, mode="edge")[1 : high + 1, 1 : wide + 1, None]
 
-    plan = Plan(timeline.x, timeline.y, timeline.surface.astype(np.float32))
     grey, coverage = map(enlarge, shade_roofs(plan, (rows, cols)))
     zone = zoneinfo.ZoneInfo(study.site.zone)
     instants = study.period.instants.astype("datetime64[us]").tolist()
     up = np.flatnonzero(study.sun.is_up[timeline.which])
-    strip = 44
     for k in up[:: max(1, -(-len(up) // MOST_FRAMES))]:
         step = timeline.which[k]
         shade = enlarge(timeline.masks(k, k + 1)[0])
@@ -64,9 +68,9 @@ def draw_frames(study: Study, timeline: Timeline, title: str = "") -> Iterator[I
         else:
             image = GROUND + shade * (SHADE - GROUND)
             image += coverage * (grey * 255 - image)
-        frame = Image.new("RGB", (wide, high + strip), "white")
+        frame = Image.new("RGB", (wide, high + STRIP), "white")
         pixels = np.clip(np.rint(image[::-1]), 0, 255).astype(np.uint8)
-        frame.paste(Image.fromarray(pixels), (0, strip))
+        frame.paste(Image.fromarray(pixels), (0, STRIP))
         local = instants[step].replace(tzinfo=zoneinfo.ZoneInfo("UTC")).astimezone(zone)
         _letter(frame, f"{local:%H:%M}", f"{local:%Y-%m-%d} {local.tzname()}", title)
         yield frame

@@ -2,9 +2,12 @@
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from umbra.errors import UmbraError
 
 __all__ = ["write_geotiff"]
 
@@ -39,7 +42,7 @@ def write_geotiff(
 
     Raises
     ------
-    OSError
+    OSError, UmbraError
         If the file cannot be written.
     """
     import rasterio  # noqa: PLC0415  (an extra)
@@ -62,7 +65,7 @@ def write_geotiff(
         "transform": rasterio.transform.from_origin(x[0] - dx / 2, y[-1] + dy / 2, dx, dy),
     }
     try:
-        with MemoryFile() as memory:
+        with MemoryFile() as memory, MemoryFile() as packed:
             with memory.open(**profile) as raster:
                 for k, (name, unit, values) in enumerate(bands, 1):
                     raster.write(np.ascontiguousarray(values[::-1], np.float32), k)
@@ -70,8 +73,11 @@ def write_geotiff(
                     raster.set_band_unit(k, unit)
                 raster.update_tags(**{name: str(v) for name, v in (facts or {}).items()})
             copy(
-                memory.name, os.fspath(path), driver="COG", compress="DEFLATE", predictor="YES",
+                memory.name, packed.name, driver="COG", compress="DEFLATE", predictor="YES",
                 overview_resampling="AVERAGE", blocksize=256,
             )  # fmt: skip
+            # GDAL says nothing of a disk that is full; Python does.
+            Path(path).write_bytes(packed.getbuffer())
     except (rasterio.errors.RasterioError, rasterio.errors.RasterioIOError) as error:
-        raise OSError(None, str(error), os.fspath(path)) from error
+        msg = f"could not write '{os.fspath(path)}' ({error}); free some space or choose another"
+        raise UmbraError(msg, path=path) from error

@@ -7,6 +7,7 @@ temporary folder tells a live run from one that was killed: the system lets go o
 lock with the process, whatever ended it.
 """
 
+import errno
 import os
 import shutil
 import signal
@@ -17,7 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
-from umbra.errors import InputError
+from umbra.errors import InputError, UmbraError
 
 try:
     import fcntl
@@ -28,6 +29,7 @@ __all__ = ["replace_results"]
 
 PREFIX = ".umbra-unfinished-"
 LOCK = ".lock"
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
 
 @contextmanager
@@ -55,6 +57,8 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
     InputError
         If ``folder`` is a file, cannot be made or written to, or holds a folder by the
         name of a new file.
+    UmbraError
+        If the disk, or what the user may have of it, is full.
     """
     target = Path(folder).absolute()
     made = [path for path in (target, *target.parents) if not path.exists()]
@@ -62,6 +66,15 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         yield unfinished
         _move_files(unfinished, target)
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        reason = (error.strerror or str(error)).lower()
+        msg = (
+            f"could not write the results to '{target}' ({reason}); free some space or name "
+            "another folder; earlier results are as they were"
+        )
+        raise UmbraError(msg, path=target) from error
     finally:
         _remove_unfinished(unfinished, lock)
         for path in made:  # innermost first; a folder that holds anything stays

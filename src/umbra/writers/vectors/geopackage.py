@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from umbra.errors import UmbraError
 from umbra.writers.vectors.places import find_crs
 from umbra.writers.vectors.shapes import Layer
 
@@ -33,7 +34,7 @@ def write_geopackage(
 
     Raises
     ------
-    OSError
+    OSError, UmbraError
         If the file cannot be written.
     """
     import pyogrio.errors  # noqa: PLC0415  (an extra)
@@ -56,7 +57,8 @@ def write_geopackage(
                 append=layer is not layers[0],
             )  # fmt: skip
     except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-        raise OSError(None, str(error), os.fspath(path)) from error
+        msg = f"could not write '{os.fspath(path)}' ({error}); free some space or choose another"
+        raise UmbraError(msg, path=path) from error
 
 
 def _is_text(values: list) -> bool:
