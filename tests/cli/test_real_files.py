@@ -17,6 +17,8 @@ MODELS = [
     ("denhaag.city.json", ["--lat", "52.08", "--lon", "4.31"], "Europe/Amsterdam"),
     ("engel_house.obj", VIENNA, "Europe/Vienna"),
     ("urban_block.obj", VIENNA, "Europe/Vienna"),
+    ("fzk_haus.ifc", [], "Europe/Berlin"),
+    ("tokyo_footprints.geojson", [], "Asia/Tokyo"),
 ]
 
 
@@ -26,6 +28,8 @@ def test_study(umbra_here, no_pictures, tmp_path, name, site, zone, receivers):
     path = DATA / name
     if not path.exists():
         pytest.skip(f"the real model {name} is not in ../shared/data")
+    if path.suffix == ".ifc":
+        pytest.importorskip("ifcopenshell")
     said = umbra_here(
         "study", path, *site, *DAY, "--receivers", receivers, "--out", tmp_path / "out"
     )
