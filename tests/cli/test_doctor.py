@@ -4,8 +4,6 @@ import importlib.util
 
 import pytest
 
-from umbra.errors import UmbraError
-
 NEEDED = {"version", "vendor", "renderer", "is_software", "stencil_bits", "depth_bounds"}
 
 
@@ -37,11 +35,8 @@ def test_a_person_reads_the_same(umbra_here):
 def test_without_any_driver_it_says_what_to_install(umbra_here, monkeypatch):
     pytest.importorskip("moderngl")
 
-    def fail():
-        msg = "libEGL is not loaded"
-        raise UmbraError(msg)
-
-    monkeypatch.setattr("umbra.gl.context.BACKENDS", {"egl": fail, "osmesa": fail})
+    reason = {"reason": "libEGL is not loaded"}
+    monkeypatch.setattr("umbra.gl.probe.probe", lambda _: reason)
     said = umbra_here("doctor", "--json").json()
     assert not said["gl"]["runs"]
     assert said["gl"]["backends"]["egl"] == {"reason": "libEGL is not loaded"}
@@ -59,3 +54,12 @@ def test_without_the_extra_it_is_named(umbra_here, monkeypatch):
     report = umbra_here("doctor", "--json").json()
     assert report["advice"] == ["for the gl device: pip install 'umbra-shadows[gl]'"]
     assert importlib.util.find_spec("umbra.gl") is not None
+
+
+def test_a_driver_that_crashes_is_survived(umbra_here, monkeypatch):
+    pytest.importorskip("moderngl")
+    monkeypatch.setattr("umbra.gl.probe.sys.executable", "/bin/false")
+    report = umbra_here("doctor", "--json").json()
+    assert not report["gl"]["runs"]
+    reasons = [found["reason"] for found in report["gl"]["backends"].values()]
+    assert reasons == ["its driver ended the process: status 1"] * 3

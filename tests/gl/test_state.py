@@ -98,14 +98,15 @@ def test_depth_bounds_are_refused_where_there_are_none(device):
         state.use(Pass(depth_bounds=(0.1, 0.9)))
 
 
-def test_a_clear_passes_by_masks_but_not_the_scissor(device):
+def test_a_clear_passes_by_masks_and_the_pass_scissor(device):
     with Target(device, (4, 3), ("rgba8",)) as target, State(device) as state:
         target.use()
         state.use(Pass())
+        state.use(Pass(scissor=(3, 2, 1, 1)))
         state.clear(depth=1.0, stencil=5)
-        state.use(Pass(scissor=(0, 0, 2, 1)))
-        state.clear(stencil=9)
+        state.clear(stencil=9, scissor=(0, 0, 2, 1))
         np.testing.assert_array_equal(
             target.read_stencil(), [[5, 5, 5, 5], [5, 5, 5, 5], [9, 9, 5, 5]]
         )
         assert device.gl.integers(0x0B72) == [0]  # the pass writes no depth
+        assert device.gl.integers(0x0C10, 4) == [3, 2, 1, 1]

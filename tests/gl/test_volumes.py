@@ -188,6 +188,48 @@ def test_a_lights_range_culls(planner):
     near = type(lamp)(lamp.position, range=5.0)
     assert plans.plan(projection, [near])[0].statistics.culled == 9
     assert plans.plan(projection, [lamp])[0].statistics.culled < 9
+    plan = plans.plan(projection, [near], choices=Choices(narrow=False))[0]
+    assert plan.statistics.culled < 9
+    assert plan.scissor is None
+
+
+@pytest.mark.parametrize("most", [255, 0])
+@pytest.mark.parametrize("height", [None, 30.0])
+def test_counts_are_right_within_a_lights_range(device, monkeypatch, height, most):
+    monkeypatch.setattr("umbra.gl.plan.STENCIL_MOST", most)
+    scene = make_scene(*city(3))
+    camera = Camera((20, -25, 14), (0, 0, 3), size=SIZE, height=height)
+    narrow, whole = (
+        GlFrameCounter(scene, ground=0.0, device=device, choices=Choices(narrow=narrow))
+        for narrow in (True, False)
+    )
+    # The same light counts everywhere first: nothing of it may be left.
+    everywhere = point_light((0, 0, 20))
+    for place in (2, -6, 7), (-14, 3, 20), (14, -20, 9), (-9, 9, 2):
+        for reach in 3.0, 9.0, 20.0:
+            light = type(LAMP)(np.append(place, 1.0), range=reach)
+            view, frame = whole.see(camera)
+            right = whole.count(view, camera, light)
+            view, frame = narrow.see(camera)
+            narrow.count(view, camera, everywhere)
+            counts = narrow.count(view, camera, light)
+            within = np.linalg.norm(np.nan_to_num(frame.position) - place, axis=-1) < reach
+            within &= frame.part != -1
+            np.testing.assert_array_equal(counts[within], right[within])
+            if height is None and within.any():
+                depth = narrow._target.read_depth()[within]
+                low, high = narrow.plan.depth_bounds
+                assert low <= depth.min()
+                assert depth.max() <= high
+            left, bottom, cols, rows = narrow.plan.scissor
+            rows_, cols_ = np.nonzero(within)
+            if within.any():
+                assert left <= cols_.min()
+                assert cols_.max() < left + cols
+                assert SIZE[1] - bottom - rows <= rows_.min()
+                assert rows_.max() < SIZE[1] - bottom
+    narrow.release()
+    whole.release()
 
 
 def test_only_some_parts_cast(device):

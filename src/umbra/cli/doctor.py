@@ -53,7 +53,8 @@ def _examine() -> dict[str, Any]:
     import platform  # noqa: PLC0415
 
     from umbra.cpu.threads import count_cores  # noqa: PLC0415
-    from umbra.gl.context import DRIVER, INSTALL  # noqa: PLC0415
+    from umbra.gl.context import BACKENDS, DRIVER, INSTALL  # noqa: PLC0415
+    from umbra.gl.probe import probe  # noqa: PLC0415
 
     packages = {name: _find_version(name) for name in _PACKAGES}
     advice = []
@@ -61,7 +62,7 @@ def _examine() -> dict[str, Any]:
     if packages["moderngl"] is None or packages["glcontext"] is None:
         advice.append(f"for the gl device: {INSTALL}")
     else:
-        backends = _try_backends()
+        backends = {name: probe(name) for name in BACKENDS}
         if not any("reason" not in found for found in backends.values()):
             advice.append(f"for the gl device {DRIVER}")
     runs = [found for found in backends.values() if "reason" not in found]
@@ -74,33 +75,6 @@ def _examine() -> dict[str, Any]:
         "packages": packages,
         "advice": advice,
     }
-
-
-def _try_backends() -> dict[str, dict[str, Any]]:
-    """Open each backend, ask what it has, and close it."""
-    from umbra.errors import UmbraError  # noqa: PLC0415
-    from umbra.gl.context import find_backends  # noqa: PLC0415
-    from umbra.gl.target import Target  # noqa: PLC0415
-
-    found: dict[str, dict[str, Any]] = {}
-    for name, device in find_backends():
-        if isinstance(device, str):
-            found[name] = {"reason": device}
-            continue
-        try:
-            with device, Target(device, (16, 16)) as target:
-                found[name] = {
-                    "version": device.version,
-                    "vendor": device.vendor,
-                    "renderer": device.renderer,
-                    "is_software": device.is_software,
-                    "stencil_bits": target.stencil_bits(),
-                    "depth_bounds": device.has_depth_bounds,
-                    "timer_queries": device.has_timer_queries,
-                }
-        except UmbraError as error:
-            found[name] = {"reason": str(error)}
-    return found
 
 
 def _find_version(package: str) -> str | None:

@@ -7,7 +7,7 @@ moderngl is imported here, on the first call, and nowhere else but in this room.
 import ctypes
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from ctypes.util import find_library
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -17,7 +17,7 @@ from typing import Any
 from umbra.errors import InputError, UmbraError
 from umbra.gl.functions import Functions
 
-__all__ = ["BACKENDS", "Device", "find_backends", "open_device"]
+__all__ = ["BACKENDS", "Device", "open_device"]
 
 INSTALL = "pip install 'umbra-shadows[gl]'"
 DRIVER = (
@@ -178,24 +178,6 @@ def open_device(backend: str | None = None) -> Device:
             reasons.append(f"{name}: {' '.join(str(error).split())[:120]}")
     msg = f"no OpenGL 3.3 opens here ({'; '.join(reasons)}); {ADVICE}"
     raise UmbraError(msg, reasons=reasons)
-
-
-def find_backends() -> Iterator[tuple[str, Device | str]]:
-    """
-    Try every backend, one at a time.
-
-    Yields
-    ------
-    name : str
-    found : Device or str
-        An open device, to be released before the next, or the reason why there is none.
-    """
-    for name in BACKENDS:
-        try:
-            yield name, open_device(name)
-        except UmbraError as error:
-            reasons = error.data.get("reasons", [str(error)])
-            yield name, str(reasons[0]).removeprefix(f"{name}: ")  # type: ignore[index]
 
 
 def _open_egl() -> Device:

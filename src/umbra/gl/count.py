@@ -79,6 +79,7 @@ class Counter:
         Before: the target's depth holds the scene as ``plan.projection`` shows it. After:
         stencil 0 means lit. It holds the count itself, or 1 for any other count where more
         than 255 volumes may overlap (``plan.statistics.counts_in``); the target is in use.
+        Outside ``plan.scissor`` the stencil means nothing.
 
         Parameters
         ----------
@@ -91,10 +92,10 @@ class Counter:
             self._mark_shadow(state, target)
             return
         target.use()
-        state.clear(stencil=plan.start & 0xFF)
+        state.clear(stencil=plan.start & 0xFF, scissor=plan.scissor)
         self._prepare(self._in_stencil, plan)
         for draw in plan.draws:
-            passes = [IN_STENCIL[draw.kind]]
+            passes = [self._narrow(IN_STENCIL[draw.kind], plan)]
             if not self._two_sided:
                 one = passes[0]
                 passes = [
@@ -126,12 +127,12 @@ class Counter:
             self._release_floats()
             self._floats = Target(self._device, target.size, ("r32f",), depth_of=target)
         self._floats.use()
-        state.use(IN_FLOATS[Z_PASS])
+        state.use(Pass(color_write=True))
         self._floats.clear_color(float(plan.start))
         self._prepare(self._in_floats, plan)
         for draw in plan.draws:
             self._in_floats.set(is_cut=draw.is_cut, front=_FRONT[draw.kind])
-            state.use(IN_FLOATS[draw.kind])
+            state.use(self._narrow(IN_FLOATS[draw.kind], plan))
             self._indices.draw(self._in_floats, draw.first, draw.count)
         return self._floats
 
@@ -151,6 +152,13 @@ class Counter:
             # None can be so high: what is was below 0 by a pixel on an edge, and wrapped.
             counts[counts > 127] -= 256
         return counts
+
+    def _narrow(self, whole: Pass, plan: Plan) -> Pass:
+        """Keep a pass to where the light's range reaches."""
+        bounds = plan.depth_bounds if self._device.has_depth_bounds else None
+        if plan.scissor is None and bounds is None:
+            return whole
+        return replace(whole, scissor=plan.scissor, depth_bounds=bounds)
 
     def _prepare(self, program: Program, plan: Plan) -> None:
         self._geometry.bind(program)

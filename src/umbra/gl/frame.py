@@ -48,7 +48,7 @@ class GlFrameCounter:
     warn : callable
         Told, in a line, where a forced method is wrong for a view.
     choices : Choices, optional
-        What may be left out.
+        What may be left out; by default all but what lies out of a light's range.
     two_sided : bool
         As in ``Counter``.
     """
@@ -64,7 +64,8 @@ class GlFrameCounter:
         choices: Choices | None = None,
         two_sided: bool = True,
     ) -> None:
-        self.scene, self.ground, self.warn, self.choices = scene, ground, warn, choices
+        self.scene, self.ground, self.warn = scene, ground, warn
+        self.choices = choices or Choices(narrow=False)
         self.device = device or open_device()
         self._owns_device = device is None
         self.triangles = scene.triangles()

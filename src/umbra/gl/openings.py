@@ -45,10 +45,9 @@ def find_opened(
     opened = np.zeros((len(lights), len(body.caster.is_closed)), np.bool_)
     apex = camera.apex(origin)
     forward = camera.axes()[2]
-    for instance, light in enumerate(lights):
-        suspects = body.is_inward | (body.caster.is_closed & _holds(body.component_bounds, light))
-        if not suspects.any():
-            continue
+    suspected = body.is_inward | (body.caster.is_closed & _hold(body.component_bounds, lights))
+    for instance in np.flatnonzero(suspected.any(1)):
+        light, suspects = lights[instance], suspected[instance]
         transform = body.transforms[instance]
         eye = np.linalg.solve(transform, apex)
         eye[3] = apex[3]
@@ -63,13 +62,12 @@ def find_opened(
     return opened
 
 
-def _holds(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which boxes hold a light."""
-    if light[3] == 0:
-        return np.zeros(len(bounds), np.bool_)
+def _hold(bounds: NDArray[np.float64], lights: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which boxes hold which lights, (n_lights, n_boxes)."""
     margin = 1e-6 * (bounds[:, 1] - bounds[:, 0]).max(1, keepdims=True)
-    inside = (light[:3] >= bounds[:, 0] - margin) & (light[:3] <= bounds[:, 1] + margin)
-    return np.asarray(inside.all(1))
+    places = lights[:, None, :3]
+    inside = (places >= bounds[:, 0] - margin) & (places <= bounds[:, 1] + margin)
+    return np.asarray(inside.all(2) & (lights[:, 3:] != 0))
 
 
 def _enclose(body: Body, eye: NDArray, light: NDArray) -> NDArray[np.bool_]:

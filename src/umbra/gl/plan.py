@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.threads import count_cores, use_threads
 from umbra.errors import InputError
 from umbra.gl.casters import make_bodies
 from umbra.gl.context import Device
@@ -23,11 +24,13 @@ from umbra.gl.projection import Projection
 from umbra.gl.selection import METHODS, Choices, Selection, select
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.scene import Camera, Light, Scene
+from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sphere_scissors
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Plan", "Planner", "Statistics"]
 
 Z_PASS, Z_FAIL, LIGHT_CAP = "z_pass", "z_fail", "light_cap"
 _BELOW = 0.01  # volumes end so much of the scene's size below the lowest receiver
+_FEW_FACES = 300_000  # one thread finds their silhouettes before a second is awake
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,10 @@ class Plan:
     case : (n_things,) int8
         McGuire's; 0 where culled.
     statistics : Statistics
+    scissor : (int, int, int, int), optional
+        Left, bottom, columns, rows [pixels]: where counts are made.
+    depth_bounds : (float, float), optional
+        Window depths between which they are.
     """
 
     projection: Projection
@@ -101,6 +108,8 @@ class Plan:
     start: int
     case: NDArray[np.int8]
     statistics: Statistics
+    scissor: tuple[int, int, int, int] | None = None
+    depth_bounds: tuple[float, float] | None = None
 
 
 @dataclass(eq=False)
@@ -241,9 +250,11 @@ class Planner:
         source = light.local(origin)
         source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
         kept = self._keep(number, projection.asked, source)
+        reach = light.range if choices.narrow else np.inf
+        corners, depths = _narrow(camera, origin, source, reach)
         selection = select(
-            kept.volumes, self.bounds, camera, origin, source,
-            method=method, choices=choices, floor=self._floor, reach=light.range,
+            kept.volumes, self.bounds, camera, origin, source, method=method, choices=choices,
+            floor=self._floor, reach=reach, scissor=corners,
         )  # fmt: skip
         if method == "z-pass" and (selection.case > 1).any():
             warn(
@@ -289,11 +300,15 @@ class Planner:
             start=start,
             case=selection.case,
             statistics=statistics,
+            scissor=None if corners is None else _turn_scissor(corners, camera),
+            depth_bounds=depths,
         )
 
     def _keep(self, number: int, camera: Camera, source: NDArray) -> _Kept:
         """Find a light's volumes; those of the last frame where nothing moved."""
         old = self._kept[number] if number < len(self._kept) else None
+        faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
+        use_threads(count_cores() if faces > _FEW_FACES else 1)
         volumes: list[BodyVolumes] = []
         for index, body in enumerate(self.bodies):
             lights = body.lights(source)
@@ -330,3 +345,24 @@ def _list_draws(selection: Selection) -> list[tuple[str, bool, NDArray[np.bool_]
     ]
     listed.append(("light_cap", False, selection.light_cap))
     return [each for each in listed if each[2].any()]
+
+
+def _narrow(
+    camera: Camera, origin: NDArray, source: NDArray, reach: float
+) -> tuple[NDArray[np.int64] | None, tuple[float, float] | None]:
+    """Find the pixels (left, top, right, bottom) and depths that a light's range reaches."""
+    if np.isinf(reach) or source[3] == 0:
+        return None, None
+    place = source[None, :3]
+    (corners,) = find_sphere_scissors(camera, place, [reach], origin)
+    if not camera.is_perspective:
+        return corners, None
+    found = find_depth_bounds(camera, find_sphere_depths(camera, place, [reach], origin))
+    low, high = found.bounds[0].tolist()
+    return corners * ~found.is_empty[0], (low, high)
+
+
+def _turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, int, int]:
+    """Give a rectangle as OpenGL has it, its rows counted from below."""
+    left, top, right, bottom = corners.tolist()
+    return left, camera.size[1] - bottom, right - left, bottom - top

@@ -27,21 +27,25 @@ _FACES_ASKED = 50_000  # for a light; the bounds' answer is right for the rest, 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
     """
-    What may be left out; none of it changes a count.
+    What may be left out; none of it changes a count where the light shines.
 
     Parameters
     ----------
     cull : bool
-        Leave out volumes and caps that are out of view or out of the light's range.
+        Leave out volumes and caps that are out of view.
     cut : bool
         End volumes where no receiver can lie.
     ask_triangles : bool
         Let triangles decide the case where bounds cannot.
+    narrow : bool
+        Count only where the light's range may reach: within its scissor and depth bounds.
+        What is counted elsewhere means nothing, for the light does not shine there.
     """
 
     cull: bool = True
     cut: bool = True
     ask_triangles: bool = True
+    narrow: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +86,7 @@ def select(
     choices: Choices,
     floor: float,
     reach: float = np.inf,
+    scissor: NDArray[np.int64] | None = None,
 ) -> Selection:
     """
     Select what is drawn for a light.
@@ -103,12 +108,17 @@ def select(
         z, relative to the origin, where volumes may end; below every receiver [m].
     reach : float
         The light's range [m].
+    scissor : (4,) int, optional
+        Left, top, right, bottom [pixels]: where to count.
 
     Returns
     -------
     selection : Selection
     """
     n = len(bounds)
+    if scissor is not None and not (scissor[2:] > scissor[:2]).all():
+        nothing = np.zeros(n, np.bool_)
+        return Selection(nothing.astype(np.int8), *[nothing] * 6)
     # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
     above = bool((find_near_rectangle(camera, origin)[:, 2] > floor).all())
     may_cut = choices.cut and above
@@ -117,14 +127,20 @@ def select(
     sides = light_cap = dark_cap = np.ones(n, np.bool_)
     if choices.cull:
         parts = find_visible_parts(
-            bounds, source, camera, origin, floor=floor if may_cut else None, reach=reach
+            bounds,
+            source,
+            camera,
+            origin,
+            scissor=scissor,
+            floor=floor if may_cut else None,
+            reach=reach,
         )
         sides, light_cap = parts.volume, parts.light_cap
         dark_cap = sides & (parts.dark_cap | ~is_fan)
     # At infinity a directional light's volumes end in one point, and parallel rays too.
     dark_cap = dark_cap & (is_cut | (bool(source[3]) and camera.is_perspective))
 
-    regions = make_regions(camera, source, origin, margin=MARGIN)
+    regions = make_regions(camera, source, origin, scissor, margin=MARGIN)
     placements = find_placements(bounds, regions)
     case = np.where(sides, placements.case, 0).astype(np.int8)
     needs_cap = placements.needs_light_cap.copy()

@@ -134,13 +134,22 @@ class State:
         *,
         depth: float | None = None,
         stencil: int | None = None,
+        scissor: tuple[int, int, int, int] | None = None,
     ) -> None:
         """
-        Clear depth, stencil or both of the bound framebuffer, within the pass's scissor.
+        Clear depth, stencil or both of the bound framebuffer.
 
-        The pass in use stays; its write masks do not matter.
+        The pass in use stays; neither its write masks nor its scissor matter.
+
+        Parameters
+        ----------
+        depth : float, optional
+        stencil : int, optional
+        scissor : (int, int, int, int), optional
+            Left, bottom, columns, rows [pixels]; the whole picture by default.
         """
         gl, now, bits = self._device.gl, self._now or DEFAULT, 0
+        self._set_scissor(scissor)
         if depth is not None:
             gl.ClearDepth(depth)
             gl.DepthMask(1)
@@ -151,6 +160,7 @@ class State:
             bits |= 0x0400
         gl.Clear(bits)
         gl.DepthMask(now.depth_write)
+        self._set_scissor(now.scissor)
 
     def reset(self) -> None:
         """Restore OpenGL's own defaults."""

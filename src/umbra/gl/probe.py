@@ -1,0 +1,71 @@
+"""
+What one backend has, found out in a process of its own.
+
+Contexts of several kinds in one process disturb each other, and a driver that crashes
+must not take the asker with it. ``python -m umbra.gl.probe NAME`` prints JSON.
+"""
+
+import json
+import subprocess
+import sys
+from typing import Any
+
+from umbra.errors import UmbraError
+
+__all__ = ["probe"]
+
+_SECONDS = 60
+
+
+def probe(backend: str) -> dict[str, Any]:
+    """
+    Find out what a backend has.
+
+    Parameters
+    ----------
+    backend : str
+        One of ``umbra.gl.context.BACKENDS``.
+
+    Returns
+    -------
+    facts : dict
+        ``version``, ``vendor``, ``renderer``, ``is_software``, ``stencil_bits``,
+        ``depth_bounds`` and ``timer_queries``; or the ``reason`` why it does not run.
+    """
+    command = [sys.executable, "-m", "umbra.gl.probe", backend]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, check=False, timeout=_SECONDS
+        )
+    except subprocess.TimeoutExpired:
+        return {"reason": f"it does not answer within {_SECONDS} s"}
+    try:
+        return dict(json.loads(done.stdout))
+    except ValueError:
+        last = done.stderr.strip().splitlines()[-1:] or [f"status {done.returncode}"]
+        return {"reason": f"its driver ended the process: {last[0]}"}
+
+
+def _find_facts(backend: str) -> dict[str, Any]:
+    """Open the backend here, and ask."""
+    from umbra.gl.context import open_device  # noqa: PLC0415
+    from umbra.gl.target import Target  # noqa: PLC0415
+
+    try:
+        with open_device(backend) as device, Target(device, (16, 16)) as target:
+            return {
+                "version": device.version,
+                "vendor": device.vendor,
+                "renderer": device.renderer,
+                "is_software": device.is_software,
+                "stencil_bits": target.stencil_bits(),
+                "depth_bounds": device.has_depth_bounds,
+                "timer_queries": device.has_timer_queries,
+            }
+    except UmbraError as error:
+        reasons: Any = error.data.get("reasons", [str(error)])
+        return {"reason": str(reasons[0]).removeprefix(f"{backend}: ")}
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(_find_facts(sys.argv[1])))
