@@ -35,7 +35,8 @@ FILES = [
 def find_codes(caster, lights, method):
     """Give the sorted codes of each light."""
     codes = []
-    for _, found in find_silhouettes(caster, np.asarray(lights, float), method):
+    for which, found in find_silhouettes(caster, np.asarray(lights, float), method):
+        assert which == slice(len(codes), len(codes) + len(found.starts) - 1)
         codes += np.split(found.codes[: found.starts[-1]], found.starts[1:-1])
     return [np.sort(mine) for mine in codes]
 

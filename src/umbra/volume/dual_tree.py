@@ -15,12 +15,13 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
-from umbra.volume.duals import Duals, Plane, find_key, make_duals
+from umbra.volume.duals import STRETCH, Duals, Plane, find_key, make_duals
 from umbra.volume.prefetch import prefetch
 from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
 
 __all__ = ["DualTree", "make_dual_tree"]
 
+_AT_ONCE = STRETCH // WIDTH  # blocks that one thread takes at a time
 _AHEAD = 4  # blocks asked for before their turn: from memory they come in no order
 
 
@@ -96,36 +97,38 @@ def _sort_along_curve(caster: Caster, duals: Duals) -> NDArray[np.int32]:
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _make_keys(points, edges, edge_faces, turn, keys):
-    for i in prange(edges.size):
-        a = points[edge_faces[edges[i], 0]]
-        b = points[edge_faces[edges[i], 1]]
-        sign = -1.0 if turn[edges[i]] else 1.0
-        keys[i] = find_key(
-            0.5 * (a[0] + sign * b[0]),
-            0.5 * (a[1] + sign * b[1]),
-            0.5 * (a[2] + sign * b[2]),
-            0.5 * (a[3] + sign * b[3]),
-        )
+    for stretch in prange((edges.size + STRETCH - 1) // STRETCH):
+        for i in range(stretch * STRETCH, min(edges.size, (stretch + 1) * STRETCH)):
+            a = points[edge_faces[edges[i], 0]]
+            b = points[edge_faces[edges[i], 1]]
+            sign = -1.0 if turn[edges[i]] else 1.0
+            keys[i] = find_key(
+                0.5 * (a[0] + sign * b[0]),
+                0.5 * (a[1] + sign * b[1]),
+                0.5 * (a[2] + sign * b[2]),
+                0.5 * (a[3] + sign * b[3]),
+            )
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _put_boxes(children, boxes):
     """Put a box around each block of boxes or segments, rounded outward."""
-    for block in prange(boxes.shape[0]):
-        for i in range(min(WIDTH, children.shape[0] - block * WIDTH)):
-            child = children[block * WIDTH + i]
-            for axis in range(4):
-                low, high = np.inf, -np.inf
-                for j in range(WIDTH):
-                    middle = np.float64(child[axis, j])
-                    half = abs(np.float64(child[4 + axis, j]))
-                    if not np.isnan(middle):
-                        low = min(low, middle - half)
-                        high = max(high, middle + half)
-                rounded = np.float32(0.5 * (low + high))
-                half = max(high - np.float64(rounded), np.float64(rounded) - low)
-                boxes[block, axis, i] = rounded
-                boxes[block, 4 + axis, i] = np.float32(half * (1.0 + 2.0**-22))
+    for stretch in prange((boxes.shape[0] + _AT_ONCE - 1) // _AT_ONCE):
+        for block in range(stretch * _AT_ONCE, min(boxes.shape[0], (stretch + 1) * _AT_ONCE)):
+            for i in range(min(WIDTH, children.shape[0] - block * WIDTH)):
+                child = children[block * WIDTH + i]
+                for axis in range(4):
+                    low, high = np.inf, -np.inf
+                    for j in range(WIDTH):
+                        middle = np.float64(child[axis, j])
+                        half = abs(np.float64(child[4 + axis, j]))
+                        if not np.isnan(middle):
+                            low = min(low, middle - half)
+                            high = max(high, middle + half)
+                    rounded = np.float32(0.5 * (low + high))
+                    half = max(high - np.float64(rounded), np.float64(rounded) - low)
+                    boxes[block, axis, i] = rounded
+                    boxes[block, 4 + axis, i] = np.float32(half * (1.0 + 2.0**-22))
 
 
 @njit(cache=True, nogil=True, boundscheck=False)

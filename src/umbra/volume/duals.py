@@ -23,7 +23,10 @@ from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Duals", "Fit", "Plane", "find_key", "make_duals"]
+__all__ = ["STRETCH", "Duals", "Fit", "Plane", "find_key", "make_duals"]
+
+STRETCH = 4096
+"""What one thread takes at a time: handing out single faces would take longer than the work."""
 
 _LEAST, _MOST = 1e-100, 1e100  # lengths whose products neither vanish nor overflow
 
@@ -136,7 +139,7 @@ def make_duals(caster: Caster) -> Duals:
     points = np.full((caster.planes.shape[1], 4), np.nan)
     _place_points(caster.planes, fit.centre, fit.reach, points)
     loose = np.zeros(len(caster.edges), np.bool_)
-    _find_loose(points, caster.edge_faces, loose)
+    _find_loose(np.isnan(points[:, 0]), caster.edge_faces, loose)
     return Duals(
         fit,
         points,
@@ -147,22 +150,23 @@ def make_duals(caster: Caster) -> Duals:
 
 @njit(cache=True, nogil=True, parallel=True)
 def _place_points(planes, centre, reach, points):
-    for face in prange(points.shape[0]):
-        x, y, z = planes[0, face], planes[1, face], planes[2, face]
-        length = np.sqrt(x * x + y * y + z * z)
-        if 1e-100 < length < 1e100:
-            away = planes[3, face] + x * centre[0] + y * centre[1] + z * centre[2]
-            points[face, 0] = x / length
-            points[face, 1] = y / length
-            points[face, 2] = z / length
-            points[face, 3] = away / length / reach
+    for stretch in prange((points.shape[0] + STRETCH - 1) // STRETCH):
+        for face in range(stretch * STRETCH, min(points.shape[0], (stretch + 1) * STRETCH)):
+            x, y, z = planes[0, face], planes[1, face], planes[2, face]
+            length = np.sqrt(x * x + y * y + z * z)
+            if 1e-100 < length < 1e100:
+                away = planes[3, face] + x * centre[0] + y * centre[1] + z * centre[2]
+                points[face, 0] = x / length
+                points[face, 1] = y / length
+                points[face, 2] = z / length
+                points[face, 3] = away / length / reach
 
 
-@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _find_loose(points, edge_faces, loose):
-    for edge in prange(loose.size):
+@njit(cache=True, nogil=True, boundscheck=False)
+def _find_loose(has_no_point, edge_faces, loose):
+    for edge in range(loose.size):
         a, b = edge_faces[edge, 0], edge_faces[edge, 1]
-        loose[edge] = a == b or points[a, 0] != points[a, 0] or points[b, 0] != points[b, 0]
+        loose[edge] = a == b or has_no_point[a] or has_no_point[b]
 
 
 @njit(cache=True, nogil=True)

@@ -16,7 +16,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
-from umbra.volume.duals import Plane, find_key, make_duals
+from umbra.volume.duals import STRETCH, Plane, find_key, make_duals
 from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
 
 __all__ = ["Hextree", "make_hextree"]
@@ -119,17 +119,18 @@ def _find_centres(cells: NDArray[np.uint64], level: int) -> NDArray[np.float32]:
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _find_cells(points, edges, edge_faces, turn, depth, keys, levels):
     """Find the level of the smallest cell that holds a segment, and its first end's key."""
-    for i in prange(edges.size):
-        a = points[edge_faces[edges[i], 0]]
-        b = points[edge_faces[edges[i], 1]]
-        sign = -1.0 if turn[edges[i]] else 1.0
-        one = find_key(a[0], a[1], a[2], a[3])
-        two = find_key(sign * b[0], sign * b[1], sign * b[2], sign * b[3])
-        level = 0
-        while level < depth and (one ^ two) >> np.uint64(60 - 4 * level) == 0:
-            level += 1
-        keys[i] = one
-        levels[i] = level
+    for stretch in prange((edges.size + STRETCH - 1) // STRETCH):
+        for i in range(stretch * STRETCH, min(edges.size, (stretch + 1) * STRETCH)):
+            a = points[edge_faces[edges[i], 0]]
+            b = points[edge_faces[edges[i], 1]]
+            sign = -1.0 if turn[edges[i]] else 1.0
+            one = find_key(a[0], a[1], a[2], a[3])
+            two = find_key(sign * b[0], sign * b[1], sign * b[2], sign * b[3])
+            level = 0
+            while level < depth and (one ^ two) >> np.uint64(60 - 4 * level) == 0:
+                level += 1
+            keys[i] = one
+            levels[i] = level
 
 
 @njit(cache=True, nogil=True, boundscheck=False)

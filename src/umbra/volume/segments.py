@@ -15,7 +15,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
-from umbra.volume.duals import Duals, Fit, Plane
+from umbra.volume.duals import STRETCH, Duals, Fit, Plane
 
 __all__ = ["WIDTH", "Segments", "Tree", "make_segments", "sift_block"]
 
@@ -152,18 +152,20 @@ def make_segments(caster: Caster, duals: Duals, numbers: NDArray[np.int32]) -> S
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _lay_out(points, numbers, edge_faces, turn, blocks):
-    for block in prange(numbers.shape[0]):
-        for i in range(WIDTH):
-            edge = numbers[block, i]
-            if edge < 0:
-                continue
-            a, b = edge_faces[edge, 0], edge_faces[edge, 1]
-            sign = -1.0 if turn[edge] else 1.0
-            for axis in range(4):
-                one = points[a, axis]
-                two = sign * points[b, axis]
-                blocks[block, axis, i] = 0.5 * (one + two)
-                blocks[block, 4 + axis, i] = 0.5 * (one - two)
+    at_once = STRETCH // WIDTH
+    for stretch in prange((numbers.shape[0] + at_once - 1) // at_once):
+        for block in range(stretch * at_once, min(numbers.shape[0], (stretch + 1) * at_once)):
+            for i in range(WIDTH):
+                edge = numbers[block, i]
+                if edge < 0:
+                    continue
+                a, b = edge_faces[edge, 0], edge_faces[edge, 1]
+                sign = -1.0 if turn[edge] else 1.0
+                for axis in range(4):
+                    one = points[a, axis]
+                    two = sign * points[b, axis]
+                    blocks[block, axis, i] = 0.5 * (one + two)
+                    blocks[block, 4 + axis, i] = 0.5 * (one - two)
 
 
 @njit(cache=True, nogil=True, boundscheck=False)

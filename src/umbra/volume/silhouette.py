@@ -3,8 +3,8 @@ Silhouettes: by brute force, or by a tree over the edges in dual space.
 
 All methods give the same edges with the same multiplicities, to the last bit. Brute
 force looks at an edge once for 64 lights, and needs nothing prepared; the tree looks
-only at edges near the silhouette, but building it takes as long as some 100 lights
-asked one by one, or over a thousand asked 64 at once.
+only at edges near the silhouette, but building it takes as long as some 50 lights
+asked one by one, or 500 asked 64 at once.
 """
 
 import weakref
@@ -29,14 +29,14 @@ __all__ = ["METHODS", "Silhouettes", "find_silhouette_edges", "find_silhouettes"
 
 METHODS = ("auto", "brute", "tree", "hextree")
 _MAKERS: dict[str, Callable[[Caster], Tree]] = {"tree": make_dual_tree, "hextree": make_hextree}
-# Crossovers, measured on towns and boulders. Building takes 0.5 us an edge, a lone light
+# Crossovers, measured on towns and boulders. Building takes 0.2 us an edge, a lone light
 # 4 ns an edge by brute force, 0.5 ns if it is one of 64; by the tree 50 ns for each edge
 # that it finds.
 _EDGES = 10_000  # fewer are asked one by one at once
 _SHORT = 32  # silhouettes of at most one edge in so many are worth a tree to lone lights
 _LONE_LIGHTS = 4  # the so-manieth light alone with a short silhouette brings one about
 _SHORTER = 200  # of at most one in so many: worth a tree to lights that come together
-_MANY_LIGHTS = 4096  # if there are so many
+_MANY_LIGHTS = 2048  # if there are so many
 
 
 @dataclass(eq=False)
@@ -188,7 +188,7 @@ def _think_again(caster: Caster, found: Silhouettes, n_lights: int, done: int) -
         kept.lone_lights += n_found * _SHORT <= n_edges
         return None
     left = n_lights - done
-    is_worth = left >= _MANY_LIGHTS or (left > 0 and "tree" in kept.trees)
+    is_worth = left >= _MANY_LIGHTS or "tree" in kept.trees
     return prepare_tree(caster) if is_worth and n_found * _SHORTER <= n_edges else None
 
 
