@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -16,14 +16,6 @@ from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.study_options import study_options
 from umbra.errors import InputError
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from umbra.scene import Scene
-    from umbra.study import Preview, Study
-    from umbra.writers.plan import Plan
 
 __all__ = ["command"]
 
@@ -63,6 +55,9 @@ def command(
         msg = "this version counts on the cpu; leave --device out"
         raise InputError(msg)
     outputs = take_outputs(options)
+    if options["receivers"] not in {"ground", "top"} and (outputs.report or outputs.formats):
+        msg = "--report and --write are for plans; leave them out, or choose ground or top"
+        raise InputError(msg)
     _check_clock(options)
 
     def say(line: str) -> None:
@@ -73,7 +68,8 @@ def command(
     from umbra.writers.results import replace_results  # noqa: PLC0415
 
     with replace_results(out) as unfinished, Painter() as painter:
-        from umbra.study import make_preview, run_study  # noqa: PLC0415
+        from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
+        from umbra.study import run_study  # noqa: PLC0415
         from umbra.sun import find_site  # noqa: PLC0415
         from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
 
@@ -89,26 +85,19 @@ def command(
                 "umbra: warning: the sun is below the horizon all this time; "
                 "there are no hours of sun or shadow"
             )
-        preview = make_preview(study)
+        sheets = draw_pictures(study, scene, options, painter, unfinished)
+        preview, plan = sheets.preview, sheets.plan
         if study.receivers == "ground" and preview.has_terrain(scene.bounds()):
             say(
                 f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m, as "
                 "a terrain or base plate does; --receivers top shows the shadows that fall on it"
             )
-        plan = _describe(study, preview, scene, options)
-        painter.draw_hours(
-            unfinished / "hours.png", plan, _coarsen(study.shadow_hours, plan.shape),
-            study.up_hours, receivers=study.receivers,
-        )  # fmt: skip
-        zone = "/".join(dict.fromkeys(study.steps.abbreviations()))
-        painter.draw_profile(
-            unfinished / "profile.png", plan, preview.shadows, study.steps.labels(),
-            zone=zone, receivers=study.receivers,
-        )  # fmt: skip
         write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
         more = outputs.write(unfinished, study, scene, plan, painter)
-    written = [out / name for name in ("study.nc", "hours.png", "profile.png", *more)]
+    written = [out / name for name in ("study.nc", *sheets.names, *more)]
     if as_json:
+        import numpy as np  # noqa: PLC0415
+
         echo_json(
             {
                 "files": [str(path) for path in written],
@@ -116,8 +105,8 @@ def command(
                 "rows": len(study.y),
                 "cell": [study.grid.dx, study.grid.dy],
                 "hours": study.up_hours,
-                "most_shadow_hours": float(study.shadow_hours.max()),
-                "mean_shadow_hours": float(study.shadow_hours.mean()),
+                "most_shadow_hours": float(np.nanmax(study.shadow_hours)),
+                "mean_shadow_hours": float(np.nanmean(study.shadow_hours)),
                 **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
             }
         )
@@ -171,49 +160,3 @@ def _progress(quiet: bool) -> Iterator[Any]:
             bar.__exit__(None, None, None)
             if bar.finished:
                 click.echo("drawing and writing", err=True)
-
-
-def _coarsen(hours: "NDArray[np.float32]", shape: tuple[int, int]) -> "NDArray[np.float32]":
-    """Average hours to the cells of the pictures."""
-    if hours.shape == shape:
-        return hours
-    from umbra.writers.raster import resample  # noqa: PLC0415
-
-    return resample(hours, shape)
-
-
-def _name_dates(study: "Study") -> str:
-    """Say which dates a study's hours are the sum of."""
-    days = study.period.days
-    if len(days) <= 4:
-        return " + ".join(map(str, days))
-    return f"{len(days)} days from {days[0]} to {days[-1]}"
-
-
-def _describe(
-    study: "Study", preview: "Preview", scene: "Scene", options: dict[str, Any]
-) -> "Plan":
-    """Say in words what the pictures show."""
-    from umbra.writers.plan import Plan  # noqa: PLC0415
-
-    site, facts = study.site, study.facts
-    north = "N" if site.latitude >= 0 else "S"
-    east = "E" if site.longitude >= 0 else "W"
-    grid = study.grid
-    cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
-    offsets = "/".join(dict.fromkeys(study.steps.offsets()))
-    return Plan(
-        preview.x,
-        preview.y,
-        preview.heights,  # type: ignore[arg-type]
-        true_north=site.true_north,
-        title=" + ".join(Path(source.name).name for source in scene.sources[:3]),
-        place=(
-            f"{abs(site.latitude):.3f}° {north}, {abs(site.longitude):.3f}° {east} · {site.zone}"
-        ),
-        date=f"{_name_dates(study)}, {options['start']} to {options['end']} ({offsets})",
-        note=(
-            f"umbra {facts['umbra_version']} · cell {cell} · midpoints of {options['every']} steps"
-            f" · refraction {facts['refraction']}"
-        ),
-    )

@@ -88,10 +88,22 @@ _TIME = [
 _RECEIVERS = [
     click.option(
         "--receivers",
-        type=click.Choice(["ground", "top"]),
         default="ground",
         show_default=True,
-        help="The ground plane, or the topmost surface of the plan.",
+        metavar="WHAT",
+        help="ground: the plane; top: whatever is topmost in the plan; an elevation from north, "
+        "east, south, west or an azimuth in degrees; camera: what --eye sees; surfaces: walls and "
+        "roofs, sampled; points: those of --points.",
+    ),
+    click.option("--eye", type=Numbers("X,Y,Z", 3), help="Where the camera is [m]."),
+    click.option("--target", type=Numbers("X,Y,Z", 3), help="What the camera looks at [m]."),
+    click.option(
+        "--fov",
+        type=float,
+        default=50.0,
+        show_default=True,
+        metavar="DEG",
+        help="The camera's vertical field of view.",
     ),
     click.option(
         "--ground",

@@ -91,6 +91,8 @@ def find_hidden(
     normals: NDArray[np.float64],
     suns: NDArray[np.float64],
     threads: int = 1,
+    *,
+    attached: bool = True,
 ) -> NDArray[np.uint8]:
     """
     Tell for each sun which points are in shadow, cast or attached.
@@ -101,10 +103,12 @@ def find_hidden(
     points : (n, 3) float64
         In the caster's frame [m].
     normals : (n, 3) float64
-        Of the side that the surface shows there.
+        Of the side that the surface shows there; NaN for a point on no surface.
     suns : (n_suns, 3) float64
         Unit directions toward the sun.
     threads : int
+    attached : bool
+        Whether a point that is turned from the sun is in shadow; if not, it is in none.
 
     Returns
     -------
@@ -116,7 +120,7 @@ def find_hidden(
     t = tree
     _find(
         points, normals, np.ascontiguousarray(suns), t.boxes, t.links, t.corners, t.ids,
-        t.normals, masks,
+        t.normals, attached, masks,
     )  # fmt: skip
     return masks
 
@@ -213,7 +217,7 @@ def _side(ux, uy, uz, vx, vy, vz, d, forward):
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _find(points, normals, suns, boxes, links, corners, ids, face_normals, masks):
+def _find(points, normals, suns, boxes, links, corners, ids, face_normals, attached, masks):
     n = points.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
@@ -223,7 +227,7 @@ def _find(points, normals, suns, boxes, links, corners, ids, face_normals, masks
             for s in range(suns.shape[0]):
                 d = suns[s]
                 if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] <= 0.0:
-                    masks[s, i] = 1
+                    masks[s, i] = attached
                     continue
                 face = is_hidden(p, m, d, boxes, links, corners, ids, face_normals, last)
                 if face >= 0:

@@ -13,7 +13,7 @@ from umbra.scene import Scene
 from umbra.study.compare import find_losses, read_hours
 from umbra.study.counting import Counter
 from umbra.study.ledger import Ledger
-from umbra.study.model import Model
+from umbra.study.model import Casting
 from umbra.study.receivers import Places
 from umbra.study.who import Groups, count_shares, find_groups
 from umbra.volume.adjacency import Caster
@@ -113,12 +113,12 @@ class Answer:
     Parameters
     ----------
     asked : Asked
-    model : Model
+    model : Casting
     ledger : Ledger
         Of the study: its receivers' shape, its period, and its hours when all is done.
     """
 
-    def __init__(self, asked: Asked, model: Model, ledger: Ledger) -> None:
+    def __init__(self, asked: Asked, model: Casting, ledger: Ledger) -> None:
         self.asked, self.model, self.ledger = asked, model, ledger
         groups = asked.groups
         count = len(groups.names) if groups else 0

@@ -116,6 +116,13 @@ class Ledger:
             if name in values:
                 array[where] = values[name]
 
+    def blank(self, nothing: NDArray[np.bool_]) -> None:
+        """Take away the values of receivers that are not there."""
+        self.shadow_hours[nothing] = np.nan
+        for array in (*self._whole.values(), *self._by_day.values()):
+            missing = {"f": np.nan, "M": np.datetime64("NaT")}.get(array.dtype.kind, 0)
+            array[..., nothing] = missing
+
     def variables(self, dims: tuple[str, ...]) -> dict[str, tuple[tuple[str, ...], NDArray]]:
         """
         Give what is kept besides the hours of the whole period.

@@ -16,13 +16,13 @@ from umbra.scene.grid import Grid
 from umbra.study.receivers import Places, Surface, find_surface
 from umbra.volume.adjacency import Caster, make_caster
 
-__all__ = ["Model", "PlanTile", "prepare_model"]
+__all__ = ["Casting", "Model", "PlanTile", "prepare_casting", "prepare_model"]
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class Casting:
     """
-    Casters and receivers of a study.
+    What casts in a study, whatever receives.
 
     Parameters
     ----------
@@ -31,18 +31,40 @@ class Model:
         All that is seen.
     caster : Caster
         What casts.
-    receivers : {'ground', 'top'}
-    ground : float
-        z of the ground, local frame [m].
     threads : int
     """
 
     scene: Scene
     soup: Triangles
     caster: Caster
+    threads: int
+
+    @cached_property
+    def tree(self) -> FaceTree:
+        """What casts, for ways that start anywhere."""
+        return make_face_tree(self.caster)
+
+    def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
+        """Make casters of some parts each, as if they stood alone."""
+        return [_make_caster(self.scene, parts) for parts in pieces]
+
+
+@dataclass(frozen=True, eq=False)
+class Model(Casting):
+    """
+    Casters and receivers of a plan.
+
+    Parameters
+    ----------
+    scene, soup, caster, threads
+        As in ``Casting``.
+    receivers : {'ground', 'top'}
+    ground : float
+        z of the ground, local frame [m].
+    """
+
     receivers: str
     ground: float
-    threads: int
 
     def make_sweep(self, grid: Grid) -> tuple[Surface, Sweep]:
         """
@@ -64,15 +86,6 @@ class Model:
     def make_tile(self, grid: Grid) -> "PlanTile":
         """Look at a raster from above."""
         return PlanTile(self, grid, find_surface(self.soup, grid, self.ground, self.threads))
-
-    @cached_property
-    def tree(self) -> FaceTree:
-        """What casts, for ways that start anywhere."""
-        return make_face_tree(self.caster)
-
-    def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
-        """Make casters of some parts each, as if they stood alone."""
-        return [_make_caster(self.scene, parts) for parts in pieces]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +110,11 @@ class PlanTile:
     def shape(self) -> tuple[int, ...]:
         """Rows and columns."""
         return self.grid.rows, self.grid.cols
+
+    @property
+    def relief(self) -> NDArray[np.float64]:
+        """What stands above the ground, (rows, cols) float64 [m]."""
+        return self.surface.heights - self.model.ground
 
     def make_counter(self) -> Sweep:
         """Make ready to count: on a plane by crossings, on anything else by spans."""
@@ -169,14 +187,19 @@ def prepare_model(
         Local frame [m].
     threads : int
     """
-    everything = scene.triangles()
-    soup = everything if len(casters) == len(scene.parts) else scene.triangles(casters)
-    caster = make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
-    return Model(scene, everything, caster, receivers, ground, threads)
+    cast = prepare_casting(scene, casters, threads)
+    return Model(scene, cast.soup, cast.caster, threads, receivers, ground)
 
 
-def _make_caster(scene: Scene, parts: Sequence[int]) -> Caster:
-    soup = scene.triangles(parts)
+def prepare_casting(scene: Scene, casters: list[int], threads: int) -> Casting:
+    """Find the adjacency of what casts, for any receivers; same parameters."""
+    soup = scene.triangles()
+    caster = _make_caster(scene, casters, soup if len(casters) == len(scene.parts) else None)
+    return Casting(scene, soup, caster, threads)
+
+
+def _make_caster(scene: Scene, parts: Sequence[int], soup: Triangles | None = None) -> Caster:
+    soup = scene.triangles(parts) if soup is None else soup
     return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
 
 

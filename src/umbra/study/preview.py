@@ -32,7 +32,7 @@ class Preview:
     y : (rows,) float64
         Cell centres in the model's own coordinates [m].
     heights : (rows, cols) float64
-        z of the topmost surface above the ground [m].
+        z of the topmost surface above the ground [m]; in other views 1 where anything is seen.
     shadows : (n_stamps, rows, cols) bool
         Where shadow falls at each stamp, counted at this resolution; none at night.
     """
@@ -84,12 +84,10 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Steps | None = Non
     stamps = (steps or study.steps).stamps
     most = math.isqrt(MOST // len(stamps))
     grid = study.grid.coarser(min(longest, most))
-    surface, sweep = study.model.make_sweep(grid)
+    tile = study.model.make_tile(grid)
     path = find_sun(study.site, stamps, refraction=study.refraction)
     shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
-    shadows[path.is_up] = sweep.masks(path.direction[path.is_up]).view(np.bool_)
+    shadows[path.is_up] = tile.make_counter().masks(path.direction[path.is_up]).view(np.bool_)
     # From local coordinates to the model's own, as the study's cells went.
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
-    return Preview(
-        grid.x + shift_x, grid.y + shift_y, surface.heights - study.model.ground, shadows
-    )
+    return Preview(grid.x + shift_x, grid.y + shift_y, tile.relief, shadows)

@@ -15,6 +15,8 @@ from umbra.sun import Site, Steps, SunPath
 if TYPE_CHECKING:
     import xarray as xr
 
+    from umbra.study.views import ViewModel
+
 __all__ = ["Study"]
 
 Variables = dict[str, tuple[tuple[str, ...], NDArray]]
@@ -29,7 +31,8 @@ class Study:
     ----------
     x : (cols,) float64
     y : (rows,) float64
-        Cell centres in the model's own coordinates, ascending [m].
+        Cell centres in the model's own coordinates, ascending [m]; of an elevation along
+        the view and z; of a camera's picture pixels, upward.
     period : Period
         The time axis: one day, or several.
     shadow_hours : (rows, cols) float32
@@ -44,11 +47,13 @@ class Study:
         1 where in shadow at a midpoint; 0 at night. Reads like a uint8 array.
     facts : dict
         What the result's attributes say.
-    model : Model
+    model : Model or ViewModel
     grid : Grid
-        In the model's local frame.
+        In the frame in which ``model`` makes its tiles.
     more : dict
         Further arrays of ``study.nc``, by name, each with its dimensions.
+    dims : (str, str)
+        Names of the rows' and the columns' axes.
     """
 
     x: NDArray[np.float64]
@@ -60,9 +65,10 @@ class Study:
     ground: float
     masks: Masks | None
     facts: dict[str, object]
-    model: Model
+    model: "Model | ViewModel"
     grid: Grid
     more: Variables = field(default_factory=dict)
+    dims: tuple[str, str] = ("y", "x")
 
     @property
     def site(self) -> Site:
@@ -81,8 +87,13 @@ class Study:
 
     @property
     def receivers(self) -> str:
-        """What received the shadows: 'ground' or 'top'."""
+        """What received the shadows: 'ground', 'top', 'elevation' or 'camera'."""
         return str(self.facts["receivers"])
+
+    @property
+    def is_plan(self) -> bool:
+        """Whether it is seen from above."""
+        return self.dims == ("y", "x")
 
     @property
     def refraction(self) -> Refraction:
@@ -100,15 +111,18 @@ class Study:
 
         ``in_shadow`` is packed: it reads like an array, one instant after another.
         """
-        plan = ("y", "x")
-        receiver = np.full(self.heights.shape, self.ground)
+        rows, cols = self.dims
+        own: Variables = {}
+        if self.is_plan:
+            level = np.full(self.heights.shape, self.ground)
+            own["receiver_z"] = (self.dims, self.heights if self.receivers == "top" else level)
         return {
-            "x": (("x",), self.x),
-            "y": (("y",), self.y),
+            cols: ((cols,), self.x),
+            rows: ((rows,), self.y),
             **time_variables(self.period),
-            "shadow_hours": (plan, self.shadow_hours),
-            "sun_hours": (plan, self.sun_hours),
-            "receiver_z": (plan, self.heights if self.receivers == "top" else receiver),
+            "shadow_hours": (self.dims, self.shadow_hours),
+            "sun_hours": (self.dims, self.sun_hours),
+            **own,
             **self.more,
         }
 

@@ -5,33 +5,22 @@ The period is cut into steps and each step is judged at its midpoint, so that ho
 add up to exactly the period less the night. The profile is drawn at the steps' ends.
 """
 
-import datetime as dt
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import umbra
 from umbra.errors import InputError
 from umbra.scene import Scene
-from umbra.study.asked import Answer, Asked
-from umbra.study.counting import count_period
-from umbra.study.exact import count_exactly
 from umbra.study.layout import TILE, lay_out
-from umbra.study.ledger import Ledger
 from umbra.study.model import prepare_model
-from umbra.study.options import (
-    check_device,
-    describe_period,
-    find_reaching_suns,
-    find_wanted,
-    make_advance,
-    select_casters,
-)
-from umbra.study.period import Refraction, make_period
+from umbra.study.options import find_reaching_suns
 from umbra.study.result import Study
+from umbra.study.setup import Progress, Setup
+from umbra.study.view_study import run_camera, run_elevation
+from umbra.study.views import find_azimuth
 from umbra.sun import Site
 
 if TYPE_CHECKING:
@@ -39,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["run_study", "shadow_study"]
 
-RECEIVERS = ("ground", "top")
+PLANS = ("ground", "top")
 STREAMED_TILE = 1024
 """Side of the tiles of a study whose instants pass in order: each cell holds more then."""
 
@@ -48,121 +37,83 @@ def run_study(
     scene: Scene,
     site: Site,
     *,
-    date: str | dt.date | Sequence[str | dt.date],
-    start: str | dt.time = "09:00",
-    end: str | dt.time = "17:00",
-    every: str | dt.timedelta = "15min",
-    every_days: int = 1,
-    by_day: bool | None = None,
-    spells: bool = False,
-    min_spell: str | dt.timedelta | None = None,
-    exact: bool | float = False,
-    who: Sequence[str] = (),
-    by: str | None = None,
-    proposed: Sequence[str] = (),
-    under: str | float | dt.timedelta = "2h",
     receivers: str = "ground",
     ground: float | None = None,
     extent: Sequence[float] | None = None,
     cell: float | None = None,
     size: tuple[int, int] | None = None,
-    cast: Sequence[str] = (),
-    no_cast: Sequence[str] = (),
-    masks: bool = False,
-    refraction: Refraction = "standard",
-    device: str = "auto",
-    threads: int | None = None,
-    progress: Callable[[int, int], object] = lambda _done, _all: None,
+    eye: Sequence[float] | None = None,
+    target: Sequence[float] | None = None,
+    fov: float = 50.0,
+    progress: Progress = lambda _done, _all: None,
+    **options: Any,
 ) -> Study:
     """
     Run a study and keep what its pictures need; see ``shadow_study``.
 
     ``progress`` is told how many instants are done, and of how many.
     """
-    if receivers not in RECEIVERS:
-        msg = f"unknown receivers '{receivers}'; choose ground or top"
-        raise InputError(msg, receivers=receivers)
-    threads = check_device(device, threads)
-    period = make_period(
-        date, start, end, every, site, every_days=every_days, refraction=refraction
-    )
-    wanted = find_wanted(
-        period, by_day=by_day, spells=spells, min_spell=min_spell, masks=masks, exact=exact
-    )
-    casters = select_casters(scene, cast, no_cast)
-    asked = Asked.of(scene, casters, who, by, proposed, under)
-
-    begun = time.perf_counter()
+    azimuth = None if receivers in {*PLANS, "camera"} else find_azimuth(receivers)
+    setup = Setup.of(scene, site, **options)
     bounds = scene.bounds()
     ground = scene.ground if ground is None else ground
     level = float(bounds[0, 2]) if ground is None else float(ground)
     if not np.isfinite(level):
         msg = f"the ground's height must be a finite number; got {level:g}"
         raise InputError(msg, ground=ground)
-    sun = period.sun
-    suns = sun.direction[sun.is_up]
-    grid, x, y = lay_out(
-        bounds, find_reaching_suns(period), level, extent=extent, cell=cell, size=size,
-        masks=(len(suns) + 7) // 8 if masks else 0, threads=threads,
-        kept=wanted.bytes_kept(len(period.days)) + asked.bytes_kept,
-    )  # fmt: skip
+    if receivers == "camera":
+        return run_camera(
+            setup, level, eye=eye, target=target, fov=fov, size=size, progress=progress
+        )
+    raster = {
+        "extent": extent,
+        "cell": cell,
+        "size": size,
+        "masks": setup.bytes_of_masks,
+        "kept": setup.bytes_kept,
+        "threads": setup.threads,
+    }
+    if azimuth is not None:
+        return run_elevation(setup, azimuth, level, raster, progress)
+    return _run_plan(setup, receivers, level, raster, progress)
+
+
+def _run_plan(
+    setup: Setup, receivers: str, level: float, raster: dict[str, Any], progress: Progress
+) -> Study:
+    """Run a study of the ground or of whatever is topmost."""
+    scene = setup.scene
+    grid, x, y = lay_out(scene.bounds(), find_reaching_suns(setup.period), level, **raster)
     origin = scene.origin
     local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
-    model = prepare_model(scene, casters, receivers, level - origin[2], threads)
-    ledger = Ledger(period, (grid.rows, grid.cols), wanted)
+    model = prepare_model(scene, setup.casters, receivers, level - origin[2], setup.threads)
     heights = np.zeros((grid.rows, grid.cols))
-    answer = Answer(asked, model, ledger)
-    side = min(TILE, STREAMED_TILE) if wanted.is_streamed else TILE
-    tiles = list(local.tiles(asked.limit_tiles(side)))
-    works = len(suns) * (2 if asked.groups else 1)
-    seconds = 0.0  # spent in counting
-    for n, (rows, cols, grid_of_tile) in enumerate(tiles):
-        tile = model.make_tile(grid_of_tile)
-        sweep = tile.make_counter()
-        heights[rows, cols] = tile.surface.heights
-        if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes the buffers
-            sweep.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
-        advance = make_advance(progress, n * works, len(tiles) * works)
-        started = time.perf_counter()
-        if wanted.tolerance:
-            count_exactly(sweep, tile.places, model.tree, tile.shape, ledger, (rows, cols), advance)
-        else:
-            count_period(sweep, tile.shape, ledger, (rows, cols), advance)
-        answer.add(tile, (rows, cols), advance)
-        seconds += time.perf_counter() - started
-    heights += origin[2]
-    facts: dict[str, object] = {
-        "umbra_version": umbra.__version__,
-        "command": "umbra.shadow_study",
-        "source": "; ".join(f"{s.name} sha256:{s.sha256}" for s in scene.sources),
-        "device": "cpu",
-        "threads": threads,
-        "crs": scene.crs,
-        "receivers": receivers,
-        "ground_z": level,
-        "latitude": site.latitude,
-        "longitude": site.longitude,
-        "time_zone": site.zone,
-        "true_north_deg": site.true_north,
-        "refraction": refraction,
-        **describe_period(period, wanted),
-        **asked.facts,
-        "prepare_seconds": time.perf_counter() - begun - seconds,
-        "count_seconds": seconds,
-    }
+    side = min(TILE, STREAMED_TILE) if setup.wanted.is_streamed else TILE
+
+    def make_tile(where: tuple[slice, slice], part: Any) -> Any:
+        tile = model.make_tile(part)
+        heights[where] = tile.surface.heights + origin[2]
+        return tile
+
+    tiles = [
+        ((rows, cols), partial(make_tile, (rows, cols), part))
+        for rows, cols, part in local.tiles(setup.asked.limit_tiles(side))
+    ]
+    done = setup.count(model, heights.shape, tiles, progress)
+    ledger, dims = done.ledger, ("y", "x")
     return Study(
         x=x,
         y=y,
-        period=period,
+        period=setup.period,
         shadow_hours=ledger.shadow_hours,
         up_hours=ledger.up_hours,
         heights=heights,
         ground=level,
         masks=ledger.masks,
-        facts={name: fact for name, fact in facts.items() if fact is not None},
+        facts=setup.describe(receivers, done.seconds, ground_z=level),
         model=model,
         grid=local,
-        more={**ledger.variables(("y", "x")), **answer.variables(("y", "x"), grid.dx * grid.dy)},
+        more={**ledger.variables(dims), **done.answer.variables(dims, grid.dx * grid.dy)},
     )
 
 

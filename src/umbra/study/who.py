@@ -4,7 +4,8 @@ Who casts the shadow: the hours that are due to chosen parts.
 Casters are cut into *pieces*, such that each group is made of whole pieces; every piece
 is counted by itself, and what each instant's pieces do at a receiver tells two numbers
 for each group: the hours in its shadow, whatever else casts there too, and its *sole*
-hours, which would be sun if it were gone.
+hours, which would be sun if it were gone. Neither counts while the surface is turned
+from the sun, which is no one's doing.
 """
 
 from collections.abc import Callable, Sequence
@@ -202,7 +203,7 @@ def _share(bits, suns, normals, lengths, first, listed, cast, sole):
                 if mine == 0:
                     continue
                 for k in range(n):
-                    if (mine >> k) & 1 == 0:
+                    if (mine >> k) & 1 == 0 or total[k] < 0:
                         continue
                     cast[g, c] += lengths[k]
                     own = 0

@@ -26,10 +26,12 @@ class Plan:
         Cell centres in the model's own coordinates, ascending [m].
     building_height : (rows, cols) float32, optional
         Of roofs above the ground [m]; NaN or 0 where nothing stands.
-    true_north : float
-        Degrees clockwise from the picture's upward direction.
+    true_north : float, optional
+        Degrees clockwise from the picture's upward direction; None: no arrow is drawn.
     title, place, date, note : str
         A headline, "48.200° N, 16.370° E · Europe/Vienna", a day, and how it was made.
+    axes : (str, str)
+        Names of the horizontal and the vertical axis, with their unit.
 
     Raises
     ------
@@ -40,11 +42,12 @@ class Plan:
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     building_height: NDArray[np.float32] | None = field(default=None, repr=False)
-    true_north: float = 0.0
+    true_north: float | None = 0.0
     title: str = ""
     place: str = ""
     date: str = ""
     note: str = ""
+    axes: tuple[str, str] = ("x [m]", "y [m]")
 
     def __post_init__(self) -> None:
         for axis in ("x", "y"):

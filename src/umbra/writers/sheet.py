@@ -263,11 +263,11 @@ def _draw_frame(
         sheet.write(at, y - 0.075, label, color=QUIET, ha="center", va="top")
     for at, (_, label) in zip(up, y_ticks, strict=True):
         sheet.write(x - 0.08, at, label, color=QUIET, ha="right", va="center_baseline")
-    sheet.write(x + w / 2, y - 0.25, "x [m]", color=QUIET, ha="center", va="top")
+    sheet.write(x + w / 2, y - 0.25, sheet.plan.axes[0], color=QUIET, ha="center", va="top")
     sheet.write(
         x - 0.15 - label_width,
         y + h / 2,
-        "y [m]",
+        sheet.plan.axes[1],
         color=QUIET,
         ha="right",
         va="center",
@@ -331,7 +331,9 @@ def _draw_scale_bar(sheet: Sheet, x: float, y: float, longest: float) -> None:
 
 
 def _draw_north(sheet: Sheet, x: float, y: float) -> None:
-    """Draw an arrow toward true north, its middle at (x, y)."""
+    """Draw an arrow toward true north, its middle at (x, y); none where it is not known."""
+    if sheet.plan.true_north is None:
+        return
     angle = math.radians(sheet.plan.true_north)
     up = np.array([math.sin(angle), math.cos(angle)])
     side = np.array([up[1], -up[0]])

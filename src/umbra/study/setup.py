@@ -1,0 +1,192 @@
+"""A study's options made ready, and the counting that is the same for all receivers."""
+
+import datetime as dt
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+import umbra
+from umbra.scene import Scene
+from umbra.study.asked import Answer, Asked, Tile
+from umbra.study.counting import count_period
+from umbra.study.exact import count_exactly
+from umbra.study.ledger import Ledger, Wanted
+from umbra.study.model import Casting
+from umbra.study.options import (
+    check_device,
+    describe_period,
+    find_wanted,
+    make_advance,
+    select_casters,
+)
+from umbra.study.period import Period, Refraction, make_period
+from umbra.sun import Site
+
+__all__ = ["Result", "Setup"]
+
+Progress = Callable[[int, int], object]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """
+    What was counted.
+
+    Parameters
+    ----------
+    ledger : Ledger
+    answer : Answer
+    seconds : float
+        Spent in counting.
+    """
+
+    ledger: Ledger
+    answer: Answer
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """
+    What every study is told, whatever receives the shadows.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site
+    period : Period
+    wanted : Wanted
+    asked : Asked
+    casters : list of int
+        Indices of the parts that cast.
+    threads : int
+    begun : float
+        Clock when the work began [s].
+    """
+
+    scene: Scene
+    site: Site
+    period: Period
+    wanted: Wanted
+    asked: Asked
+    casters: list[int]
+    threads: int
+    begun: float = field(default_factory=time.perf_counter)
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        site: Site,
+        *,
+        date: str | dt.date | Sequence[str | dt.date],
+        start: str | dt.time = "09:00",
+        end: str | dt.time = "17:00",
+        every: str | dt.timedelta = "15min",
+        every_days: int = 1,
+        by_day: bool | None = None,
+        spells: bool = False,
+        min_spell: str | dt.timedelta | None = None,
+        exact: bool | float = False,
+        who: Sequence[str] = (),
+        by: str | None = None,
+        proposed: Sequence[str] = (),
+        under: str | float | dt.timedelta = "2h",
+        cast: Sequence[str] = (),
+        no_cast: Sequence[str] = (),
+        masks: bool = False,
+        refraction: Refraction = "standard",
+        device: str = "auto",
+        threads: int | None = None,
+    ) -> "Setup":
+        """Read and check the options, see ``umbra.shadow_study``."""
+        threads = check_device(device, threads)
+        period = make_period(
+            date, start, end, every, site, every_days=every_days, refraction=refraction
+        )
+        wanted = find_wanted(
+            period, by_day=by_day, spells=spells, min_spell=min_spell, masks=masks, exact=exact
+        )
+        casters = select_casters(scene, cast, no_cast)
+        asked = Asked.of(scene, casters, who, by, proposed, under)
+        return cls(scene, site, period, wanted, asked, casters, threads)
+
+    @property
+    def bytes_of_masks(self) -> int:
+        """What masks take of each receiver [byte]."""
+        return (int(self.period.sun.is_up.sum()) + 7) // 8 if self.wanted.masks else 0
+
+    @property
+    def bytes_kept(self) -> int:
+        """What else is kept of each receiver besides hours [byte]."""
+        return self.wanted.bytes_kept(len(self.period.days)) + self.asked.bytes_kept
+
+    def count(
+        self,
+        casting: Casting,
+        shape: tuple[int, ...],
+        tiles: Sequence[tuple[Any, Callable[[], Tile]]],
+        progress: Progress,
+    ) -> Result:
+        """
+        Count the whole period on all receivers, and answer what was asked.
+
+        Parameters
+        ----------
+        casting : Casting
+        shape : tuple of int
+            Of all receivers.
+        tiles : sequence of (index, callable)
+            Where each tile's receivers lie among all, and what makes the tile.
+        progress : callable
+            Told how many instants are done, and of how many.
+        """
+        period, wanted, asked = self.period, self.wanted, self.asked
+        ledger = Ledger(period, shape, wanted)
+        answer = Answer(asked, casting, ledger)
+        suns = period.sun.direction[period.sun.is_up]
+        works = len(suns) * (2 if asked.groups else 1)
+        seconds = 0.0
+        for n, (where, make_tile) in enumerate(tiles):
+            tile = make_tile()
+            counter = tile.make_counter()
+            if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes buffers
+                counter.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
+            advance = make_advance(progress, n * works, len(tiles) * works)
+            started = time.perf_counter()
+            if wanted.tolerance:
+                count_exactly(
+                    counter, tile.places, casting.tree, tile.shape, ledger, where, advance
+                )
+            else:
+                count_period(counter, tile.shape, ledger, where, advance)
+            answer.add(tile, where, advance)
+            seconds += time.perf_counter() - started
+        return Result(ledger, answer, seconds)
+
+    def describe(self, receivers: str, seconds: float, **more: object) -> dict[str, object]:
+        """Give the attributes of a result; those that are None are left out."""
+        scene, site = self.scene, self.site
+        facts: dict[str, object] = {
+            "umbra_version": umbra.__version__,
+            "command": "umbra.shadow_study",
+            "source": "; ".join(f"{s.name} sha256:{s.sha256}" for s in scene.sources),
+            "device": "cpu",
+            "threads": self.threads,
+            "crs": scene.crs,
+            "receivers": receivers,
+            **more,
+            "latitude": site.latitude,
+            "longitude": site.longitude,
+            "time_zone": site.zone,
+            "true_north_deg": site.true_north,
+            "refraction": self.period.refraction,
+            **describe_period(self.period, self.wanted),
+            **self.asked.facts,
+            "prepare_seconds": time.perf_counter() - self.begun - seconds,
+            "count_seconds": seconds,
+        }
+        return {name: fact for name, fact in facts.items() if fact is not None}

@@ -1,0 +1,191 @@
+"""Running a study of an elevation or of a camera's picture."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.scene import Camera
+from umbra.scene.grid import Grid
+from umbra.study.layout import lay_out
+from umbra.study.model import prepare_casting
+from umbra.study.result import Study, Variables
+from umbra.study.setup import Progress, Setup
+from umbra.study.views import Elevation, ViewModel, ViewTile
+
+__all__ = ["run_camera", "run_elevation"]
+
+_MARGIN = 0.02  # of the model's length
+_PIXELS = (1024, 768)
+
+
+def run_elevation(
+    setup: Setup, azimuth: float, level: float, raster: dict[str, Any], progress: Progress
+) -> Study:
+    """
+    Study the facades that are seen from an azimuth.
+
+    Parameters
+    ----------
+    setup : Setup
+    azimuth : float
+        From where, clockwise from true north [degrees].
+    level : float
+        z below which nothing is studied, in the model's own coordinates [m].
+    raster : dict
+        Extent, cell and size as ``lay_out`` takes them, and what is kept of each cell.
+    progress : callable
+    """
+    scene = setup.scene
+    bounds = scene.bounds()
+    frame = Elevation.of(azimuth, setup.site.true_north)
+    low, high = frame.find_extent(bounds, scene)
+    margin = _MARGIN * (high[0] - low[0]) + 1e-3
+    default = (low[0] - margin, level, high[0] + margin, max(high[1], level) + margin)
+    extent, size, cell = raster["extent"] or default, raster["size"], raster["cell"]
+    if size is None and cell is None:
+        cell = _choose_cell(extent)
+    grid, _, _ = lay_out(
+        bounds, np.zeros((0, 3)), level, **{**raster, "extent": extent, "cell": cell}
+    )
+    if size is not None:
+        grid = _make_square(grid)
+    casting = prepare_casting(scene, setup.casters, setup.threads)
+    model = ViewModel(
+        scene, casting.soup, casting.caster, setup.threads, setup.casters,
+        lambda part: frame.make_camera(part, bounds),
+    )  # fmt: skip
+    facts = {"ground_z": level, "view_azimuth_deg": azimuth}
+    return _run(setup, model, grid, ("z", "along"), "elevation", level, facts, progress)
+
+
+def run_camera(
+    setup: Setup,
+    level: float,
+    *,
+    eye: Sequence[float] | None,
+    target: Sequence[float] | None,
+    fov: float,
+    size: tuple[int, int] | None,
+    progress: Progress,
+) -> Study:
+    """
+    Study what a camera sees, the ground plane included.
+
+    Parameters
+    ----------
+    setup : Setup
+    level : float
+        z of the ground [m].
+    eye, target : (3,) float
+        In the model's own coordinates [m].
+    fov : float
+        Vertical field of view [degrees].
+    size : (int, int), optional
+        Columns and rows.
+    progress : callable
+    """
+    if eye is None or target is None:
+        msg = "receivers 'camera' need an eye and a target; give --eye X,Y,Z and --target X,Y,Z"
+        raise InputError(msg)
+    cols, rows = size or _PIXELS
+    whole = Camera(np.array(eye), np.array(target), size=(cols, rows), fov=fov)
+    casting = prepare_casting(setup.scene, setup.casters, setup.threads)
+
+    def make_camera(grid: Grid) -> Camera:
+        return Camera(whole.eye, whole.target, size=(grid.cols, grid.rows), fov=fov)
+
+    model = ViewModel(
+        setup.scene, casting.soup, casting.caster, setup.threads, setup.casters, make_camera, level
+    )
+    facts = {
+        "ground_z": level,
+        "eye": [float(v) for v in whole.eye],
+        "target": [float(v) for v in whole.target],
+        "fov_deg": float(fov),
+    }
+    grid = Grid(0.0, 0.0, 1.0, 1.0, cols, rows)
+    return _run(setup, model, grid, ("row", "col"), "camera", level, facts, progress)
+
+
+def _run(
+    setup: Setup,
+    model: ViewModel,
+    grid: Grid,
+    dims: tuple[str, str],
+    receivers: str,
+    level: float,
+    facts: dict[str, Any],
+    progress: Progress,
+) -> Study:
+    tile = model.make_tile(grid)
+    done = setup.count(model, tile.shape, [(..., lambda: tile)], progress)
+    ledger = done.ledger
+    if dims == ("z", "along"):
+        area: NDArray[np.float64] | float = grid.dx * grid.dy / _find_facing(tile)
+    else:
+        area = _find_areas(tile)
+    ledger.blank(~tile.is_seen)
+    more = {**ledger.variables(dims), **_locate(tile, dims), **done.answer.variables(dims, area)}
+    return Study(
+        x=grid.x,
+        y=grid.y,
+        period=setup.period,
+        shadow_hours=ledger.shadow_hours,
+        up_hours=ledger.up_hours,
+        heights=np.where(tile.is_seen, 0.0, np.nan),
+        ground=level,
+        masks=ledger.masks,
+        facts=setup.describe(receivers, done.seconds, **facts),
+        model=model,
+        grid=grid,
+        more=more,
+        dims=dims,
+    )
+
+
+def _locate(tile: ViewTile, dims: tuple[str, str]) -> Variables:
+    """Say where on which surface each pixel's centre lies."""
+    frame = tile.frame
+    return {
+        "position": ((*dims, "xyz"), frame.position[::-1].copy()),
+        "normal": ((*dims, "xyz"), frame.normal[::-1].copy()),
+        "part": (dims, frame.part[::-1].copy()),
+    }
+
+
+def _find_facing(tile: ViewTile) -> NDArray[np.float64]:
+    """Give the cosine between each surface and the view; 1 where nothing is seen."""
+    way = tile.camera.axes()[2]
+    facing = -np.nan_to_num(tile.frame.normal[::-1]) @ way
+    return np.where(tile.is_seen, np.maximum(facing, 1e-6), 1.0)
+
+
+def _find_areas(tile: ViewTile) -> NDArray[np.float64]:
+    """Give the area of surface that each pixel of a perspective picture shows [m2]."""
+    camera = tile.camera
+    depth = (np.nan_to_num(tile.frame.position[::-1]) - camera.eye) @ camera.axes()[2]
+    ray = np.nan_to_num(tile.frame.position[::-1]) - camera.eye
+    length = np.maximum(np.linalg.norm(ray, axis=-1), 1e-12)
+    pixel = 2 * math.tan(math.radians(camera.fov) / 2) / camera.size[1]
+    facing = -np.einsum("ijk,ijk->ij", np.nan_to_num(tile.frame.normal[::-1]), ray) / length
+    cosine = np.maximum(depth / length, 1e-12)
+    return np.where(tile.is_seen, pixel**2 * depth**2 / np.maximum(facing, 1e-6) * cosine, 0.0)
+
+
+def _choose_cell(extent: Sequence[float]) -> float:
+    """Give the 1, 2 or 5 times a power of ten that makes at most 1024 cells a side."""
+    longest = max(extent[2] - extent[0], extent[3] - extent[1]) / 1024
+    power = 10.0 ** math.floor(math.log10(max(longest, 1e-9)))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= longest * 0.999)
+
+
+def _make_square(grid: Grid) -> Grid:
+    """Let the cells be square, about the same middle, and hold all that they held."""
+    side = max(grid.dx, grid.dy)
+    x = grid.x0 + grid.dx * (grid.cols - 1) / 2 - side * (grid.cols - 1) / 2
+    y = grid.y0 + grid.dy * (grid.rows - 1) / 2 - side * (grid.rows - 1) / 2
+    return Grid(x, y, side, side, grid.cols, grid.rows)

@@ -1,0 +1,246 @@
+"""
+Studies of what a camera sees: elevations from any azimuth, and any other view.
+
+An elevation is seen from infinitely far, level. No point there is in shadow while the
+sun is up: a shadow that runs to infinity runs downward. So z-pass counts are right, and
+the same holds for every view that looks level or down from infinity; from an eye at
+hand counting starts at the eye's own count.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.depth import NOTHING, View
+from umbra.cpu.frame import Frame, FrameCounter
+from umbra.cpu.rays import find_hidden, make_face_tree
+from umbra.errors import InputError
+from umbra.scene import Camera, Scene, directional_light
+from umbra.scene.grid import Grid
+from umbra.study.model import Casting
+from umbra.study.receivers import Places
+from umbra.volume.adjacency import Caster
+
+__all__ = ["Elevation", "ViewModel", "ViewTile", "find_azimuth"]
+
+COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
+_FAR = 1e9  # where nothing is seen a point stands this high, out of every shadow [m]
+
+
+def find_azimuth(receivers: str) -> float:
+    """
+    Read from where an elevation is seen.
+
+    Parameters
+    ----------
+    receivers : str
+        North, east, south, west, or degrees clockwise from true north.
+
+    Returns
+    -------
+    azimuth : float
+        [degrees]
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    if receivers in COMPASS:
+        return COMPASS[receivers]
+    try:
+        azimuth = float(receivers)
+    except ValueError:
+        azimuth = np.nan
+    if not np.isfinite(azimuth):
+        msg = (
+            f"unknown receivers '{receivers}'; choose ground or top, an elevation from north, "
+            "east, south, west or an azimuth in degrees, camera, surfaces or points"
+        )
+        raise InputError(msg, receivers=receivers)
+    return azimuth % 360
+
+
+@dataclass(frozen=True)
+class Elevation:
+    """
+    The frame of a level orthographic view.
+
+    Parameters
+    ----------
+    right, forward : (float, float)
+        Horizontal unit vectors in the model's plan: to the right, and away.
+    """
+
+    right: tuple[float, float]
+    forward: tuple[float, float]
+
+    @classmethod
+    def of(cls, azimuth: float, true_north: float) -> "Elevation":
+        """
+        Look at what faces an azimuth.
+
+        Parameters
+        ----------
+        azimuth : float
+            From where it is seen, clockwise from true north [degrees].
+        true_north : float
+            Azimuth of true north in the plan [degrees].
+        """
+        quarters, rest = divmod(azimuth + true_north, 90.0)
+        sine, cosine = np.sin(np.radians(rest)), np.cos(np.radians(rest))
+        for _ in range(int(quarters) % 4):  # exact for north, east, south and west
+            sine, cosine = cosine, -sine
+        return cls((-cosine, sine), (-sine, -cosine))
+
+    def find_extent(self, bounds: NDArray[np.float64], scene: Scene) -> NDArray[np.float64]:
+        """Give the model's bounds along the view and in height, (2, 2) [m]."""
+        soup = scene.triangles()
+        used = soup.vertices[soup.faces.ravel(), :2] + scene.origin[:2]
+        along = used @ np.array(self.right)
+        return np.array([[along.min(), bounds[0, 2]], [along.max(), bounds[1, 2]]])
+
+    def make_camera(self, grid: Grid, bounds: NDArray[np.float64]) -> Camera:
+        """
+        Look at a raster of square cells, its axes along the view and up.
+
+        Parameters
+        ----------
+        grid : Grid
+            In the model's own coordinates along the view, and z.
+        bounds : (2, 3) float64
+            Of the model.
+        """
+        right, forward = (np.array([*v, 0.0]) for v in (self.right, self.forward))
+        corners = np.array([[x, y, 0.0] for x in bounds[:, 0] for y in bounds[:, 1]])
+        depth = corners @ forward
+        room = 1.0 + np.ptp(depth)
+        along = grid.x0 + grid.dx * (grid.cols - 1) / 2
+        up = grid.y0 + grid.dy * (grid.rows - 1) / 2
+        eye = along * right + (depth.min() - room) * forward + [0.0, 0.0, up]
+        return Camera(
+            eye, eye + forward, size=(grid.cols, grid.rows), height=grid.dy * grid.rows,
+            near=room / 2,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ViewModel(Casting):
+    """
+    Casters, and receivers that a camera sees.
+
+    Parameters
+    ----------
+    scene, soup, caster, threads
+        As in ``Casting``.
+    casters : list of int
+        Parts that cast.
+    make_camera : callable
+        Gives the camera of a grid of the view.
+    ground : float, optional
+        z of a ground that is seen, in the model's own coordinates [m].
+    """
+
+    casters: list[int]
+    make_camera: Callable[[Grid], Camera]
+    ground: float | None = None
+
+    @cached_property
+    def counter(self) -> FrameCounter:
+        """What counts frames of the scene."""
+        return FrameCounter(self.scene, self.casters, self.ground, self.threads)
+
+    def make_tile(self, grid: Grid) -> "ViewTile":
+        """Look at the scene."""
+        camera = self.make_camera(grid)
+        view, frame = self.counter.see(camera)
+        return ViewTile(self, camera, view, frame)
+
+
+@dataclass(frozen=True, eq=False)
+class ViewTile:
+    """
+    Pixels of a view as receivers; row 0 is the lowest.
+
+    Parameters
+    ----------
+    model : ViewModel
+    camera : Camera
+    view : View
+    frame : Frame
+    """
+
+    model: ViewModel
+    camera: Camera
+    view: View
+    frame: Frame
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+        return self.view.face.shape
+
+    @property
+    def is_seen(self) -> NDArray[np.bool_]:
+        """Where anything is seen, (rows, cols) bool."""
+        return self.frame.part[::-1] != NOTHING
+
+    @property
+    def relief(self) -> NDArray[np.float64]:
+        """1 where anything is seen, so that outlines are drawn, (rows, cols) float64."""
+        return self.is_seen.astype(np.float64)
+
+    @cached_property
+    def places(self) -> Places:
+        """The pixels' centres on the surface; far above everything where there is none."""
+        origin = self.model.scene.origin
+        position = (self.frame.position[::-1] - origin).reshape(-1, 3)
+        normal = self.frame.normal[::-1].reshape(-1, 3).copy()
+        nothing = ~self.is_seen.ravel()
+        position[nothing] = (0.0, 0.0, _FAR)
+        normal[nothing] = (0.0, 0.0, 1.0)
+        return Places(position, normal)
+
+    def make_counter(self) -> "ViewTile":
+        """Give what counts these receivers: this."""
+        return self
+
+    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Tell for each sun which pixels are in shadow, cast or attached."""
+        masks = np.zeros((len(suns), *self.shape), np.uint8)
+        counter, normal = self.model.counter, np.nan_to_num(self.frame.normal)
+        is_seen = self.view.face != NOTHING
+        for mask, sun in zip(masks, suns, strict=True):
+            counts = counter.count(self.view, self.camera, directional_light(sun))
+            dark = ((counts != 0) | (normal @ sun <= 0)) & is_seen
+            mask[...] = dark[::-1]
+        return masks
+
+    def add_steps(
+        self,
+        suns: NDArray[np.float64],
+        steps: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Count for each pixel how many suns leave it in shadow."""
+        for sun in suns:
+            steps += self.masks(sun[None])[0]
+            progress(1)
+
+    def find_cast(
+        self, caster: Caster, suns: NDArray[np.float64]
+    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
+        """Find the shadows of one caster alone, without attached shadow."""
+        found = find_hidden(
+            make_face_tree(caster), self.places.points, self.places.normals, suns,
+            self.model.threads, attached=False,
+        )  # fmt: skip
+        return (slice(None), slice(None)), found.reshape(-1, *self.shape)
+
+    def find_parts(self) -> NDArray[np.intp]:
+        """Give each pixel's part; -1 for the ground and where there is none."""
+        part = self.frame.part[::-1]
+        return np.where(part < 0, -1, part)
