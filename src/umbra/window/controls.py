@@ -1,0 +1,208 @@
+"""What mouse and keys do to a view; they are given by name, so that no window is needed."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.window.handles import Pixel, drag, find_handles, pick
+from umbra.window.view import OVERLAYS, View
+from umbra.window.viewpoint import frame_bounds
+
+__all__ = ["KEYS", "Controls"]
+
+KEYS = {
+    "F": "frame the model",
+    "C": "orbit or walk",
+    "W A S D": "walk; E and Q up and down",
+    "Space": "play through the day",
+    "Left, Right": "a quarter of an hour; Shift: a minute",
+    "1 2 3 4": "volumes, cases, edges, counts",
+    "M": "the next method",
+    "G": "the other device",
+    "L": "add a light",
+    "Delete": "remove the chosen light",
+    "P": "screenshot",
+    "Ctrl+S, Ctrl+O": "save the view, load it",
+    "Tab": "the panel",
+    "Ctrl+Q": "quit",
+}
+"""For the help, in its order."""
+
+_TURN = 0.3  # degrees a pixel
+_LOOK = 0.15
+_WALK = 0.25  # of the model's diagonal a second
+_COMMANDS = {"p": "screenshot", "tab": "panel", "f1": "help"}
+_WITH_CONTROL = {"s": "save", "o": "load", "q": "quit"}
+_WALKING = frozenset("wasdeq")
+
+
+@dataclass(frozen=True)
+class _Drag:
+    """A button that is held: what it moves, from where."""
+
+    kind: str
+    button: str
+    last: Pixel
+    number: int = 0
+    offset: Pixel = (0.0, 0.0)
+
+
+@dataclass
+class Controls:
+    """
+    Hands on a view.
+
+    Parameters
+    ----------
+    bounds : (2, 3) float64
+        Of the model [m].
+    size : (int, int)
+        Columns and rows of the picture, in which the mouse is told [pixels].
+
+    Attributes
+    ----------
+    plays : bool
+        Whether time passes.
+    speed : float
+        Minutes of the clock a second.
+    commands : list of str
+        What was asked for besides another view: ``screenshot``, ``save``, ``load``,
+        ``panel``, ``help``, ``quit``. Whoever does it takes it off the list.
+    """
+
+    bounds: NDArray[np.float64]
+    size: tuple[int, int]
+    plays: bool = False
+    speed: float = 60.0
+    commands: list[str] = field(default_factory=list)
+    _drag: _Drag | None = None
+    _held: set[str] = field(default_factory=set)
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether something is dragged, walks or plays."""
+        return self._drag is not None or self.plays or bool(self._held)
+
+    @property
+    def needs_time(self) -> bool:
+        """Whether the view changes without further events."""
+        return self.plays or bool(self._held)
+
+    def press(self, view: View, button: str, at: Pixel, *, shift: bool = False) -> View:
+        """
+        Press a mouse button: on a light's handle it takes that, else the camera.
+
+        Parameters
+        ----------
+        view : View
+        button : {'left', 'middle', 'right'}
+        at : (float, float)
+            Column and row in the picture.
+        shift : bool
+            The left button pans, too.
+        """
+        handle = pick(find_handles(view, self.size), at) if button == "left" else None
+        if handle is not None:
+            offset = handle.at[0] - at[0], handle.at[1] - at[1]
+            self._drag = _Drag("light", button, at, handle.number, offset)
+            return replace(view, chosen=handle.number)
+        kind = "turn" if button == "left" and not shift else "pan"
+        self._drag = _Drag(kind, button, at)
+        return view
+
+    def move(self, view: View, at: Pixel, *, shift: bool = False) -> View:
+        """Move the mouse; parameters as for ``press``. With shift a lamp keeps its height."""
+        held = self._drag
+        if held is None:
+            return view
+        cols, rows = at[0] - held.last[0], at[1] - held.last[1]
+        self._drag = replace(held, last=at)
+        if held.kind == "light":
+            place = at[0] + held.offset[0], at[1] + held.offset[1]
+            return drag(view, held.number, place, self.size, level=shift)
+        if held.kind == "pan":
+            return replace(view, viewpoint=view.viewpoint.pan(cols, rows, self.size[1]))
+        if view.viewpoint.walks:
+            turned = view.viewpoint.turn(_LOOK * cols, -_LOOK * rows)
+        else:
+            turned = view.viewpoint.turn(_TURN * cols, -_TURN * rows)
+        return replace(view, viewpoint=turned)
+
+    def release(self, button: str) -> None:
+        """Let a mouse button go."""
+        if self._drag is not None and self._drag.button == button:
+            self._drag = None
+
+    def scroll(self, view: View, steps: float) -> View:
+        """Turn the wheel: nearer, or away."""
+        return replace(view, viewpoint=view.viewpoint.dolly(steps))
+
+    def press_key(
+        self, view: View, key: str, *, control: bool = False, shift: bool = False
+    ) -> View:
+        """
+        Press a key.
+
+        Parameters
+        ----------
+        view : View
+        key : str
+            A letter or digit, or ``space``, ``tab``, ``left``, ``right``, ``delete``, ``f1``.
+        control, shift : bool
+            Held with it.
+        """
+        if control:
+            if key in _WITH_CONTROL:
+                self.commands.append(_WITH_CONTROL[key])
+            return view
+        if view.viewpoint.walks and key in _WALKING:
+            self._held.add(key)
+            return view
+        if key in _COMMANDS:
+            self.commands.append(_COMMANDS[key])
+        elif key in "1234":
+            return view.toggle(OVERLAYS[int(key) - 1])
+        elif key == "f":
+            found = frame_bounds(self.bounds, self.size, view.viewpoint)
+            return replace(view, viewpoint=found)
+        elif key == "c":
+            self._held.clear()
+            walks = not view.viewpoint.walks
+            return replace(view, viewpoint=replace(view.viewpoint, walks=walks))
+        elif key == "space":
+            self.plays = not self.plays
+        elif key in {"left", "right"}:
+            minutes = (1.0 if shift else 15.0) * (1 if key == "right" else -1)
+            return replace(view, sun=view.sun.pass_time(minutes))
+        elif key == "m":
+            return view.next_method()
+        elif key == "g":
+            return view.choose_device("cpu" if view.device == "gl" else "gl")
+        elif key == "l":
+            return view.add_lamp(self.bounds)
+        elif key == "delete":
+            return view.remove_light(view.chosen)
+        return view
+
+    def release_key(self, key: str) -> None:
+        """Let a key go."""
+        self._held.discard(key)
+
+    def let_go(self) -> None:
+        """Let everything go, as when the window loses the keyboard."""
+        self._held.clear()
+        self._drag = None
+
+    def advance(self, view: View, seconds: float) -> View:
+        """Let time pass: walk and play."""
+        if self._held and view.viewpoint.walks:
+            held = self._held
+            stride = _WALK * float(np.linalg.norm(np.ptp(self.bounds, axis=0))) * seconds
+            ahead, right, up = (
+                stride * ((plus in held) - (minus in held)) for plus, minus in ("ws", "da", "eq")
+            )
+            view = replace(view, viewpoint=view.viewpoint.walk(ahead, right, up))
+        if self.plays:
+            view = replace(view, sun=view.sun.pass_time(self.speed * seconds))
+        return view

@@ -1,0 +1,142 @@
+"""The sun of a view: by date and clock at a site, or by its azimuth and altitude."""
+
+import datetime as dt
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from zoneinfo import ZoneInfo
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene import Light, directional_light
+from umbra.sun import Site, SunPath, find_sun
+
+__all__ = ["DAY", "Sun", "find_day", "find_rise"]
+
+DAY = 24 * 60
+"""Minutes of a day's clock."""
+_PATH_STEP = 5  # [min] between points of a day's path
+_LOWEST = 0.05  # [degrees]; below, shadows have no end
+
+
+@dataclass(frozen=True)
+class Sun:
+    """
+    A sun that can be moved.
+
+    Parameters
+    ----------
+    shines : bool
+        Whether it is switched on.
+    site : Site, optional
+        Where the model stands.
+    date : datetime.date
+        At the site.
+    minutes : float
+        On the site's clock since midnight, in [0, 1440).
+    azimuth, altitude : float
+        Where it stands if there is no site or ``by_clock`` is off [degrees].
+    by_clock : bool
+        Whether date and clock say where it stands.
+    color : (float, float, float)
+        Linear RGB.
+    """
+
+    shines: bool = True
+    site: Site | None = None
+    date: dt.date = dt.date(2026, 3, 21)
+    minutes: float = 15 * 60.0
+    azimuth: float = 225.0
+    altitude: float = 45.0
+    by_clock: bool = True
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    @property
+    def has_clock(self) -> bool:
+        """Whether the clock moves it."""
+        return self.by_clock and self.site is not None
+
+    def place(self) -> tuple[float, float]:
+        """Give azimuth, clockwise from true north, and altitude [degrees]."""
+        if not self.has_clock:
+            return self.azimuth, self.altitude
+        path = find_sun(self.site, [self.when()])  # type: ignore[arg-type]
+        return float(path.azimuth[0]), float(path.altitude[0])
+
+    def direction(self) -> NDArray[np.float64]:
+        """Give the unit vector toward the sun in the model's axes, (3,) float64."""
+        azimuth, altitude = self.place()
+        north = self.site.true_north if self.site is not None else 0.0
+        turn, up = np.radians([azimuth + north, altitude])
+        return np.array([np.sin(turn) * np.cos(up), np.cos(turn) * np.cos(up), np.sin(up)])
+
+    def light(self) -> Light | None:
+        """Give its light; None at night or if it is switched off."""
+        if not self.shines or self.place()[1] < _LOWEST:
+            return None
+        return directional_light(self.direction(), color=self.color)
+
+    def when(self) -> dt.datetime:
+        """Give the moment, in the site's zone; of a clock time that comes twice the first."""
+        return _find_moment(self.site, self.date, self.minutes)
+
+    def clock(self) -> str:
+        """Give the clock time as HH:MM."""
+        whole = int(self.minutes + 0.5) % DAY
+        return f"{whole // 60:02}:{whole % 60:02}"
+
+    def pass_time(self, minutes: float) -> "Sun":
+        """Let time pass; after midnight the same day begins again."""
+        if self.has_clock:
+            return replace(self, minutes=(self.minutes + minutes) % DAY)
+        return replace(self, azimuth=(self.azimuth + minutes / 4) % 360.0)
+
+    def point_at(self, direction: NDArray[np.float64]) -> "Sun":
+        """Put it in a direction (3,), at least a degree above the horizon; the clock is left."""
+        unit = direction / np.linalg.norm(direction)
+        north = self.site.true_north if self.site is not None else 0.0
+        azimuth = float(np.degrees(np.arctan2(unit[0], unit[1])) - north) % 360.0
+        altitude = float(np.degrees(np.arcsin(np.clip(unit[2], -1.0, 1.0))))
+        return replace(self, azimuth=azimuth, altitude=max(altitude, 1.0), by_clock=False)
+
+
+@lru_cache(maxsize=32)
+def find_day(site: Site, date: dt.date) -> tuple[NDArray[np.float64], SunPath]:
+    """
+    Find the sun's path over a day, every few minutes of the clock.
+
+    Parameters
+    ----------
+    site : Site
+    date : datetime.date
+
+    Returns
+    -------
+    minutes : (n,) float64
+        On the clock since midnight.
+    path : SunPath
+    """
+    minutes = np.arange(0, DAY, _PATH_STEP, dtype=np.float64)
+    return minutes, find_sun(site, [_find_moment(site, date, float(m)) for m in minutes])
+
+
+def find_rise(site: Site, date: dt.date) -> tuple[str, str] | None:
+    """Give the clock times, HH:MM, between which the sun is up; None if it never or always is."""
+    minutes, path = find_day(site, date)
+    up = path.is_up
+    rises = np.flatnonzero(up[1:] & ~up[:-1])
+    sets = np.flatnonzero(~up[1:] & up[:-1])
+    if not len(rises) or not len(sets):
+        return None
+    found = []
+    for before in (int(rises[0]), int(sets[-1])):
+        low, high = path.altitude[before], path.altitude[before + 1]
+        found.append(minutes[before] + _PATH_STEP * float(-low / (high - low)))
+    rise, fall = (Sun(minutes=m).clock() for m in found)
+    return rise, fall
+
+
+def _find_moment(site: Site | None, date: dt.date, minutes: float) -> dt.datetime:
+    zone = ZoneInfo(site.zone) if site is not None else dt.UTC
+    midnight = dt.datetime.combine(date, dt.time())
+    return (midnight + dt.timedelta(minutes=minutes)).replace(tzinfo=zone)

@@ -1,0 +1,197 @@
+"""
+Handles of lights in the picture: where they are, which one the mouse is on, how it drags them.
+
+The sun hangs on a dome about the target that always fits the picture. By clock it slides
+along its day's path; else it goes anywhere on the dome. A lamp is dragged in the plane of
+the view, or on its own level.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene import Camera
+from umbra.window.daylight import find_day
+from umbra.window.view import SUN, View
+from umbra.window.viewpoint import Viewpoint
+
+__all__ = ["Handle", "drag", "find_dome", "find_handles", "find_path", "pick", "project"]
+
+Pixel = tuple[float, float]
+
+_DOME = 0.8  # of half the picture's height
+_GRIP = 14.0  # [pixels]
+_TIME_COST = 0.03  # [pixels per minute], so that a path that crosses itself is not left
+_FLATTEST = 0.02  # a ray that falls less meets its level too far away
+
+
+@dataclass(frozen=True)
+class Handle:
+    """
+    A light that can be taken hold of.
+
+    Parameters
+    ----------
+    number : int
+        Of the light, or ``SUN``.
+    at : (float, float)
+        Column and row in the picture.
+    place : (3,) float64
+        In the model's own coordinates [m].
+    """
+
+    number: int
+    at: Pixel
+    place: NDArray[np.float64]
+
+
+def project(camera: Camera, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Find where places appear.
+
+    Parameters
+    ----------
+    camera : Camera
+    places : (n, 3) float64
+
+    Returns
+    -------
+    pixels : (n, 2) float64
+        Columns and rows; NaN for what is not in front of the eye.
+    """
+    matrix = camera.matrix(camera.eye)
+    x, y, weight, _ = matrix @ np.column_stack([places - camera.eye, np.ones(len(places))]).T
+    ahead = weight > camera.near
+    pixels = np.full((len(places), 2), np.nan)
+    pixels[ahead] = np.stack([x[ahead], y[ahead]], 1) / weight[ahead, None]
+    return pixels
+
+
+def find_dome(viewpoint: Viewpoint) -> tuple[NDArray[np.float64], float]:
+    """Give the middle (3,) and the radius [m] of the dome on which the sun hangs."""
+    radius = _DOME * viewpoint.distance * np.sin(np.radians(viewpoint.fov) / 2)
+    return np.array(viewpoint.target), float(radius)
+
+
+def find_path(view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """
+    Find the sun's path of the day on the dome.
+
+    Returns
+    -------
+    minutes : (n,) float64
+        On the clock since midnight, of the points where the sun is up.
+    places : (n, 3) float64
+    """
+    if not view.sun.has_clock or view.sun.site is None:
+        return None
+    minutes, path = find_day(view.sun.site, view.sun.date)
+    middle, radius = find_dome(view.viewpoint)
+    return minutes[path.is_up], middle + radius * path.direction[path.is_up]
+
+
+def find_handles(view: View, size: tuple[int, int]) -> list[Handle]:
+    """
+    Find the handles that are in the picture.
+
+    Parameters
+    ----------
+    view : View
+    size : (int, int)
+        Columns and rows of the picture.
+
+    Returns
+    -------
+    handles : list of Handle
+    """
+    numbers, places = [], []
+    if view.sun.light() is not None:
+        middle, radius = find_dome(view.viewpoint)
+        numbers.append(SUN)
+        places.append(middle + radius * view.sun.direction())
+    for number, light in enumerate(view.lights):
+        if light.is_point:
+            numbers.append(number)
+            places.append(light.position[:3])
+    if not places:
+        return []
+    pixels = project(view.viewpoint.camera(size), np.array(places))
+    return [
+        Handle(number, (float(x), float(y)), place)
+        for number, (x, y), place in zip(numbers, pixels, places, strict=True)
+        if -_GRIP < x < size[0] + _GRIP and -_GRIP < y < size[1] + _GRIP
+    ]
+
+
+def pick(handles: list[Handle], at: Pixel) -> Handle | None:
+    """Find the handle that a pixel is on."""
+    near = [(np.hypot(h.at[0] - at[0], h.at[1] - at[1]), n) for n, h in enumerate(handles)]
+    reached = [each for each in near if each[0] <= _GRIP]
+    return handles[min(reached)[1]] if reached else None
+
+
+def drag(view: View, number: int, at: Pixel, size: tuple[int, int], *, level: bool) -> View:
+    """
+    Bring a light's handle to a pixel.
+
+    Parameters
+    ----------
+    view : View
+    number : int
+        Of the light, or ``SUN``.
+    at : (float, float)
+        Column and row.
+    size : (int, int)
+        Of the picture.
+    level : bool
+        Keep a lamp's height, rather than its distance from the view.
+
+    Returns
+    -------
+    view : View
+    """
+    camera = view.viewpoint.camera(size)
+    ray = _find_ray(camera, at)
+    if number == SUN:
+        return _drag_sun(view, camera, ray, at)
+    place = view.lights[number].position[:3]
+    depth = float((place - camera.eye) @ camera.axes()[2])
+    if level:
+        height = place[2] - camera.eye[2]
+        if abs(ray[2]) < _FLATTEST or height / ray[2] <= 0:
+            return view
+        depth = height / ray[2]
+    return view.move_light(number, camera.eye + depth * ray)
+
+
+def _drag_sun(view: View, camera: Camera, ray: NDArray[np.float64], at: Pixel) -> View:
+    path = find_path(view)
+    if path is not None:
+        minutes, places = path
+        if not len(minutes):
+            return view
+        apart = np.hypot(*(project(camera, places) - at).T)
+        apart += _TIME_COST * np.abs(minutes - view.sun.minutes)
+        if np.isnan(apart).all():
+            return view
+        return replace(view, sun=replace(view.sun, minutes=float(minutes[np.nanargmin(apart)])))
+    middle, radius = find_dome(view.viewpoint)
+    unit = ray / np.linalg.norm(ray)
+    way = middle - camera.eye
+    along = float(way @ unit)
+    aside = way - along * unit  # from the ray's nearest point to the middle
+    inside = radius**2 - float(aside @ aside)
+    half = np.sqrt(max(inside, 0.0))
+    found = [-aside - half * unit, -aside + half * unit]
+    now = view.sun.direction()
+    best = max(found, key=lambda d: (d[2] > 0, float(d @ now)))
+    return replace(view, sun=view.sun.point_at(best))
+
+
+def _find_ray(camera: Camera, at: Pixel) -> NDArray[np.float64]:
+    """Give the ray of a pixel, (3,) float64, one metre long along the view axis."""
+    right, up, forward = camera.axes()
+    cols, rows = camera.size
+    pixel = 2 * np.tan(np.radians(camera.fov) / 2) / rows
+    return forward + pixel * ((at[0] - (cols - 1) / 2) * right + ((rows - 1) / 2 - at[1]) * up)

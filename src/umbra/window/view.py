@@ -1,0 +1,166 @@
+"""A view: all that can be looked at and chosen, as one frozen record that knows no window."""
+
+import datetime as dt
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.scene import Light, Scene, point_light
+from umbra.scene.exposure import expose_lights
+from umbra.sun import Site
+from umbra.window.daylight import Sun
+from umbra.window.viewpoint import Viewpoint, frame_bounds
+
+__all__ = ["DEVICES", "METHODS", "OVERLAYS", "SUN", "View", "make_view"]
+
+SUN = -1
+"""Stands for the sun where lights are numbered."""
+
+OVERLAYS = ("volumes", "cases", "edges", "counts")
+METHODS = {
+    "gl": ("auto", "z-pass", "z-fail", "lengyel", "mcguire"),
+    "cpu": ("auto", "z-pass", "z-fail"),
+}
+DEVICES = tuple(METHODS)
+
+_FROM_LEFT = 115.0  # [degrees] left of where one looks: a light from the upper left
+
+
+@dataclass(frozen=True)
+class View:
+    """
+    What a window shows.
+
+    Parameters
+    ----------
+    viewpoint : Viewpoint
+    sun : Sun
+    lights : tuple of Light
+        Besides the sun.
+    chosen : int
+        The light whose volumes are shown: a place in ``lights``, or ``SUN``.
+    method : str
+        Of ``METHODS``.
+    device : {'gl', 'cpu'}
+    overlays : frozenset of str
+        Of ``OVERLAYS``.
+    """
+
+    viewpoint: Viewpoint
+    sun: Sun = field(default_factory=Sun)
+    lights: tuple[Light, ...] = ()
+    chosen: int = SUN
+    method: str = "auto"
+    device: str = "gl"
+    overlays: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        if self.device not in METHODS:
+            msg = f"a view has no device '{self.device}'; it has {', '.join(DEVICES)}"
+            raise InputError(msg, device=self.device)
+        if self.method not in METHODS["gl"]:
+            msg = f"a view has no method '{self.method}'; it has {', '.join(METHODS['gl'])}"
+            raise InputError(msg, method=self.method)
+        unknown = sorted(self.overlays.difference(OVERLAYS))
+        if unknown:
+            msg = f"a view has no overlay '{unknown[0]}'; it has {', '.join(OVERLAYS)}"
+            raise InputError(msg, overlay=unknown[0])
+        if self.method not in METHODS[self.device]:
+            object.__setattr__(self, "method", "auto")
+        if not SUN <= self.chosen < len(self.lights):
+            object.__setattr__(self, "chosen", len(self.lights) - 1)
+
+    def shining(self) -> dict[int, Light]:
+        """Give the lights that shine now, by number; the sun first."""
+        found = dict(enumerate(self.lights))
+        sun = self.sun.light()
+        return found if sun is None else {SUN: sun, **found}
+
+    def toggle(self, overlay: str) -> "View":
+        """Show an overlay, or no longer."""
+        return replace(self, overlays=self.overlays ^ {overlay})
+
+    def choose_method(self, method: str) -> "View":
+        """Count by a method."""
+        return replace(self, method=method)
+
+    def next_method(self) -> "View":
+        """Count by the device's next method."""
+        methods = METHODS[self.device]
+        return replace(self, method=methods[(methods.index(self.method) + 1) % len(methods)])
+
+    def choose_device(self, device: str) -> "View":
+        """Count on a device; a method that it does not have becomes ``auto``."""
+        return replace(self, device=device)
+
+    def add_light(self, light: Light) -> "View":
+        """Add a light and choose it."""
+        return replace(self, lights=(*self.lights, light), chosen=len(self.lights))
+
+    def change_light(self, number: int, light: Light) -> "View":
+        """Put another light in a light's place."""
+        return replace(self, lights=(*self.lights[:number], light, *self.lights[number + 1 :]))
+
+    def move_light(self, number: int, position: NDArray[np.float64]) -> "View":
+        """Move a light that has a place to (3,) [m]."""
+        light = self.lights[number]
+        return self.change_light(number, replace(light, position=np.append(position, 1.0)))
+
+    def remove_light(self, number: int) -> "View":
+        """Remove a light; the sun is switched off."""
+        if number == SUN:
+            return replace(self, sun=replace(self.sun, shines=False))
+        left = (*self.lights[:number], *self.lights[number + 1 :])
+        return replace(self, lights=left, chosen=min(self.chosen, len(left) - 1))
+
+    def add_lamp(self, bounds: NDArray[np.float64]) -> "View":
+        """Add a white point light above the middle of what one looks at, within a box (2, 3)."""
+        low, high = bounds
+        size = float(np.linalg.norm(high - low))
+        middle = np.clip(np.array(self.viewpoint.target), low, high)
+        aside = 0.12 * size * len(self.lights) * self.viewpoint.axes()[0]
+        return self.add_light(point_light([*(middle + aside)[:2], high[2] + 0.25 * size]))
+
+
+def make_view(
+    scene: Scene,
+    size: tuple[int, int],
+    *,
+    site: Site | None = None,
+    date: dt.date | None = None,
+    minutes: float | None = None,
+) -> View:
+    """
+    Make the view to begin with: the whole model under its own lights, the sun or one light.
+
+    Parameters
+    ----------
+    scene : Scene
+    size : (int, int)
+        Columns and rows of the picture.
+    site : Site, optional
+        Where the model stands; without it a light comes from the upper left.
+    date : datetime.date, optional
+        21 March of this year by default.
+    minutes : float, optional
+        On the clock since midnight; 15:00 by default.
+
+    Returns
+    -------
+    view : View
+    """
+    viewpoint = frame_bounds(scene.bounds(), size)
+    lights = expose_lights(scene)
+    asked = date is not None or minutes is not None
+    sun = Sun(
+        shines=asked or not lights,
+        site=site,
+        date=date or dt.date(dt.datetime.now(dt.UTC).year, 3, 21),
+        minutes=15 * 60.0 if minutes is None else minutes,
+        azimuth=(viewpoint.heading - _FROM_LEFT) % 360.0,
+        altitude=42.0,
+        by_clock=site is not None,
+    )
+    return View(viewpoint, sun, lights, chosen=SUN if sun.shines else 0)
