@@ -225,7 +225,9 @@ def _reproject(
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
     flat = found.to_2d()
-    used = np.concatenate([_corners(part)[:, :2] for part in parts])
+    # All at once: parts may share one array of vertices.
+    soup = Scene(parts, np.zeros(3)).triangles()
+    used = soup.vertices[soup.faces.ravel(), :2]
     used = used[np.isfinite(used).all(1)]
     if not len(used):
         return parts, crs  # make_scene says which vertices are not finite

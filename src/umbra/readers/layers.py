@@ -111,7 +111,9 @@ def combine(
         if crs is not None and target is not None and parts is not layer.model.parts:
             whose = f"{layer.path.name}: " if len(layers) > 1 else ""
             notes.append(f"{whose}coordinates were converted from {crs} to {target[0]}")
-        moved.append(tuple(replace(part, layer=layer.name) for part in parts))
+        if layer.name:
+            parts = tuple(replace(part, layer=layer.name) for part in parts)
+        moved.append(parts)
 
     ground = [
         part for layer, parts in zip(layers, moved) if layer.model.is_terrain for part in parts
