@@ -26,7 +26,9 @@ def make_box(name, low, high, color):
         (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
         (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
     ]  # fmt: skip
-    return umbra.Part(name, "box", umbra.Mesh(vertices, np.array(faces)), color=color)
+    return umbra.Part(
+        name, "box", umbra.Mesh(vertices, np.array(faces)), material=umbra.Material(color)
+    )
 
 
 def make_ball(name, centre, radius, color, n=24):
@@ -43,7 +45,7 @@ def make_ball(name, centre, radius, color, n=24):
         for row in range(0, last, n):
             faces += [(row + i, row + n + i, row + n + j), (row + i, row + n + j, row + j)]
     mesh = umbra.Mesh(np.array(centre) + radius * vertices, np.array(faces))
-    return umbra.Part(name, "ball", mesh, color=color)
+    return umbra.Part(name, "ball", mesh, material=umbra.Material(color))
 
 
 wood, red, blue = (0.55, 0.38, 0.22), (0.70, 0.16, 0.12), (0.15, 0.30, 0.60)
