@@ -18,7 +18,7 @@ from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.bounds import find_box_points
 
-__all__ = ["Body", "make_bodies"]
+__all__ = ["Body", "find_solid_faces", "make_bodies"]
 
 MOST_THINGS = 4096
 """More are put together, neighbour with neighbour, in one body."""
@@ -239,3 +239,36 @@ def _find_convex(caster: Caster) -> NDArray[np.bool_]:
     faces = np.bincount(caster.component, minlength=n)
     bad = np.bincount(caster.component[a], bent | (caster.component[a] != caster.component[b]), n)
     return np.asarray(caster.is_closed & (vertices - edges + faces == 2) & (bad == 0))
+
+
+def find_solid_faces(
+    scene: Scene, bodies: Sequence[Body], casters: Sequence[int] | None = None
+) -> NDArray[np.bool_]:
+    """
+    Find the faces of closed things wound outward: from outside, their backs are never seen.
+
+    Parameters
+    ----------
+    scene : Scene
+    bodies : sequence of Body
+        Of ``make_bodies``.
+    casters : sequence of int, optional
+        As given there.
+
+    Returns
+    -------
+    is_solid : (n_faces,) bool
+        In the order of ``scene.triangles()``; False for what does not cast.
+    """
+    chosen = set(range(len(scene.parts)) if casters is None else casters)
+    counts = np.array([part.triangles for part in scene.parts])
+    starts = np.cumsum(counts) - counts
+    solid = np.zeros(counts.sum(), np.bool_)
+    for body in bodies:
+        caster = body.caster
+        for group in body.groups:
+            mine = [index for index in group.parts if index in chosen]
+            # The caster's faces are those of the group's parts, one part after another.
+            faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in mine])
+            solid[faces[caster.source]] = (caster.is_closed & ~body.is_inward)[caster.component]
+    return solid

@@ -1,5 +1,5 @@
 """
-Pictures on OpenGL: surfaces, ambient light, then shadows and light for each light in turn.
+Pictures on OpenGL: surfaces in ambient light, then shadows and light for each light in turn.
 
 The order is McGuire's (2003, section 8): the stencil counts a light's shadow volumes, its
 light is added where the count is 0, and what is transparent comes last, over the lit
@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.casters import find_solid_faces
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
@@ -20,7 +21,7 @@ from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import KEY, SURFACE, Surfaces
+from umbra.gl.surfaces import KEY, LIGHT, Surfaces, find_surface_formats
 from umbra.gl.target import Target
 from umbra.gl.timers import Timers
 from umbra.scene import Camera, Light, Scene
@@ -59,8 +60,10 @@ class Targets:
     picture: Target = field(init=False)
 
     def __post_init__(self) -> None:
-        self.surface = Target(self.device, self.size, SURFACE)
-        self.light = Target(self.device, self.size, (self.accumulate,), depth_of=self.surface)
+        self.surface = Target(self.device, self.size, find_surface_formats(self.accumulate))
+        self.light = Target(
+            self.device, self.size, depth_of=self.surface, shows=(self.surface, LIGHT)
+        )
         self.picture = Target(self.device, self.size, ("rgba8",), depth_of=self.surface)
 
     def release(self) -> None:
@@ -135,7 +138,9 @@ class Renderer:
         self.counter = Counter(
             self.device, self.geometry, self.planner.indices, two_sided=two_sided
         )
-        self.surfaces = Surfaces(self.device, scene, self.geometry)
+        self.surfaces = Surfaces(
+            self.device, scene, self.geometry, find_solid_faces(scene, self.planner.bodies, casters)
+        )
         self.shading = Shading(self.device)
         self.targets: Targets | None = None
         self.statistics: list[Statistics] = []
@@ -177,12 +182,13 @@ class Renderer:
                 targets.surface.use()
                 state.use(_DRAW_ALL)
                 state.clear(depth=1.0, stencil=0)
-                targets.surface.clear_color(0.0, place=KEY)
-                self.surfaces.draw(state, projection, self.ground)
+                for place in (LIGHT, KEY):
+                    targets.surface.clear_color(0.0, place=place)
+                # Where nothing reaches before the near plane, nothing is cut open.
+                cull = projection.camera.near > camera.near
+                self.surfaces.draw(state, projection, self.ground, cull=cull)
             plans = self._plan(projection, lights, method) if shadows else [None] * len(lights)
             targets.light.use()
-            with self._timed("ambient"):
-                self.shading.add_ambient(state, targets.surface)
             self._add_lights(state, targets, projection, lights, plans)
             if self.surfaces.has_transparent:
                 with self._timed("transparent"):

@@ -1,5 +1,5 @@
 """
-Light laid over the picture: ambient, then each light where no shadow falls, then sRGB.
+Light laid over the picture: each light where no shadow falls, then the sky and sRGB.
 
 All passes are one triangle over the picture and read the surface target. What lights
 add is summed up in float16, so that 64 dim ones do not band; ``rgba8`` is there for
@@ -13,16 +13,16 @@ from umbra.gl.indices import draw_plain
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.surfaces import ALBEDO, GLOW, KEY, NORMAL, find_rays
+from umbra.gl.surfaces import ALBEDO, KEY, NORMAL, find_rays
 from umbra.gl.target import Target
 from umbra.gl.textures import Texture
 from umbra.scene import Light
-from umbra.scene.look import AMBIENT, HORIZON, SKY
+from umbra.scene.look import HORIZON, SKY
 
 __all__ = ["Shading"]
 
 _TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
-_NORMALS, _KEYS, _ALBEDOS, _GLOWS, _IMAGE = range(5)  # texture units
+_NORMALS, _KEYS, _ALBEDOS, _IMAGE = range(4)  # texture units
 
 
 class Shading:
@@ -36,31 +36,9 @@ class Shading:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._ambient, self._finish = (
-            Program(device, "picture.vert.glsl", f"{name}.frag.glsl")
-            for name in ("ambient", "finish")
-        )
+        self._finish = Program(device, "picture.vert.glsl", "finish.frag.glsl")
         self._lights: dict[tuple[str, ...], Program] = {}
         self._images: dict[int, tuple[Light, Texture]] = {}
-
-    def add_ambient(self, state: State, surface: Target) -> None:
-        """
-        Fill the light target in use with glow, ambient light and sky.
-
-        Parameters
-        ----------
-        state : State
-        surface : Target
-            Of formats ``SURFACE``, with the scene drawn.
-        """
-        state.use(Pass(color_write=True))
-        self._bind(surface)
-        self._ambient.set(
-            normals=_NORMALS, keys=_KEYS, albedos=_ALBEDOS, glows=_GLOWS,
-            ambient=AMBIENT, sky=np.array(SKY), horizon=np.array(HORIZON),
-            size=np.array(surface.size, float),
-        )  # fmt: skip
-        draw_plain(self._device, self._ambient, 3)
 
     def add_light(
         self,
@@ -129,16 +107,18 @@ class Shading:
         draw_plain(self._device, program, 3)
 
     def finish(self, state: State, lit: Target) -> None:
-        """Turn the light in ``lit`` into sRGB, in the target in use."""
+        """Turn the light in ``lit`` over the sky into sRGB, in the target in use."""
         state.use(Pass(color_write=True))
         self._device.gl.ActiveTexture(_TEXTURE0)
         self._device.gl.BindTexture(_TEXTURE_2D, lit.textures[0])
-        self._finish.set(light=0)
+        self._finish.set(
+            light=0, sky=np.array(SKY), horizon=np.array(HORIZON), size=np.array(lit.size, float)
+        )
         draw_plain(self._device, self._finish, 3)
 
     def release(self) -> None:
         """Free programs and projected pictures."""
-        for owned in (self._ambient, self._finish, *self._lights.values()):
+        for owned in (self._finish, *self._lights.values()):
             owned.release()
         for _, texture in self._images.values():
             texture.release()
@@ -146,7 +126,7 @@ class Shading:
 
     def _bind(self, surface: Target) -> None:
         gl = self._device.gl
-        for unit, place in ((_NORMALS, NORMAL), (_KEYS, KEY), (_ALBEDOS, ALBEDO), (_GLOWS, GLOW)):
+        for unit, place in ((_NORMALS, NORMAL), (_KEYS, KEY), (_ALBEDOS, ALBEDO)):
             gl.ActiveTexture(_TEXTURE0 + unit)
             gl.BindTexture(_TEXTURE_2D, surface.textures[place])
 

@@ -21,7 +21,9 @@ _FUNCTIONS = {
 _OPERATIONS = {
     "keep": 0x1E00, "zero": 0, "replace": 0x1E01, "up": 0x8507, "down": 0x8508, "invert": 0x150A,
 }  # fmt: skip
-_BLENDS = {"add": (1, 1), "over": (0x0302, 0x0303), "multiply": (0x0306, 0)}
+_BLENDS = {
+    "add": (1, 1), "over": (0x0302, 0x0303), "premultiplied": (1, 0x0303), "multiply": (0x0306, 0),
+}  # fmt: skip
 _FRONT, _BACK, _BOTH = 0x0404, 0x0405, 0x0408
 _DEPTH_TEST, _STENCIL_TEST, _SCISSOR_TEST, _CULL_FACE = 0x0B71, 0x0B90, 0x0C11, 0x0B44
 _BLEND, _DEPTH_CLAMP, _DEPTH_BOUNDS, _CLIP_NEAR, _OFFSET = 0x0BE2, 0x864F, 0x8890, 0x3000, 0x8037
@@ -60,7 +62,9 @@ class Pass:
     depth_test : str, optional
         ``less``, ``never``, ``equal`` ...; None lets every fragment pass and writes none.
     depth_write, color_write : bool
-    blend : {'add', 'over', 'multiply'}, optional
+    blend : {'add', 'over', 'premultiplied', 'multiply'}, optional
+        ``premultiplied`` is ``over`` for colours that are multiplied by their alpha already,
+        and keeps the target's own alpha right.
     cull : {'front', 'back'}, optional
         Which faces not to draw.
     stencil : Stencil, optional

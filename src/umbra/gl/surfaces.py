@@ -2,12 +2,13 @@
 What surfaces are made of, on the device: normals, textures and materials of a scene.
 
 The scene is drawn once a frame into a *surface target* that says for each pixel what is
-seen: depth key, normal, reflectance, and what it gives off by itself. Lights are then
-laid over the picture (``shading.py``) without touching the geometry again, so textures
-are looked up once, however many lights there are (McGuire et al. 2003, section 8).
+seen: depth key, normal, reflectance, and what it shows before any light is switched on.
+Lights are then laid over the picture (``shading.py``) without touching the geometry
+again, so textures are looked up once, however many lights there are (McGuire et al.
+2003, section 8).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,27 +21,36 @@ from umbra.gl.projection import Projection
 from umbra.gl.state import Pass, State
 from umbra.gl.textures import Texture
 from umbra.scene import Material, Scene
-from umbra.scene.look import GROUND_COLOR
+from umbra.scene.look import AMBIENT, GROUND_COLOR
 
-__all__ = ["ALBEDO", "GLOW", "KEY", "NORMAL", "SURFACE", "Surfaces", "find_rays"]
+__all__ = ["ALBEDO", "KEY", "LIGHT", "NORMAL", "Surfaces", "find_rays", "find_surface_formats"]
 
-SURFACE = ("rgba16f", "r32f", "rgba8", "rgba16f")
-"""Formats of a surface target's attachments:"""
-NORMAL, KEY, ALBEDO, GLOW = range(4)
+LIGHT, NORMAL, KEY, ALBEDO = range(4)
+"""Attachments of a surface target; the first is where light is summed up."""
 
 _NORMALS, _UVS, _TINTS, _MATERIALS, _OWNERS, _IMAGE = range(6)  # texture units
 _RGBA32F, _RG32F, _RGBA8, _R32I = 0x8814, 0x8230, 0x8058, 0x8235
 _MODES = {"opaque": 0.0, "mask": 1.0, "blend": 2.0}
 
 
+def find_surface_formats(accumulate: str) -> tuple[str, ...]:
+    """Give the formats of a surface target's attachments; light is summed in ``accumulate``."""
+    return accumulate, "rgba16f", "r32f", "rgba8"
+
+
 @dataclass(frozen=True, eq=False)
 class _Batch:
-    """Faces that are drawn together: ``first`` and ``count`` in the face list."""
+    """
+    Faces that are drawn together: ``first`` and ``count`` in the face list.
+
+    ``is_solid``: they are outward faces of closed things, whose backs nobody outside sees.
+    """
 
     first: int
     count: int
     image: Texture | None
     is_transparent: bool
+    is_solid: bool
     center: NDArray[np.float64]
 
 
@@ -54,6 +64,8 @@ class Surfaces:
     scene : Scene
     geometry : Geometry
         Of the same scene.
+    is_solid : (n_faces,) bool, optional
+        Which of the scene's triangles are outward faces of closed things.
 
     Raises
     ------
@@ -61,15 +73,28 @@ class Surfaces:
         If a texture cannot be decoded (which).
     """
 
-    def __init__(self, device: Device, scene: Scene, geometry: Geometry) -> None:
+    def __init__(
+        self,
+        device: Device,
+        scene: Scene,
+        geometry: Geometry,
+        is_solid: NDArray[np.bool_] | None = None,
+    ) -> None:
         self._device, self._geometry = device, geometry
-        self._program = Program(device, "shaded.vert.glsl", "surface.frag.glsl")
-        self._glass = Program(
-            device, "shaded.vert.glsl", "surface.frag.glsl", {"IS_TRANSPARENT": 1}
-        )
+        # What no mesh has is not fetched for every vertex.
+        meshes = [part.mesh for part in scene.parts]
+        has = {
+            "HAS_NORMALS": any(mesh.normals is not None for mesh in meshes),
+            "HAS_UV": any(mesh.uv is not None for mesh in meshes),
+            "HAS_TINTS": any(mesh.colors is not None for mesh in meshes),
+        }
+        needs = dict.fromkeys((name for name, needed in has.items() if needed), 1)
+        shaders = ("shaded.vert.glsl", "surface.frag.glsl")
+        self._program = Program(device, *shaders, needs)
+        self._glass = Program(device, *shaders, {**needs, "IS_TRANSPARENT": 1})
         self._ground = Program(device, "ground.vert.glsl", "ground.frag.glsl")
         self._images: dict[int, Texture] = {}
-        order, self._batches = self._sort_faces(scene)
+        order, self._batches = self._sort_faces(scene, is_solid)
         self._indices = Indices(device, 2 * geometry.n_points)
         self._indices.write(geometry.faces[order].ravel())
         self._tables = self._make_tables(scene, order)
@@ -79,12 +104,14 @@ class Surfaces:
         """Whether anything lets what lies behind shine through."""
         return any(batch.is_transparent for batch in self._batches)
 
-    def draw(self, state: State, projection: Projection, ground: float | None) -> None:
+    def draw(
+        self, state: State, projection: Projection, ground: float | None, *, cull: bool = False
+    ) -> None:
         """
         Draw what is opaque into the surface target in use.
 
-        Before: the target is cleared. After: depth, key, normal, albedo and glow of the
-        nearest surface; a key of 0 where there is none.
+        Before: the target is cleared. After: depth, key, normal, albedo and, as the light so
+        far, glow and ambient light of the nearest surface; a key of 0 where there is none.
 
         Parameters
         ----------
@@ -92,17 +119,24 @@ class Surfaces:
         projection : Projection
         ground : float, optional
             z of a plane to draw too, relative to the scene's origin [m].
+        cull : bool
+            Leave out the backs of solid things: right unless the near plane cuts one open.
         """
-        state.use(Pass(depth_test="less", depth_write=True, color_write=True))
+        both = Pass(depth_test="less", depth_write=True, color_write=True)
+        fronts = replace(both, cull="back")
+        state.use(both)
         self._set_up(self._program, projection)
         for batch in self._batches:
             if not batch.is_transparent:
+                state.use(fronts if batch.is_solid and cull else both)
                 self._draw_batch(self._program, batch)
+        state.use(both)
         if ground is not None:
             self._ground.set(
                 projection=projection.matrix,
                 height=float(ground - projection.eye[2]),
                 albedo=np.array(GROUND_COLOR),
+                ambient=AMBIENT,
                 **find_rays(projection),
             )
             draw_plain(self._device, self._ground, 12)
@@ -116,7 +150,7 @@ class Surfaces:
         glass = [batch for batch in self._batches if batch.is_transparent]
         forward = projection.camera.axes()[2]
         glass.sort(key=lambda batch: -float(forward @ batch.center))
-        state.use(Pass(depth_test="less", color_write=True, blend="over"))
+        state.use(Pass(depth_test="less", color_write=True, blend="premultiplied"))
         self._set_up(self._glass, projection)
         for batch in glass:
             self._draw_batch(self._glass, batch)
@@ -137,7 +171,7 @@ class Surfaces:
             table.bind(unit)
         program.set(
             normals=_NORMALS, uvs=_UVS, tints=_TINTS, materials=_MATERIALS, owners=_OWNERS,
-            image=_IMAGE, **projection.uniforms(), **find_rays(projection),
+            image=_IMAGE, ambient=AMBIENT, **projection.uniforms(), **find_rays(projection),
         )  # fmt: skip
 
     def _draw_batch(self, program: Program, batch: _Batch) -> None:
@@ -146,7 +180,9 @@ class Surfaces:
         program.set(first=batch.first, has_image=int(batch.image is not None))
         self._indices.draw(program, 3 * batch.first, 3 * batch.count)
 
-    def _sort_faces(self, scene: Scene) -> tuple[NDArray[np.intp], list[_Batch]]:
+    def _sort_faces(
+        self, scene: Scene, is_solid: NDArray[np.bool_] | None
+    ) -> tuple[NDArray[np.intp], list[_Batch]]:
         """Put faces of one texture together, those of a transparent part by themselves."""
         keys: dict[tuple[int, int], int] = {}
         batch_of_part = []
@@ -158,16 +194,22 @@ class Surfaces:
             if image is not None and id(image) not in self._images:
                 self._images[id(image)] = Texture(self._device, image)
         soup = scene.triangles()
-        batch = np.array(batch_of_part)[soup.part]
+        solid = np.zeros(len(soup.faces), np.bool_) if is_solid is None else is_solid
+        batch = 2 * np.array(batch_of_part)[soup.part] + solid
         order = np.argsort(batch, kind="stable")
-        starts = np.searchsorted(batch[order], np.arange(len(keys) + 1))
+        starts = np.searchsorted(batch[order], np.arange(2 * len(keys) + 1))
         batches = []
-        for (picture, owner), first, end in zip(keys, starts, starts[1:], strict=False):
-            some = soup.faces[order[first:end]]
-            center = soup.vertices[some].mean((0, 1)) if owner >= 0 else np.zeros(3)
-            batches.append(
-                _Batch(int(first), int(end - first), self._images.get(picture), owner >= 0, center)
-            )
+        for (picture, owner), number in keys.items():
+            for kind in (2 * number, 2 * number + 1):
+                first, end = int(starts[kind]), int(starts[kind + 1])
+                if first == end:
+                    continue
+                some = soup.faces[order[first:end]]
+                center = soup.vertices[some].mean((0, 1)) if owner >= 0 else np.zeros(3)
+                image_of = self._images.get(picture)
+                batches.append(
+                    _Batch(first, end - first, image_of, owner >= 0, kind % 2 == 1, center)
+                )
         return order, batches
 
     def _make_tables(self, scene: Scene, order: NDArray[np.intp]) -> list[TextureBuffer]:

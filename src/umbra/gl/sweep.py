@@ -197,9 +197,10 @@ class GlSweep:
 
     def _find_opened(self, body: Body) -> NDArray[np.bool_]:
         """On topmost surfaces none need opening; inside what is wound inward, ground may lie."""
+        opened = np.zeros((len(body.groups), len(body.caster.is_closed)), np.bool_)
         if self.receivers == "ground":
-            return body.is_inward
-        return np.zeros(len(body.caster.is_closed), np.bool_)
+            opened[:] = body.is_inward
+        return opened
 
     def _add_shadow(self, state: State, plan: Plan) -> None:
         """Add 1 where the stencil is not 0, and where the surface is turned from the sun."""

@@ -40,6 +40,8 @@ class Target:
         Of ``FORMATS``; attachment k is the fragment shader's output at location k.
     depth_of : Target, optional
         Share that one's depth and stencil rather than have them.
+    shows : (Target, int), optional
+        Draw into that one's attachment of this place rather than into colours of its own.
 
     Raises
     ------
@@ -55,8 +57,11 @@ class Target:
         size: tuple[int, int],
         colors: tuple[str, ...] = ("rgba16f",),
         depth_of: "Target | None" = None,
+        shows: "tuple[Target, int] | None" = None,
     ) -> None:
         gl = device.gl
+        if shows is not None:
+            colors = (shows[0].colors[shows[1]],)
         limit = min(gl.integers(0x0D33)[0], gl.integers(0x84E8)[0])
         if max(size) > limit:
             msg = (
@@ -64,13 +69,21 @@ class Target:
                 f"which draws at most {limit}x{limit}; choose a smaller --size"
             )
             raise InputError(msg, limit=limit)
-        self.size, self.colors = size, tuple(colors)
+        self.size = size
+        self.colors: tuple[str, ...] = tuple(colors)
         self._device = device
         self.depth_of = depth_of
+        self._owns_colors = shows is None
         self.framebuffer = gl.make("Framebuffer")
         device.keep("framebuffer", self.framebuffer)
         gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
-        self.textures = [self._add_texture(place, name) for place, name in enumerate(self.colors)]
+        self.textures: list[int] = (
+            [self._add_texture(name) for name in self.colors]
+            if shows is None
+            else [shows[0].textures[shows[1]]]
+        )
+        for place, texture in enumerate(self.textures):
+            gl.FramebufferTexture2D(_FRAMEBUFFER, _COLOR + place, _TEXTURE_2D, texture, 0)
         self._depth: int = self._add_depth() if depth_of is None else depth_of._depth
         gl.FramebufferRenderbuffer(
             _FRAMEBUFFER, _DEPTH_STENCIL_ATTACHMENT, _RENDERBUFFER, self._depth
@@ -87,7 +100,7 @@ class Target:
             )
             raise UmbraError(msg, status=status)
 
-    def _add_texture(self, place: int, name: str) -> int:
+    def _add_texture(self, name: str) -> int:
         gl = self._device.gl
         internal, layout, kind, _, _ = FORMATS[name]
         texture = gl.make("Texture")
@@ -98,7 +111,6 @@ class Target:
         for parameter in (0x2802, 0x2803):
             gl.TexParameteri(_TEXTURE_2D, parameter, 0x812F)  # clamped to the edge
         gl.TexImage2D(_TEXTURE_2D, 0, internal, *self.size, 0, layout, kind, None)
-        gl.FramebufferTexture2D(_FRAMEBUFFER, _COLOR + place, _TEXTURE_2D, texture, 0)
         gl.BindTexture(_TEXTURE_2D, 0)
         return texture
 
@@ -179,7 +191,9 @@ class Target:
         """Free the framebuffer and what it owns."""
         gl = self._device.gl
         gl.BindFramebuffer(_FRAMEBUFFER, 0)
-        owned = [("Framebuffer", self.framebuffer), *(("Texture", t) for t in self.textures)]
+        owned = [("Framebuffer", self.framebuffer)]
+        if self._owns_colors:
+            owned += [("Texture", texture) for texture in self.textures]
         if self.depth_of is None and self._depth:
             owned.append(("Renderbuffer", self._depth))
         for kind, number in owned:

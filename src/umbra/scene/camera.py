@@ -1,6 +1,7 @@
 """Cameras: where a pixel's ray starts and goes, and the homogeneous matrix that says so."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -87,13 +88,19 @@ class Camera:
         Returns
         -------
         axes : (3, 3) float64
-            Rows right, up, forward; orthonormal, world frame.
+            Rows right, up, forward; orthonormal, world frame. Not to be written to.
         """
+        return self._axes
+
+    @cached_property
+    def _axes(self) -> NDArray[np.float64]:
         forward = self.target - self.eye
         forward /= np.linalg.norm(forward)
         right = np.cross(forward, self.up)
         right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(right, forward), forward])
+        axes = np.stack([right, np.cross(right, forward), forward])
+        axes.setflags(write=False)
+        return axes
 
     def matrix(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
         """

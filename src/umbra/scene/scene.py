@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -146,14 +147,21 @@ class Scene:
         Returns
         -------
         bounds : (2, 3) float64
-            Lowest and highest corner in the model's own coordinates [m].
+            Lowest and highest corner in the model's own coordinates [m]. Not to be
+            written to.
         """
+        return self._bounds
+
+    @cached_property
+    def _bounds(self) -> NDArray[np.float64]:
         soup = self.triangles()
         is_used = np.zeros(len(soup.vertices), np.bool_)
         is_used[soup.faces.ravel()] = True
         # Column by column: numpy folds rows of three ten times slower.
         axes = [axis[is_used] for axis in soup.vertices.T]
-        return np.array([[a.min() for a in axes], [a.max() for a in axes]]) + self.origin
+        bounds = np.array([[a.min() for a in axes], [a.max() for a in axes]]) + self.origin
+        bounds.setflags(write=False)
+        return bounds
 
     def select(self, cast: Sequence[str] = (), no_cast: Sequence[str] = ()) -> list[int]:
         """

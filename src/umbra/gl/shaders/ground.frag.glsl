@@ -6,15 +6,17 @@
 uniform float height;  // relative to the eye
 uniform vec3 albedo;
 
-layout(location = 0) out vec4 normal;
-layout(location = 1) out float key;
-layout(location = 2) out vec4 out_albedo;
-layout(location = 3) out vec4 glow;
+uniform float ambient;
+
+layout(location = 0) out vec4 light;
+layout(location = 1) out vec4 normal;
+layout(location = 2) out float key;
+layout(location = 3) out vec4 out_albedo;
 
 void main() {
     vec3 ray = find_ray(gl_FragCoord.xy);
     normal = vec4(0.0, 0.0, height < 0.0 ? 1.0 : -1.0, 1.0);
     key = is_perspective ? ray.z / height : (ray.z - height) / forward.z;
     out_albedo = vec4(pack(albedo), 1.0);
-    glow = vec4(0.0);
+    light = vec4(albedo * ambient * (0.75 + 0.25 * normal.z), 1.0);
 }

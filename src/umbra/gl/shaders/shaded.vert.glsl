@@ -8,15 +8,22 @@ uniform samplerBuffer tints;
 
 invariant gl_Position;
 out vec3 at;      // relative to the eye
+#ifdef HAS_NORMALS
 out vec3 normal;
+#endif
+#ifdef HAS_UV
 out vec2 uv;
+#endif
+#ifdef HAS_TINTS
 out vec3 tint;
+#endif
 
 void main() {
     int point = gl_VertexID >> 1;
     ivec2 block = texelFetch(blocks, point >> BLOCK_BITS).xy;
     int stored = point + block.x;
     at = find_point(point);
+#ifdef HAS_NORMALS
     normal = texelFetch(normals, stored).xyz;
     if (block.y >= 0) {
         // Normals move by the cofactors, which also hold for uneven scales and mirrors.
@@ -25,7 +32,12 @@ void main() {
         vec3 c = texelFetch(transforms, 3 * block.y + 2).xyz;
         normal = vec3(dot(cross(b, c), normal), dot(cross(c, a), normal), dot(cross(a, b), normal));
     }
+#endif
+#ifdef HAS_UV
     uv = texelFetch(uvs, stored).xy;
+#endif
+#ifdef HAS_TINTS
     tint = texelFetch(tints, stored).rgb;
+#endif
     gl_Position = projection * vec4(at, 1.0);
 }
