@@ -94,3 +94,30 @@ def test_a_plain_study_loads_nothing_of_this():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+RULES = """\
+format: 1
+name: An example
+version: "0"
+source: Invented
+checks:
+  - {name: ground, dates: 03-21, at_least: 2h, share: 30}
+"""
+
+
+def test_rules_give_verdicts_in_csv_and_report(study, tmp_path):
+    (tmp_path / "rules.yaml").write_text(RULES)
+    said = study("--rules", tmp_path / "rules.yaml", "--report")
+    assert said.status == 0, said
+    text = (tmp_path / "out" / "verdicts.csv").read_text()
+    assert "ground,2026-03-21,open ground,at least 2 h of sun on 30 % of the area" in text
+    assert "An example, 0: all pass" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_a_slip_in_the_rules_is_found_before_any_work(study, tmp_path):
+    (tmp_path / "rules.yaml").write_text(RULES.replace("at_least", "atleast"))
+    refusal = study("--rules", tmp_path / "rules.yaml").refusal()
+    assert "rules.yaml, line 6: check 1 has the unknown key 'atleast'" in refusal
+    assert "did you mean 'at_least'?" in refusal
+    assert not (tmp_path / "out").exists()

@@ -15,12 +15,13 @@ if TYPE_CHECKING:
     from umbra.study import Study
     from umbra.writers.painter import Painter
     from umbra.writers.plan import Plan
+    from umbra.writers.rules import Rules
 
 __all__ = ["Outputs", "output_options", "take_outputs"]
 
 F = TypeVar("F", bound=Callable)
 
-REPORT = "report.html"
+REPORT, VERDICTS = "report.html", "verdicts.csv"
 NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4")
 
 
@@ -37,7 +38,13 @@ def output_options(command: F) -> F:
         metavar="FORMAT,...",
         help=f"Also write {', '.join(NAMES)}; several by commas, or repeat.",
     )
-    return report(write(command))
+    rules = click.option(
+        "--rules",
+        type=click.Path(path_type=Path),
+        metavar="FILE.yaml",
+        help="Judge the result by a rule file; writes verdicts.csv.",
+    )
+    return report(write(rules(command)))
 
 
 @dataclass(frozen=True)
@@ -52,11 +59,13 @@ class Outputs:
         Of ``umbra.writers.formats.FORMATS``.
     casters : tuple of str
         How casters were chosen, as typed.
+    rules : Rules, optional
     """
 
     report: bool
     formats: tuple[str, ...] = ()
     casters: tuple[str, ...] = ()
+    rules: "Rules | None" = None
 
     def write(
         self,
@@ -74,12 +83,20 @@ class Outputs:
         names : list of str
             Of the files, in the order in which they are told.
         """
-        if not self.report and not self.formats:
+        if not self.report and not self.formats and not self.rules:
             return []
         from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
 
         job = Job(study, folder, plan.title, lambda line: click.echo(line, err=True))
         names = write_formats(job, self.formats)
+        tables = []
+        if self.rules:
+            from umbra.writers.rules import judge, make_verdict_table  # noqa: PLC0415
+            from umbra.writers.tables import write_table  # noqa: PLC0415
+
+            tables.append(make_verdict_table(self.rules, judge(study, self.rules)))
+            write_table(folder / VERDICTS, tables[0].columns, tables[0].rows)
+            names.append(VERDICTS)
         if self.report:
             painter.wait()
             from umbra.writers.report import write_report  # noqa: PLC0415
@@ -89,7 +106,7 @@ class Outputs:
                 ("Shadows through the day", folder / "profile.png"),
             ]
             write_report(
-                folder / REPORT, study, plan, sheets, casters=self.casters,
+                folder / REPORT, study, plan, sheets, tables=tables, casters=self.casters,
                 notes=scene.notes, timeline=job.timeline,
             )  # fmt: skip
             names.append(REPORT)
@@ -112,11 +129,18 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
     Raises
     ------
     InputError
-        If a format is unknown, or a package that it needs is missing.
+        If a format is unknown, a package that it needs is missing, or the rules are
+        not written as they must be.
     """
     casters = [f"--cast {pattern}" for pattern in options.get("cast", ())]
     casters += [f"--no-cast {pattern}" for pattern in options.get("no_cast", ())]
-    return Outputs(options.pop("report"), _parse_formats(options.pop("write")), tuple(casters))
+    formats = _parse_formats(options.pop("write"))
+    path, rules = options.pop("rules"), None
+    if path is not None:
+        from umbra.writers.rules import read_rules  # noqa: PLC0415
+
+        rules = read_rules(path)
+    return Outputs(options.pop("report"), formats, tuple(casters), rules)
 
 
 def _parse_formats(given: tuple[str, ...]) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import InputError
 from umbra.study import Study
 from umbra.writers.color import shade_ramp
 
@@ -48,9 +49,14 @@ def write_model_glb(path: str | os.PathLike[str], study: Study) -> None:
 
     Raises
     ------
+    InputError
+        If the study is no plan.
     OSError
         If the file cannot be written.
     """
+    if study.receivers not in {"ground", "top"}:
+        msg = f"the model is coloured from a plan, and this study has --receivers {study.receivers}"
+        raise InputError(msg)
     corners = study.model.soup.vertices[study.model.soup.faces]
     meshes = []
     if study.receivers == "top":
@@ -65,6 +71,11 @@ def write_model_glb(path: str | os.PathLike[str], study: Study) -> None:
     meshes.append(_make_ground(study))
     origin = np.array([study.x[0] - study.grid.x0, study.y[0] - study.grid.y0])
     _write(path, [mesh for mesh in meshes if len(mesh.faces)], study, origin)
+
+
+def _find_ground(study: Study) -> float:
+    """Give z of the ground in the model's local frame [m]."""
+    return float(study.model.ground or 0.0)
 
 
 def _colored(name: str, corners: NDArray[np.float64], colors: NDArray | None) -> _Mesh:
@@ -110,7 +121,7 @@ def _sample(study: Study, corners: NDArray[np.float64]) -> NDArray[np.float32]:
     is_in = (col >= 0) & (col < grid.cols) & (row >= 0) & (row < grid.rows)
     col, row = np.clip(col, 0, grid.cols - 1), np.clip(row, 0, grid.rows - 1)
     colors = _find_colors(study, study.shadow_hours[row, col])
-    height = study.heights[row, col] - (study.ground - study.model.ground)
+    height = study.heights[row, col] - (study.ground - _find_ground(study))
     # A slope's cell centre lies up to a cell from the corner.
     reach = _NEAR + np.repeat(np.ptp(corners[..., 2], axis=1), 3) + max(grid.dx, grid.dy)
     colors[~is_in | (np.abs(height - inward[:, 2]) > reach)] = GREY
@@ -134,7 +145,7 @@ def _make_ground(study: Study) -> _Mesh:
     rows, cols = np.arange(0, grid.rows, stride), np.arange(0, grid.cols, stride)
     hours = study.shadow_hours[np.ix_(rows, cols)]
     x, y = np.meshgrid(grid.x[cols], grid.y[rows])
-    ground = study.model.ground
+    ground = _find_ground(study)
     points = np.stack([x, y, np.full(x.shape, ground)], -1).reshape(-1, 3)
     index = np.arange(x.size, dtype=np.uint32).reshape(x.shape)
     a, b = index[:-1, :-1], index[:-1, 1:]
@@ -153,7 +164,7 @@ def _write(
     """Pack meshes into a GLB about the plan's middle; glTF's y is up."""
     bounds = np.concatenate([[mesh.positions.min(0), mesh.positions.max(0)] for mesh in meshes])
     middle = np.round((bounds.min(0) + bounds.max(0)) / 2)
-    middle[2] = study.model.ground
+    middle[2] = _find_ground(study)
     data, views, accessors = bytearray(), [], []
 
     def add(array: NDArray, kind: str, code: int, target: int, **more: object) -> int:
@@ -180,7 +191,7 @@ def _write(
         shapes.append({"primitives": [
             {"attributes": attributes, "indices": indices, "material": 0}]})  # fmt: skip
         nodes.append({"name": mesh.name, "mesh": len(shapes) - 1})
-    shift = [*(middle[:2] + origin), middle[2] + study.ground - study.model.ground]
+    shift = [*(middle[:2] + origin), study.ground]
     tree = {
         "asset": {
             "version": "2.0",

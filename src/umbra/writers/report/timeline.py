@@ -86,7 +86,8 @@ def make_timeline(study: Study, longest: int = LONGEST) -> Timeline:
     firsts = np.cumsum([0, *lengths[:-1]])
     which = np.concatenate([k + np.arange(0, m, stride) for k, m in zip(firsts, lengths)])
     grid = _choose_grid(study.grid, len(which), longest)
-    surface, sweep = study.model.make_sweep(grid)
+    tile = study.model.make_tile(grid)
+    sweep = tile.make_counter()
     bits = np.zeros((len(which), (grid.rows * grid.cols + 7) // 8), np.uint8)
     shown = np.flatnonzero(study.sun.is_up[which])
     for first in range(0, len(shown), 8):
@@ -96,7 +97,7 @@ def make_timeline(study: Study, longest: int = LONGEST) -> Timeline:
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
         grid.x + shift_x, grid.y + shift_y, which, stride, bits,
-        surface.heights - study.model.ground, grid == study.grid and stride == 1,
+        tile.relief, grid == study.grid and stride == 1,
     )  # fmt: skip
 
 

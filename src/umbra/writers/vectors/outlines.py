@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.plane import PlaneSweep
 from umbra.errors import InputError
 from umbra.study import Study
 from umbra.volume.adjacency import Caster
@@ -82,8 +83,8 @@ def find_outlines(study: Study) -> Iterator[Outline]:
             f"{study.receivers}; leave it out, or choose other files than outlines"
         )
         raise InputError(msg)
-    _, sweep = study.model.make_sweep(study.grid)
-    grid = study.grid
+    grid, ground = study.grid, float(study.model.ground or 0.0)
+    sweep = PlaneSweep(study.model.caster, grid, ground)
     low = np.array([grid.x0 - grid.dx / 2, grid.y0 - grid.dy / 2])
     high = low + (grid.dx * grid.cols, grid.dy * grid.rows)
     shift = np.array([study.x[0] - grid.x0, study.y[0] - grid.y0])
@@ -92,9 +93,7 @@ def find_outlines(study: Study) -> Iterator[Outline]:
     up = np.flatnonzero(study.sun.is_up)
     for k in up[:: max(1, -(-len(up) // MOST))]:
         instant = instants[k].replace(tzinfo=dt.UTC)
-        polygons = resolve_shadow(
-            sweep.caster, study.sun.direction[k], study.model.ground, (low, high)
-        )
+        polygons = resolve_shadow(sweep.caster, study.sun.direction[k], ground, (low, high))
         yield Outline(
             instant,
             instant.astimezone(zone),

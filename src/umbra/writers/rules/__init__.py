@@ -1,0 +1,11 @@
+"""
+Rules as data: a YAML file says what is to be measured, where and when, and how much is enough.
+
+``keys.py`` knows the format's words, ``read.py`` reads a file by them, ``judge.py``
+measures and gives verdicts with their evidence.
+"""
+
+from umbra.writers.rules.judge import Verdict, judge, make_verdict_table
+from umbra.writers.rules.read import Check, Place, Rules, read_rules
+
+__all__ = ["Check", "Place", "Rules", "Verdict", "judge", "make_verdict_table", "read_rules"]

@@ -1,0 +1,203 @@
+"""Rules: verdicts that can be done by hand, and every slip named with its line."""
+
+import csv
+import datetime as dt
+import zoneinfo
+
+import numpy as np
+import pytest
+from support.shapes import box
+
+from umbra.errors import InputError
+from umbra.scene import Mesh, Part, make_scene
+from umbra.study import run_study
+from umbra.sun import Site
+from umbra.writers.rules import judge, make_verdict_table, read_rules
+from umbra.writers.tables import write_table
+
+VIENNA = Site(48.2, 16.37, "Europe/Vienna")
+RULES = """\
+format: 1
+name: An example
+version: "0"
+source: Invented for a test
+checks:
+  - name: open ground
+    dates: [03-21, 2025-12-21]
+    from: 09:00
+    to: 17:00
+    every: 15min
+    at_least: 2h
+    share: 50
+  - name: windows
+    dates: 03-21
+    from: 10:00
+    to: 14:00
+    every: 10min
+    at_least: 1h30min
+    where:
+      - {name: north, x: 0, y: 8}
+      - {name: south, x: 0, y: -8}
+"""
+
+
+def make_study(**options):
+    scene = make_scene([Part("tower", "", Mesh(*box((-5, -4, 0), (5, 4, 20))))])
+    chosen = {"date": "2026-06-01", "start": "12:00", "end": "13:00", "every": "1h",
+              "cell": 0.5, "extent": (-30, -20, 30, 40)} | options  # fmt: skip
+    return run_study(scene, VIENNA, **chosen)
+
+
+def read(tmp_path, text):
+    path = tmp_path / "rules.yaml"
+    path.write_text(text)
+    return read_rules(path)
+
+
+@pytest.fixture(scope="module")
+def study():
+    return make_study()
+
+
+def test_a_file_is_read_as_it_is_written(tmp_path):
+    rules = read(tmp_path, RULES)
+    assert (rules.name, rules.version, rules.source) == ("An example", "0", "Invented for a test")
+    ground, windows = rules.checks
+    assert ground.dates == ((None, 3, 21), (2025, 12, 21))
+    assert (ground.start, ground.end, ground.every) == ("09:00", "17:00", "15min")
+    assert (ground.limit, ground.is_least) == (dt.timedelta(hours=2), True)
+    assert (ground.share, ground.area, ground.measure) == (50.0, "open_ground", "sun_hours")
+    assert windows.start == "10:00"  # YAML's own reading would be 600
+    assert windows.limit == dt.timedelta(hours=1.5)
+    assert [(p.name, p.x, p.y) for p in windows.places] == [("north", 0, 8), ("south", 0, -8)]
+
+
+def test_areas_are_judged_by_the_cells_that_meet_the_limit(study, tmp_path):
+    march, december, *_ = judge(study, read(tmp_path, RULES))
+    assert march.date == dt.date(2026, 3, 21)  # the study's year
+    assert december.date == dt.date(2025, 12, 21)
+    for verdict in (march, december):
+        alone = make_study(date=verdict.date.isoformat(), start="09:00", end="17:00", every="15min")
+        is_open = alone.heights <= alone.ground
+        share = 100 * np.mean(alone.sun_hours[is_open] >= 2 - 1e-3)
+        assert verdict.measured == f"{share:.1f} % of the area"
+        assert verdict.passes == (share >= 50)
+        assert f"of {is_open.sum() * 0.25:,.0f} m²" in verdict.evidence
+        assert verdict.wanted == "at least 2 h of sun on 50 % of the area"
+
+
+def test_places_are_judged_one_by_one(study, tmp_path):
+    *_, north, south = judge(study, read(tmp_path, RULES))
+    assert (north.where, north.passes, north.measured) == ("north", False, "0 h")
+    assert north.evidence.startswith("no sun")
+    assert (south.where, south.passes, south.measured) == ("south", True, "4 h")
+    assert "4 h of sun in 1 spell, from 10:00 to 14:00" in south.evidence
+    assert south.wanted == "at least 1 h 30 min of sun"
+
+
+@pytest.mark.parametrize(
+    ("measure", "more", "name"),
+    [
+        ("shadow_hours", "at_most: 3h", "shadow_hours"),
+        ("longest_sun_hours", "at_least: 3h", "longest_sun_hours"),
+        ("sun_hours_in_spells", "at_least: 3h\n    min_spell: 2h", "sun_hours_in_spells"),
+    ],
+)
+def test_every_measure_is_that_of_the_study(tmp_path, measure, more, name):
+    text = RULES[: RULES.index("  - name: windows")].replace("at_least: 2h", more)
+    text = text.replace("share: 50", f"share: 20\n    measure: {measure}").replace(
+        "[03-21, 2025-12-21]", "03-21"
+    )
+    (verdict,) = judge(make_study(), read(tmp_path, text))
+    alone = make_study(
+        date="2026-03-21", start="09:00", end="17:00", every="15min", spells=True, min_spell="2h"
+    )
+    values = np.asarray(alone.variables()[name][1])[alone.heights <= alone.ground]
+    meets = values <= 3 + 1e-3 if measure == "shadow_hours" else values >= 3 - 1e-3
+    assert verdict.measured == f"{100 * meets.mean():.1f} % of the area"
+    assert 0 < meets.mean() < 1
+
+
+def test_the_sun_counts_from_an_altitude_up(study, tmp_path):
+    text = RULES.replace("    every: 10min\n", "    every: 1min\n    min_altitude: 40\n")
+    text = text.replace("to: 14:00", "to: 16:00")
+    *_, south = judge(study, read(tmp_path, text))
+    hour, minute = (int(part) for part in
+                    south.measured.replace(" h", "").replace(" min", "").split())  # fmt: skip
+    from umbra.sun import find_sun  # noqa: PLC0415
+
+    zone = zoneinfo.ZoneInfo("Europe/Vienna")
+    midnight = dt.datetime(2026, 3, 21, 10, tzinfo=zone)
+    minutes = [midnight + dt.timedelta(minutes=k + 0.5) for k in range(360)]
+    assert hour * 60 + minute == np.count_nonzero(find_sun(VIENNA, minutes).altitude >= 40)
+    assert "sun at 40° or higher" in south.evidence
+
+
+def test_verdicts_go_into_a_table_with_their_source(study, tmp_path):
+    rules = read(tmp_path, RULES)
+    table = make_verdict_table(rules, judge(study, rules))
+    assert table.title.startswith("An example, 0: ")
+    assert table.title.endswith("of 4 fail")
+    assert table.note == "Source: Invented for a test"
+    write_table(tmp_path / "verdicts.csv", table.columns, table.rows)
+    with (tmp_path / "verdicts.csv").open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["verdict"] for line in lines][2:] == ["fail", "pass"]
+
+
+SLIPS = {
+    "a wrong key": ("at_least: 2h", "at_lest: 2h", "line 11.*'at_lest'.*did you mean 'at_least'"),
+    "a far key": ("share: 50", "zzz: 50", "line 12.*'zzz'; there are name, dates"),
+    "a wrong key above": ("source:", "sorce:", "line 4.*'sorce'.*did you mean 'source'"),
+    "a key twice": ("to: 17:00", "to: 17:00\n    to: 18:00", "line 10.*'to' twice"),
+    "no limit": ("    at_least: 2h\n", "", "line 6.*one of 'at_least' and 'at_most'"),
+    "two limits": ("share: 50", "at_most: 3h", "one of 'at_least' and 'at_most'"),
+    "no name": ("name: An example\n", "", "lacks 'name'"),
+    "no source": ("source: Invented for a test\n", "", "lacks 'source'"),
+    "a wrong date": ("[03-21, 2025-12-21]", "[03-21, 21.12.]", "line 7.*a date is written 03-21"),
+    "no such date": ("[03-21, 2025-12-21]", "2025-02-29", "line 7.*a date is written"),
+    "a wrong duration": ("at_least: 2h", "at_least: two hours", "line 11.*'two hours' is not"),
+    "a wrong share": ("share: 50", "share: 120", "'share' must be above 0"),
+    "a share of text": ("share: 50", "share: half", "line 12.*must be a number; got 'half'"),
+    "a wrong area": ("share: 50", "where: garden", "open_ground, roofs, everywhere; got 'garden'"),
+    "a wrong measure": ("share: 50", "measure: hours", "sun_hours, longest_sun_hours"),
+    "a place without x": ("{name: north, x: 0, y: 8}", "{name: north, y: 8}", "line 20.*lacks 'x'"),
+    "a lone least spell": ("share: 50", "min_spell: 5min", "goes with measure"),
+    "a share of places": ("every: 10min", "share: 5", "places are judged one by one"),
+    "another format": ("format: 1", "format: 2", "line 1.*this version reads 1"),
+    "not YAML": ("checks:", "checks: [", "this is not YAML"),
+    "no mapping": (RULES, "- a\n- b\n", "must be keys with values"),
+    "nothing": (RULES, "", "are empty"),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_is_named_with_its_line(tmp_path, slip):
+    right, wrong, message = SLIPS[slip]
+    assert right in RULES
+    with pytest.raises(InputError, match=f"(?s){message}") as caught:
+        read(tmp_path, RULES.replace(right, wrong, 1))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_or_unreadable_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"cannot read the rules '.*none.yaml' \(No such file"):
+        read_rules(tmp_path / "none.yaml")
+    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00x")
+    with pytest.raises(InputError, match="not UTF-8"):
+        read_rules(tmp_path / "binary.yaml")
+
+
+def test_a_place_outside_the_plan_is_refused_by_name(study, tmp_path):
+    rules = read(tmp_path, RULES.replace("x: 0, y: 8", "x: 900, y: 8"))
+    with pytest.raises(InputError, match=r"the place .north. .* lies outside the plan"):
+        judge(study, rules)
+
+
+def test_roofs_need_the_topmost_surfaces(study, tmp_path):
+    rules = read(tmp_path, RULES.replace("share: 50", "where: roofs", 1))
+    with pytest.raises(InputError, match="--receivers top"):
+        judge(study, rules)
+    verdict, *_ = judge(make_study(receivers="top"), rules)
+    assert verdict.measured == "100.0 % of the area"
+    assert "80 of 80 m²" in verdict.evidence
