@@ -18,6 +18,7 @@ from umbra.volume import silhouette
 from umbra.volume.adjacency import make_caster
 from umbra.volume.clip import clip_above
 from umbra.volume.dual_tree import make_dual_tree
+from umbra.volume.hextree import make_hextree
 from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes, prepare_tree
 
 TREES = ["tree", "hextree"]
@@ -204,6 +205,32 @@ def test_real_files_are_as_by_brute_force(name, method):
     triangles = scene.triangles()
     caster = make_caster(triangles.vertices, triangles.faces, scene.groups()[triangles.part])
     check(caster, make_lights(caster, 60), method)
+
+
+@pytest.mark.parametrize("depth", [0, 1, 2, 4, 7, 15, 99])
+def test_hextrees_of_any_depth(depth):
+    model = make_boulder(3)
+    for mesh in SCENES["jumble"](), terrain(n=20), (model.vertices, model.faces):
+        caster = make_caster(*mesh)
+        tree = make_hextree(caster, depth)
+        for light in make_lights(caster, 50):
+            (expected,) = find_codes(caster, [light], "brute")
+            np.testing.assert_array_equal(tree.find(caster, light), expected)
+        held = np.sort(tree.segments.numbers[tree.segments.numbers >= 0])
+        assert len(np.unique(held)) == len(held) == len(caster.edges) - len(tree.segments.always)
+        owned = tree.owned[:, 1] - tree.owned[:, 0]
+        assert owned.sum() == len(held)
+        assert (depth == 0) == (len(owned) == 1)
+
+
+def test_a_hextree_leaves_segments_alone_that_its_cells_do():
+    model = make_boulder(5)
+    caster = make_caster(model.vertices, model.faces)
+    tree = make_hextree(caster)
+    owned = tree.owned[:, 1] - tree.owned[:, 0]
+    assert owned[0] < 0.1 * owned.sum()
+    assert len(owned) > 300
+    assert (np.abs(tree.centres) < 1).all()
 
 
 def test_boxes_leave_most_segments_alone():

@@ -93,7 +93,7 @@ class Fit:
         far = float(np.abs(self.centre).sum()) + self.reach
         single = 2.0**-19 * float(np.abs(normal).sum())
         double = 2.0**-46 * float(np.abs(light[:3]).sum() + abs(light[3]) * far) / length
-        return Plane(normal, np.float32(single + double))
+        return Plane(normal, np.float32(min(single + double, 1e30)))
 
 
 @dataclass(frozen=True, eq=False)
