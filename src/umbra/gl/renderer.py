@@ -21,7 +21,7 @@ from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import KEY, LIGHT, Surfaces, find_surface_formats
+from umbra.gl.surfaces import LIGHT, PLACE, Surfaces, find_surface_formats
 from umbra.gl.target import Target
 from umbra.gl.timers import Timers
 from umbra.scene import Camera, Light, Scene
@@ -182,7 +182,7 @@ class Renderer:
                 targets.surface.use()
                 state.use(_DRAW_ALL)
                 state.clear(depth=1.0, stencil=0)
-                for place in (LIGHT, KEY):
+                for place in (LIGHT, PLACE):
                     targets.surface.clear_color(0.0, place=place)
                 # Where nothing reaches before the near plane, nothing is cut open.
                 cull = projection.camera.near > camera.near

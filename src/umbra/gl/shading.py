@@ -13,7 +13,7 @@ from umbra.gl.indices import draw_plain
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.surfaces import ALBEDO, KEY, NORMAL, find_rays
+from umbra.gl.surfaces import ALBEDO, PLACE, find_rays
 from umbra.gl.target import Target
 from umbra.gl.textures import Texture
 from umbra.scene import Light
@@ -22,7 +22,7 @@ from umbra.scene.look import HORIZON, SKY
 __all__ = ["Shading"]
 
 _TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
-_NORMALS, _KEYS, _ALBEDOS, _IMAGE = range(4)  # texture units
+_PLACES, _ALBEDOS, _IMAGE = range(3)  # texture units
 
 
 class Shading:
@@ -101,7 +101,7 @@ class Shading:
             uniforms |= {"image_right": right, "image_up": up}
         program = self._find_program(tuple(needs))
         program.set(
-            normals=_NORMALS, keys=_KEYS, albedos=_ALBEDOS, image=_IMAGE,
+            places=_PLACES, albedos=_ALBEDOS, image=_IMAGE,
             **find_rays(projection), **uniforms,
         )  # fmt: skip
         draw_plain(self._device, program, 3)
@@ -126,7 +126,7 @@ class Shading:
 
     def _bind(self, surface: Target) -> None:
         gl = self._device.gl
-        for unit, place in ((_NORMALS, NORMAL), (_KEYS, KEY), (_ALBEDOS, ALBEDO)):
+        for unit, place in ((_PLACES, PLACE), (_ALBEDOS, ALBEDO)):
             gl.ActiveTexture(_TEXTURE0 + unit)
             gl.BindTexture(_TEXTURE_2D, surface.textures[place])
 

@@ -9,6 +9,7 @@ again, so textures are looked up once, however many lights there are (McGuire et
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,33 +24,41 @@ from umbra.gl.textures import Texture
 from umbra.scene import Material, Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR
 
-__all__ = ["ALBEDO", "KEY", "LIGHT", "NORMAL", "Surfaces", "find_rays", "find_surface_formats"]
+__all__ = ["ALBEDO", "LIGHT", "PLACE", "Surfaces", "find_rays", "find_surface_formats"]
 
-LIGHT, NORMAL, KEY, ALBEDO = range(4)
-"""Attachments of a surface target; the first is where light is summed up."""
+LIGHT, PLACE, ALBEDO = range(3)
+"""Attachments of a surface target: light so far, normal with depth key, reflectance."""
 
-_NORMALS, _UVS, _TINTS, _MATERIALS, _OWNERS, _IMAGE = range(6)  # texture units
-_RGBA32F, _RG32F, _RGBA8, _R32I = 0x8814, 0x8230, 0x8058, 0x8235
-_MODES = {"opaque": 0.0, "mask": 1.0, "blend": 2.0}
+_NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units
+_RGBA32F, _RG32F, _RGBA8 = 0x8814, 0x8230, 0x8058
 
 
 def find_surface_formats(accumulate: str) -> tuple[str, ...]:
     """Give the formats of a surface target's attachments; light is summed in ``accumulate``."""
-    return accumulate, "rgba16f", "r32f", "rgba8"
+    return accumulate, "rgba32f", "rgba8"
 
 
 @dataclass(frozen=True, eq=False)
 class _Batch:
     """
-    Faces that are drawn together: ``first`` and ``count`` in the face list.
+    Faces of one material that are drawn together.
 
-    ``is_solid``: they are outward faces of closed things, whose backs nobody outside sees.
+    Parameters
+    ----------
+    first, count : int
+        In the face list.
+    material : Material
+    image : Texture, optional
+    is_solid : bool
+        Outward faces of closed things, whose backs nobody outside sees.
+    center : (3,) float64
+        Of what is transparent.
     """
 
     first: int
     count: int
+    material: Material
     image: Texture | None
-    is_transparent: bool
     is_solid: bool
     center: NDArray[np.float64]
 
@@ -97,12 +106,12 @@ class Surfaces:
         order, self._batches = self._sort_faces(scene, is_solid)
         self._indices = Indices(device, 2 * geometry.n_points)
         self._indices.write(geometry.faces[order].ravel())
-        self._tables = self._make_tables(scene, order)
+        self._tables = self._make_tables(scene)
 
     @property
     def has_transparent(self) -> bool:
         """Whether anything lets what lies behind shine through."""
-        return any(batch.is_transparent for batch in self._batches)
+        return any(batch.material.is_transparent for batch in self._batches)
 
     def draw(
         self, state: State, projection: Projection, ground: float | None, *, cull: bool = False
@@ -127,7 +136,7 @@ class Surfaces:
         state.use(both)
         self._set_up(self._program, projection)
         for batch in self._batches:
-            if not batch.is_transparent:
+            if not batch.material.is_transparent:
                 state.use(fronts if batch.is_solid and cull else both)
                 self._draw_batch(self._program, batch)
         state.use(both)
@@ -147,7 +156,7 @@ class Surfaces:
 
         It is lit evenly, without shadows; depth is tested and not written.
         """
-        glass = [batch for batch in self._batches if batch.is_transparent]
+        glass = [batch for batch in self._batches if batch.material.is_transparent]
         forward = projection.camera.axes()[2]
         glass.sort(key=lambda batch: -float(forward @ batch.center))
         state.use(Pass(depth_test="less", color_write=True, blend="premultiplied"))
@@ -170,50 +179,56 @@ class Surfaces:
         for unit, table in enumerate(self._tables):
             table.bind(unit)
         program.set(
-            normals=_NORMALS, uvs=_UVS, tints=_TINTS, materials=_MATERIALS, owners=_OWNERS,
-            image=_IMAGE, ambient=AMBIENT, **projection.uniforms(), **find_rays(projection),
+            normals=_NORMALS, uvs=_UVS, tints=_TINTS, image=_IMAGE, ambient=AMBIENT,
+            **projection.uniforms(), **find_rays(projection),
         )  # fmt: skip
 
     def _draw_batch(self, program: Program, batch: _Batch) -> None:
         if batch.image is not None:
             batch.image.bind(_IMAGE)
-        program.set(first=batch.first, has_image=int(batch.image is not None))
+        material = batch.material
+        program.set(
+            color=np.array(material.color), opacity=material.opacity,
+            emission=np.array(material.emission), is_unlit=int(material.is_unlit),
+            has_image=int(batch.image is not None), is_mask=int(material.alpha_mode == "mask"),
+            is_blend=int(material.alpha_mode == "blend"), cutoff=material.alpha_cutoff,
+        )  # fmt: skip
         self._indices.draw(program, 3 * batch.first, 3 * batch.count)
 
     def _sort_faces(
         self, scene: Scene, is_solid: NDArray[np.bool_] | None
     ) -> tuple[NDArray[np.intp], list[_Batch]]:
-        """Put faces of one texture together, those of a transparent part by themselves."""
-        keys: dict[tuple[int, int], int] = {}
+        """Put faces of one material together, those of a transparent part by themselves."""
+        numbers: dict[tuple, int] = {}
+        materials: list[Material] = []
         batch_of_part = []
         for index, part in enumerate(scene.parts):
-            image = part.material.image
+            material, image = part.material, part.material.image
             # Transparent parts are drawn far to near, so each is a batch.
-            key = (id(image), index if part.material.is_transparent else -1)
-            batch_of_part.append(keys.setdefault(key, len(keys)))
+            key = (_describe(material), index if material.is_transparent else -1)
+            batch_of_part.append(numbers.setdefault(key, len(numbers)))
+            if len(materials) < len(numbers):
+                materials.append(material)
             if image is not None and id(image) not in self._images:
                 self._images[id(image)] = Texture(self._device, image)
         soup = scene.triangles()
         solid = np.zeros(len(soup.faces), np.bool_) if is_solid is None else is_solid
         batch = 2 * np.array(batch_of_part)[soup.part] + solid
         order = np.argsort(batch, kind="stable")
-        starts = np.searchsorted(batch[order], np.arange(2 * len(keys) + 1))
+        starts = np.searchsorted(batch[order], np.arange(2 * len(materials) + 1)).tolist()
         batches = []
-        for (picture, owner), number in keys.items():
-            for kind in (2 * number, 2 * number + 1):
-                first, end = int(starts[kind]), int(starts[kind + 1])
-                if first == end:
-                    continue
-                some = soup.faces[order[first:end]]
-                center = soup.vertices[some].mean((0, 1)) if owner >= 0 else np.zeros(3)
-                image_of = self._images.get(picture)
-                batches.append(
-                    _Batch(first, end - first, image_of, owner >= 0, kind % 2 == 1, center)
-                )
+        for kind, (first, end) in enumerate(pairwise(starts)):
+            if first == end:
+                continue
+            material = materials[kind // 2]
+            corners = soup.vertices[soup.faces[order[first:end]]]
+            center = corners.mean((0, 1)) if material.is_transparent else np.zeros(3)
+            texture = self._images.get(id(material.image))
+            batches.append(_Batch(first, end - first, material, texture, kind % 2 == 1, center))
         return order, batches
 
-    def _make_tables(self, scene: Scene, order: NDArray[np.intp]) -> list[TextureBuffer]:
-        """Upload per point: normal, uv, tint; per material: its numbers; per face: which."""
+    def _make_tables(self, scene: Scene) -> list[TextureBuffer]:
+        """Upload for each point its normal, uv and tint."""
         count = self._geometry.n_stored
         normals, uvs = np.zeros((count, 4), np.float32), np.zeros((count, 2), np.float32)
         tints = np.full((count, 4), 255, np.uint8)
@@ -226,27 +241,19 @@ class Surfaces:
                 uvs[rows] = mesh.uv
             if mesh.colors is not None:
                 tints[rows, :3] = np.clip(mesh.colors, 0, 1) * 255 + 0.5
-        materials = {id(part.material): part.material for part in scene.parts}
-        numbers = {key: number for number, key in enumerate(materials)}
-        described = [_describe(material) for material in materials.values()]
-        material = np.array([numbers[id(part.material)] for part in scene.parts], np.int32)
-        owners = material[scene.triangles().part[order]]
         return [
             TextureBuffer(self._device, normals, _RGBA32F),
             TextureBuffer(self._device, uvs, _RG32F),
             TextureBuffer(self._device, tints, _RGBA8),
-            TextureBuffer(self._device, np.array(described, np.float32), _RGBA32F),
-            TextureBuffer(self._device, owners.astype(np.int32), _R32I),
         ]
 
 
-def _describe(material: Material) -> list[list[float]]:
-    """Give a material's three texels."""
-    return [
-        [*material.color, material.opacity],
-        [*material.emission, float(material.is_unlit)],
-        [_MODES[material.alpha_mode], material.alpha_cutoff, 0.0, 0.0],
-    ]
+def _describe(material: Material) -> tuple:
+    """Give what must be equal for two materials to be drawn together."""
+    return (
+        material.color, id(material.image), material.opacity, material.emission,
+        material.is_unlit, material.alpha_mode, material.alpha_cutoff,
+    )  # fmt: skip
 
 
 def find_rays(projection: Projection) -> dict[str, object]:

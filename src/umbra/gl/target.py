@@ -14,6 +14,7 @@ _FLOAT, _INT, _BYTE = 0x1406, 0x1404, 0x1401
 # OpenGL's internal format, format and type; numpy's type and channels.
 FORMATS: dict[str, tuple[int, int, int, type, int]] = {
     "rgba16f": (0x881A, 0x1908, _FLOAT, np.float32, 4),
+    "rgba32f": (0x8814, 0x1908, _FLOAT, np.float32, 4),
     "rgba8": (0x8058, 0x1908, _BYTE, np.uint8, 4),
     "r16f": (0x822D, 0x1903, _FLOAT, np.float32, 1),
     "r32f": (0x822E, 0x1903, _FLOAT, np.float32, 1),

@@ -9,14 +9,13 @@ uniform vec3 albedo;
 uniform float ambient;
 
 layout(location = 0) out vec4 light;
-layout(location = 1) out vec4 normal;
-layout(location = 2) out float key;
-layout(location = 3) out vec4 out_albedo;
+layout(location = 1) out vec4 place;  // normal and depth key
+layout(location = 2) out vec4 out_albedo;
 
 void main() {
     vec3 ray = find_ray(gl_FragCoord.xy);
-    normal = vec4(0.0, 0.0, height < 0.0 ? 1.0 : -1.0, 1.0);
-    key = is_perspective ? ray.z / height : (ray.z - height) / forward.z;
+    float key = is_perspective ? ray.z / height : (ray.z - height) / forward.z;
+    place = vec4(0.0, 0.0, height < 0.0 ? 1.0 : -1.0, key);
     out_albedo = vec4(pack(albedo), 1.0);
-    light = vec4(albedo * ambient * (0.75 + 0.25 * normal.z), 1.0);
+    light = vec4(albedo * ambient * (0.75 + 0.25 * place.z), 1.0);
 }

@@ -4,7 +4,8 @@
 
 const int COLORS = 9;
 
-uniform sampler2D counts, keys, normals;
+uniform sampler2D counts;
+uniform sampler2D places;      // normals and depth keys
 uniform float top;             // the count that takes the last colour
 uniform vec3 palette[COLORS];  // sRGB; the first is of a count of 0
 uniform vec3 aside;            // where the soft light comes from
@@ -13,13 +14,14 @@ layout(location = 0) out vec4 color;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (texelFetch(keys, pixel, 0).r == 0.0) {
+    vec4 seen = texelFetch(places, pixel, 0);
+    if (seen.w == 0.0) {
         discard;
     }
     float count = max(texelFetch(counts, pixel, 0).r, 0.0);
     float place = clamp(count / top, 0.0, 1.0) * float(COLORS - 1);
     int low = min(int(place), COLORS - 2);
     vec3 found = mix(palette[low], palette[low + 1], place - float(low));
-    float shade = 0.8 + 0.2 * dot(texelFetch(normals, pixel, 0).xyz, aside);
+    float shade = 0.8 + 0.2 * dot(seen.xyz, aside);
     color = vec4(found * shade, 1.0);
 }

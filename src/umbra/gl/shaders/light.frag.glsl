@@ -6,7 +6,8 @@
 #include "color.glsl"
 #include "picture.glsl"
 
-uniform sampler2D normals, keys, albedos;
+uniform sampler2D places;    // normals and depth keys
+uniform sampler2D albedos;
 uniform vec4 light;          // homogeneous, relative to the eye
 uniform vec3 color;          // times the exposure
 uniform vec3 attenuation;    // constant, linear, quadratic
@@ -20,8 +21,9 @@ layout(location = 0) out vec4 added;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    float key = texelFetch(keys, pixel, 0).r;
-    vec3 normal = texelFetch(normals, pixel, 0).xyz;
+    vec4 seen = texelFetch(places, pixel, 0);
+    vec3 normal = seen.xyz;
+    float key = seen.w;
     vec3 tint = color * unpack(texelFetch(albedos, pixel, 0).rgb);
 #ifdef IS_POINT
     vec3 way = light.xyz - find_seen(gl_FragCoord.xy, key);
@@ -41,8 +43,8 @@ void main() {
 #endif
 #ifdef HAS_IMAGE
     float ahead = max(along, 1e-30);
-    vec2 place = 0.5 + 0.5 * vec2(-dot(way, image_right), dot(way, image_up)) / ahead;
-    tint *= texture(image, clamp(place, 0.0, 1.0)).rgb;
+    vec2 spot = 0.5 + 0.5 * vec2(-dot(way, image_right), dot(way, image_up)) / ahead;
+    tint *= texture(image, clamp(spot, 0.0, 1.0)).rgb;
 #endif
     added = key == 0.0 ? vec4(0.0) : vec4(amount * tint, 0.0);
 }

@@ -3,11 +3,13 @@
 
 #include "color.glsl"
 
-uniform samplerBuffer materials;  // three texels each
-uniform isamplerBuffer owners;    // the material of each face
-uniform sampler2D image;          // sRGB, decoded when fetched
+uniform vec3 color;        // reflectance
+uniform float opacity;
+uniform vec3 emission;
+uniform bool is_unlit, is_mask, is_blend;
+uniform float cutoff;      // of a mask's alpha
+uniform sampler2D image;   // sRGB, decoded when fetched
 uniform bool has_image;
-uniform int first;                // number of the draw's first face
 uniform vec3 forward;
 uniform bool is_perspective;
 
@@ -25,30 +27,24 @@ in vec3 tint;
 #endif
 
 #ifdef IS_TRANSPARENT
-layout(location = 0) out vec4 color;
+layout(location = 0) out vec4 shown;
 #else
 layout(location = 0) out vec4 light;
-layout(location = 1) out vec4 out_normal;
-layout(location = 2) out float key;
-layout(location = 3) out vec4 albedo;
+layout(location = 1) out vec4 place;  // normal and depth key
+layout(location = 2) out vec4 albedo;
 #endif
 
-const float MASK = 1.0, BLEND = 2.0;
 const float EVEN_LIGHT = 0.7;  // on transparent surfaces
 
 void main() {
-    int owner = 3 * texelFetch(owners, first + gl_PrimitiveID).r;
-    vec4 body = texelFetch(materials, owner);
-    vec4 own = texelFetch(materials, owner + 1);
-    vec4 alpha = texelFetch(materials, owner + 2);
     vec4 texel = vec4(1.0);
 #ifdef HAS_UV
     texel = has_image ? texture(image, uv) : texel;
-    if (alpha.x == MASK && texel.a * body.a < alpha.y) {
+    if (is_mask && texel.a * opacity < cutoff) {
         discard;
     }
 #endif
-    vec3 reflectance = body.rgb * texel.rgb;
+    vec3 reflectance = color * texel.rgb;
 #ifdef HAS_TINTS
     reflectance *= tint;
 #endif
@@ -64,15 +60,13 @@ void main() {
 #endif
 
 #ifdef IS_TRANSPARENT
-    float opacity = body.a * (alpha.x == BLEND ? texel.a : 1.0);
-    color = vec4(opacity * (reflectance * (own.a > 0.5 ? 1.0 : EVEN_LIGHT) + own.rgb), opacity);
+    float alpha = opacity * (is_blend ? texel.a : 1.0);
+    shown = vec4(alpha * (reflectance * (is_unlit ? 1.0 : EVEN_LIGHT) + emission), alpha);
 #else
     float depth = dot(at, forward);
-    key = is_perspective ? 1.0 / depth : -depth;
-    out_normal = vec4(seen_normal, 1.0);
-    bool is_unlit = own.a > 0.5;
+    place = vec4(seen_normal, is_perspective ? 1.0 / depth : -depth);
     albedo = vec4(is_unlit ? vec3(0.0) : pack(reflectance), 1.0);
     float sky = is_unlit ? 1.0 : ambient * (0.75 + 0.25 * seen_normal.z);
-    light = vec4(own.rgb + reflectance * sky, 1.0);
+    light = vec4(emission + reflectance * sky, 1.0);
 #endif
 }
