@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import Indices, draw_plain
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan
 from umbra.gl.programs import Program
 from umbra.gl.state import Pass, State, Stencil, one_sided
 from umbra.gl.target import Target
@@ -25,18 +25,21 @@ __all__ = ["Counter"]
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
 
-# What lies before the near plane is before every near point, whose count z-pass starts
-# with: it is clipped there. z-fail must see all that is behind, to infinity.
+# What lies before the near plane is before every visible point, and clipped: z-pass starts
+# with the count in that plane. z-fail must see all that is behind, to infinity: depth is
+# clamped there, which would turn off clipping at the near plane, too.
 IN_STENCIL = {
     Z_PASS: Pass(depth_test="less", stencil=_BEFORE),
-    Z_FAIL: Pass(depth_test="less", stencil=_BEHIND, depth_clamp=True),
+    Z_FAIL: Pass(depth_test="less", stencil=_BEHIND, depth_clamp=True, clip_near=True),
     LIGHT_CAP: Pass(depth_test="never", stencil=_BEHIND, depth_clamp=True, clip_near=True),
 }
 """Passes that count in the stencil."""
 
 IN_FLOATS = {
     Z_PASS: Pass(depth_test="less", color_write=True, blend="add"),
-    Z_FAIL: Pass(depth_test="gequal", color_write=True, blend="add", depth_clamp=True),
+    Z_FAIL: Pass(
+        depth_test="gequal", color_write=True, blend="add", depth_clamp=True, clip_near=True
+    ),
     LIGHT_CAP: Pass(
         depth_test="always", color_write=True, blend="add", depth_clamp=True, clip_near=True
     ),
@@ -67,8 +70,16 @@ class Counter:
     ) -> None:
         self._device, self._geometry, self._indices = device, geometry, indices
         self._two_sided = two_sided
-        self._in_stencil = Program(device, "volume.vert.glsl", "nothing.frag.glsl")
-        self._in_floats = Program(device, "volume.vert.glsl", "count.frag.glsl")
+        # Some drivers clip by gl_ClipDistance wherever it is written, though not enabled.
+        self._in_stencil, self._in_floats = (
+            {
+                clips: Program(
+                    device, "volume.vert.glsl", fragment, {"CLIP_NEAR": 1} if clips else None
+                )
+                for clips in (False, True)
+            }
+            for fragment in ("nothing.frag.glsl", "count.frag.glsl")
+        )
         self._mark = Program(device, "picture.vert.glsl", "mask.frag.glsl")
         self._floats: Target | None = None
 
@@ -93,8 +104,8 @@ class Counter:
             return
         target.use()
         state.clear(stencil=plan.start & 0xFF, scissor=plan.scissor)
-        self._prepare(self._in_stencil, plan)
         for draw in plan.draws:
+            program = self._prepare(self._in_stencil, plan, draw)
             passes = [self._narrow(IN_STENCIL[draw.kind], plan)]
             if not self._two_sided:
                 one = passes[0]
@@ -102,10 +113,9 @@ class Counter:
                     replace(one, stencil=one_sided(one.stencil, side), cull=other)  # type: ignore[arg-type]
                     for side, other in (("front", "back"), ("back", "front"))
                 ]
-            self._in_stencil.set(is_cut=draw.is_cut)
             for each in passes:
                 state.use(each)
-                self._indices.draw(self._in_stencil, draw.first, draw.count)
+                self._indices.draw(program, draw.first, draw.count)
 
     def count_in_floats(self, state: State, target: Target, plan: Plan) -> Target:
         """
@@ -129,11 +139,11 @@ class Counter:
         self._floats.use()
         state.use(Pass(color_write=True))
         self._floats.clear_color(float(plan.start))
-        self._prepare(self._in_floats, plan)
         for draw in plan.draws:
-            self._in_floats.set(is_cut=draw.is_cut, front=_FRONT[draw.kind])
+            program = self._prepare(self._in_floats, plan, draw)
+            program.set(front=_FRONT[draw.kind])
             state.use(self._narrow(IN_FLOATS[draw.kind], plan))
-            self._indices.draw(self._in_floats, draw.first, draw.count)
+            self._indices.draw(program, draw.first, draw.count)
         return self._floats
 
     def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:
@@ -160,13 +170,17 @@ class Counter:
             return whole
         return replace(whole, scissor=plan.scissor, depth_bounds=bounds)
 
-    def _prepare(self, program: Program, plan: Plan) -> None:
+    def _prepare(self, programs: dict[bool, Program], plan: Plan, draw: Draw) -> Program:
+        """Choose the program for a draw, and tell it where everything is."""
+        program = programs[draw.kind != Z_PASS]
         self._geometry.bind(program)
         program.set(
             **plan.projection.uniforms(),
             light=plan.light.astype(np.float32),
             bottom=plan.bottom,
+            is_cut=draw.is_cut,
         )
+        return program
 
     def _mark_shadow(self, state: State, target: Target) -> None:
         """Set the stencil to 1 where the float count is not 0, to 0 elsewhere."""
@@ -188,5 +202,5 @@ class Counter:
     def release(self) -> None:
         """Free the programs and the float target."""
         self._release_floats()
-        for program in (self._in_stencil, self._in_floats, self._mark):
+        for program in (*self._in_stencil.values(), *self._in_floats.values(), self._mark):
             program.release()

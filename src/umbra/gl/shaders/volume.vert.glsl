@@ -3,9 +3,13 @@
 #include "place.glsl"
 
 invariant gl_Position;
+#ifdef CLIP_NEAR
 out float gl_ClipDistance[1];
+#endif
 
 void main() {
     gl_Position = projection * find_place(gl_VertexID);
-    gl_ClipDistance[0] = gl_Position.z + gl_Position.w;  // the near plane, where it must clip
+#ifdef CLIP_NEAR
+    gl_ClipDistance[0] = gl_Position.z + gl_Position.w;  // the near plane, while depth is clamped
+#endif
 }
