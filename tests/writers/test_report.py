@@ -265,3 +265,46 @@ def test_what_was_assumed_is_said(study, tmp_path):
         assert words_ in text, words_
     assert "http:" not in text.replace("http://www.w3.org", "")
     assert "https:" not in text
+
+
+def test_before_and_after_are_those_of_two_studies(page, tmp_path):
+    both = make_study(proposed=["bar"], under="10h", by="part")
+    scene = make_scene([Part(n, "", Mesh(*m)) for n, m in HOUSES.items() if n != "bar"])
+    before = run_study(
+        scene, VIENNA, date="2026-09-18", start="06:00", end="20:00", every="30min", cell=0.5,
+        extent=(-40, -25, 40, 45),
+    )  # fmt: skip
+    page.open(save(tmp_path / "report.html", both)[0], READY)
+    titles = page.ask("[...document.querySelectorAll('h2')].map(h => h.textContent)")
+    assert titles[1:5] == [
+        "Before and after", "Who loses sun", "Who casts the shadow", "Area in the sun",
+    ]  # fmt: skip
+    rows = page.ask(
+        "[...document.querySelectorAll('table')[0].querySelectorAll('tbody tr')]"
+        ".map(r => [...r.children].map(c => c.textContent))"
+    )
+    figures = {row[0]: [float(v.replace(",", "").replace("\u2212", "-")) for v in row[1:]]
+               for row in rows}  # fmt: skip
+    is_open = both.heights <= both.ground
+    sun = [before.sun_hours[is_open], both.sun_hours[is_open]]
+    expected = [float(hours.mean()) for hours in sun]
+    expected.append(expected[1] - expected[0])
+    assert figures["mean sun [h]"] == pytest.approx(expected, abs=0.0051)
+    areas = [np.count_nonzero(hours >= 10 - 1e-3) * 0.25 for hours in sun]
+    areas.append(areas[1] - areas[0])
+    assert figures["at least 10 h of sun [m²]"] == pytest.approx(areas, abs=1.01)
+    assert areas[2] < 0
+
+
+def test_days_have_a_row_each(page, tmp_path):
+    days = make_study(date=["2026-03-21", "2026-06-21"], start="10:00", end="16:00")
+    page.open(save(tmp_path / "report.html", days)[0], READY)
+    page.mouse("mouseMoved", *place_of(page, days, 60, 100))
+    mask = np.asarray(days.masks)[:, 60, 100]
+    assert words(page, "in-shadow") == [say(float(mask.sum()) / 2)]
+    rows = page.ask("[...document.querySelectorAll('#line text')].map(t => t.textContent)")
+    assert rows[:2] == ["2026-03-21", "2026-06-21"]
+    page.press("Home")
+    assert words(page, "clock") == ["2026-03-21 10:00\u201310:30 CET"]
+    page.press("End")
+    assert words(page, "clock") == ["2026-06-21 15:30\u201316:00 CEST"]

@@ -87,7 +87,14 @@ class Outputs:
             return []
         from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
 
-        job = Job(study, folder, plan.title, lambda line: click.echo(line, err=True))
+        context = click.get_current_context(silent=True)
+        is_quiet = context is not None and bool(context.params.get("quiet"))
+
+        def say(line: str) -> None:
+            if not is_quiet:
+                click.echo(line, err=True)
+
+        job = Job(study, folder, plan.title, say)
         names = write_formats(job, self.formats)
         tables = []
         if self.rules:
@@ -101,16 +108,25 @@ class Outputs:
             painter.wait()
             from umbra.writers.report import write_report  # noqa: PLC0415
 
-            sheets = [
-                ("Hours in shadow", folder / "hours.png"),
-                ("Shadows through the day", folder / "profile.png"),
-            ]
             write_report(
-                folder / REPORT, study, plan, sheets, tables=tables, casters=self.casters,
-                notes=scene.notes, timeline=job.timeline,
+                folder / REPORT, study, plan, _find_sheets(folder), tables=tables,
+                casters=self.casters, notes=scene.notes, timeline=job.timeline,
             )  # fmt: skip
             names.append(REPORT)
         return names
+
+
+def _find_sheets(folder: Path) -> list[tuple[str, Path]]:
+    """Name the pictures of a results folder, those of the whole period first."""
+    words = {"hours": "Hours in shadow", "profile": "Shadows through the day"}
+    paths = sorted(folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem))
+    found = []
+    if any(path.stem.startswith("profile_") for path in paths):
+        paths = [path for path in paths if path.stem != "profile"]  # it is the first day's
+    for path in paths:
+        kind, _, day = path.stem.partition("_")
+        found.append((f"{words.get(kind, kind)}{f', {day}' if day else ''}", path))
+    return found
 
 
 def take_outputs(options: dict[str, Any]) -> Outputs:
@@ -140,6 +156,9 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
         from umbra.writers.rules import read_rules  # noqa: PLC0415
 
         rules = read_rules(path)
+        if options.get("receivers", "ground") not in {"ground", "top"}:
+            msg = "--rules are judged on plans; choose --receivers ground or top"
+            raise InputError(msg)
     return Outputs(options.pop("report"), formats, tuple(casters), rules)
 
 

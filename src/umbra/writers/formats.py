@@ -136,9 +136,12 @@ def _write_geotiff(job: Job) -> list[str]:
     from umbra.writers.geotiff import write_geotiff  # noqa: PLC0415
 
     study = job.study
+    bands = [("shadow_hours", "h", study.shadow_hours), ("sun_hours", "h", study.sun_hours)]
+    for name, (dimensions, array) in study.more.items():
+        if dimensions == ("y", "x") and array.dtype.kind in "fiu":
+            bands.append((name, "h" if "hours" in name else "1", array))
     write_geotiff(
-        job.folder / "hours.tif", study.x, study.y,
-        [("shadow_hours", "h", study.shadow_hours), ("sun_hours", "h", study.sun_hours)],
+        job.folder / "hours.tif", study.x, study.y, bands,
         cell=(study.grid.dx, study.grid.dy), crs=job.crs, facts=study.facts,
     )  # fmt: skip
     return ["hours.tif"]

@@ -20,6 +20,7 @@ from PIL import Image
 from umbra.study import Study
 from umbra.writers.color import shade_ramp
 from umbra.writers.plan import Plan, shade_roofs
+from umbra.writers.report.comparison import find_comparisons
 from umbra.writers.report.facts import find_facts, find_sun_areas
 from umbra.writers.report.table import Table
 from umbra.writers.report.timeline import Timeline, make_timeline
@@ -51,7 +52,7 @@ def write_report(
         Title, place and date as on the sheets.
     sheets : sequence of (caption, PNG file)
     tables : sequence of Table
-        Before and after, verdicts.
+        Verdicts; comparisons are found in the study itself.
     casters : sequence of str
         Patterns by which casters were chosen.
     notes : sequence of str
@@ -71,7 +72,7 @@ def write_report(
     """
     timeline = timeline or make_timeline(study)
     sun_areas = find_sun_areas(study)
-    shown = [*tables, *([sun_areas] if sun_areas else [])]
+    shown = [*tables, *find_comparisons(study), *([sun_areas] if sun_areas else [])]
     text = html.escape
     folder = files("umbra.writers.report")
     parts = {
@@ -245,7 +246,10 @@ def _make_table(table: Table) -> str:
     places = [_count_decimals([row[k] for row in table.rows]) for k in range(len(table.columns))]
 
     def cell(value: object, mark: str, decimals: int) -> str:
-        shown = f"{value:,.{decimals}f}" if isinstance(value, int | float) else str(value)
+        shown = str(value)
+        if isinstance(value, int | float):
+            digits = decimals if isinstance(value, float) else 0
+            shown = f"{value:,.{digits}f}".replace("-", "\u2212")
         word = str(value).partition(" ")[0].strip(":,") if isinstance(value, str) else ""
         mark = word if word in {"pass", "fail"} else mark
         return f'<td class="{mark}">{text(shown)}</td>' if mark else f"<td>{text(shown)}</td>"
