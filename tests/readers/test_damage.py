@@ -94,6 +94,35 @@ def stl():
     return b"stl".ljust(80) + np.uint32(4).tobytes() + facets.tobytes()
 
 
+def geojson():
+    square = [[16, 48], [16.001, 48], [16.001, 48.001], [16, 48.001], [16, 48]]
+    yard = [[16.0002, 48.0002], [16.0004, 48.0002], [16.0004, 48.0004], [16.0002, 48.0002]]
+    polygon = {"type": "Polygon", "coordinates": [square, yard]}
+    several = {"type": "MultiPolygon", "coordinates": [[square], [yard]]}
+    both = {"type": "GeometryCollection", "geometries": [polygon, several]}
+    features = [
+        {"type": "Feature", "id": n, "properties": {"height": h, "name": "a"}, "geometry": g}
+        for n, (h, g) in enumerate(((5, polygon), ("7.5", several), (3.0, both)))
+    ]
+    named = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
+    return {"type": "FeatureCollection", "crs": named, "features": features}
+
+
+def tiff():
+    try:
+        from rasterio.io import MemoryFile  # noqa: PLC0415
+        from rasterio.transform import from_origin  # noqa: PLC0415
+    except ImportError:
+        return None
+    with MemoryFile() as memory:
+        with memory.open(
+            driver="GTiff", width=4, height=3, count=1, dtype="float32", crs="EPSG:32633",
+            transform=from_origin(600000, 5340000, 1, 1), nodata=-9999,
+        ) as file:  # fmt: skip
+            file.write(np.arange(12, dtype="float32").reshape(1, 3, 4))
+        return memory.read()
+
+
 OBJ = (
     "mtllib a.mtl\no a\n"
     + "".join(f"v {x} {y} {z}\n" for x, y, z in VERTICES)
@@ -117,12 +146,15 @@ FILES = {
     "a.jsonl": sequence(),
     "a.glb": gltf(),
     "a.obj": OBJ,
+    "f.geojson": json.dumps(geojson()),
     "a.off": OFF,
     "t.ply": ply(binary=False),
     "b.ply": ply(binary=True),
     "b.stl": stl(),
     "t.stl": TEXT_STL,
 }
+if made := tiff():
+    FILES["t.tif"] = made
 BYTES = {n: c if isinstance(c, bytes) else c.encode() for n, c in FILES.items()}
 
 
@@ -191,7 +223,11 @@ def places_in(tree, path=()):
 
 
 ODD = [None, True, -1, 0, 7, 10**12, 1.5, 1e308, "", "a", [], {}, [[]], [[0]], {"type": "Solid"}]
-TREES = {"a.json": cityjson(), "a.gltf": json.loads(BYTES["a.glb"][20:].split(b"BIN\0")[0][:-4])}
+TREES = {
+    "a.json": cityjson(),
+    "a.gltf": json.loads(BYTES["a.glb"][20:].split(b"BIN\0")[0][:-4]),
+    "f.geojson": geojson(),
+}
 
 
 @pytest.mark.parametrize("name", TREES)

@@ -12,7 +12,7 @@ VIENNA = (48, 12, 30), (16, 22, 15)
 VIENNA_DEGREES = 48 + 12 / 60 + 30 / 3600, 16 + 22 / 60 + 15 / 3600
 
 
-@pytest.fixture(params=["IFC2X3", "IFC4"])
+@pytest.fixture(params=["IFC2X3", "IFC4", "IFC4X3"])
 def schema(request):
     return request.param
 

@@ -72,6 +72,7 @@ def extrude_table(table: Table, choices: Choices) -> Model:
         left = f" ({'; '.join(table.notes)})" if table.notes else ""
         msg = f"has no polygons{left}; give a file of building footprints"
         raise InputError(msg)
+    _check_corners(table)
     notes = list(table.notes)
     extent, base = _find_extent(table, choices, notes)
     usable = extent.high > extent.low
@@ -96,6 +97,21 @@ def extrude_table(table: Table, choices: Choices) -> Model:
     return Model(
         table.format, tuple(parts), table.crs, tuple(notes), is_afloat=base is None
     )  # fmt: skip
+
+
+def _check_corners(table: Table) -> None:
+    rings = table.rings
+    wrong = np.flatnonzero(~np.isfinite(rings.points).all(1))
+    if not len(wrong):
+        return
+    ring = int(np.searchsorted(np.cumsum(rings.lengths), wrong[0], "right"))
+    feature = int(rings.feature[rings.polygon[ring]])
+    first = _name_row(table, feature)
+    msg = (
+        f"{len(wrong)} corners of footprints are not finite (first: of {first}); "
+        "remove or repair them"
+    )
+    raise InputError(msg, count=len(wrong), feature=feature)
 
 
 def _find_extent(table: Table, choices: Choices, notes: list[str]) -> tuple[_Extent, str | None]:

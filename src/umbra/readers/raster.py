@@ -7,6 +7,9 @@ of the other three is left.
 """
 
 import math
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +54,7 @@ def read_raster(_data: bytes, path: Path, _choices: Choices) -> Model:
     notes: list[str] = []
     try:
         # By name, not from memory: overviews, masks and world files lie beside it.
-        with rasterio.open(path) as source:
+        with _quietly(), rasterio.open(path) as source:
             _check_bands(source, notes)
             heights, there = _read_heights(source, notes)
             affine, wkt = source.transform, source.crs
@@ -128,6 +131,14 @@ def make_surface(
     if np.linalg.det(matrix[:, :2]) > 0:
         joined = joined[:, ::-1]
     return vertices, np.ascontiguousarray(joined)
+
+
+@contextmanager
+def _quietly() -> Iterator[None]:
+    """Keep rasterio's warnings off the error stream: notes say the same."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def _check_bands(source: Any, notes: list[str]) -> None:
