@@ -1,10 +1,14 @@
 """Height rasters: the surface through cell centres, by hand."""
 
+import json
+
 import numpy as np
 import pytest
+from support.judge import judge_field
 
 import umbra
 from umbra import InputError
+from umbra.scene.grid import Grid
 
 rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed")
 from rasterio.transform import Affine, from_origin  # noqa: E402
@@ -145,6 +149,39 @@ def test_a_raster_that_does_not_fit_names_the_remedy(write, monkeypatch):
     monkeypatch.setattr("umbra.cpu.memory.find_memory", lambda: 1000.0)
     with pytest.raises(InputError, match=r"needs 0 GB.*4 times coarser"):
         umbra.read(write(PLAIN))
+
+
+@pytest.mark.parametrize("cell", [0.7, 2.0])
+def test_a_surface_model_with_a_building_is_right_by_rays(write, tmp_path, cell):
+    rng = np.random.default_rng(4)
+    heights = rng.uniform(0, 1, (30, 40)).cumsum(1) / 8
+    for row, col, height in ((4, 6, 9), (15, 20, 14), (20, 5, 6)):
+        heights[row : row + 5, col : col + 6] += height
+    heights[8:11, 25:30] = -9999
+    surface = write(
+        heights, nodata=-9999, transform=from_origin(600000, 5340030, 1, 1), name="dsm.tif"
+    )
+    ring = [(25.3, 3.1), (33.7, 4.2), (32.0, 9.9), (25.3, 8.0)]
+    coordinates = [[[600000 + x, 5340000 + y] for x, y in (*ring, ring[0])]]
+    feature = {
+        "type": "Feature",
+        "properties": {"height": 11},
+        "geometry": {"type": "Polygon", "coordinates": coordinates},
+    }
+    crs = {"type": "name", "properties": {"name": "EPSG:32633"}}
+    house = tmp_path / "house.geojson"
+    house.write_text(json.dumps({"type": "FeatureCollection", "crs": crs, "features": [feature]}))
+    scene = umbra.read(surface, house)
+    assert len(scene.parts) == 2
+    soup = scene.triangles()
+    low = scene.bounds()[0] - scene.origin
+    grid = Grid(low[0] + 0.31, low[1] + 0.27, cell, cell, int(38 / cell), int(28 / cell))
+    suns = [(0.6, -0.5, 0.5), (-0.8, -0.3, 0.25), (0.1, 0.9, 0.6)]
+    verdicts, counts = judge_field(
+        (soup.vertices, soup.faces), grid, suns, ground=low[2], group=scene.groups()[soup.part]
+    )
+    verdicts.check()
+    assert counts.max() > 0
 
 
 def test_a_damaged_raster(write):
