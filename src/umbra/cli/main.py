@@ -19,6 +19,7 @@ COMMANDS = {
     "inspect": "Say what a file is.",
     "render": "Draw a picture with exact shadows.",
     "study": "Find the hours of shadow around buildings.",
+    "view": "Look at a model in a window.",
 }
 
 

@@ -1,0 +1,363 @@
+"""
+The viewer's loop: events in, another view, a picture when it changed.
+
+Nothing is drawn while nothing happens. What mouse and keys do is told by ``Controls``; the
+scene is drawn anew only for another view or size, Dear ImGui a few times after each event.
+"""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from imgui_bundle import imgui  # before glfw, whose library it brings
+
+# isort: split
+import glfw
+import numpy as np
+
+from umbra.errors import InputError, UmbraError
+from umbra.gl.indices import draw_plain
+from umbra.gl.programs import Program
+from umbra.gl.state import Pass, State
+from umbra.scene import Scene
+from umbra.window.controls import Controls
+from umbra.window.file import load_view, save_view
+from umbra.window.hud import Frame, draw_handles, draw_help, draw_scale, draw_statistics
+from umbra.window.pacing import Pacing
+from umbra.window.painter import Drawn, Painter
+from umbra.window.panel import PanelState, draw_panel
+from umbra.window.screen import Screen
+from umbra.window.view import View
+from umbra.writers.beside import replace_file
+from umbra.writers.png import write_png
+
+__all__ = ["PANEL", "Viewer", "show"]
+
+PANEL = 290
+"""Width of the panel, in the window's units."""
+
+_REST, _SETTLE, _FASTEST = 0.5, 3, 1 / 60  # [s], frames after an event, [s] a frame
+_LONGEST = 0.1  # [s] that a view advances in one frame
+_BUTTONS = {0: "left", 1: "right", 2: "middle"}
+_KEYS = {
+    glfw.KEY_SPACE: "space", glfw.KEY_TAB: "tab", glfw.KEY_LEFT: "left", glfw.KEY_RIGHT: "right",
+    glfw.KEY_DELETE: "delete", glfw.KEY_F1: "f1",
+    **{glfw.KEY_A + n: chr(ord("a") + n) for n in range(26)},
+    **{glfw.KEY_0 + n: str(n) for n in range(10)},
+}  # fmt: skip
+_BACK = (0.125, 0.137, 0.157, 1.0)
+
+
+class Viewer:
+    """
+    A window on a scene.
+
+    Parameters
+    ----------
+    screen : Screen
+        Closed with the viewer.
+    scene : Scene
+    view : View
+        To begin with.
+    title : str
+    ground : float, optional
+        z of a plane that is drawn and receives shadows [m].
+    threads : int
+        For the CPU's pictures.
+    picture : Path
+        Where screenshots go; further ones get a number.
+    view_file : Path
+        Where views are saved and loaded.
+    """
+
+    def __init__(
+        self,
+        screen: Screen,
+        scene: Scene,
+        view: View,
+        *,
+        title: str,
+        ground: float | None = None,
+        threads: int = 1,
+        picture: Path,
+        view_file: Path,
+    ) -> None:
+        self.screen, self.scene, self.view = screen, scene, view
+        self.picture = picture
+        self.panel = PanelState(title, str(view_file))
+        self.painter = Painter(screen.device, scene, ground, threads)
+        self._show = Program(screen.device, "picture.vert.glsl", "show.frag.glsl")
+        self._has_panel, self._has_help = True, False
+        self._pacing = Pacing()
+        self._shown: tuple[Any, ...] | None = None
+        self._drawn: Drawn | None = None
+        self._stirs = _SETTLE
+        self._is_panel_held = False
+        self._mouse = (0.0, 0.0)
+        self._frame = self._find_frame()
+        self.controls = Controls(scene.bounds(), self._frame.pixels)
+        self._listen()
+        screen.start_gui()
+
+    def run(self) -> None:
+        """Show the window until it is closed."""
+        last = time.perf_counter()
+        while not glfw.window_should_close(self.screen.window):
+            spent = time.perf_counter() - last
+            if self.controls.needs_time:
+                glfw.wait_events_timeout(max(_FASTEST - spent, 1e-3))
+            elif self._stirs or self._is_stale():
+                glfw.poll_events()
+            else:
+                glfw.wait_events_timeout(_REST)
+            now = time.perf_counter()
+            if self.controls.needs_time:
+                self.view = self.controls.advance(self.view, min(now - last, _LONGEST))
+            last = now
+            if self._stirs or self.controls.needs_time or self._is_stale():
+                self._stirs = max(self._stirs - 1, 0)
+                self._draw()
+
+    def close(self) -> None:
+        """
+        Free all that was made and close the window.
+
+        Raises
+        ------
+        UmbraError
+            If something is left on the device.
+        """
+        self.painter.release()
+        self._show.release()
+        left = sorted(self.screen.device.live)
+        self.screen.close()
+        if left:
+            msg = f"{len(left)} objects were left on the device (first: {left[0]}); report this"
+            raise UmbraError(msg, left=left)
+
+    # -- events ----------------------------------------------------------------------------
+
+    def _listen(self) -> None:
+        window = self.screen.window
+        glfw.set_mouse_button_callback(window, self._on_button)
+        glfw.set_cursor_pos_callback(window, self._on_cursor)
+        glfw.set_scroll_callback(window, self._on_scroll)
+        glfw.set_key_callback(window, self._on_key)
+        glfw.set_char_callback(window, self._stir)
+        glfw.set_cursor_enter_callback(window, self._stir)
+        glfw.set_window_focus_callback(window, self._on_focus)
+        glfw.set_framebuffer_size_callback(window, self._stir)
+        glfw.set_window_refresh_callback(window, self._stir)
+
+    def _stir(self, *_: object) -> None:
+        self._stirs = _SETTLE
+
+    def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
+        self._stir()
+        name = _BUTTONS.get(button)
+        if name is None:
+            return
+        if action == glfw.RELEASE:
+            self.controls.release(name)
+            return
+        if self._is_over_picture():
+            shift = bool(mods & glfw.MOD_SHIFT)
+            pixel = self._frame.to_pixel(self._mouse)
+            self.view = self.controls.press(self.view, name, pixel, shift=shift)
+
+    def _on_cursor(self, window: Any, x: float, y: float) -> None:
+        self._stir()
+        self._mouse = (x, y)  # glfw would give where it is now, not where it was at the event
+        shift = any(
+            glfw.get_key(window, key) == glfw.PRESS
+            for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT)
+        )
+        self.view = self.controls.move(self.view, self._frame.to_pixel((x, y)), shift=shift)
+
+    def _on_scroll(self, _: Any, __: float, steps: float) -> None:
+        self._stir()
+        if self._is_over_picture():
+            self.view = self.controls.scroll(self.view, steps)
+
+    def _is_over_picture(self) -> bool:
+        over = self._mouse[0] >= self._frame.corner[0]
+        return over and not imgui.get_io().want_capture_mouse
+
+    def _on_key(self, _: Any, key: int, __: int, action: int, mods: int) -> None:
+        self._stir()
+        name = _KEYS.get(key)
+        if name is None:
+            return
+        if action == glfw.RELEASE:
+            self.controls.release_key(name)
+        elif not imgui.get_io().want_text_input:
+            again = action == glfw.REPEAT
+            if not again or name in {"left", "right"}:
+                self.view = self.controls.press_key(
+                    self.view, name,
+                    control=bool(mods & glfw.MOD_CONTROL), shift=bool(mods & glfw.MOD_SHIFT),
+                )  # fmt: skip
+
+    def _on_focus(self, _: Any, focused: int) -> None:
+        self._stir()
+        if not focused:
+            self.controls.let_go()
+
+    # -- drawing ---------------------------------------------------------------------------
+
+    def _find_frame(self) -> Frame:
+        """Find where the picture goes: all of the window that the panel leaves."""
+        width, height = glfw.get_window_size(self.screen.window)
+        pixels, _ = glfw.get_framebuffer_size(self.screen.window)
+        left = float(PANEL) if self._has_panel and width > 2 * PANEL else 0.0
+        return Frame((left, 0.0), (width - left, float(height)), pixels / max(width, 1))
+
+    def _choose(self) -> tuple[Any, ...]:
+        """Give what the picture depends on: view, size and step."""
+        moves = self.controls.is_moving or self._is_panel_held
+        return self.view, self._frame.pixels, self._pacing.choose_step(moves)
+
+    def _is_stale(self) -> bool:
+        return self._shown != self._choose()
+
+    def _draw(self) -> None:
+        self._frame = self._find_frame()
+        self.controls.size = self._frame.pixels
+        if min(self._frame.size) < 8:  # an icon
+            return
+        self.screen.begin()
+        if self._frame.corner[0] > 0:
+            size = (self._frame.corner[0], self._frame.size[1])
+            self.view = draw_panel(self.view, self.panel, self.controls, size)
+        self._is_panel_held = imgui.is_any_item_active() and imgui.is_mouse_down(0)
+        self._obey()
+        if self._is_stale():
+            self._paint(self._choose())
+        mouse = self._frame.to_pixel(self._mouse) if self._is_over_picture() else None
+        draw_handles(self.view, self._frame, mouse)
+        if self._drawn is not None:
+            if "counts" in self.view.overlays and self.view.chosen in self.view.shining():
+                draw_scale(self._drawn.highest, self._frame)
+            if self.panel.statistics:
+                draw_statistics(self._drawn, self.view, self._frame)
+        if self._has_help:
+            draw_help(self._frame)
+        self._put_picture()
+        self.screen.end()
+
+    def _paint(self, wanted: tuple[Any, ...]) -> None:
+        """Draw the scene into the painter's target."""
+        view, (cols, rows), step = wanted
+        size = (max(cols // step, 1), max(rows // step, 1))
+        self._drawn = self.painter.draw(view, size, times=self.panel.statistics)
+        self.panel.warnings = self._drawn.warnings
+        self._pacing.note(step, self._drawn.spent)
+        self._shown = wanted
+
+    def _put_picture(self) -> None:
+        """Draw the picture into the window."""
+        gl, frame = self.screen.device.gl, self._frame
+        targets = self.painter.renderer.targets
+        assert targets is not None
+        cols, rows = frame.pixels
+        left = round(frame.corner[0] * frame.scale)
+        gl.BindFramebuffer(0x8D40, 0)
+        gl.Viewport(0, 0, left + cols, rows)
+        with State(self.screen.device) as state:
+            state.use(Pass(color_write=True, scissor=(left, 0, cols, rows)))
+            gl.ActiveTexture(0x84C0)
+            gl.BindTexture(0x0DE1, targets.picture.textures[0])
+            for name in (0x2800, 0x2801):  # smooth where it is enlarged
+                gl.TexParameteri(0x0DE1, name, 0x2601)
+            self._show.set(
+                picture=0, corner=np.array([left, 0.0]), size=np.array([cols, rows], float)
+            )
+            draw_plain(self.screen.device, self._show, 3)
+
+    # -- commands --------------------------------------------------------------------------
+
+    def _obey(self) -> None:
+        """Do what was asked for besides another view."""
+        commands, self.controls.commands = self.controls.commands, []
+        for command in commands:
+            self._stir()
+            try:
+                self._do(command)
+            except (InputError, OSError) as error:
+                self.panel.message = str(error)
+
+    def _do(self, command: str) -> None:
+        file = Path(self.panel.view_file)
+        if command == "screenshot":
+            self.panel.message = f"saved {self._shoot()}"
+        elif command == "save":
+            save_view(file, self.view)
+            self.panel.message = f"saved {file}"
+        elif command == "load":
+            self.view = load_view(file, self.view.lights)
+            self.panel.message = f"loaded {file}"
+        elif command == "panel":
+            self._has_panel = not self._has_panel
+        elif command == "help":
+            self._has_help = not self._has_help
+        elif command == "quit":
+            glfw.set_window_should_close(self.screen.window, True)
+
+    def _shoot(self) -> Path:
+        """Write the picture, at whole resolution, without panel and handles."""
+        wanted = (self.view, self._frame.pixels, 1)
+        if self._shown != wanted:
+            self._paint(wanted)
+        path, number = self.picture, 1
+        while path.exists():
+            number += 1
+            path = self.picture.with_stem(f"{self.picture.stem}-{number}")
+        with replace_file(path) as beside:
+            write_png(beside, self.painter.read())
+        return path
+
+
+def show(
+    scene: Scene,
+    view: View,
+    *,
+    names: Sequence[str],
+    size: tuple[int, int],
+    instead: str,
+    **options: Any,
+) -> None:
+    """
+    Open a window on a scene and return when it is closed.
+
+    Parameters
+    ----------
+    scene : Scene
+    view : View
+    names : sequence of str
+        Of the files.
+    size : (int, int)
+        Of the window.
+    instead : str
+        A command that does without a window.
+    **options
+        As for ``Viewer``.
+
+    Raises
+    ------
+    InputError
+        If no window opens.
+    UmbraError
+        If OpenGL fails.
+    """
+    title = ", ".join(names[:2]) + (f" and {len(names) - 2} more" if len(names) > 2 else "")
+    screen = Screen(f"{title} - umbra", size, instead)
+    try:
+        viewer = Viewer(screen, scene, view, title=title, **options)
+    except BaseException:
+        screen.close()
+        raise
+    try:
+        viewer.run()
+    finally:
+        viewer.close()

@@ -1,0 +1,267 @@
+"""What lies over the picture: handles of lights, the sun's path, the scale, statistics, help."""
+
+import itertools
+
+import numpy as np
+from imgui_bundle import imgui
+from numpy.typing import NDArray
+
+from umbra.window.controls import KEYS
+from umbra.window.handles import find_dome, find_handles, find_path, pick, project
+from umbra.window.heat import PALETTE, find_colors, find_ticks, find_top
+from umbra.window.painter import Drawn
+from umbra.window.view import SUN, View
+
+__all__ = ["Frame", "draw_handles", "draw_help", "draw_scale", "draw_statistics"]
+
+_INK, _PAPER = (0.10, 0.11, 0.13), (1.0, 1.0, 1.0)
+_SUN = (1.0, 0.80, 0.25)
+_CIRCLE = 72
+_MARGIN = 12.0
+
+
+class Frame:
+    """
+    Where the picture lies in the window.
+
+    Parameters
+    ----------
+    corner : (float, float)
+        Its upper left corner in Dear ImGui's units.
+    size : (float, float)
+        Its size in the same.
+    scale : float
+        Pixels of the picture in one of them.
+    """
+
+    def __init__(
+        self, corner: tuple[float, float], size: tuple[float, float], scale: float
+    ) -> None:
+        self.corner, self.size, self.scale = corner, size, scale
+
+    @property
+    def pixels(self) -> tuple[int, int]:
+        """Columns and rows of the picture at whole resolution."""
+        return max(round(self.size[0] * self.scale), 1), max(round(self.size[1] * self.scale), 1)
+
+    def to_window(self, pixel: NDArray[np.float64] | tuple[float, float]) -> imgui.ImVec2:
+        """Give the place of a pixel in the window."""
+        x, y = ((value + 0.5) / self.scale for value in pixel)
+        return imgui.ImVec2(float(self.corner[0] + x), float(self.corner[1] + y))
+
+    def to_pixel(self, at: tuple[float, float]) -> tuple[float, float]:
+        """Give the pixel of a place in the window."""
+        x, y = ((a - c) * self.scale - 0.5 for a, c in zip(at, self.corner, strict=True))
+        return x, y
+
+
+def draw_handles(view: View, frame: Frame, mouse: tuple[float, float] | None) -> None:
+    """
+    Draw the lights' handles, and what they slide on.
+
+    Parameters
+    ----------
+    view : View
+    frame : Frame
+    mouse : (float, float), optional
+        Pixel of the picture under it; None while it is elsewhere.
+    """
+    draw = imgui.get_background_draw_list()
+    low, size = frame.corner, frame.size
+    draw.push_clip_rect(imgui.ImVec2(*low), imgui.ImVec2(low[0] + size[0], low[1] + size[1]))
+    handles = find_handles(view, frame.pixels)
+    if any(handle.number == SUN for handle in handles):
+        _draw_dome(draw, view, frame)
+    reached = pick(handles, mouse) if mouse is not None else None
+    for handle in handles:
+        at = frame.to_window(handle.at)
+        is_sun = handle.number == SUN
+        color = _SUN if is_sun else _to_screen(view.lights[handle.number].color)
+        if not is_sun:
+            _draw_stem(draw, view, frame, handle.place)
+        radius = 9.0 if is_sun else 7.0
+        is_reached = reached is not None and reached.number == handle.number
+        if is_reached or handle.number == view.chosen:
+            draw.add_circle(at, radius + 4.0, _tint(_PAPER, 0.95 if is_reached else 0.6), 0, 2.0)
+        draw.add_circle_filled(at, radius, _tint(color, 1.0))
+        draw.add_circle(at, radius, _tint(_INK, 0.9), 0, 1.5)
+        if not is_sun:
+            _write(draw, at.x + 14, at.y - 8, str(handle.number + 1))
+    draw.pop_clip_rect()
+
+
+def _draw_dome(draw: imgui.ImDrawList, view: View, frame: Frame) -> None:
+    """Draw the horizon with north, and the sun's path of the day with its hours."""
+    camera = view.viewpoint.camera(frame.pixels)
+    middle, radius = find_dome(view.viewpoint)
+    turn = np.linspace(0, 2 * np.pi, _CIRCLE + 1)
+    ring = middle + radius * np.stack([np.sin(turn), np.cos(turn), 0 * turn], 1)
+    _draw_line(draw, frame, project(camera, ring), _tint(_PAPER, 0.45), 1.0)
+    north = np.radians(view.sun.site.true_north if view.sun.site is not None else 0.0)
+    mark = middle + 1.06 * radius * np.array([[np.sin(north), np.cos(north), 0.0]])
+    (at,) = project(camera, mark)
+    if not np.isnan(at).any():
+        place = frame.to_window(at)
+        _write(draw, place.x - 5, place.y - 8, "N")
+    path = find_path(view)
+    if path is not None:
+        minutes, places = path
+        pixels = project(camera, places)
+        _draw_line(draw, frame, pixels, _tint(_SUN, 0.9), 2.0)
+        for pixel in pixels[(minutes % 60 == 0) & ~np.isnan(pixels).any(1)]:
+            draw.add_circle_filled(frame.to_window(pixel), 3.0, _tint(_SUN, 1.0))
+
+
+def _draw_line(
+    draw: imgui.ImDrawList, frame: Frame, pixels: NDArray[np.float64], color: int, width: float
+) -> None:
+    """Draw a line with a dark rim, so that it shows on any ground."""
+    shown = ~np.isnan(pixels).any(1)
+    points = [frame.to_window(pixel) for pixel in np.nan_to_num(pixels)]
+    for tint, wide in ((_tint(_INK, 0.30), width + 1.5), (color, width)):
+        for place in np.flatnonzero(shown[1:] & shown[:-1]):
+            draw.add_line(points[place], points[place + 1], tint, wide)
+
+
+def _write(draw: imgui.ImDrawList, x: float, y: float, text: str) -> None:
+    """Write with a dark rim."""
+    for right, down in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        draw.add_text(imgui.ImVec2(x + right, y + down), _tint(_INK, 0.55), text)
+    draw.add_text(imgui.ImVec2(x, y), _tint(_PAPER, 1.0), text)
+
+
+def _draw_stem(
+    draw: imgui.ImDrawList, view: View, frame: Frame, place: NDArray[np.float64]
+) -> None:
+    """Draw a line from a lamp straight down to the target's height."""
+    foot = np.array([place[0], place[1], min(view.viewpoint.target[2], place[2])])
+    pixels = project(view.viewpoint.camera(frame.pixels), np.stack([place, foot]))
+    _draw_line(draw, frame, pixels, _tint(_PAPER, 0.55), 1.0)
+
+
+def draw_scale(highest: int, frame: Frame) -> None:
+    """
+    Draw the scale of counts at the foot of the picture.
+
+    Parameters
+    ----------
+    highest : int
+        The highest count in the picture.
+    frame : Frame
+    """
+    top = find_top(highest)
+    width, height = 260.0, 14.0
+    _begin("scale", frame, right=False, top=False)
+    imgui.text("Shadow counts: volumes that hold a point")
+    draw, at = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
+    ticks = find_ticks(top)
+    if len(ticks) == top + 1:  # a field for each count
+        each = width / len(ticks)
+        for count in ticks:
+            low = imgui.ImVec2(at.x + count * each, at.y)
+            high = imgui.ImVec2(low.x + each, at.y + height)
+            draw.add_rect_filled(low, high, _tint(find_colors(np.array(count), top), 1.0))
+            _write_below(draw, low.x + each / 2, at.y + height, count)
+    else:
+        each = width / (len(PALETTE) - 1)
+        for place, (left, right) in enumerate(itertools.pairwise(PALETTE)):
+            low = imgui.ImVec2(at.x + place * each, at.y)
+            high = imgui.ImVec2(low.x + each, at.y + height)
+            a, b = _tint(left, 1.0), _tint(right, 1.0)
+            draw.add_rect_filled_multi_color(low, high, a, b, b, a)
+        for count in ticks:
+            _write_below(draw, at.x + width * count / top, at.y + height, count)
+    imgui.dummy(imgui.ImVec2(width, height + imgui.get_text_line_height() + 3))
+    imgui.end()
+
+
+def draw_statistics(drawn: Drawn, view: View, frame: Frame) -> None:
+    """
+    Draw what the last picture took.
+
+    Parameters
+    ----------
+    drawn : Drawn
+    view : View
+    frame : Frame
+    """
+    _begin("statistics", frame, right=True, top=True)
+    cols, rows = drawn.size
+    _write_row("frame", f"{drawn.spent:.1f} ms")
+    _write_row("picture", f"{cols} x {rows}")
+    if drawn.passes:
+        imgui.separator()
+        for name, spent in drawn.passes.items():
+            _write_row(name, f"{spent:.2f} ms")
+    found = drawn.statistics.get(view.chosen)
+    if found is not None:
+        imgui.separator()
+        rows_of = {
+            "casters": f"{found.things:,}",
+            "out of view": f"{found.culled:,}",
+            "case 1, 2, 3": ", ".join(f"{n:,}" for n in found.cases),
+            "sides": f"{found.sides:,}",
+            "light caps": f"{found.light_caps:,}",
+            "dark caps": f"{found.dark_caps:,}",
+            "index bytes": f"{found.index_bytes:,}",
+            "counts in": found.counts_in,
+        }
+        for name, value in rows_of.items():
+            _write_row(name, value)
+    if drawn.edges:
+        _write_row("edges", f"{drawn.edges:,}")
+    imgui.end()
+
+
+def draw_help(frame: Frame) -> None:
+    """Draw what the mouse and the keys do."""
+    _begin("help", frame, right=False, top=True)
+    mouse = {
+        "Drag": "turn; on a light: move it",
+        "Shift+drag": "pan; on a light: on its level",
+        "Right drag": "pan",
+        "Wheel": "nearer, away",
+    }
+    for keys, meaning in {**mouse, **KEYS, "F1": "this list"}.items():
+        imgui.text(keys)
+        imgui.same_line(120)
+        imgui.text(meaning)
+    imgui.end()
+
+
+def _begin(name: str, frame: Frame, *, right: bool, top: bool) -> None:
+    """Open a quiet window in a corner of the picture."""
+    x = frame.corner[0] + (frame.size[0] - _MARGIN if right else _MARGIN)
+    y = frame.corner[1] + (_MARGIN if top else frame.size[1] - _MARGIN)
+    pivot = imgui.ImVec2(float(right), float(not top))
+    imgui.set_next_window_pos(imgui.ImVec2(x, y), imgui.Cond_.always.value, pivot)
+    imgui.set_next_window_bg_alpha(0.82)
+    flags = imgui.WindowFlags_
+    imgui.begin(
+        name,
+        None,
+        flags.no_decoration.value | flags.always_auto_resize.value | flags.no_inputs.value
+        | flags.no_saved_settings.value | flags.no_nav.value | flags.no_focus_on_appearing.value,
+    )  # fmt: skip
+
+
+def _write_row(name: str, value: str) -> None:
+    imgui.text_disabled(name)
+    imgui.same_line(100)
+    imgui.text(value)
+
+
+def _write_below(draw: imgui.ImDrawList, middle: float, y: float, number: int) -> None:
+    text = str(number)
+    width = imgui.calc_text_size(text).x
+    draw.add_text(imgui.ImVec2(middle - width / 2, y + 2), _tint(_PAPER, 0.95), text)
+
+
+def _to_screen(color: tuple[float, float, float]) -> tuple[float, ...]:
+    strength = max(*color, 1e-3)
+    return tuple((value / strength) ** (1 / 2.2) for value in color)
+
+
+def _tint(color: tuple[float, ...] | NDArray, alpha: float) -> int:
+    red, green, blue = (float(value) for value in color)
+    return imgui.get_color_u32(imgui.ImVec4(red, green, blue, alpha))

@@ -1,0 +1,224 @@
+"""What is drawn over a picture to show how it came about: volumes, cases, edges, counts."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.geometry import TextureBuffer
+from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
+from umbra.gl.programs import Program
+from umbra.gl.renderer import Renderer, Targets
+from umbra.gl.state import Pass, State
+from umbra.gl.surfaces import PLACE
+from umbra.scene import Light
+from umbra.volume.silhouette import find_silhouettes
+from umbra.window.heat import PALETTE, find_top
+
+__all__ = ["CASES", "EDGES", "VOLUMES", "Overlays"]
+
+CASES = {
+    0: (0.60, 0.60, 0.60), 1: (0.27, 0.52, 0.93), 2: (0.98, 0.72, 0.12), 3: (0.20, 0.72, 0.36)
+}  # fmt: skip
+"""sRGB of casters by McGuire's case; 0 casts no shadow that can be seen."""
+
+VOLUMES = {Z_PASS: (0.98, 0.66, 0.20), Z_FAIL: (0.35, 0.45, 0.98), LIGHT_CAP: (0.20, 0.75, 0.38)}
+"""sRGB of volumes by how they are counted."""
+
+EDGES = (1.0, 0.22, 0.30)
+
+_OPACITY = {"cases": 0.6, "volumes": 0.10, "edges": 1.0, "hidden": 0.22}
+_EDGE_WIDTH = 1.3  # [pixels], to either side together
+_OVER = Pass(depth_test="lequal", color_write=True, blend="over")
+_BEFORE = replace(_OVER, depth_test="less")
+_NEARER = replace(_OVER, polygon_offset=(-1.0, -2.0))
+_HIDDEN = replace(_OVER, depth_test="greater")
+_WHOLE = Pass(color_write=True)
+_ASIDE = np.array([0.45, -0.55, 0.70])
+_TEXTURE0, _TEXTURE_2D, _RG32I = 0x84C0, 0x0DE1, 0x823B
+
+
+class Overlays:
+    """
+    Draws over the picture of a renderer.
+
+    Parameters
+    ----------
+    renderer : Renderer
+        It says what there is; its depth decides what is hidden.
+    """
+
+    def __init__(self, renderer: Renderer) -> None:
+        self._renderer = renderer
+        self._device = device = renderer.device
+        self._faces = Program(device, "surface.vert.glsl", "tint.frag.glsl")
+        self._lines = Program(device, "edge.vert.glsl", "tint.frag.glsl")
+        self._heat = Program(device, "picture.vert.glsl", "heat.frag.glsl")
+        self._by_case = Indices(device, 2 * renderer.geometry.n_points)
+        self._ranges: dict[int, tuple[int, int]] = {}
+        self._case: bytes | None = None
+        self._edges: TextureBuffer | None = None
+        self._edges_of: bytes | None = None
+        self.n_edges = 0
+
+    def draw(
+        self, state: State, targets: Targets, plan: Plan, light: Light, overlays: frozenset[str]
+    ) -> int:
+        """
+        Draw overlays over ``targets.picture``.
+
+        Parameters
+        ----------
+        state : State
+        targets : Targets
+            Whose depth holds the scene.
+        plan : Plan
+            Of the light.
+        light : Light
+        overlays : frozenset of str
+            ``volumes``, ``cases``, ``edges``, ``counts``.
+
+        Returns
+        -------
+        highest : int
+            The highest count in the picture if counts are shown, else 0.
+        """
+        highest = self.draw_counts(state, targets, plan) if "counts" in overlays else 0
+        targets.picture.use()
+        if "cases" in overlays:
+            self.draw_cases(state, plan)
+        if "edges" in overlays:
+            self.draw_edges(state, targets, plan, light)
+        if "volumes" in overlays:
+            self.draw_volumes(state, plan)
+        return highest
+
+    def draw_volumes(self, state: State, plan: Plan) -> None:
+        """Draw what the plan counts, translucent, into the target in use."""
+        self._set_up(self._faces, plan)
+        for draw in plan.draws:
+            tint = np.array([*VOLUMES[draw.kind], _OPACITY["volumes"]])
+            self._faces.set(tint=tint, is_cut=draw.is_cut)
+            state.use(_NEARER if draw.kind == LIGHT_CAP else _BEFORE)
+            self._renderer.planner.indices.draw(self._faces, draw.first, draw.count)
+
+    def draw_cases(self, state: State, plan: Plan) -> None:
+        """Colour casters by their case, in the target in use."""
+        if self._case != plan.case.tobytes():
+            self._case = plan.case.tobytes()
+            lists = list_faces_by_case(self._renderer, plan.case)
+            starts = np.cumsum([0, *(len(faces) for faces in lists.values())]).tolist()
+            self._ranges = {c: (s, len(lists[c])) for c, s in zip(lists, starts, strict=False)}
+            self._by_case.write(np.concatenate(list(lists.values())))
+        self._set_up(self._faces, plan)
+        state.use(_NEARER)
+        for case, (first, count) in self._ranges.items():
+            self._faces.set(tint=np.array([*CASES[case], _OPACITY["cases"]]))
+            self._by_case.draw(self._faces, first, count)
+
+    def draw_edges(self, state: State, targets: Targets, plan: Plan, light: Light) -> None:
+        """Draw the silhouettes that a light sees into the target in use; faint where hidden."""
+        source = light.local(self._renderer.scene.origin)
+        if self._edges_of != source.tobytes():
+            self._edges_of = source.tobytes()
+            edges = list_edges(self._renderer, source)
+            self.n_edges = len(edges)
+            if self._edges is not None:
+                self._edges.release()
+            filled = edges if len(edges) else np.zeros((1, 2), np.int32)
+            self._edges = TextureBuffer(self._device, filled, _RG32I)
+        if not self.n_edges or self._edges is None:
+            return
+        self._set_up(self._lines, plan)
+        self._edges.bind(0)
+        self._lines.set(edges=0, size=np.array(targets.size, float), width=_EDGE_WIDTH)
+        for each, opacity in ((_HIDDEN, "hidden"), (_OVER, "edges")):
+            state.use(each)
+            self._lines.set(tint=np.array([*EDGES, _OPACITY[opacity]]))
+            draw_plain(self._device, self._lines, 6 * self.n_edges)
+
+    def draw_counts(self, state: State, targets: Targets, plan: Plan) -> int:
+        """Draw the counts of a light's volumes instead of the picture; give the highest."""
+        floats = self._renderer.counter.count_in_floats(state, targets.light, plan)
+        seen = targets.surface.read_depth() < 1.0
+        highest = int(np.where(seen, floats.read(), 0).max(initial=0))
+        targets.picture.use()
+        state.use(_WHOLE)
+        gl = self._device.gl
+        for unit, texture in enumerate((floats.textures[0], targets.surface.textures[PLACE])):
+            gl.ActiveTexture(_TEXTURE0 + unit)
+            gl.BindTexture(_TEXTURE_2D, texture)
+        self._heat.set(
+            counts=0, places=1, top=float(find_top(highest)), palette=PALETTE,
+            aside=_ASIDE / np.linalg.norm(_ASIDE),
+        )  # fmt: skip
+        draw_plain(self._device, self._heat, 3)
+        return highest
+
+    def release(self) -> None:
+        """Free all that the overlays hold on the device."""
+        for held in (self._faces, self._lines, self._heat, self._by_case):
+            held.release()
+        if self._edges is not None:
+            self._edges.release()
+        self._edges = self._edges_of = None
+
+    def _set_up(self, program: Program, plan: Plan) -> None:
+        self._renderer.geometry.bind(program)
+        program.set(
+            **plan.projection.uniforms(), light=plan.light.astype(np.float32),
+            bottom=plan.bottom, is_cut=False,
+        )  # fmt: skip
+
+
+def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, NDArray[np.uint32]]:
+    """
+    List the triangles of casters by their case.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    case : (n_things,) int8
+        In the order of the planner's things.
+
+    Returns
+    -------
+    lists : dict of (n,) uint32
+        Vertex numbers, for each of ``CASES``.
+    """
+    lists: dict[int, list[NDArray[np.uint32]]] = {number: [] for number in CASES}
+    first_thing = 0
+    for body in renderer.planner.bodies:
+        owner = np.repeat(np.arange(body.n_things), np.diff(body.face_starts))
+        corners = 2 * body.caster.faces[body.faces].astype(np.uint32)
+        for first in body.first.tolist():
+            found = case[first_thing : first_thing + body.n_things][owner]
+            for number, faces in lists.items():
+                faces.append((corners[found == number] + np.uint32(2 * first)).ravel())
+            first_thing += body.n_things
+    return {number: np.concatenate(faces) for number, faces in lists.items()}
+
+
+def list_edges(renderer: Renderer, source: NDArray[np.float64]) -> NDArray[np.int32]:
+    """
+    List the silhouette edges of all casters, as the rule for closed meshes and sheets has them.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    source : (4,) float64
+        The light, relative to the scene's origin.
+
+    Returns
+    -------
+    edges : (n_edges, 2) int32
+        Vertex numbers.
+    """
+    lists = [np.zeros((0, 2), np.int64)]
+    for body in renderer.planner.bodies:
+        for which, found in find_silhouettes(body.caster, body.lights(source)):
+            codes = found.codes[found.starts[0] : found.starts[-1]]
+            instance = np.repeat(np.arange(which.start, which.stop), np.diff(found.starts))
+            lists.append(2 * (body.caster.edges[codes >> 2] + body.first[instance, None]))
+    return np.concatenate(lists).astype(np.int32)

@@ -1,0 +1,185 @@
+"""Draws a view: on OpenGL, or counted and shaded on the CPU, with overlays over either."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.frame import FrameCounter
+from umbra.cpu.shade import shade
+from umbra.gl.context import Device
+from umbra.gl.plan import Statistics
+from umbra.gl.renderer import Renderer, Targets
+from umbra.gl.state import State
+from umbra.gl.timers import Timers
+from umbra.scene import Scene
+from umbra.window.overlays import Overlays
+from umbra.window.view import View
+
+__all__ = ["Drawn", "Painter"]
+
+_TEXTURE_2D, _RGBA8, _RGBA, _BYTE, _UNPACK = 0x0DE1, 0x8058, 0x1908, 0x1401, 0x0CF5
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """
+    What is known of a picture that was drawn.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Columns and rows.
+    spent : float
+        From asking to finished [ms].
+    passes : dict of float
+        Time of each pass [ms], in their order.
+    statistics : dict of Statistics
+        By the light's number; of none that was counted on the CPU.
+    highest : int
+        The highest count in the picture, if counts were asked for.
+    edges : int
+        Silhouette edges, if they were asked for.
+    warnings : tuple of str
+    """
+
+    size: tuple[int, int]
+    spent: float
+    passes: dict[str, float] = field(default_factory=dict)
+    statistics: dict[int, Statistics] = field(default_factory=dict)
+    highest: int = 0
+    edges: int = 0
+    warnings: tuple[str, ...] = ()
+
+
+class Painter:
+    """
+    Draws views of one scene into ``renderer.targets.picture``.
+
+    Parameters
+    ----------
+    device : Device
+    scene : Scene
+    ground : float, optional
+        z of a plane that is drawn and receives shadows, in the model's own coordinates [m].
+    threads : int
+        For the CPU's pictures.
+    """
+
+    def __init__(
+        self, device: Device, scene: Scene, ground: float | None = None, threads: int = 1
+    ) -> None:
+        self.device, self.scene, self.ground, self.threads = device, scene, ground, threads
+        self._warnings: list[str] = []
+        warn: Callable[[str], object] = self._warnings.append
+        self.renderer = Renderer(scene, ground, device=device, warn=warn)
+        self.overlays = Overlays(self.renderer)
+        self.timers = Timers(device)
+        self._counter: FrameCounter | None = None
+
+    def draw(self, view: View, size: tuple[int, int], *, times: bool = True) -> Drawn:
+        """
+        Draw a view and wait until it is there.
+
+        Parameters
+        ----------
+        view : View
+        size : (int, int)
+            Columns and rows.
+        times : bool
+            Measure each pass.
+
+        Returns
+        -------
+        drawn : Drawn
+        """
+        start = time.perf_counter()
+        self._warnings.clear()
+        shining = view.shining()
+        camera = view.viewpoint.camera(size)
+        self.renderer.timers = self.timers if times else None
+        on_cpu = view.device == "cpu"
+        passes: dict[str, float] = {}
+        if on_cpu:
+            # Depth, for overlays, is OpenGL's in any case.
+            self.renderer.draw(camera, [], shadows=False)
+            self._put(self._shade(view, size, passes))
+        else:
+            self.renderer.draw(camera, list(shining.values()), view.method)
+        statistics = {} if on_cpu else dict(zip(shining, self.renderer.statistics, strict=True))
+        highest = 0
+        if view.overlays and view.chosen in shining:
+            with self.renderer._timed("overlays"):
+                highest = self._draw_overlays(view)
+        self.device.gl.Finish()
+        self.device.check("a view was drawn")
+        measured = self.timers.collect()
+        return Drawn(
+            size=size,
+            spent=1e3 * (time.perf_counter() - start),
+            passes=passes or measured,
+            statistics=statistics,
+            highest=highest,
+            edges=self.overlays.n_edges if "edges" in view.overlays else 0,
+            warnings=tuple(self._warnings),
+        )
+
+    def read(self) -> NDArray[np.uint8]:
+        """Read the last picture, (rows, cols, 3) uint8, row 0 at the top."""
+        return self.renderer.read()
+
+    def release(self) -> None:
+        """Free all that is held on the device."""
+        self.timers.release()
+        self.overlays.release()
+        self.renderer.release()
+
+    def _targets(self) -> Targets:
+        assert self.renderer.targets is not None
+        return self.renderer.targets
+
+    def _draw_overlays(self, view: View) -> int:
+        """Draw the overlays of the chosen light; its plan is the picture's where that has one."""
+        renderer, shining = self.renderer, view.shining()
+        assert renderer.projection is not None
+        number, plans = list(shining).index(view.chosen), renderer.plans
+        if view.device == "cpu":
+            lights = list(shining.values())
+            plans = renderer.planner.plan(renderer.projection, lights, view.method)
+        with State(self.device) as state:
+            return self.overlays.draw(
+                state, self._targets(), plans[number], shining[view.chosen], view.overlays
+            )
+
+    def _shade(self, view: View, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
+        """Count and shade a picture on the CPU."""
+        if self._counter is None:
+            self._counter = FrameCounter(
+                self.scene, ground=self.ground, threads=self.threads, warn=self._warnings.append
+            )
+        counter, camera = self._counter, view.viewpoint.camera(size)
+        lights = list(view.shining().values())
+        marks = [time.perf_counter()]
+        seen, frame = counter.see(camera)
+        marks.append(time.perf_counter())
+        counts = [counter.count(seen, camera, light, view.method) for light in lights]
+        lit = [counter.lit(frame, n, light) for n, light in zip(counts, lights, strict=True)]
+        marks.append(time.perf_counter())
+        picture = shade(self.scene, frame, lights, lit, seen)
+        marks.append(time.perf_counter())
+        spent = 1e3 * np.diff(marks)
+        passes |= dict(zip(("see", "count", "shade"), spent.tolist(), strict=True))
+        return picture
+
+    def _put(self, rgb: NDArray[np.uint8]) -> None:
+        """Upload a picture made on the CPU in place of the one drawn."""
+        rows, cols, _ = rgb.shape
+        flipped = np.full((rows, cols, 4), 255, np.uint8)
+        flipped[..., :3] = rgb[::-1]
+        gl = self.device.gl
+        gl.BindTexture(_TEXTURE_2D, self._targets().picture.textures[0])
+        gl.PixelStorei(_UNPACK, 4)
+        gl.TexImage2D(_TEXTURE_2D, 0, _RGBA8, cols, rows, 0, _RGBA, _BYTE, flipped.ctypes.data)
+        gl.BindTexture(_TEXTURE_2D, 0)

@@ -1,0 +1,303 @@
+"""The panel beside the picture: every choice of a view, as Dear ImGui's widgets."""
+
+import datetime as dt
+from dataclasses import dataclass, replace
+
+import numpy as np
+from imgui_bundle import imgui
+
+from umbra.scene import Light
+from umbra.sun import Site
+from umbra.window.controls import Controls
+from umbra.window.daylight import DAY, Sun, find_rise
+from umbra.window.overlays import CASES, EDGES, VOLUMES
+from umbra.window.view import METHODS, OVERLAYS, SUN, View
+
+__all__ = ["PanelState", "draw_panel"]
+
+_LABELS = {"volumes": "Volumes", "cases": "Cases", "edges": "Silhouettes", "counts": "Counts"}
+_WARNING = imgui.ImVec4(1.0, 0.72, 0.35, 1.0)
+_DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
+_SPEEDS = {"15 min/s": 15.0, "1 h/s": 60.0, "3 h/s": 180.0}
+_COLUMN = 104.0
+_PICKER = imgui.ColorEditFlags_.no_inputs.value | imgui.ColorEditFlags_.no_alpha.value
+
+
+@dataclass
+class PanelState:
+    """
+    What the panel keeps that is no part of a view.
+
+    Parameters
+    ----------
+    title : str
+        Of the model.
+    view_file : str
+        Where views are saved and loaded.
+    statistics : bool
+        Whether they are shown over the picture.
+    message : str
+        What happened last.
+    warnings : tuple of str
+        About the picture.
+    """
+
+    title: str
+    view_file: str
+    statistics: bool = True
+    message: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+def draw_panel(
+    view: View, state: PanelState, controls: Controls, size: tuple[float, float]
+) -> View:
+    """
+    Draw the panel at the left rim of the window.
+
+    Parameters
+    ----------
+    view : View
+    state : PanelState
+        The panel's own switches are changed in place.
+    controls : Controls
+        Playing and commands go there.
+    size : (float, float)
+        Width and height of the panel.
+
+    Returns
+    -------
+    view : View
+        As its widgets changed it.
+    """
+    imgui.set_next_window_pos(imgui.ImVec2(0, 0))
+    imgui.set_next_window_size(imgui.ImVec2(*size))
+    flags = imgui.WindowFlags_
+    imgui.begin(
+        "panel",
+        None,
+        flags.no_title_bar.value | flags.no_resize.value | flags.no_move.value
+        | flags.no_saved_settings.value | flags.no_bring_to_front_on_focus.value,
+    )  # fmt: skip
+    imgui.text(state.title)
+    for name, draw in (("Sun", _draw_sun), ("Lights", _draw_lights)):
+        imgui.separator_text(name)
+        view = draw(view, controls)
+    imgui.separator_text("Counting")
+    view = _draw_counting(view)
+    imgui.separator_text("Show")
+    view = _draw_overlays(view)
+    _, state.statistics = imgui.checkbox("Statistics", state.statistics)
+    imgui.separator_text("Camera")
+    view = _draw_camera(view, controls)
+    imgui.separator_text("View")
+    _draw_file(state, controls)
+    for warning in state.warnings:
+        _say(warning, _WARNING)
+    if state.message:
+        _say(state.message, _DIM)
+    imgui.end()
+    return view
+
+
+def _draw_sun(view: View, controls: Controls) -> View:
+    sun = view.sun
+    _, shines = imgui.checkbox("Shines", sun.shines)
+    if sun.site is not None:
+        for label, by_clock in (("by clock", True), ("by angles", False)):
+            imgui.same_line()
+            if imgui.radio_button(label, sun.by_clock == by_clock):
+                azimuth, altitude = sun.place()
+                sun = replace(sun, by_clock=by_clock, azimuth=azimuth, altitude=max(altitude, 1.0))
+    sun = replace(sun, shines=shines)
+    site = sun.site if sun.by_clock else None
+    sun = _draw_angles(sun) if site is None else _draw_clock(sun, site)
+    if imgui.button("Pause" if controls.plays else "Play", imgui.ImVec2(70, 0)):
+        controls.plays = not controls.plays
+    imgui.same_line()
+    imgui.set_next_item_width(-1)
+    speeds = list(_SPEEDS.values())
+    changed, place = imgui.combo("##speed", speeds.index(controls.speed), list(_SPEEDS))
+    if changed:
+        controls.speed = speeds[place]
+    return replace(view, sun=sun) if sun != view.sun else view
+
+
+def _draw_clock(sun: Sun, site: Site) -> Sun:
+    first = dt.date(sun.date.year, 1, 1)
+    days = (dt.date(sun.date.year, 12, 31) - first).days
+    _label(f"{sun.date.day} {sun.date:%b %Y}")
+    changed, day = imgui.slider_int("##date", (sun.date - first).days, 0, days, " ")
+    if changed:
+        sun = replace(sun, date=first + dt.timedelta(days=day))
+    _label(sun.clock())
+    changed, minutes = imgui.slider_float("##time", sun.minutes, 0.0, DAY - 1.0, " ")
+    if changed:
+        sun = replace(sun, minutes=float(round(minutes)))
+    azimuth, altitude = sun.place()
+    imgui.text_colored(_DIM, f"azimuth {azimuth:.1f}°, altitude {altitude:.1f}°")
+    rise = find_rise(site, sun.date)
+    up = f"up {rise[0]} to {rise[1]}" if rise else ("up all day" if altitude > 0 else "never up")
+    imgui.text_colored(_DIM, f"{up}, {site.zone}")
+    return sun
+
+
+def _draw_angles(sun: Sun) -> Sun:
+    _label(f"azimuth {sun.azimuth:.0f}°")
+    _, azimuth = imgui.slider_float("##azimuth", sun.azimuth, 0.0, 359.9, " ")
+    _label(f"altitude {sun.altitude:.0f}°")
+    _, altitude = imgui.slider_float("##altitude", sun.altitude, 1.0, 90.0, " ")
+    # A slider rounds to float32: what is not moved stays as it is.
+    if abs(azimuth - sun.azimuth) > 1e-3 or abs(altitude - sun.altitude) > 1e-3:
+        sun = replace(sun, azimuth=azimuth, altitude=altitude)
+    return sun
+
+
+def _draw_lights(view: View, controls: Controls) -> View:
+    shining = view.shining()
+    if SUN in shining:
+        if imgui.radio_button("Sun", view.chosen == SUN):
+            view = replace(view, chosen=SUN)
+        imgui.same_line(imgui.get_content_region_avail().x - 52)
+        view = replace(view, sun=_draw_sun_color(view.sun))
+    removed = None
+    for number, light in enumerate(view.lights):
+        imgui.push_id(number)
+        kind = "Spot" if light.axis is not None else "Lamp" if light.is_point else "Direction"
+        if imgui.radio_button(f"{kind} {number + 1}", view.chosen == number):
+            view = replace(view, chosen=number)
+        imgui.same_line(imgui.get_content_region_avail().x - 52)
+        color = _draw_color(light.color)
+        if color != light.color:
+            view = view.change_light(number, replace(light, color=color))
+        imgui.same_line()
+        if imgui.small_button("x"):
+            removed = number
+        imgui.pop_id()
+    if removed is not None:
+        view = view.remove_light(removed)
+    if view.chosen >= 0:
+        view = view.change_light(view.chosen, _draw_light(view.lights[view.chosen]))
+    if imgui.button("Add a light"):
+        view = view.add_lamp(controls.bounds)
+    return view
+
+
+def _draw_light(light: Light) -> Light:
+    """Draw the fields of the chosen light."""
+    if light.is_point:
+        imgui.set_next_item_width(-1)
+        changed, place = imgui.drag_float3(
+            "##place", light.position[:3].tolist(), 0.1, format="%.1f"
+        )
+        if changed:
+            light = replace(light, position=np.append(place, 1.0))
+    strength = max(*light.color, 1e-3)
+    _label(f"strength {strength:.2f}")
+    changed, wanted = imgui.slider_float("##strength", strength, 0.02, 4.0, " ")
+    if changed:
+        red, green, blue = (value * wanted / strength for value in light.color)
+        light = replace(light, color=(red, green, blue))
+    return light
+
+
+def _draw_sun_color(sun: Sun) -> Sun:
+    color = _draw_color(sun.color)
+    return sun if color == sun.color else replace(sun, color=color)
+
+
+def _draw_color(color: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Draw a colour to pick; what is linear is shown, and picked, as a screen has it."""
+    strength = max(*color, 1e-3)
+    shown = [(value / strength) ** (1 / 2.2) for value in color]
+    changed, picked = imgui.color_edit3("##color", shown, _PICKER)
+    if not changed:
+        return color
+    red, green, blue = (strength * max(value, 0.0) ** 2.2 for value in picked)
+    return red, green, blue
+
+
+def _draw_counting(view: View) -> View:
+    names = {"gl": "OpenGL", "cpu": "CPU"}
+    for device, name in names.items():
+        if imgui.radio_button(name, view.device == device) and view.device != device:
+            view = view.choose_device(device)
+        imgui.same_line()
+    methods = METHODS[view.device]
+    imgui.set_next_item_width(-1)
+    changed, place = imgui.combo("##method", methods.index(view.method), list(methods))
+    return view.choose_method(methods[place]) if changed else view
+
+
+def _draw_overlays(view: View) -> View:
+    for number, overlay in enumerate(OVERLAYS):
+        if number % 2:
+            imgui.same_line(130)
+        changed, _ = imgui.checkbox(_LABELS[overlay], overlay in view.overlays)
+        if changed:
+            view = view.toggle(overlay)
+    if "cases" in view.overlays:
+        _draw_key([(f"case {n}" if n else "none", CASES[n]) for n in (1, 2, 3, 0)])
+    if "volumes" in view.overlays:
+        _draw_key([("z-pass", VOLUMES["z_pass"]), ("z-fail", VOLUMES["z_fail"]),
+                   ("light cap", VOLUMES["light_cap"])])  # fmt: skip
+    if "edges" in view.overlays:
+        _draw_key([("silhouette edges", EDGES)])
+    return view
+
+
+def _draw_key(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
+    """Draw colours and what they mean in a row."""
+    for place, (label, color) in enumerate(entries):
+        if place:
+            imgui.same_line(0, 12)
+        at, side = imgui.get_cursor_screen_pos(), imgui.get_text_line_height() * 0.7
+        low = imgui.ImVec2(at.x, at.y + 0.2 * side)
+        high = imgui.ImVec2(at.x + side, at.y + 1.2 * side)
+        tint = imgui.get_color_u32(imgui.ImVec4(*color, 1.0))
+        imgui.get_window_draw_list().add_rect_filled(low, high, tint, 2.0)
+        imgui.dummy(imgui.ImVec2(side, side))
+        imgui.same_line(0, 5)
+        imgui.text_colored(_DIM, label)
+
+
+def _draw_camera(view: View, controls: Controls) -> View:
+    viewpoint = view.viewpoint
+    for label, walks in (("Orbit", False), ("Walk", True)):
+        if imgui.radio_button(label, viewpoint.walks == walks) and viewpoint.walks != walks:
+            view = controls.press_key(view, "c")
+        imgui.same_line()
+    if imgui.button("Frame", imgui.ImVec2(-1, 0)):
+        view = controls.press_key(view, "f")
+    _label(f"lens {viewpoint.fov:.0f}°")
+    changed, fov = imgui.slider_float("##fov", viewpoint.fov, 10.0, 110.0, " ")
+    if changed:
+        view = replace(view, viewpoint=replace(view.viewpoint, fov=float(np.clip(fov, 5, 150))))
+    return view
+
+
+def _draw_file(state: PanelState, controls: Controls) -> None:
+    imgui.set_next_item_width(-1)
+    _, state.view_file = imgui.input_text("##file", state.view_file)
+    width = imgui.get_content_region_avail().x
+    for place, (label, command, share) in enumerate(
+        (("Save", "save", 0.24), ("Load", "load", 0.24), ("Screenshot", "screenshot", 0.0))
+    ):
+        if place:
+            imgui.same_line()
+        if imgui.button(label, imgui.ImVec2(share * width or -1, 0)):
+            controls.commands.append(command)
+
+
+def _label(text: str) -> None:
+    """Write at the left; the next widget has the rest of the row."""
+    imgui.align_text_to_frame_padding()
+    imgui.text(text)
+    imgui.same_line(_COLUMN)
+    imgui.set_next_item_width(-1)
+
+
+def _say(text: str, color: imgui.ImVec4) -> None:
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_colored(color, text)
+    imgui.pop_text_wrap_pos()

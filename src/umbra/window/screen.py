@@ -1,0 +1,172 @@
+"""The window itself: glfw, its OpenGL context and Dear ImGui, opened and closed as one."""
+
+import ctypes
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from umbra.errors import InputError, UmbraError
+from umbra.gl.context import DRIVER, Device
+
+__all__ = ["INSTALL", "Screen", "check_display"]
+
+INSTALL = "pip install 'umbra-shadows[view]'"
+_FONT, _FONT_SIZE = "fonts/Roboto/Roboto-Regular.ttf", 15.0
+
+
+def check_display(instead: str) -> None:
+    """
+    Make sure that a window can be opened, as far as that can be told without trying.
+
+    Parameters
+    ----------
+    instead : str
+        A command that does without.
+
+    Raises
+    ------
+    UmbraError
+        If a package is missing (which).
+    InputError
+        If there is no display.
+    """
+    for package in ("moderngl", "glfw", "imgui_bundle"):
+        if find_spec(package) is None:
+            name = package.replace("_", "-")
+            msg = f"umbra view needs {name}, which is not installed; {INSTALL}"
+            raise UmbraError(msg, package=name)
+    is_elsewhere = not sys.platform.startswith(("linux", "freebsd"))
+    if not (is_elsewhere or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        msg = f"there is no display to open a window on; draw a picture instead: {instead}"
+        raise InputError(msg)
+
+
+class Screen:
+    """
+    A window with an OpenGL 3.3 context and Dear ImGui.
+
+    Parameters
+    ----------
+    title : str
+    size : (int, int)
+        Width and height.
+    instead : str
+        As in ``check_display``.
+
+    Raises
+    ------
+    InputError
+        If the display does not answer.
+    UmbraError
+        If it has no OpenGL 3.3.
+
+    Attributes
+    ----------
+    window
+        glfw's.
+    device : Device
+    """
+
+    def __init__(self, title: str, size: tuple[int, int], instead: str) -> None:
+        # Dear ImGui brings the glfw that both must share, so it is imported first.
+        from imgui_bundle import imgui  # noqa: I001, PLC0415
+        import glfw  # noqa: PLC0415
+        import moderngl  # noqa: PLC0415
+
+        self._glfw, self._imgui = glfw, imgui
+        reasons: list[str] = []
+        glfw.set_error_callback(lambda _, text: reasons.append(_decode(text)))
+        if not glfw.init():
+            msg = (
+                f"no window opens here ({'; '.join(reasons) or 'glfw does not start'}); "
+                f"draw a picture instead: {instead}"
+            )
+            raise InputError(msg)
+        for hint, value in (
+            (glfw.CONTEXT_VERSION_MAJOR, 3),
+            (glfw.CONTEXT_VERSION_MINOR, 3),
+            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+            (glfw.OPENGL_FORWARD_COMPAT, True),
+        ):
+            glfw.window_hint(hint, value)
+        self.window: Any = glfw.create_window(*size, title, None, None)
+        if not self.window:
+            glfw.terminate()
+            msg = f"no window with OpenGL 3.3 opens here ({'; '.join(reasons)}); {DRIVER}"
+            raise UmbraError(msg)
+        glfw.make_context_current(self.window)
+        glfw.swap_interval(1)
+        self._context = moderngl.create_context(require=330)
+        self.device = Device.of(self._context, "given", self.window)
+
+    def start_gui(self) -> None:
+        """Start Dear ImGui; callbacks that were set before it are called before its own."""
+        imgui = self._imgui
+        imgui.create_context()
+        io = imgui.get_io()
+        io.set_ini_filename("")
+        folder = find_spec("imgui_bundle")
+        font = Path(folder.origin).parent / "assets" / _FONT if folder and folder.origin else None
+        if font is not None and font.is_file():
+            io.fonts.add_font_from_file_ttf(str(font), _FONT_SIZE)
+        _set_style(imgui)
+        pointer = ctypes.cast(self.window, ctypes.c_void_p).value
+        imgui.backends.glfw_init_for_opengl(pointer, True)
+        imgui.backends.opengl3_init("#version 330")
+
+    def begin(self) -> None:
+        """Begin a frame of Dear ImGui's."""
+        backends = self._imgui.backends
+        backends.opengl3_new_frame()
+        backends.glfw_new_frame()
+        self._imgui.new_frame()
+
+    def end(self) -> None:
+        """Draw Dear ImGui's frame and show all."""
+        imgui = self._imgui
+        imgui.render()
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        self._glfw.swap_buffers(self.window)
+
+    def close(self) -> None:
+        """Close the window and free its context."""
+        imgui, glfw = self._imgui, self._glfw
+        if imgui.get_current_context() is not None:
+            if imgui.get_io().backend_renderer_user_data is not None:
+                imgui.backends.opengl3_shutdown()
+                imgui.backends.glfw_shutdown()
+            imgui.destroy_context()
+        self.device.release()
+        self._context.release()
+        glfw.destroy_window(self.window)
+        glfw.terminate()
+
+
+def _decode(text: Any) -> str:
+    return text.decode(errors="replace") if isinstance(text, bytes) else str(text)
+
+
+def _set_style(imgui: Any) -> None:
+    imgui.style_colors_dark()
+    style, colors = imgui.get_style(), imgui.Col_
+    style.window_rounding = style.frame_rounding = style.grab_rounding = 4.0
+    style.window_border_size = 0.0
+    style.window_padding = imgui.ImVec2(12, 10)
+    style.item_spacing = imgui.ImVec2(8, 5)
+    style.separator_text_border_size = 1.0
+    for name, color in (
+        (colors.window_bg, (0.125, 0.137, 0.157, 1.0)),
+        (colors.frame_bg, (0.20, 0.22, 0.25, 1.0)),
+        (colors.frame_bg_hovered, (0.26, 0.29, 0.33, 1.0)),
+        (colors.frame_bg_active, (0.30, 0.34, 0.39, 1.0)),
+        (colors.button, (0.23, 0.27, 0.33, 1.0)),
+        (colors.button_hovered, (0.30, 0.36, 0.45, 1.0)),
+        (colors.button_active, (0.36, 0.44, 0.55, 1.0)),
+        (colors.slider_grab, (0.93, 0.70, 0.30, 1.0)),
+        (colors.slider_grab_active, (1.0, 0.80, 0.42, 1.0)),
+        (colors.check_mark, (0.98, 0.76, 0.36, 1.0)),
+        (colors.text, (0.90, 0.91, 0.93, 1.0)),
+    ):
+        style.set_color_(name, imgui.ImVec4(*color))
