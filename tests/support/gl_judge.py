@@ -16,7 +16,7 @@ from umbra.gl.frame import GlFrameCounter
 from umbra.scene import make_scene
 from umbra.volume.adjacency import make_caster
 
-PIXELS = 1 / 16
+PIXELS = 1 / 128
 """Vertices are snapped to 1/256 of a pixel; far ends of long edges may lie anywhere."""
 
 STEPS = 3.0

@@ -4,7 +4,7 @@ Frames on the gl device: the same questions as ``umbra.cpu.frame``, the same ans
 The device finds which face each pixel sees and counts; the place of the visible point is
 then computed in float64 from the face's own plane, so positions are as good as the
 CPU's. Edges are float32's and the rasteriser's: faces and counts differ from the CPU's
-within 1/16 of a pixel of an edge, and where two surfaces are nearer than the depth
+within 1/128 of a pixel of an edge, and where two surfaces are nearer than the depth
 buffer's step, d^2 / (2^24 near) at the distance d [m].
 """
 
