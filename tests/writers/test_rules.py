@@ -2,7 +2,9 @@
 
 import csv
 import datetime as dt
+import re
 import zoneinfo
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
 from umbra.writers.rules import judge, make_verdict_table, read_rules
+from umbra.writers.rules.read import CHECK_KEYS
 from umbra.writers.tables import write_table
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
@@ -201,3 +204,13 @@ def test_roofs_need_the_topmost_surfaces(study, tmp_path):
     verdict, *_ = judge(make_study(receivers="top"), rules)
     assert verdict.measured == "100.0 % of the area"
     assert "80 of 80 m²" in verdict.evidence
+
+
+def test_the_example_of_the_docs_is_right(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "results.md").read_text()
+    (example,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    rules = read(tmp_path, example)
+    assert "Invented" in rules.source
+    assert [len(check.dates) for check in rules.checks] == [1, 2]
+    for key in CHECK_KEYS:  # each has its row in the table
+        assert f"`{key}`" in page
