@@ -193,3 +193,43 @@ def test_all_is_freed(device, town):
     before = set(device.live)
     render(device, make_scene(*merge(box((0, 0, 0), (2, 2, 2)))), CAMERA, LIGHTS.values())
     assert device.live == before
+
+
+def moved_to(x, turn=0.0):
+    transform = np.eye(4)
+    transform[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+    transform[:3, 3] = (x, 12, 0)
+    return transform
+
+
+def test_what_moves_is_drawn_and_casts_where_it_is(device):
+    mesh, still = (
+        Mesh(*box((-3, -3, 0), (3, 3, 14))),
+        Part("hall", "", Mesh(*box((0, 0, 0), (9, 4, 6)))),
+    )
+    lights = [LIGHTS["point"], LIGHTS["sun"]]
+
+    def at(x, turn):
+        towers = (Part(str(n), "", mesh, moved_to(x + 12 * n, turn)) for n in range(2))
+        return make_scene([still, *towers])
+
+    with Renderer(at(0, 0.0), 0.0, device=device) as renderer:
+        before = renderer.render(CAMERA, lights)
+        geometry = renderer.geometry
+        for x, turn in ((6, 0.5), (15, 2.0)):
+            renderer.move(at(x, turn))
+            assert renderer.geometry is geometry
+            after = renderer.render(CAMERA, lights)
+            assert count_differences(after, render(device, at(x, turn), CAMERA, lights), 0) == 0
+            assert count_differences(after, before, 20) > 300
+
+
+def test_what_bends_casts_as_it_is_drawn(device):
+    vertices, faces = box((10, 10, 0), (16, 16, 20))
+    upright = make_scene([Part("mast", "", Mesh(vertices, faces))])
+    bent = make_scene([Part("mast", "", Mesh(vertices + vertices[:, 2:] * (0.6, 0.3, 0), faces))])
+    with Renderer(upright, 0.0, device=device) as renderer:
+        renderer.render(CAMERA, [LIGHTS["sun"]])
+        renderer.move(bent)
+        after = renderer.render(CAMERA, [LIGHTS["sun"]])
+    assert count_differences(after, shade_on_cpu(bent, CAMERA, [LIGHTS["sun"]])) <= 6

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import find_solid_faces
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
-from umbra.gl.geometry import Geometry
+from umbra.gl.geometry import Geometry, Group, is_mirrored
 from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
@@ -115,6 +115,10 @@ class Renderer:
         Measure each pass, if given.
     """
 
+    scene: Scene
+    geometry: Geometry
+    planner: Planner
+
     def __init__(
         self,
         scene: Scene,
@@ -129,24 +133,37 @@ class Renderer:
     ) -> None:
         for part in scene.parts:
             _ = part.material.texture  # what cannot be decoded is told before anything is made
-        self.scene, self.choices, self.accumulate, self.warn = scene, choices, accumulate, warn
+        self.choices, self.accumulate, self.warn = choices, accumulate, warn
+        self._casters, self._two_sided = casters, two_sided
         self.device = device or open_device()
         self._owns_device = device is None
-        self.ground = None if ground is None else float(ground - scene.origin[2])
-        self.geometry = Geometry(self.device, scene)
-        self.planner = Planner(self.device, scene, self.geometry, casters, self.ground)
-        self.counter = Counter(
-            self.device, self.geometry, self.planner.indices, two_sided=two_sided
-        )
-        self.surfaces = Surfaces(
-            self.device, scene, self.geometry, find_solid_faces(scene, self.planner.bodies, casters)
-        )
+        self._ground_z = ground
+        self._build(scene)
         self.shading = Shading(self.device)
         self.targets: Targets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[Plan] = []
         self.projection: Projection | None = None
         self.timers: Timers | None = None
+
+    def move(self, scene: Scene) -> None:
+        """
+        Take the same parts as they stand at another time, as ``umbra.pose`` gives them.
+
+        Parts that move as a whole only get another transform, and only their volumes are
+        made anew. Where a mesh bends, the geometry of the scene is made anew from the very
+        vertices that are then drawn: the silhouette is that of the mesh in the picture.
+
+        Parameters
+        ----------
+        scene : Scene
+        """
+        if _moves_as_wholes(self.scene, scene, self.geometry.groups):
+            self.scene = scene
+            self.planner.move(scene)
+        else:
+            self._release_scene()
+            self._build(scene)
 
     def render(
         self, camera: Camera, lights: Sequence[Light], method: str = "auto", *, shadows: bool = True
@@ -202,6 +219,22 @@ class Renderer:
         if self.targets is None:
             return np.zeros((0, 0, 3), np.uint8)
         return np.ascontiguousarray(self.targets.picture.read()[..., :3])
+
+    def _build(self, scene: Scene) -> None:
+        self.scene = scene
+        ground = self._ground_z
+        self.ground = None if ground is None else float(ground - scene.origin[2])
+        self.geometry = Geometry(self.device, scene)
+        self.planner = Planner(self.device, scene, self.geometry, self._casters, self.ground)
+        self.counter = Counter(
+            self.device, self.geometry, self.planner.indices, two_sided=self._two_sided
+        )
+        solid = find_solid_faces(scene, self.planner.bodies, self._casters)
+        self.surfaces = Surfaces(self.device, scene, self.geometry, solid)
+
+    def _release_scene(self) -> None:
+        for held in (self.surfaces, self.counter, self.planner, self.geometry):
+            held.release()
 
     def _add_lights(
         self,
@@ -266,8 +299,8 @@ class Renderer:
         """Free all that the renderer holds on the device."""
         if self.targets is not None:
             self.targets.release()
-        for held in (self.shading, self.surfaces, self.counter, self.planner, self.geometry):
-            held.release()
+        self.shading.release()
+        self._release_scene()
         if self._owns_device:
             self.device.release()
 
@@ -276,3 +309,21 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+
+def _moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> bool:
+    """Tell whether a scene differs from another by the transforms of whole groups alone."""
+    if (before.origin != after.origin).any() or any(
+        a.mesh is not b.mesh
+        or a.material is not b.material
+        or is_mirrored(a.transform) != is_mirrored(b.transform)
+        for a, b in zip(before.parts, after.parts, strict=True)
+    ):
+        return False
+    for group in groups:
+        found = [after.parts[index].transform for index in group.parts]
+        if any((transform is None) != (group.transform is None) for transform in found):
+            return False
+        if group.transform is not None and any((t != found[0]).any() for t in found):  # type: ignore[union-attr]
+            return False
+    return True
