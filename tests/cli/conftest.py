@@ -116,5 +116,5 @@ def keep(study, tmp_path):
         return {path.name: path.read_bytes() for path in folder.iterdir()}
 
     before = snapshot()
-    assert set(before) == {"study.nc", "hours.png", "profile.png", "notes.txt"}
+    assert set(before) == {"study.nc", "hours.png", "profile.png", "study.toml", "notes.txt"}
     return lambda: snapshot() == before

@@ -83,7 +83,7 @@ def test_files_that_cannot_be_read(study, umbra_here, keep, tmp_path, name, cont
         (["--cell", "0"], "2026-09-18", "larger than 0"),
         (["--cell", "1e-9"], "2026-09-18", "would fit"),
         (["--ground", "inf"], "2026-09-18", "finite"),
-        (["--receivers", "roofs"], "2026-09-18", "'ground', 'top'"),
+        (["--receivers", "roofs"], "2026-09-18", "choose ground or top"),
         (["--threads", "0"], "2026-09-18", "--threads"),
         (["--device", "gl"], "2026-09-18", "cpu"),
         (["--ever", "1h"], "2026-09-18", "--every"),
@@ -269,7 +269,7 @@ def test_a_killed_run_keeps_the_old_results_and_the_next_run_sweeps_up(
     said = umbra_alone("study", tower, *VIENNA, *day, "--out", folder)
     assert said.status == 0, said
     assert sorted(path.name for path in folder.iterdir()) == [
-        "hours.png", "profile.png", "study.nc",
+        "hours.png", "profile.png", "study.nc", "study.toml",
     ]  # fmt: skip
     assert (folder / "study.nc").read_bytes()[:4] == b"\x89HDF"
 

@@ -82,7 +82,7 @@ def test_netcdf_is_as_promised(study, tower, tmp_path, engine, masks):
         str(folder / name) for name in ("study.nc", "hours.png", "profile.png")
     ]
     assert sorted(path.name for path in folder.iterdir()) == [
-        "hours.png", "profile.png", "study.nc",
+        "hours.png", "profile.png", "study.nc", "study.toml",
     ]  # fmt: skip
     result = open_result(folder, engine)
     check_contract(result, masks)

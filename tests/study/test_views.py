@@ -181,13 +181,31 @@ def test_a_north_wall_has_the_summer_morning():
 
 
 def test_axes_of_the_compass_are_exact():
-    assert Elevation.of(180.0, 0.0) == Elevation((1.0, 0.0), (0.0, 1.0))
-    assert Elevation.of(0.0, 0.0) == Elevation((-1.0, 0.0), (0.0, -1.0))
-    assert Elevation.of(90.0, 0.0) == Elevation((0.0, 1.0), (-1.0, 0.0))
-    assert Elevation.of(0.0, 270.0) == Elevation((0.0, -1.0), (1.0, 0.0))
+    up = (0.0, 0.0, 1.0)
+    assert Elevation.of(180.0, 0.0) == Elevation((1.0, 0.0, 0.0), up, (0.0, 1.0, 0.0))
+    assert Elevation.of(0.0, 0.0) == Elevation((-1.0, 0.0, 0.0), up, (0.0, -1.0, 0.0))
+    assert Elevation.of(90.0, 0.0) == Elevation((0.0, 1.0, 0.0), up, (-1.0, 0.0, 0.0))
+    assert Elevation.of(0.0, 270.0) == Elevation((0.0, -1.0, 0.0), up, (1.0, 0.0, 0.0))
     tilted = Elevation.of(30.0, 0.0)
-    np.testing.assert_allclose(tilted.forward, (-0.5, -np.sqrt(0.75)))
-    np.testing.assert_allclose(tilted.right, (-np.sqrt(0.75), 0.5))
+    np.testing.assert_allclose(tilted.forward, (-0.5, -np.sqrt(0.75), 0))
+    np.testing.assert_allclose(tilted.right, (-np.sqrt(0.75), 0.5, 0))
+    for azimuth, tilt in ((0.0, 30.0), (215.0, 35.0)):
+        frame = Elevation.of(azimuth, 10.0, tilt)
+        axes = np.array([frame.right, frame.forward, frame.up])
+        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
+        assert np.linalg.det(axes) == pytest.approx(1)
+        assert frame.forward[2] == pytest.approx(-np.sin(np.radians(tilt)))
+
+
+def test_every_instant_of_a_view_from_above_agrees_with_rays(block):
+    result = umbra.shadow_study(
+        make_scene(*block), VIENNA, **DAY, receivers="215/35", cell=0.83, ground=0.0
+    )
+    assert result.shadow_hours.dims == ("up", "along")
+    turn, down = np.radians(215), np.radians(35)
+    eye = [np.sin(turn) * np.cos(down), np.cos(turn) * np.cos(down), np.sin(down), 0.0]
+    wrong = find_wrong(block, result, ("up", "along"), np.array(eye))
+    assert not wrong, f"{len(wrong)} are wrong, such as {wrong[:5]}"
 
 
 def test_spells_exact_instants_and_casters_on_an_elevation(block):
@@ -229,6 +247,8 @@ def test_preview_of_an_elevation(block):
     [
         ({"receivers": "southwards"}, "unknown receivers"),
         ({"receivers": "nan"}, "unknown receivers"),
+        ({"receivers": "215/90"}, "unknown receivers"),
+        ({"receivers": "south/-5"}, "unknown receivers"),
         ({"receivers": "camera"}, "--eye"),
         ({"receivers": "camera", "eye": (0, 0, 9), "target": (0, 0, 9)}, "own eye"),
         ({"receivers": "north", "cell": 1.0, "size": (4, 4)}, "not both"),

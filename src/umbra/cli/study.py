@@ -14,6 +14,7 @@ from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
+from umbra.cli.study_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.study_options import study_options
 from umbra.errors import InputError
 
@@ -22,6 +23,7 @@ __all__ = ["command"]
 
 @click.command("study")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@option_file
 @study_options
 @column_options
 @pose_options
@@ -69,6 +71,11 @@ def command(
 
     with replace_results(out) as unfinished, Painter() as painter:
         from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
+        from umbra.cli.study_points import (  # noqa: PLC0415
+            POINTS_ONLY,
+            draw_surfaces,
+            study_points,
+        )
         from umbra.study import run_study  # noqa: PLC0415
         from umbra.sun import find_site  # noqa: PLC0415
         from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
@@ -77,42 +84,62 @@ def command(
         for note in scene.notes:
             say(f"note: {note}")
         site = find_site(scene, lat, lon, tz, north)
+        is_raster = options["receivers"] not in {"surfaces", "points"}
+        options["device"] = device
         with _progress(quiet) as progress:
-            study = run_study(scene, site, device=device, progress=progress, **options)
+            study: Any
+            if is_raster:
+                raster = {n: v for n, v in options.items() if n not in POINTS_ONLY}
+                study = run_study(scene, site, progress=progress, **raster)
+            else:
+                study = study_points(scene, site, options, progress)
         study.facts["command"] = shlex.join(["umbra", *click.get_current_context().obj])
         if not study.sun.is_up.any():
             say(
                 "umbra: warning: the sun is below the horizon all this time; "
                 "there are no hours of sun or shadow"
             )
-        sheets = draw_pictures(study, scene, options, painter, unfinished)
-        preview, plan = sheets.preview, sheets.plan
-        if study.receivers == "ground" and preview.has_terrain(scene.bounds()):
-            say(
-                f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m, as "
-                "a terrain or base plate does; --receivers top shows the shadows that fall on it"
-            )
-        write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
-        more = outputs.write(unfinished, study, scene, plan, painter)
-    written = [out / name for name in ("study.nc", *sheets.names, *more)]
+        more: list[str] = []
+        if is_raster:
+            sheets = draw_pictures(study, scene, options, painter, unfinished)
+            names = sheets.names
+            if study.receivers == "ground" and sheets.preview.has_terrain(scene.bounds()):
+                say(
+                    f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
+                    " as a terrain or base plate does; --receivers top shows the shadows that fall "
+                    "on it"
+                )
+            write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
+            more = outputs.write(unfinished, study, scene, sheets.plan, painter)
+        else:
+            write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
+            is_drawn = options["receivers"] == "surfaces"
+            names = draw_surfaces(scene, site, options, painter, unfinished) if is_drawn else []
+        write_options(unfinished / OPTIONS_FILE, click.get_current_context())
+    written = [out / name for name in ("study.nc", *names, *more)]
     if as_json:
-        import numpy as np  # noqa: PLC0415
-
-        echo_json(
-            {
-                "files": [str(path) for path in written],
-                "cols": len(study.x),
-                "rows": len(study.y),
-                "cell": [study.grid.dx, study.grid.dy],
-                "hours": study.up_hours,
-                "most_shadow_hours": float(np.nanmax(study.shadow_hours)),
-                "mean_shadow_hours": float(np.nanmean(study.shadow_hours)),
-                **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
-            }
-        )
+        echo_json({"files": [str(path) for path in written], **_sum_up(study)})
     elif not quiet:
         for path in written:
             click.echo(path)
+
+
+def _sum_up(study: Any) -> dict[str, Any]:
+    """Give a study's numbers for ``--json``."""
+    import numpy as np  # noqa: PLC0415
+
+    if study.receivers in {"surfaces", "points"}:
+        size: dict[str, Any] = {"samples": len(study.shadow_hours)}
+    else:
+        size = {"cols": len(study.x), "rows": len(study.y), "cell": [study.grid.dx, study.grid.dy]}
+    known = study.shadow_hours[np.isfinite(study.shadow_hours)]
+    return {
+        **size,
+        "hours": study.up_hours,
+        "most_shadow_hours": float(known.max(initial=0.0)),
+        "mean_shadow_hours": float(known.mean()) if known.size else None,
+        **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
+    }
 
 
 def _check_clock(options: dict[str, Any]) -> None:
@@ -126,6 +153,10 @@ def _check_clock(options: dict[str, Any]) -> None:
     if options["min_spell"] is not None:
         parse_duration(options["min_spell"], "least spell")
     parse_duration(options["under"], "least sun")
+    if options["receivers"] not in {"ground", "top", "camera", "surfaces", "points"}:
+        from umbra.study.views import find_direction  # noqa: PLC0415
+
+        find_direction(options["receivers"])
 
 
 @contextmanager

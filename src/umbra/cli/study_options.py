@@ -95,6 +95,25 @@ _RECEIVERS = [
         "east, south, west or an azimuth in degrees; camera: what --eye sees; surfaces: walls and "
         "roofs, sampled; points: those of --points.",
     ),
+    click.option(
+        "--spacing",
+        type=float,
+        default=0.5,
+        show_default=True,
+        metavar="M",
+        help="Between the samples of surfaces.",
+    ),
+    click.option(
+        "--on",
+        multiple=True,
+        metavar="PATTERN",
+        help="Sample the surfaces of these parts: names, kinds or layers; repeatable.",
+    ),
+    click.option(
+        "--points",
+        metavar="FILE",
+        help="CSV of points: x,y,z or x,y,z,nx,ny,nz in the model's coordinates.",
+    ),
     click.option("--eye", type=Numbers("X,Y,Z", 3), help="Where the camera is [m]."),
     click.option("--target", type=Numbers("X,Y,Z", 3), help="What the camera looks at [m]."),
     click.option(

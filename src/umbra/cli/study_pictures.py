@@ -16,7 +16,13 @@ __all__ = ["Sheets", "draw_pictures"]
 
 MOST_DAYS = 4
 """Of so many dates each has its own pictures besides those of all together."""
-_AXES = {"x": "x [m]", "y": "y [m]", "along": "along the view [m]", "z": "z [m]"}
+_AXES = {
+    "x": "x [m]",
+    "y": "y [m]",
+    "along": "along the view [m]",
+    "z": "z [m]",
+    "up": "upward [m]",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +134,9 @@ def _describe(
     offsets = "/".join(dict.fromkeys(study.steps.offsets()))
     title = " + ".join(Path(source.name).name for source in scene.sources[:3])
     notes = [f"umbra {facts['umbra_version']}", f"cell {cell}"]
-    if study.receivers == "elevation":
+    if study.receivers == "view":
+        title += f", seen from {study.facts['view_azimuth_deg']:g}° and above"
+    elif study.receivers == "elevation":
         title += f", elevation from {_name_azimuth(options['receivers'])}"
     elif study.receivers == "camera":
         title += ", a camera\N{RIGHT SINGLE QUOTATION MARK}s view"

@@ -17,10 +17,11 @@ from umbra.scene import Scene
 from umbra.study.layout import TILE, lay_out
 from umbra.study.model import prepare_model
 from umbra.study.options import find_reaching_suns
+from umbra.study.points import run_point_study
 from umbra.study.result import Study
 from umbra.study.setup import Progress, Setup
 from umbra.study.view_study import run_camera, run_elevation
-from umbra.study.views import find_azimuth
+from umbra.study.views import find_direction
 from umbra.sun import Site
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["run_study", "shadow_study"]
 
 PLANS = ("ground", "top")
+POINTS = ("surfaces", "points")
 STREAMED_TILE = 1024
 """Side of the tiles of a study whose instants pass in order: each cell holds more then."""
 
@@ -53,7 +55,7 @@ def run_study(
 
     ``progress`` is told how many instants are done, and of how many.
     """
-    azimuth = None if receivers in {*PLANS, "camera"} else find_azimuth(receivers)
+    direction = None if receivers in {*PLANS, "camera"} else find_direction(receivers)
     setup = Setup.of(scene, site, **options)
     bounds = scene.bounds()
     ground = scene.ground if ground is None else ground
@@ -73,8 +75,8 @@ def run_study(
         "kept": setup.bytes_kept,
         "threads": setup.threads,
     }
-    if azimuth is not None:
-        return run_elevation(setup, azimuth, level, raster, progress)
+    if direction is not None:
+        return run_elevation(setup, direction, level, raster, progress)
     return _run_plan(setup, receivers, level, raster, progress)
 
 
@@ -184,4 +186,6 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
     InputError
         If an option is wrong, a pattern matches no part, or the raster is too large.
     """
+    if options.get("receivers") in POINTS:
+        return run_point_study(scene, site, **options).to_dataset()  # type: ignore[arg-type]
     return run_study(scene, site, **options).to_dataset()  # type: ignore[arg-type]

@@ -23,7 +23,11 @@ _PIXELS = (1024, 768)
 
 
 def run_elevation(
-    setup: Setup, azimuth: float, level: float, raster: dict[str, Any], progress: Progress
+    setup: Setup,
+    direction: tuple[float, float],
+    level: float,
+    raster: dict[str, Any],
+    progress: Progress,
 ) -> Study:
     """
     Study the facades that are seen from an azimuth.
@@ -31,20 +35,22 @@ def run_elevation(
     Parameters
     ----------
     setup : Setup
-    azimuth : float
-        From where, clockwise from true north [degrees].
+    direction : (float, float)
+        Azimuth from where, clockwise from true north, and how far it looks down [degrees].
     level : float
-        z below which nothing is studied, in the model's own coordinates [m].
+        z below which an elevation shows nothing, in the model's own coordinates [m].
     raster : dict
         Extent, cell and size as ``lay_out`` takes them, and what is kept of each cell.
     progress : callable
     """
     scene = setup.scene
     bounds = scene.bounds()
-    frame = Elevation.of(azimuth, setup.site.true_north)
-    low, high = frame.find_extent(bounds, scene)
+    azimuth, tilt = direction
+    frame = Elevation.of(azimuth, setup.site.true_north, tilt)
+    low, high = frame.find_extent(scene)
     margin = _MARGIN * (high[0] - low[0]) + 1e-3
-    default = (low[0] - margin, level, high[0] + margin, max(high[1], level) + margin)
+    bottom = level if frame.is_level else low[1] - margin
+    default = (low[0] - margin, bottom, high[0] + margin, max(high[1], bottom) + margin)
     extent, size, cell = raster["extent"] or default, raster["size"], raster["cell"]
     if size is None and cell is None:
         cell = _choose_cell(extent)
@@ -59,7 +65,10 @@ def run_elevation(
         lambda part: frame.make_camera(part, bounds),
     )  # fmt: skip
     facts = {"ground_z": level, "view_azimuth_deg": azimuth}
-    return _run(setup, model, grid, ("z", "along"), "elevation", level, facts, progress)
+    if frame.is_level:
+        return _run(setup, model, grid, ("z", "along"), "elevation", level, facts, progress)
+    facts["view_tilt_deg"] = tilt
+    return _run(setup, model, grid, ("up", "along"), "view", level, facts, progress)
 
 
 def run_camera(
@@ -124,7 +133,7 @@ def _run(
     tile = model.make_tile(grid)
     done = setup.count(model, tile.shape, [(..., lambda: tile)], progress)
     ledger = done.ledger
-    if dims == ("z", "along"):
+    if dims[1] == "along":
         area: NDArray[np.float64] | float = grid.dx * grid.dy / _find_facing(tile)
     else:
         area = _find_areas(tile)

@@ -24,62 +24,65 @@ from umbra.study.model import Casting
 from umbra.study.receivers import Places
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Elevation", "ViewModel", "ViewTile", "find_azimuth"]
+__all__ = ["Elevation", "ViewModel", "ViewTile", "find_direction"]
 
 COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
 _FAR = 1e9  # where nothing is seen a point stands this high, out of every shadow [m]
 
 
-def find_azimuth(receivers: str) -> float:
+def find_direction(receivers: str) -> tuple[float, float]:
     """
-    Read from where an elevation is seen.
+    Read from where a view is seen.
 
     Parameters
     ----------
     receivers : str
-        North, east, south, west, or degrees clockwise from true north.
+        North, east, south, west, or degrees clockwise from true north; after a slash
+        how far the view looks down: ``215/35``.
 
     Returns
     -------
-    azimuth : float
+    azimuth, tilt : float
         [degrees]
 
     Raises
     ------
     InputError
-        If it is none of these.
+        If it is none of these, or the view does not look level or down.
     """
-    if receivers in COMPASS:
-        return COMPASS[receivers]
+    name, slash, down = receivers.partition("/")
     try:
-        azimuth = float(receivers)
+        azimuth = COMPASS[name] if name in COMPASS else float(name)
+        tilt = float(down) if slash else 0.0
     except ValueError:
-        azimuth = np.nan
-    if not np.isfinite(azimuth):
+        azimuth = tilt = np.nan
+    if not (np.isfinite(azimuth) and 0 <= tilt < 90):
         msg = (
             f"unknown receivers '{receivers}'; choose ground or top, an elevation from north, "
-            "east, south, west or an azimuth in degrees, camera, surfaces or points"
+            "east, south, west or an azimuth in degrees, a view from above such as 215/35, "
+            "camera, surfaces or points"
         )
         raise InputError(msg, receivers=receivers)
-    return azimuth % 360
+    return azimuth % 360, tilt
 
 
 @dataclass(frozen=True)
 class Elevation:
     """
-    The frame of a level orthographic view.
+    The frame of an orthographic view, level or from above.
 
     Parameters
     ----------
-    right, forward : (float, float)
-        Horizontal unit vectors in the model's plan: to the right, and away.
+    right, up, forward : (float, float, float)
+        Unit vectors in the model's axes: to the right, upward in the view, and away.
     """
 
-    right: tuple[float, float]
-    forward: tuple[float, float]
+    right: tuple[float, float, float]
+    up: tuple[float, float, float]
+    forward: tuple[float, float, float]
 
     @classmethod
-    def of(cls, azimuth: float, true_north: float) -> "Elevation":
+    def of(cls, azimuth: float, true_north: float, tilt: float = 0.0) -> "Elevation":
         """
         Look at what faces an azimuth.
 
@@ -89,38 +92,52 @@ class Elevation:
             From where it is seen, clockwise from true north [degrees].
         true_north : float
             Azimuth of true north in the plan [degrees].
+        tilt : float
+            How far it looks down [degrees].
         """
         quarters, rest = divmod(azimuth + true_north, 90.0)
         sine, cosine = np.sin(np.radians(rest)), np.cos(np.radians(rest))
         for _ in range(int(quarters) % 4):  # exact for north, east, south and west
             sine, cosine = cosine, -sine
-        return cls((-cosine, sine), (-sine, -cosine))
+        level, down = (np.cos(np.radians(tilt)), np.sin(np.radians(tilt))) if tilt else (1.0, 0.0)
+        return cls(
+            (-cosine, sine, 0.0),
+            (-sine * down, -cosine * down, level),
+            (-sine * level, -cosine * level, -down),
+        )
 
-    def find_extent(self, bounds: NDArray[np.float64], scene: Scene) -> NDArray[np.float64]:
-        """Give the model's bounds along the view and in height, (2, 2) [m]."""
+    @property
+    def is_level(self) -> bool:
+        """Whether up is z."""
+        return self.forward[2] == 0
+
+    def find_extent(self, scene: Scene) -> NDArray[np.float64]:
+        """Give the model's bounds along the view and upward in it, (2, 2) [m]."""
         soup = scene.triangles()
-        used = soup.vertices[soup.faces.ravel(), :2] + scene.origin[:2]
-        along = used @ np.array(self.right)
-        return np.array([[along.min(), bounds[0, 2]], [along.max(), bounds[1, 2]]])
+        used = soup.vertices[np.unique(soup.faces)] + scene.origin
+        across = used @ np.array([self.right, self.up]).T
+        return np.stack([across.min(0), across.max(0)])
 
     def make_camera(self, grid: Grid, bounds: NDArray[np.float64]) -> Camera:
         """
-        Look at a raster of square cells, its axes along the view and up.
+        Look at a raster of square cells, its axes along the view and upward in it.
 
         Parameters
         ----------
         grid : Grid
-            In the model's own coordinates along the view, and z.
+            Of distances along the view and upward, in the model's own coordinates [m].
         bounds : (2, 3) float64
             Of the model.
         """
-        right, forward = (np.array([*v, 0.0]) for v in (self.right, self.forward))
-        corners = np.array([[x, y, 0.0] for x in bounds[:, 0] for y in bounds[:, 1]])
+        right, up, forward = (np.array(v) for v in (self.right, self.up, self.forward))
+        corners = np.array(
+            [[x, y, z] for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]]
+        )
         depth = corners @ forward
         room = 1.0 + np.ptp(depth)
         along = grid.x0 + grid.dx * (grid.cols - 1) / 2
-        up = grid.y0 + grid.dy * (grid.rows - 1) / 2
-        eye = along * right + (depth.min() - room) * forward + [0.0, 0.0, up]
+        upward = grid.y0 + grid.dy * (grid.rows - 1) / 2
+        eye = along * right + upward * up + (depth.min() - room) * forward
         return Camera(
             eye, eye + forward, size=(grid.cols, grid.rows), height=grid.dy * grid.rows,
             near=room / 2,

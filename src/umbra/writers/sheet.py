@@ -310,6 +310,8 @@ def _find_ticks(
 
 def _draw_scale_bar(sheet: Sheet, x: float, y: float, longest: float) -> None:
     """Draw a two-tone bar of a round length, at most ``longest`` [inch], labels above it."""
+    if not sheet.plan.axes[0].endswith("[m]"):
+        return
     x0, x1, _, _ = sheet.plan.extent
     per_metre = sheet.map_box[2] / (x1 - x0)
     length = _find_round(longest / per_metre)

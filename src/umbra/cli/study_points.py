@@ -1,0 +1,74 @@
+"""``umbra study`` on sampled surfaces and on single points."""
+
+from pathlib import Path
+from typing import Any
+
+from umbra.errors import InputError
+from umbra.scene import Scene
+from umbra.study import PointStudy, read_points, run_point_study, run_study
+from umbra.study.setup import Progress
+from umbra.sun import Site
+
+__all__ = ["RASTER_ONLY", "draw_surfaces", "study_points"]
+
+RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
+POINTS_ONLY = ("spacing", "on", "points")
+_TILT = 35
+_QUESTIONS = {"masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact"}
+
+
+def study_points(
+    scene: Scene, site: Site, options: dict[str, Any], progress: Progress
+) -> PointStudy:
+    """
+    Run a study of surfaces or points with the options of the command.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site
+    options : dict
+    progress : callable
+    """
+    for name in ("extent", "cell", "size"):
+        if options[name] is not None:
+            msg = f"--{name} is for rasters; surfaces are sampled by --spacing, points by --points"
+            raise InputError(msg)
+    kept = {name: value for name, value in options.items() if name not in RASTER_ONLY}
+    names: list[str] = []
+    path = kept.pop("points")
+    if options["receivers"] == "points":
+        if path is None:
+            msg = "receivers 'points' need a table; give --points FILE with lines of x,y,z"
+            raise InputError(msg)
+        kept["points"], names = read_points(path)
+    return run_point_study(scene, site, names=names, progress=progress, **kept)
+
+
+def draw_surfaces(
+    scene: Scene, site: Site, options: dict[str, Any], painter: Any, folder: Path
+) -> list[str]:
+    """
+    Have the model drawn from above and the side of the sun, with its hours in shadow.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site
+    options : dict
+        Of the command.
+    painter : Painter
+    folder : Path
+
+    Returns
+    -------
+    names : list of str
+        Of the files.
+    """
+    from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
+
+    azimuth = 215 if site.latitude >= 0 else 325
+    view = {**options, "receivers": f"{azimuth}/{_TILT}"}
+    kept = {n: v for n, v in view.items() if n not in {*POINTS_ONLY, *_QUESTIONS}}
+    study = run_study(scene, site, by_day=False, **kept)
+    return draw_pictures(study, scene, view, painter, folder).names

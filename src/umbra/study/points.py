@@ -1,0 +1,348 @@
+"""Studies of single points: samples of surfaces, and windows or sensors from a table."""
+
+import csv
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.cpu.rays import find_hidden, make_face_tree
+from umbra.errors import InputError
+from umbra.scene import Scene
+from umbra.study.masks import Masks
+from umbra.study.model import Casting, prepare_casting
+from umbra.study.period import Period
+from umbra.study.receivers import Places
+from umbra.study.result import Variables, make_dataset, time_variables
+from umbra.study.setup import Progress, Setup
+from umbra.study.surfaces import Samples, sample_surfaces
+from umbra.sun import Site, SunPath
+from umbra.volume.adjacency import Caster
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["PointStudy", "read_points", "run_point_study"]
+
+CHUNK = 65_536
+"""Points that are counted at a time."""
+DIMS = ("sample",)
+_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
+
+
+@dataclass(frozen=True, eq=False)
+class PointTile:
+    """
+    Some points as receivers.
+
+    Parameters
+    ----------
+    casting : Casting
+    places : Places
+    part : (n,) int
+        Of each point; -1 for none.
+    """
+
+    casting: Casting
+    places: Places
+    part: NDArray[np.intp]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of points."""
+        return (len(self.places.points),)
+
+    def make_counter(self) -> "PointTile":
+        """Give what counts these receivers: this."""
+        return self
+
+    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Tell for each sun which points are in shadow, cast or attached."""
+        where = self.places
+        return find_hidden(
+            self.casting.tree, where.points, where.normals, suns, self.casting.threads
+        )
+
+    def add_steps(
+        self,
+        suns: NDArray[np.float64],
+        steps: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Count for each point how many suns leave it in shadow."""
+        for first in range(0, len(suns), 64):
+            some = suns[first : first + 64]
+            steps += self.masks(some).sum(0, dtype=np.int32)
+            progress(len(some))
+
+    def find_cast(
+        self, caster: Caster, suns: NDArray[np.float64]
+    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
+        """Find the shadows of one caster alone, without attached shadow."""
+        found = find_hidden(
+            make_face_tree(caster), self.places.points, self.places.normals, suns,
+            self.casting.threads, attached=False,
+        )  # fmt: skip
+        return (slice(None),), found
+
+    def find_parts(self) -> NDArray[np.intp]:
+        """Give each point's part; -1 for none."""
+        return self.part
+
+
+@dataclass(frozen=True, eq=False)
+class PointStudy:
+    """
+    Hours at single points.
+
+    Parameters
+    ----------
+    period : Period
+    shadow_hours : (n,) float32
+    up_hours : float
+        How long the sun was above the horizon [h].
+    places : Places
+        In the model's own coordinates.
+    masks : (n_steps, n) Masks, optional
+    facts : dict
+        What the result's attributes say.
+    more : dict
+        Further arrays by name, each with its dimensions.
+    """
+
+    period: Period
+    shadow_hours: NDArray[np.float32]
+    up_hours: float
+    places: Places
+    masks: Masks | None
+    facts: dict[str, object]
+    more: Variables = field(default_factory=dict)
+
+    @property
+    def sun(self) -> SunPath:
+        """The sun at the midpoints of all days' steps."""
+        return self.period.sun
+
+    @property
+    def receivers(self) -> str:
+        """What received the shadows: 'surfaces' or 'points'."""
+        return str(self.facts["receivers"])
+
+    @property
+    def sun_hours(self) -> NDArray[np.float32]:
+        """Hours in the sun, (n,) float32."""
+        return np.float32(self.up_hours) - self.shadow_hours
+
+    def variables(self) -> Variables:
+        """Give the arrays of ``study.nc`` by name, each with its dimensions."""
+        return {
+            **time_variables(self.period),
+            "shadow_hours": (DIMS, self.shadow_hours),
+            "sun_hours": (DIMS, self.sun_hours),
+            "receiver_z": (DIMS, self.places.points[:, 2].copy()),
+            "position": ((*DIMS, "xyz"), self.places.points),
+            "normal": ((*DIMS, "xyz"), self.places.normals),
+            **self.more,
+        }
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Give the result as a dataset, as ``study.nc`` reads back."""
+        return make_dataset(self.variables(), self.facts)
+
+
+def run_point_study(
+    scene: Scene,
+    site: Site,
+    *,
+    receivers: str = "surfaces",
+    spacing: float = 0.5,
+    on: Sequence[str] = (),
+    points: ArrayLike | None = None,
+    names: Sequence[str] = (),
+    progress: Progress = lambda _done, _all: None,
+    **options: Any,
+) -> PointStudy:
+    """
+    Run a study of sampled surfaces or of given points; see ``shadow_study``.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site
+    receivers : {'surfaces', 'points'}
+    spacing : float
+        Between samples of surfaces [m].
+    on : sequence of str
+        Shell patterns of the parts that are sampled; all by default.
+    points : (n, 3) or (n, 6) float
+        In the model's own coordinates, with normals or without: a point without one is
+        turned to every sun.
+    names : sequence of str
+        Of the points.
+    progress : callable
+        Told how many instants are done, and of how many.
+    **options
+        Of every study, see ``Setup.of``.
+    """
+    setup = Setup.of(scene, site, **options)
+    origin = scene.origin
+    casting = prepare_casting(scene, setup.casters, setup.threads)
+    if receivers == "surfaces":
+        samples = sample_surfaces(scene, spacing, on)
+        places = Places(samples.points, samples.normals)
+        part, area = samples.part[samples.surface], samples.area
+        facts: dict[str, object] = {"spacing_m": float(spacing)}
+    else:
+        given = _check_points(points)
+        normals = given[:, 3:] if given.shape[1] == 6 else np.full((len(given), 3), np.nan)
+        places = Places(given[:, :3] - origin, np.ascontiguousarray(normals))
+        part, area = np.full(len(given), -1), np.ones(len(given))
+        facts = {}
+    tiles = [
+        (slice(at, at + CHUNK), _make_tile(casting, places, part, slice(at, at + CHUNK)))
+        for at in range(0, len(places.points), CHUNK)
+    ]
+    done = setup.count(casting, (len(places.points),), tiles, progress)
+    ledger = done.ledger
+    more = {**ledger.variables(DIMS), **done.answer.variables(DIMS, area)}
+    study = PointStudy(
+        setup.period,
+        ledger.shadow_hours,
+        ledger.up_hours,
+        Places(places.points + origin, places.normals),
+        ledger.masks,
+        setup.describe(receivers, done.seconds, **facts),
+        more,
+    )
+    if receivers == "surfaces":
+        more |= _summarise(samples, study.sun_hours, scene, site)
+    elif names:
+        more["name"] = (DIMS, np.array(names))
+    return study
+
+
+def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
+    """
+    Read points from a table of comma-separated values.
+
+    Parameters
+    ----------
+    path : path
+        Columns x, y, z, or x, y, z, nx, ny, nz, in this order; with a first line of
+        names they may be in any, with others beside them; ``name`` names the points.
+
+    Returns
+    -------
+    points : (n, 3) or (n, 6) float64
+    names : list of str
+        Empty where there are none.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a line has other than numbers.
+    """
+    try:
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
+            rows = [
+                (n, row) for n, row in enumerate(csv.reader(file), 1) if any(map(str.strip, row))
+            ]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        msg = f"{path}: cannot be read as a table ({error}); give comma-separated x,y,z"
+        raise InputError(msg, path=path) from None
+    if not rows:
+        msg = f"{path}: there are no points; give lines of x,y,z or x,y,z,nx,ny,nz"
+        raise InputError(msg, path=path)
+    head = [word.strip().lower() for word in rows[0][1]]
+    label = None
+    if {"x", "y", "z"} <= set(head):
+        rows = rows[1:]
+        wanted = [name for name in _COLUMNS if name in head]
+        if len(wanted) not in {3, 6}:
+            msg = f"{path}: a normal needs all of nx, ny, nz; its columns are {', '.join(head)}"
+            raise InputError(msg, path=path)
+        places = [head.index(name) for name in wanted]
+        label = head.index("name") if "name" in head else None
+    else:
+        places = list(range(6 if len(head) >= 6 else 3))
+    points = []
+    for line, row in rows:
+        try:
+            points.append([float(row[place]) for place in places])
+        except (ValueError, IndexError):
+            msg = (
+                f"{path}: line {line} has not {len(places)} numbers ({','.join(row)[:60]}); "
+                "give x,y,z or x,y,z,nx,ny,nz"
+            )
+            raise InputError(msg, path=path, line=line) from None
+    names = [row[label].strip() for _, row in rows] if label is not None else []
+    return _check_points(points), names
+
+
+def _make_tile(
+    casting: Casting, places: Places, part: NDArray, some: slice
+) -> Callable[[], PointTile]:
+    return lambda: PointTile(casting, Places(places.points[some], places.normals[some]), part[some])
+
+
+def _check_points(points: ArrayLike | None) -> NDArray[np.float64]:
+    """Give points as an array, normals made unit vectors."""
+    given = np.array([] if points is None else points, np.float64)
+    if given.ndim != 2 or given.shape[1] not in {3, 6} or not len(given):
+        msg = "receivers 'points' need points (n, 3) or with normals (n, 6); give --points FILE"
+        raise InputError(msg)
+    wrong = ~np.isfinite(given).all(1)
+    if given.shape[1] == 6:
+        length = np.linalg.norm(given[:, 3:], axis=1)
+        wrong |= length == 0
+        given[:, 3:] /= np.where(length > 0, length, 1.0)[:, None]
+    if wrong.any():
+        first = int(np.flatnonzero(wrong)[0])
+        msg = (
+            f"{int(wrong.sum())} points are not finite or have a normal of length 0 "
+            f"(first: point {first + 1}); correct or remove them"
+        )
+        raise InputError(msg, point=first)
+    return given
+
+
+def _summarise(
+    samples: Samples, sun_hours: NDArray[np.float32], scene: Scene, site: Site
+) -> Variables:
+    """Give the results of each surface and of each part."""
+    names = [part.name for part in scene.parts]
+    labels, owner = np.unique(np.array(names)[samples.part], return_inverse=True)
+    owner = owner.ravel()
+    normal = samples.surface_normal
+    turn = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) - site.true_north
+    level = np.hypot(normal[:, 0], normal[:, 1]) < 1e-6
+    one, part = ("surface",), ("part",)
+    found: Variables = {
+        "area": (DIMS, samples.area),
+        "surface_of_sample": (DIMS, samples.surface),
+        "surface_part": (one, owner.astype(np.int32)),
+        "surface_kind": (one, np.array([scene.parts[p].kind for p in samples.part])),
+        "surface_area": (one, samples.surface_area),
+        "surface_azimuth": (one, np.where(level, np.nan, turn % 360)),
+        "surface_tilt": (one, np.degrees(np.arccos(np.clip(normal[:, 2], -1, 1)))),
+        "part": (part, labels),
+    }
+    for name, index, count in (
+        ("surface", samples.surface, len(samples.part)),
+        ("part", owner[samples.surface], len(labels)),
+    ):
+        total = np.bincount(index, samples.area, count)
+        mean = np.bincount(index, samples.area * sun_hours, count) / total
+        least, most = np.full(count, np.inf), np.full(count, -np.inf)
+        np.minimum.at(least, index, sun_hours)
+        np.maximum.at(most, index, sun_hours)
+        if name == "part":
+            found["part_area"] = (part, total)
+        dims = (name,)
+        found[f"{name}_mean_sun_hours"] = (dims, mean.astype(np.float32))
+        found[f"{name}_least_sun_hours"] = (dims, least.astype(np.float32))
+        found[f"{name}_most_sun_hours"] = (dims, most.astype(np.float32))
+    return found

@@ -1,0 +1,254 @@
+"""
+Walls and roofs, sampled in their own planes.
+
+A surface is what lies in one plane and hangs together by edges within one part. It is
+laid out in squares along its horizontal and the way up; each square whose centre is on
+the surface is a sample there, on the very triangle that holds it. A surface that holds
+no centre has one sample, in the middle of its largest triangle. A sample stands for an
+equal share of its surface's area.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.scene import Scene
+from umbra.volume.adjacency import make_caster
+from umbra.volume.weld import weld_vertices
+
+__all__ = ["Samples", "sample_surfaces"]
+
+_COS = 1.0 - 1e-6  # triangles within 0.08 degrees of each other lie in one plane
+_MOST = 50_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """
+    Places on surfaces.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        In the scene's local frame [m].
+    normals : (n, 3) float64
+        Outward unit normals.
+    surface : (n,) int32
+        Of each sample; ascending.
+    area : (n,) float64
+        That each stands for [m2].
+    part : (n_surfaces,) int32
+        Of each surface, in ``Scene.parts``.
+    surface_area : (n_surfaces,) float64
+        [m2]
+    surface_normal : (n_surfaces, 3) float64
+    """
+
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    surface: NDArray[np.int32]
+    area: NDArray[np.float64]
+    part: NDArray[np.int32]
+    surface_area: NDArray[np.float64]
+    surface_normal: NDArray[np.float64]
+
+
+def sample_surfaces(scene: Scene, spacing: float, on: Sequence[str] = ()) -> Samples:
+    """
+    Sample the surfaces of some parts.
+
+    Sides are those that the file's winding calls outward; a closed thing that is wound
+    inward is turned about. What faces straight down never sees the sun and is left out.
+
+    Parameters
+    ----------
+    scene : Scene
+    spacing : float
+        Between samples [m].
+    on : sequence of str
+        Shell patterns of names, kinds, layers or tags; all parts by default.
+
+    Raises
+    ------
+    InputError
+        If the spacing is not above 0 or makes too many samples, a pattern matches no
+        part, or nothing is left to sample.
+    """
+    if not 0 < spacing < np.inf:
+        msg = f"the spacing must be larger than 0 m; got {spacing:g}"
+        raise InputError(msg, spacing=spacing)
+    parts = scene.select(on)
+    soup = scene.triangles(parts)
+    faces = _turn_outward(scene, parts)
+    corners = soup.vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(normals, axis=1)
+    normals /= np.maximum(double, 1e-300)[:, None]
+    kept = np.flatnonzero((double > 0) & (normals[:, 2] > -_COS))
+    if not len(kept):
+        msg = "nothing is left to sample: all surfaces face straight down; choose others with --on"
+        raise InputError(msg)
+    faces, normals, corners = faces[kept], normals[kept], corners[kept]
+    area, part = double[kept] / 2, soup.part[kept]
+    owner = _join(weld_vertices(soup.vertices)[faces], normals, part)
+    order = np.argsort(owner, kind="stable")
+    owner, normals, corners, area = owner[order], normals[order], corners[order], area[order]
+    first = np.flatnonzero(np.append(True, owner[1:] != owner[:-1]))
+    surface_area = np.add.reduceat(area, first)
+    expected = surface_area.sum() / spacing**2
+    if expected > _MOST:
+        least = float(np.sqrt(surface_area.sum() / _MOST))
+        msg = (
+            f"a spacing of {spacing:g} m makes {expected:.3g} samples of "
+            f"{surface_area.sum():.4g} m2; give {least:.2g} m or more, or choose parts with --on"
+        )
+        raise InputError(msg, spacing=spacing)
+    largest = _find_largest(area, first)
+    axes = _make_axes(normals[largest])
+    flat = np.einsum("fij,fkj->fik", corners, axes[owner])  # (n, 3 corners, along and up)
+    low = np.minimum.reduceat(flat.min(1), first, axis=0)
+    high = np.maximum.reduceat(flat.max(1), first, axis=0)
+    # Squares lie evenly about the middle of each surface.
+    cells = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1)
+    start = (low + high) / 2 - (cells - 1) / 2 * spacing
+    triangle, weights = _find_samples(flat, owner.astype(np.int64), start, spacing)
+    lone = np.setdiff1d(np.arange(len(first)), owner[triangle])
+    triangle = np.concatenate([triangle, largest[lone]])
+    weights = np.concatenate([weights, np.full((len(lone), 3), 1 / 3)])
+    by_surface = np.argsort(owner[triangle], kind="stable")
+    triangle, weights = triangle[by_surface], weights[by_surface]
+    surface = owner[triangle].astype(np.int32)
+    each = surface_area / np.bincount(surface, minlength=len(first))
+    return Samples(
+        np.einsum("nk,nkj->nj", weights, corners[triangle]),
+        normals[triangle],
+        surface,
+        each[surface],
+        part[order][first].astype(np.int32),
+        surface_area,
+        normals[largest],
+    )
+
+
+def _turn_outward(scene: Scene, parts: Sequence[int]) -> NDArray[np.int32]:
+    """Give the parts' faces, those of closed things that are wound inward turned about."""
+    soup = scene.triangles(parts)
+    everything = scene.triangles()
+    groups = scene.groups()
+    caster = make_caster(everything.vertices, everything.faces, groups[everything.part])
+    a, b, c = (caster.vertices[caster.faces[:, k]] for k in range(3))
+    volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
+    inward = np.zeros(len(everything.faces), np.bool_)
+    inward[caster.source] = (caster.is_closed & (volume < 0))[caster.component]
+    mine = inward[np.isin(everything.part, parts)]
+    faces = soup.faces.copy()
+    faces[mine] = faces[mine][:, ::-1]
+    return faces
+
+
+def _join(
+    faces: NDArray[np.integer], normals: NDArray[np.float64], part: NDArray[np.int32]
+) -> NDArray[np.intp]:
+    """Give each face its surface: faces of one part in one plane, joined by edges, (n,) int."""
+    tail, head = faces.ravel(), np.roll(faces, -1, 1).ravel()
+    face = np.repeat(np.arange(len(faces)), 3)
+    low, high = np.minimum(tail, head), np.maximum(tail, head)
+    order = np.lexsort((high, low, part[face]))
+    low, high, face = low[order], high[order], face[order]
+    same = (low[1:] == low[:-1]) & (high[1:] == high[:-1]) & (part[face[1:]] == part[face[:-1]])
+    one, two = face[:-1][same], face[1:][same]
+    flat = np.einsum("ij,ij->i", normals[one], normals[two]) > _COS
+    root = np.arange(len(faces))
+    _unite(one[flat], two[flat], root)
+    return np.unique(root, return_inverse=True)[1].ravel()
+
+
+def _find_largest(area: NDArray[np.float64], first: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Give the largest triangle of each run."""
+    run = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(area))))
+    order = np.lexsort((-area, run))
+    return order[first]
+
+
+def _make_axes(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give each surface's horizontal and upward axis, (n, 2, 3)."""
+    along = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], 1)
+    length = np.linalg.norm(along, axis=1)
+    level = length < 1e-6
+    along[level] = (1.0, 0.0, 0.0)
+    along /= np.where(level, 1.0, length)[:, None]
+    return np.stack([along, np.cross(normals, along)], 1)
+
+
+@njit(cache=True, nogil=True)
+def _unite(one, two, root):
+    """Give every face the lowest face that it hangs together with (union-find)."""
+    for i in range(one.size):
+        a = one[i]
+        b = two[i]
+        while root[a] != a:
+            root[a] = root[root[a]]
+            a = root[a]
+        while root[b] != b:
+            root[b] = root[root[b]]
+            b = root[b]
+        root[max(a, b)] = min(a, b)
+    for f in range(root.size):
+        root[f] = root[root[f]]
+
+
+@njit(cache=True, nogil=True)
+def _find_samples(flat, owner, start, spacing):
+    """Find the squares' centres in each triangle: which triangle, and barycentric weights."""
+    count = 0
+    for write in range(2):
+        if write == 1:
+            triangle = np.empty(count, np.int64)
+            weights = np.empty((count, 3))
+            count = 0
+        for f in range(flat.shape[0]):
+            p = flat[f]
+            s = start[owner[f]]
+            det = (p[1, 0] - p[0, 0]) * (p[2, 1] - p[0, 1]) - (p[1, 1] - p[0, 1]) * (
+                p[2, 0] - p[0, 0]
+            )
+            if det == 0.0:
+                continue
+            low = min(p[0, 1], p[1, 1], p[2, 1])
+            high = max(p[0, 1], p[1, 1], p[2, 1])
+            for r in range(
+                np.int64(np.ceil((low - s[1]) / spacing)),
+                np.int64(np.floor((high - s[1]) / spacing)) + 1,
+            ):
+                y = s[1] + r * spacing
+                # The row's stretch in the triangle, half open, from edges that neighbours share.
+                left = np.inf
+                right = -np.inf
+                for k in range(3):
+                    a, b = p[k], p[(k + 1) % 3]
+                    if (a[1] > y) == (b[1] > y):
+                        continue
+                    if a[1] > b[1]:
+                        a, b = b, a
+                    x = a[0] + (y - a[1]) * (b[0] - a[0]) / (b[1] - a[1])
+                    left = min(left, x)
+                    right = max(right, x)
+                if not left < right:
+                    continue
+                c = np.int64(np.ceil((left - s[0]) / spacing))
+                while s[0] + c * spacing < right:
+                    if write == 1:
+                        x = s[0] + c * spacing
+                        u = ((p[1, 0] - x) * (p[2, 1] - y) - (p[1, 1] - y) * (p[2, 0] - x)) / det
+                        v = ((p[2, 0] - x) * (p[0, 1] - y) - (p[2, 1] - y) * (p[0, 0] - x)) / det
+                        triangle[count] = f
+                        weights[count, 0] = u
+                        weights[count, 1] = v
+                        weights[count, 2] = 1.0 - u - v
+                    count += 1
+                    c += 1
+    return triangle, weights

@@ -1,0 +1,137 @@
+"""Studies repeated from their options, and what receives beside plans."""
+
+import tomllib
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.model_files import save_city, save_obj
+from support.shapes import box, moved
+
+HALF_DAY = ["--from", "10:00", "--to", "14:00", "--every", "1h"]
+HOUSES = {
+    "house": box((-2, -2, 0), (2, 2, 12)),
+    "shed": moved(box((0, 0, 0), (3, 2, 3)), (6, -1, 0)),
+}
+
+
+def open_result(folder):
+    with xr.open_dataset(folder / "study.nc") as result:
+        return result.load()
+
+
+def test_a_study_repeats_itself_from_what_it_wrote(study, umbra_here, tmp_path):
+    path = save_obj(tmp_path / 'to"wn.obj', HOUSES)
+    options = [
+        *HALF_DAY, "--no-cast", "shed", "--extent", "-5,-5,5,9", "--receivers", "top", "--spells",
+        "--date", "2026-06-21", "--sum", "--north", "-3.5", "--under", "90min",
+    ]  # fmt: skip
+    assert study(*options, files=[path]).status == 0
+    written = tmp_path / "out" / "study.toml"
+    kept = tomllib.loads(written.read_text(encoding="utf-8"))
+    assert kept["date"] == ["2026-09-18", "2026-06-21"]
+    assert kept["from"] == "10:00"
+    assert kept["extent"] == [-5, -5, 5, 9]
+    assert kept["files"] == [str(path)]
+    assert kept["spells"] is True
+    assert kept["by-day"] is False
+    assert "out" not in kept
+    said = umbra_here("study", "--options", written, "--out", tmp_path / "again")
+    assert said.status == 0, said
+    one, two = open_result(tmp_path / "out"), open_result(tmp_path / "again")
+    for name in one.data_vars:
+        np.testing.assert_array_equal(one[name], two[name], err_msg=name)
+    again = tmp_path / "again" / "study.toml"
+    assert again.read_text(encoding="utf-8") == written.read_text(encoding="utf-8")
+
+
+def test_what_is_typed_comes_before_the_file(umbra_here, no_pictures, tmp_path):
+    save_obj(tmp_path / "town.obj", HOUSES)
+    given = tmp_path / "mine.toml"
+    given.write_text(
+        'files = "town.obj"\ndate = 2026-09-18\nlat = 48.2\nlon = 16.37\ncell = 2\n'
+        'every = "1h"\nno_cast = "shed"\nextent = [-10, -10, 10, 10]\nout = "elsewhere"\n'
+    )
+    out = tmp_path / "out"
+    said = umbra_here("study", "--options", given, "--cell", "1", "--lat", "-33", "--out", out)
+    assert said.status == 0, said
+    result = open_result(out)
+    assert result.sizes["x"] == 20
+    assert result.attrs["latitude"] == -33
+    assert result.sizes["time"] == 8
+    shed = result.shadow_hours.sel(x=7.5, y=0.5)
+    assert float(shed) < 8
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('dates = "2026-03-21"', "did you mean 'date'"),
+        ("date = ", "is not TOML"),
+        ('[study]\ndate = "2026-03-21"', "without headings"),
+        ('date = "2026-03-21"\ncell = "wide"', "not a valid float"),
+        ('date = "2026-03-21"\nextent = [1, 2]', "--extent"),
+        ('date = "yesterday"', "is not a date"),
+    ],
+)
+def test_slips_in_the_file_are_told(study, keep, tmp_path, text, says):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    said = study("--options", path, day=None, cell=None).refusal()
+    assert says in said
+    assert keep()
+    assert "no such file" in study("--options", tmp_path / "none.toml").refusal()
+
+
+def test_elevations_have_their_own_axes(study, tmp_path):
+    said = study(*HALF_DAY, "--receivers", "south", "--json", cell="0.5")
+    assert said.status == 0, said
+    result = open_result(tmp_path / "out")
+    assert result.shadow_hours.dims == ("z", "along")
+    assert result.along.attrs["units"] == "m"
+    assert result.position.dims == ("z", "along", "xyz")
+    assert result.attrs["view_azimuth_deg"] == 180
+    assert float(result.shadow_hours.max()) == 0
+    assert np.isnan(result.shadow_hours).any()
+    found = said.json()
+    assert (found["cols"], found["rows"]) == (result.sizes["along"], result.sizes["z"])
+    assert found["most_shadow_hours"] == 0
+    assert "choose ground or top" in study("--receivers", "roof").refusal()
+    assert "are for plans" in study("--receivers", "south", "--report").refusal()
+
+
+def test_surfaces_are_sampled_and_drawn(study, tmp_path):
+    path = save_city(tmp_path / "town.city.json", HOUSES)
+    said = study(
+        *HALF_DAY, "--receivers", "surfaces", "--spacing", "1", "--on", "WallSurface", "--masks",
+        files=[path], cell=None,
+    )  # fmt: skip
+    assert said.status == 0, said
+    assert [line.rsplit("/", 1)[1] for line in said.out.splitlines()] == [
+        "study.nc", "hours.png", "profile.png",
+    ]  # fmt: skip
+    result = open_result(tmp_path / "out")
+    assert result.sizes["sample"] == 16 * 12 + 10 * 3
+    assert result.in_shadow.dims == ("time", "sample")
+    assert result.in_shadow.dtype == np.uint8
+    assert set(result.part.values) == {"house", "shed"}
+    assert result.attrs["spacing_m"] == 1
+    assert "--spacing" in study("--receivers", "surfaces").refusal()
+
+
+def test_points_come_from_a_table(study, tmp_path):
+    table = tmp_path / "windows.csv"
+    table.write_text("name,x,y,z,nx,ny,nz\nsouth,0,-2,5,0,-1,0\nnorth,0,2,5,0,1,0\n")
+    said = study(
+        *HALF_DAY, "--receivers", "points", "--points", table, "--spells", "--json", cell=None
+    )
+    assert said.status == 0, said
+    result = open_result(tmp_path / "out")
+    assert list(result.name.values) == ["south", "north"]
+    np.testing.assert_array_equal(result.sun_hours, [4, 0])
+    np.testing.assert_array_equal(result.sun_spells, [1, 0])
+    assert said.json()["samples"] == 2
+    assert "--points FILE" in study("--receivers", "points", cell=None).refusal()
+    table.write_text("x,y\n1,2\n")
+    refused = study("--receivers", "points", "--points", table, cell=None).refusal()
+    assert "line 1" in refused
