@@ -10,6 +10,7 @@ directional light.
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
@@ -168,21 +169,50 @@ def _add_sides(
 ) -> None:
     """Add the sides of some instances, and which thing each belongs to, to lists."""
     for which, found in find_silhouettes(caster, lights[alike]):
-        codes = found.codes[found.starts[0] : found.starts[-1]]
-        instance = np.repeat(alike[which], np.diff(found.starts))
-        edge = codes >> 2
-        multiplicity = caster.weight[edge].astype(np.int64) >> (codes >> 1 & 1)
-        backward = (multiplicity > 0) != (codes & 1).astype(np.bool_)
-        backward ^= body.mirrored[instance]
-        ends = caster.edges[edge] + body.first[instance, None]
-        ends[backward] = ends[backward, ::-1]
-        thing = instance * body.n_things + body.edge_thing[edge]
-        times = np.abs(multiplicity)
-        if times.size and times.max() > 1:
-            ends, thing = np.repeat(ends, times, 0), np.repeat(thing, times)
-        a, b = (2 * ends).astype(np.uint32).T
-        sides.append(np.stack([b, a, a | FAR, b, a | FAR, b | FAR], 1))
+        n = _count_sides(found.codes, found.starts, caster.weight)
+        side, thing = np.zeros((n, 6), np.uint32), np.zeros(n, np.intp)
+        _write_sides(
+            found.codes, found.starts, caster.edges, caster.weight, alike[which], body.first,
+            body.mirrored, body.edge_thing, body.n_things, side, thing,
+        )  # fmt: skip
+        sides.append(side)
         things.append(thing)
+
+
+@njit(cache=True, nogil=True)
+def _count_sides(codes, starts, weight):
+    """Count the sides of silhouette edges, as many as their multiplicities say."""
+    n = 0
+    for i in range(starts[0], starts[-1]):
+        n += abs(np.int64(weight[codes[i] >> 2]) >> (codes[i] >> 1 & 1))
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _write_sides(
+    codes, starts, edges, weight, instances, first, mirrored, edge_thing, n_things, sides, things
+):
+    """Write two triangles for each side, and the thing it belongs to."""
+    n = 0
+    for k in range(instances.size):
+        instance = instances[k]
+        for i in range(starts[k], starts[k + 1]):
+            code = codes[i]
+            edge = code >> 2
+            # Along the lit face for a positive multiplicity: the side goes back along it.
+            times = np.int64(weight[edge]) >> (code >> 1 & 1)
+            forward = ((times > 0) == ((code & 1) > 0)) != mirrored[instance]
+            a = np.uint32(2 * (first[instance] + edges[edge, 0 if forward else 1]))
+            b = np.uint32(2 * (first[instance] + edges[edge, 1 if forward else 0]))
+            for _ in range(abs(times)):
+                sides[n, 0] = b
+                sides[n, 1] = a
+                sides[n, 2] = a + 1
+                sides[n, 3] = b
+                sides[n, 4] = a + 1
+                sides[n, 5] = b + 1
+                things[n] = instance * n_things + edge_thing[edge]
+                n += 1
 
 
 def gather(
