@@ -410,3 +410,11 @@ def test_feature_without_a_header_is_named(tmp_path, box):
     )
     with pytest.raises(InputError, match="header line"):
         umbra.read(path)
+
+
+def test_the_objects_type_chooses_its_surfaces(real_file):
+    scene = umbra.read(real_file("denhaag.city.json"))
+    assert {scene.parts[i].kind for i in scene.select(["Building*"])} >= {
+        "RoofSurface",
+        "WallSurface",
+    }

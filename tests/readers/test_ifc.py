@@ -238,7 +238,19 @@ def test_an_opening_that_is_not_there_is_counted(tmp_path, measure):
     path.write_text(text)
     scene = umbra.read(path)
     assert measure.volume(scene) == pytest.approx(6)
-    assert "openings that are not in the file left out: 1" in scene.notes[0]
+    assert "openings that are not in the file left out: 1" in " ".join(scene.notes)
+
+
+def test_lines_that_are_not_understood_are_counted(tmp_path):
+    model = IfcFile()
+    model.box("IfcWall", "wall", (1, 1, 1))
+    model.box("IfcWall", "broken", (1, 1, 1))
+    path = model.write(tmp_path / "a.ifc")
+    head, tail = path.read_text().rsplit("IFCWALL(", 1)
+    path.write_text(f"{head}IFCWELL({tail}")
+    scene = umbra.read(path)
+    assert [part.name for part in scene.parts] == ["wall"]
+    assert "errors in the file: 2 (first: Entity with name 'IFCWELL'" in scene.notes[0]
 
 
 def test_damage_is_said(tmp_path):

@@ -58,6 +58,7 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
     templates = Templates(None)
     arrays: list[NDArray[np.float64]] = []
     instances: list[Part] = []
+    types: dict[str, str] = {}
     count, transform = 0, None
     for number, document in enumerate(documents, 1):
         where = f"line {number}: " if len(documents) > 1 else ""
@@ -73,7 +74,7 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
         choices = choose_geometries(objects, templates.shapes, raw, counts, where)
         for name, choice in choices.items():
             try:
-                kind = str(objects[name]["type"])
+                kind = types[name] = str(objects[name]["type"])
                 if choice.shape is not choice.geometry:
                     instances += templates.place(name, kind, choice.geometry, vertices, counts)
                 else:
@@ -88,7 +89,7 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
 
     meshes = surfaces.cut(np.concatenate(arrays), counts)
     parts = [
-        Part(name, kind, mesh, material=find_material(kind))
+        Part(name, kind, mesh, material=find_material(kind), tags=(types[name],))
         for (name, kind), mesh in meshes.items()
     ]
     metadata = head.get("metadata")

@@ -6,8 +6,8 @@ or a stair is chosen as one; what it is itself (own name and class, storey, type
 materials, styles) are its tags. Openings are cut by ifcopenshell's geometry engine.
 """
 
-from collections import Counter
-from dataclasses import dataclass, replace
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.extras import need
 from umbra.readers.ifc_place import find_map, find_place
+from umbra.readers.ifc_words import Words, count_names, describe
 from umbra.readers.model import Model, Place
 from umbra.readers.turn import turn_up
 from umbra.scene import Material, Mesh, Part
@@ -40,16 +41,9 @@ LEFT_OUT = (
 # The first is quick and right for what it takes; the other takes what is left.
 ENGINES = ("hybrid-cgal-simple-opencascade", "opencascade")
 
+ERROR = re.compile(r"^\[error\](?: *\[[^\]]*\])* *(.*)$", re.IGNORECASE | re.MULTILINE)
+
 Shape = tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32], list[Any]]
-
-
-@dataclass(frozen=True)
-class _Words:
-    """What an element is called: the whole's name and kind, and its own tags."""
-
-    name: str
-    kind: str
-    tags: tuple[str, ...]
 
 
 def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
@@ -81,12 +75,15 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
             "export it again"
         )
         raise InputError(msg, byte=len(data))
+    ifcopenshell.get_log()  # empties it
     try:
         file = ifcopenshell.open(str(path))
         projects = file.by_type("IfcProject")
     except Exception as error:  # whatever the parser raises, the file is not IFC
-        msg = f"is damaged IFC ({_one_line(error)}); export it again"
+        errors = _list_errors(ifcopenshell.get_log()) or [_one_line(error)]
+        msg = f"is damaged IFC ({errors[-1]}); export it again"
         raise InputError(msg) from error
+    errors = _list_errors(ifcopenshell.get_log())
     if not projects:
         msg = "is IFC without an IfcProject, so its units are not known; export the whole project"
         raise InputError(msg)
@@ -97,6 +94,8 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
         if product.Representation and not any(product.is_a(name) for name in LEFT_OUT)
     }
     notes = []
+    if errors:
+        notes.append(f"errors in the file: {len(errors)} (first: {errors[0]})")
     broken = _drop_broken_openings(file)
     if broken:
         notes.append(f"openings that are not in the file left out: {broken}")
@@ -106,12 +105,12 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
         first = f"{missing[0].is_a()} '{missing[0].Name or missing[0].GlobalId}'"
         notes.append(f"elements without a usable shape left out: {len(missing)} (first: {first})")
 
-    uses = Counter(_whole(product).Name for product in products.values() if not _is_piece(product))
+    uses = count_names(products.values())
     materials: dict[tuple[Any, ...], tuple[str, Material]] = {}
     parts = [
         part
         for number, shape in shapes.items()
-        for part in _make_parts(_describe(products[number], uses), shape, file, materials)
+        for part in _make_parts(describe(products[number], uses), shape, file, materials)
     ]
     place, remarks = find_place(file)
     notes += remarks
@@ -122,6 +121,11 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
         place = Place(place.latitude, place.longitude, place.elevation)
     place = replace(place, ground=_find_ground(parts))
     return Model(f"IFC ({file.schema})", turn_up(tuple(parts), up), crs, tuple(notes), place=place)
+
+
+def _list_errors(log: str) -> list[str]:
+    """Give the errors in ifcopenshell's log, without their time."""
+    return [" ".join(found.split())[:200] for found in ERROR.findall(log)]
 
 
 def _one_line(error: BaseException) -> str:
@@ -180,7 +184,7 @@ def _run_engine(
 
 
 def _make_parts(
-    words: _Words,
+    words: Words,
     shape: Shape,
     file: Any,
     materials: dict[tuple[Any, ...], tuple[str, Material]],
@@ -218,53 +222,6 @@ def _find_material(
         red, green, blue = np.nan_to_num(linear, nan=0.7).tolist()
         materials[key] = (name, Material((red, green, blue), opacity=1 - clear))
     return materials[key]
-
-
-def _ancestors(product: Any) -> list[Any]:
-    """Follow an element to the whole that it is a piece of; the element itself is first."""
-    chain = [product]
-    while True:
-        relations = getattr(chain[-1], "Decomposes", ()) or ()
-        above = next((r.RelatingObject for r in relations), None)
-        if above is None or not above.is_a("IfcElement") or above in chain:
-            return chain
-        chain.append(above)
-
-
-def _whole(product: Any) -> Any:
-    return _ancestors(product)[-1]
-
-
-def _is_piece(product: Any) -> bool:
-    return len(_ancestors(product)) > 1
-
-
-def _describe(product: Any, uses: Counter[str]) -> _Words:
-    element = need("ifcopenshell.util.element", "ifc", "IFC")
-    chain = _ancestors(product)
-    whole = chain[-1]
-    name = whole.Name or f"{whole.is_a()} {whole.GlobalId}"
-    if whole.Name and uses[whole.Name] > 1:
-        name = f"{whole.Name} {whole.GlobalId}"
-    words: list[str | None] = []
-    for piece in chain:
-        words += [piece.Name, piece.is_a(), piece.is_a().replace("StandardCase", "")]
-        words += [getattr(piece, "PredefinedType", None), getattr(piece, "ObjectType", None)]
-        words.append(getattr(element.get_type(piece), "Name", None))
-        words += [getattr(material, "Name", None) for material in element.get_materials(piece)]
-    words.append(_find_storey(element.get_container(whole)))
-    words.append(product.GlobalId)
-    skip = {name, whole.is_a(), "NOTDEFINED", "USERDEFINED"}
-    tags = tuple(dict.fromkeys(str(w) for w in words if w and w not in skip))
-    return _Words(name, whole.is_a(), tags)
-
-
-def _find_storey(container: Any) -> str | None:
-    """Name the storey that holds a container: itself, or one above it."""
-    while container is not None and not container.is_a("IfcBuildingStorey"):
-        above = [r.RelatingObject for r in getattr(container, "Decomposes", ()) or ()]
-        container = above[0] if above else None
-    return None if container is None else container.Name
 
 
 def _find_ground(parts: list[Part]) -> float | None:
