@@ -127,7 +127,6 @@ def combine(
         groups: dict[str, list[Part]] = {}
         for layer, parts in zip(layers, moved):
             groups.setdefault(layer.name, []).extend(parts)
-        notes += find_far(groups)
-        notes += find_overlaps(groups)
+        notes += [*find_far(groups), *find_overlaps(groups)]
     lights = tuple(light for layer in layers for light in layer.model.lights)
     return tuple(p for parts in moved for p in parts), lights, target[0] if target else None, notes

@@ -6,7 +6,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Part, Scene
+from umbra.scene import Part
+from umbra.scene.mesh import transform_points
 
 __all__ = ["find_far", "find_overlaps"]
 
@@ -28,11 +29,12 @@ def find_far(layers: Mapping[str, Sequence[Part]]) -> list[str]:
     -------
     notes : list of str
     """
-    boxes = {name: _bounds(parts) for name, parts in layers.items()}
-    names = list(boxes)
+    boxes = {name: _boxes(parts)[1] for name, parts in layers.items()}
+    bounds = {n: np.stack([b[:, 0].min(0), b[:, 1].max(0)]) for n, b in boxes.items()}
+    names = list(bounds)
     notes = []
     for name in names[1:]:
-        first, other = boxes[names[0]], boxes[name]
+        first, other = bounds[names[0]], bounds[name]
         gap = np.maximum(first[0] - other[1], other[0] - first[1])[:2].max()
         if gap > FAR:
             notes.append(
@@ -71,25 +73,31 @@ def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
     return notes
 
 
-def _bounds(parts: Sequence[Part]) -> NDArray[np.float64]:
-    with np.errstate(all="ignore"):
-        _, boxes = _boxes(parts)
-        return np.stack([boxes[:, 0].min(0), boxes[:, 1].max(0)])
-
-
 def _boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
     """Give the names of things and their boxes (n, 2, 3)."""
-    kept = tuple(part for part in parts if part.triangles)
-    scene = Scene(kept, np.zeros(3))
-    soup = scene.triangles()
-    owner = scene.groups()[soup.part]
-    names = list(dict.fromkeys(part.name for part in kept))
-    low = np.full((len(names), 3), np.inf)
-    high = np.full((len(names), 3), -np.inf)
-    corners = soup.vertices[soup.faces]
-    np.minimum.at(low, owner, corners.min(1))
-    np.maximum.at(high, owner, corners.max(1))
-    return names, np.stack([low, high], axis=1)
+    found: dict[str, NDArray[np.float64]] = {}
+    for part in parts:
+        if part.triangles:
+            box = _box(part)
+            if part.name in found:
+                other = found[part.name]
+                box = np.stack([np.minimum(box[0], other[0]), np.maximum(box[1], other[1])])
+            found[part.name] = box
+    return list(found), np.array(list(found.values()))
+
+
+def _box(part: Part) -> NDArray[np.float64]:
+    vertices, corners = part.mesh.vertices, part.mesh.faces.ravel()
+    if len(corners) > len(vertices):
+        is_used = np.zeros(len(vertices), np.bool_)
+        is_used[corners] = True
+        used = vertices[is_used]
+    else:  # a part of many that share their vertices
+        used = vertices[corners]
+    if part.transform is not None:
+        used = transform_points(part.transform, used)
+    # By columns: numpy folds rows of three slowly.
+    return np.array([[axis.min() for axis in used.T], [axis.max() for axis in used.T]])
 
 
 def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -33,7 +33,9 @@ def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part
     from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
     ground = Scene(tuple(terrain), np.zeros(3)).triangles()
-    used = ground.vertices[np.unique(ground.faces)]
+    is_used = np.zeros(len(ground.vertices), np.bool_)
+    is_used[ground.faces.ravel()] = True
+    used = ground.vertices[is_used]
     soup = Scene(tuple(parts), np.zeros(3)).triangles()
     corner = soup.faces.ravel()
     owner = np.repeat(soup.part, 3)
