@@ -47,7 +47,7 @@ def compare(device, scene, camera, light, method="auto"):
     cpu = FrameCounter(scene, ground=0.0)
     right, _ = cpu.see(camera)
     same = right.face == view.face
-    assert same.mean() > 0.99
+    assert same.mean() > 0.98  # two walls in one plane are a tie
     return counts[same], cpu.count(right, camera, light)[same]
 
 
@@ -87,6 +87,15 @@ def test_parts_of_one_name_and_transform_close_together(device):
     assert (counts != right).mean() < 0.002
 
 
+@pytest.mark.parametrize("stretch", [(1, 1, 0), (0, 1, 1), (0, 0, 1)])
+def test_a_transform_that_flattens(device, stretch):
+    scene = instances(HOUSE, [*TRANSFORMS[:2], place(1, -6, 3, turn=20, stretch=stretch)])
+    assert [group.transform is None for group in make_groups(scene)] == [False, False, True]
+    for light in LAMP, SUN:
+        counts, right = compare(device, scene, CAMERA, light)
+        assert (counts != right).mean() < 0.002
+
+
 @pytest.mark.parametrize("steps", [np.diag([1.0, 1, 1, 1]), place(3, 1, 0.5, turn=40)])
 def test_a_moved_instance_casts_from_where_it_is(device, steps):
     scene = instances(HOUSE, TRANSFORMS)
@@ -101,7 +110,7 @@ def test_a_moved_instance_casts_from_where_it_is(device, steps):
     cpu = FrameCounter(later, ground=0.0)
     right, _ = cpu.see(CAMERA)
     same = right.face == view.face
-    assert same.mean() > 0.99
+    assert same.mean() > 0.98  # two walls in one plane are a tie
     assert (counts != cpu.count(right, CAMERA, LAMP))[same].mean() < 0.002
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device
 from umbra.gl.programs import Program
 from umbra.scene import Scene
+from umbra.scene.mesh import transform_points
 
 __all__ = ["BLOCK", "FIRST_UNIT", "Geometry", "Group", "TextureBuffer", "make_groups"]
 
@@ -59,6 +60,9 @@ def make_groups(scene: Scene) -> list[Group]:
     """
     Group a scene's parts: those that stand still, and those of one name and transform.
 
+    A transform that flattens cannot be undone, and no light taken into its frame: it is
+    applied to the vertices at once.
+
     Parameters
     ----------
     scene : Scene
@@ -71,6 +75,8 @@ def make_groups(scene: Scene) -> list[Group]:
     for index, part in enumerate(scene.parts):
         moves = part.transform is not None
         key: tuple = (part.name, np.asarray(part.transform).tobytes()) if moves else ()
+        if is_flat(part.transform):
+            key = (index,)
         members.setdefault(key, []).append(index)
     shared: dict[tuple, tuple[tuple[int, ...], NDArray[np.float64]]] = {}
     groups, first = [], 0
@@ -81,6 +87,8 @@ def make_groups(scene: Scene) -> list[Group]:
             shared[key] = _combine(arrays)
         offsets, vertices = shared[key]
         transform = scene.parts[parts[0]].transform
+        if transform is not None and is_flat(transform):
+            vertices, transform = transform_points(transform, vertices), None
         groups.append(Group(tuple(parts), offsets, vertices, first, transform))
         first += -(-len(vertices) // BLOCK) * BLOCK
     return groups
@@ -191,6 +199,15 @@ class Geometry:
         for buffer in self._buffers:
             buffer.release()
         self._buffers = []
+
+
+def is_flat(transform: NDArray[np.float64] | None) -> bool:
+    """Tell whether a transform makes a solid flat, so that nothing can undo it."""
+    if transform is None:
+        return False
+    linear = np.asarray(transform, np.float64)[:3, :3]
+    size = np.linalg.norm(linear, axis=0).prod()
+    return bool(np.abs(np.linalg.det(linear)) <= 1e-9 * size)
 
 
 def is_mirrored(transform: NDArray[np.float64] | None) -> bool:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import find_solid_faces
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
-from umbra.gl.geometry import Geometry, Group, is_mirrored
+from umbra.gl.geometry import Geometry, Group, is_flat, is_mirrored
 from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
@@ -323,6 +323,8 @@ def _moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> bo
     for group in groups:
         found = [after.parts[index].transform for index in group.parts]
         if any((transform is None) != (group.transform is None) for transform in found):
+            return False
+        if is_flat(found[0]):
             return False
         if group.transform is not None and any((t != found[0]).any() for t in found):  # type: ignore[union-attr]
             return False
