@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from umbra.cpu.threads import count_cores
 from umbra.errors import InputError
 from umbra.scene import Scene
+from umbra.study.device import DEVICES
 from umbra.study.ledger import FEW_DAYS, Wanted
 from umbra.study.period import Period
 from umbra.sun import find_sun
@@ -28,8 +29,8 @@ _MICROSECOND = dt.timedelta(microseconds=1)
 
 def check_device(device: str, threads: int | None) -> int:
     """Refuse devices that there are not, and give the number of threads."""
-    if device not in {"auto", "cpu"}:
-        msg = f"device '{device}' is not available; choose auto or cpu"
+    if device not in DEVICES:
+        msg = f"device '{device}' is not one of {', '.join(DEVICES)}"
         raise InputError(msg, device=device)
     threads = count_cores() if threads is None else threads
     if threads < 1:

@@ -1,6 +1,7 @@
 """A study's options made ready, and the counting that is the same for all receivers."""
 
 import datetime as dt
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ import umbra
 from umbra.scene import Scene
 from umbra.study.asked import Answer, Asked, Tile
 from umbra.study.counting import count_period
+from umbra.study.device import Counters
 from umbra.study.exact import count_exactly
 from umbra.study.ledger import Ledger, Wanted
 from umbra.study.model import Casting
@@ -41,11 +43,14 @@ class Result:
     answer : Answer
     seconds : float
         Spent in counting.
+    device : {'cpu', 'gl'}
+        What counted.
     """
 
     ledger: Ledger
     answer: Answer
     seconds: float
+    device: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +68,7 @@ class Setup:
     casters : list of int
         Indices of the parts that cast.
     threads : int
+    device : {'auto', 'cpu', 'gl'}
     begun : float
         Clock when the work began [s].
     """
@@ -74,6 +80,7 @@ class Setup:
     asked: Asked
     casters: list[int]
     threads: int
+    device: str = "auto"
     begun: float = field(default_factory=time.perf_counter)
 
     @classmethod
@@ -112,7 +119,7 @@ class Setup:
         )
         casters = select_casters(scene, cast, no_cast)
         asked = Asked.of(scene, casters, who, by, proposed, under)
-        return cls(scene, site, period, wanted, asked, casters, threads)
+        return cls(scene, site, period, wanted, asked, casters, threads, device)
 
     @property
     def bytes_of_masks(self) -> int:
@@ -150,22 +157,23 @@ class Setup:
         suns = period.sun.direction[period.sun.is_up]
         works = len(suns) * (2 if asked.groups else 1)
         seconds = 0.0
-        for n, (where, make_tile) in enumerate(tiles):
-            tile = make_tile()
-            counter = tile.make_counter()
-            if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes buffers
-                counter.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
-            advance = make_advance(progress, n * works, len(tiles) * works)
-            started = time.perf_counter()
-            if wanted.tolerance:
-                count_exactly(
-                    counter, tile.places, casting.tree, tile.shape, ledger, where, advance
-                )
-            else:
-                count_period(counter, tile.shape, ledger, where, advance)
-            answer.add(tile, where, advance)
-            seconds += time.perf_counter() - started
-        return Result(ledger, answer, seconds)
+        with Counters(self.device, self.casters, suns, math.prod(shape)) as counters:
+            for n, (where, make_tile) in enumerate(tiles):
+                tile = make_tile()
+                counter = counters.make(tile)
+                if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes buffers
+                    counter.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
+                advance = make_advance(progress, n * works, len(tiles) * works)
+                started = time.perf_counter()
+                if wanted.tolerance:
+                    count_exactly(
+                        counter, tile.places, casting.tree, tile.shape, ledger, where, advance
+                    )
+                else:
+                    count_period(counter, tile.shape, ledger, where, advance)
+                answer.add(tile, where, advance)
+                seconds += time.perf_counter() - started
+        return Result(ledger, answer, seconds, counters.device)
 
     def describe(self, receivers: str, seconds: float, **more: object) -> dict[str, object]:
         """Give the attributes of a result; those that are None are left out."""
