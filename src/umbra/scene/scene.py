@@ -1,5 +1,6 @@
 """A scene: parts about a local origin, and what the file says of its place on earth."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -188,7 +189,10 @@ class Scene:
             if not found:
                 kinds = sorted({part.kind for part in self.parts if part.kind})
                 names = sorted({part.name for part in self.parts})
-                words = sorted({part.layer for part in self.parts} - {""}) + kinds + names
+                layers = sorted({part.layer for part in self.parts} - {""})
+                tags = Counter(tag for part in self.parts for tag in part.tags)
+                common = [tag for tag, count in tags.most_common(6) if count > 1]
+                words = layers + kinds + common + names
                 shown = ", ".join(words[:12])
                 more = len(words) - 12
                 msg = (
