@@ -76,6 +76,12 @@ def soup(meshes):
     return np.concatenate(vertices), np.concatenate(faces), groups
 
 
+def find_area(ring):
+    """Give a ring's area, above 0 if counter-clockwise; it may touch itself."""
+    x, y = ring.T
+    return (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+
+
 def check(caster, suns, grid=GRID, height=0.0):
     """Rasterise every outline at the cells' centres; tell how many were compared."""
     sweep = PlaneSweep(caster, grid, height)
@@ -96,8 +102,7 @@ def check(caster, suns, grid=GRID, height=0.0):
             assert edges.distance(shapely.Point(x.flat[k], y.flat[k])) <= 2 * outlining.LATTICE
         compared += mask.size - len(wrong)
         for rings in polygons:
-            assert shapely.LinearRing(rings[0]).is_ccw
-            assert not any(shapely.LinearRing(ring).is_ccw for ring in rings[1:])
+            assert [find_area(ring) > 0 for ring in rings] == [True] + [False] * (len(rings) - 1)
     return compared, masks
 
 
@@ -108,7 +113,7 @@ def test_an_outline_holds_just_the_cells_in_shadow(name):
     assert compared == masks.size
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=60)
 @given(st.integers(0, 10**6))
 def test_an_outline_of_any_soup(seed):
     rng = np.random.default_rng(seed)

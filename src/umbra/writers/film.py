@@ -20,7 +20,7 @@ LONGEST = 960
 """Pixels along the longer side of the plan."""
 STRIP = 44
 """Pixels above the plan, for the clock."""
-MOST_FRAMES = 600
+MOST_FRAMES = 400
 SECONDS = 0.15
 """That a frame stands; a film of few frames is slower, up to 0.5 s each."""
 GROUND = np.array([251, 248, 240], np.float32)
@@ -94,7 +94,9 @@ def find_pace(n: int) -> float:
     return float(np.clip(6 / max(n, 1), SECONDS, 0.5))
 
 
-def write_gif(path: str | os.PathLike[str], frames: Iterator[Image.Image]) -> None:
+def write_gif(
+    path: str | os.PathLike[str], frames: Iterator[Image.Image], sample: Image.Image, n: int
+) -> None:
     """
     Write frames as a GIF that begins again.
 
@@ -103,15 +105,17 @@ def write_gif(path: str | os.PathLike[str], frames: Iterator[Image.Image]) -> No
     path : path
     frames : iterator of PIL.Image
         At least one.
+    sample : PIL.Image
+        Whose colours serve for all, so that they do not flicker.
+    n : int
+        How many frames there are.
     """
-    # One palette for all, so that colours do not flicker.
-    whole = list(frames)
-    sample = whole[len(whole) // 2].quantize(96, dither=Image.Dither.NONE)
-    indexed = [frame.quantize(palette=sample, dither=Image.Dither.NONE) for frame in whole]
-    pace = round(find_pace(len(whole)) * 1000)
-    indexed[0].save(
-        path, "GIF", save_all=True, append_images=indexed[1:],
-        duration=[pace] * (len(whole) - 1) + [pace + 1000], loop=0, optimize=False,
+    palette = sample.quantize(96, dither=Image.Dither.NONE)
+    indexed = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+    pace = round(find_pace(n) * 1000)
+    next(indexed).save(
+        path, "GIF", save_all=True, append_images=indexed,
+        duration=[pace] * (n - 1) + [pace + 1000], loop=0, optimize=False,
     )  # fmt: skip
 
 

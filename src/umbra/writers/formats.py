@@ -1,15 +1,18 @@
 """The files that a study can be asked for, by name: which extra each needs, who writes it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.errors import InputError
 
 if TYPE_CHECKING:
+    from PIL.Image import Image
+
     from umbra.study import Study
     from umbra.writers.report.timeline import Timeline
     from umbra.writers.vectors.hour_lines import HourLine
@@ -216,12 +219,15 @@ def _write_film(kind: str) -> Callable[[Job], list[str]]:
         if not n:
             job.say(f"note: the sun stays below the horizon; there is no day.{kind}")
             return []
-        frames = film.draw_frames(job.study, job.timeline, job.title)
+
+        def draw() -> "Iterator[Image]":
+            return film.draw_frames(job.study, job.timeline, job.title)
+
         path = job.folder / f"day.{kind}"
         if kind == "gif":
-            film.write_gif(path, frames)
+            film.write_gif(path, draw(), next(islice(draw(), n // 2, None)), n)
         else:
-            film.write_mp4(path, frames, n)
+            film.write_mp4(path, draw(), n)
         return [path.name]
 
     return write

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from umbra.cpu.plane import PlaneSweep
 from umbra.errors import InputError
 from umbra.study import Study
+from umbra.study.layout import TILE
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouette_edges
 from umbra.writers.vectors.loops import trace_loops
@@ -84,7 +85,8 @@ def find_outlines(study: Study) -> Iterator[Outline]:
         )
         raise InputError(msg)
     grid, ground = study.grid, float(study.model.ground or 0.0)
-    sweep = PlaneSweep(study.model.caster, grid, ground)
+    # Where a house is wound inward is looked for on a raster; a large one need not be whole.
+    sweep = PlaneSweep(study.model.caster, grid.coarser(TILE), ground)
     low = np.array([grid.x0 - grid.dx / 2, grid.y0 - grid.dy / 2])
     high = low + (grid.dx * grid.cols, grid.dy * grid.rows)
     shift = np.array([study.x[0] - grid.x0, study.y[0] - grid.y0])
