@@ -53,9 +53,6 @@ def command(
     Example:
     umbra study block.city.json --date 2026-03-21 --receivers top --cell 0.5 --out out/
     """  # noqa: D301  (click asks for a real backspace)
-    if device == "gl":
-        msg = "this version counts on the cpu; leave --device out"
-        raise InputError(msg)
     outputs = take_outputs(options)
     if options["receivers"] not in {"ground", "top"} and (outputs.report or outputs.formats):
         msg = "--report and --write are for plans; leave them out, or choose ground or top"
@@ -132,6 +129,11 @@ def _sum_up(study: Any) -> dict[str, Any]:
         size: dict[str, Any] = {"samples": len(study.shadow_hours)}
     else:
         size = {"cols": len(study.x), "rows": len(study.y), "cell": [study.grid.dx, study.grid.dy]}
+    lost = [name for name in study.more if name.startswith("neighbour_")]
+    if lost:
+        columns = [study.more[name][1].tolist() for name in ("neighbour", *lost)]
+        keys = ["name", *(name.removeprefix("neighbour_") for name in lost)]
+        size["neighbours"] = [dict(zip(keys, row)) for row in zip(*columns)]
     known = study.shadow_hours[np.isfinite(study.shadow_hours)]
     return {
         **size,

@@ -112,7 +112,7 @@ def _run_plan(
         heights=heights,
         ground=level,
         masks=ledger.masks,
-        facts=setup.describe(receivers, done.seconds, ground_z=level),
+        facts=setup.describe(receivers, done.seconds, ground_z=level, device=done.device),
         model=model,
         grid=local,
         more={**ledger.variables(dims), **done.answer.variables(dims, grid.dx * grid.dy)},
