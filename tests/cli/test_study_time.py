@@ -89,9 +89,12 @@ def test_who_casts_and_what_is_lost_are_written(study, tmp_path):
     path = save_obj(tmp_path / "town.obj", houses)
     said = study(
         *HALF_DAY, "--by", "part", "--proposed", "house", "--under", "3h",
-        "--receivers", "top", files=[path],
+        "--receivers", "top", "--json", files=[path],
     )  # fmt: skip
     assert said.status == 0, said
+    table = said.json()["neighbours"]
+    assert {row["name"] for row in table} == {"shed", "ground"}
+    assert all(row["area"] >= row["area_touched"] >= row["area_newly_under"] for row in table)
     result = open_result(tmp_path / "out")
     assert list(result.caster.values) == ["house", "shed"]
     assert result.cast_hours.dims == ("caster", "y", "x")

@@ -62,14 +62,14 @@ def draw_pictures(
     """
     days = study.period.days
     preview = make_preview(study)
-    plan = _describe(study, preview, scene, options, _name_dates(days))
+    plan = _describe(study, preview, scene, options, range(len(days)))
     _draw_hours(painter, folder / "hours.png", plan, study, study.shadow_hours, study.up_hours)
     names = ["hours.png", "profile.png"]
     by_day = study.more.get("shadow_hours_by_day")
     each = len(days) if by_day is not None and 1 < len(days) <= MOST_DAYS else 0
     for k in range(max(each, 1)):
         of_day = preview if k == 0 else make_preview(study, steps=study.period.steps[k])
-        own = _describe(study, of_day, scene, options, str(days[k]))
+        own = _describe(study, of_day, scene, options, range(k, k + 1))
         name = f"profile_{days[k]}.png" if each else "profile.png"
         _draw_profile(painter, folder / name, own, study, of_day, k)
         if k == 0 and each:
@@ -123,15 +123,17 @@ def _name_dates(days: tuple) -> str:
 
 
 def _describe(
-    study: Study, preview: Preview, scene: Scene, options: dict[str, Any], dates: str
+    study: Study, preview: Preview, scene: Scene, options: dict[str, Any], which: range
 ) -> Plan:
-    """Say in words what the pictures show."""
+    """Say in words what the pictures of some days show."""
+    dates = _name_dates(study.period.days[which.start : which.stop])
     site, facts = study.site, study.facts
     north = "N" if site.latitude >= 0 else "S"
     east = "E" if site.longitude >= 0 else "W"
     grid = study.grid
     cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
-    offsets = "/".join(dict.fromkeys(study.steps.offsets()))
+    each = [offset for k in which for offset in study.period.steps[k].offsets()]
+    offsets = "/".join(sorted(set(each)))
     title = " + ".join(Path(source.name).name for source in scene.sources[:3])
     notes = [f"umbra {facts['umbra_version']}", f"cell {cell}"]
     if study.receivers == "view":
