@@ -43,9 +43,12 @@ $(VENV)/.umbra: pyproject.toml | $(PY)
 	@$(PY) -m pip install --quiet --editable .
 	@touch $@
 
+# The tests use every extra; each is named once, in pyproject.toml.
+WITH_test := --editable '.[bench,dxf,gis,gl,ifc,video,view]'
+
 $(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.umbra
 	@echo "installing the packages of the group '$*' into $(VENV)"
-	@$(PY) -m pip install --quiet --group $*
+	@$(PY) -m pip install --quiet $(WITH_$*) --group $*
 	@touch $@
 
 # -- the example -------------------------------------------------------------------------

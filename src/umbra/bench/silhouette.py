@@ -59,7 +59,10 @@ def bench_silhouette(
     """
     vtk = _find_vtk()
     if vtk is None:
-        say("the peer of one light is numpy; to compare with VTK: pip install vtk")
+        say(
+            "the peer of one light is numpy; to compare with VTK: "
+            "pip install 'umbra-shadows[bench-vtk]'"
+        )
     suns = np.append(make_suns(), np.zeros((33, 1)), 1)
     rows = []
     for name, make, brute_mark, vtk_mark in _QUICK if quick else _CASES:
