@@ -38,6 +38,26 @@ def test_a_layer_is_chosen_to_cast(umbra_here, no_pictures, tmp_path, towers):
     assert hours[1] == hours[2]  # the low one stands in the high one
 
 
+def test_the_light_through_trees_lies_between_none_and_all(
+    umbra_here, no_pictures, tmp_path, towers
+):
+    wall = save_obj(tmp_path / "wall.obj", {"wall": box((-9, 1, 0), (9, 2, 2))})
+    files = [f"trees={towers[1]}", f"house={wall}"]
+    through, without = tmp_path / "through", tmp_path / "without"
+    shadow(umbra_here("study", *files, *WHERE, *PLAN, "--who", "trees", "--out", through), through)
+    shadow(
+        umbra_here("study", *files, *WHERE, *PLAN, "--no-cast", "trees", "--out", without), without
+    )
+    with (
+        xr.open_dataset(through / "study.nc") as some,
+        xr.open_dataset(without / "study.nc") as none,
+    ):
+        sole = some.sole_hours.sel(caster="trees", drop=True)
+        assert float(sole.max()) > 0
+        # A transmissivity of 1 is no tree.
+        xr.testing.assert_allclose(some.sun_hours + 1.0 * sole, none.sun_hours)
+
+
 def test_inspect_shows_layers(umbra_here, towers):
     files = [f"existing={towers[0]}", towers[1]]
     result = umbra_here("inspect", *files, "--json").json()

@@ -143,6 +143,16 @@ def test_footprints_stand_on_the_terrain_of_another_file(houses, tmp_path):
     assert (first.min(), first.max()) == (210.5, 215.5)
     assert second.min() == 239.5  # beside the terrain: its edge
     assert any("set on the terrain" in n and "1 parts lie beside it" in n for n in scene.notes)
+    # A second raster is no terrain, but trees.
+    trees = tmp_path / "trees.tif"
+    with rasterio.open(
+        trees, "w", driver="GTiff", height=40, width=40, count=1, dtype="float64",
+        crs="EPSG:31256", transform=rasterio.transform.from_origin(2500, 340540, 1, 1),
+    ) as file:  # fmt: skip
+        file.write(heights - 50, 1)
+    again = umbra.read(houses("a.geojson", "EPSG:31256", (2510.2, 340510)), path, trees)
+    soup = again.triangles([0])
+    assert soup.vertices[soup.faces][..., 2].min() + again.origin[2] == 210.5
     # A base in the file is a base.
     based = houses("c.geojson", "EPSG:31256", (2510, 340510))
     based.write_text(based.read_text().replace('"height"', '"base": 7, "height"'))

@@ -115,9 +115,9 @@ def combine(
             parts = tuple(replace(part, layer=layer.name) for part in parts)
         moved.append(parts)
 
-    ground = [
-        part for layer, parts in zip(layers, moved) if layer.model.is_terrain for part in parts
-    ]
+    # The first raster is the terrain: another may be trees, or roofs.
+    terrains = (parts for layer, parts in zip(layers, moved) if layer.model.is_terrain)
+    ground = next(terrains, ())
     for index, layer in enumerate(layers):
         if layer.model.is_afloat and ground:
             moved[index], missed = stand_on(moved[index], ground)
