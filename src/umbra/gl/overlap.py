@@ -7,10 +7,12 @@ bound it from above, on a grid of the light's view.
 """
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.volumes import BodyVolumes
+from umbra.scene.mesh import transform_points
 from umbra.volume.bounds import find_box_points
 
 __all__ = ["STENCIL_MOST", "bound_count", "find_most"]
@@ -45,24 +47,28 @@ def bound_count(
     if bound <= STENCIL_MOST:
         return bound
     boxes = np.concatenate([each.body.world_bounds() for each in volumes])
-    bound = min(bound, _stack(find_box_points(boxes)[..., :3], weights, light))
+    corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
+    bound = min(bound, _stack(corners, np.arange(len(corners)).reshape(-1, 8), weights, light))
     if bound <= STENCIL_MOST:
         return bound
-    faces = np.concatenate([_find_casting(each) for each in volumes])
-    return min(bound, _stack(faces, np.ones(len(faces), np.int64), light))
+    points, faces = _find_casting(volumes)
+    return min(bound, _stack(points, faces, np.ones(len(faces), np.int64), light))
 
 
-def _find_casting(volumes: BodyVolumes) -> NDArray[np.float64]:
-    """Give the casting faces of all instances in the scene's frame, (n, 3, 3)."""
-    body, caster = volumes.body, volumes.body.caster
-    lists = []
-    for light, transform, is_closed in zip(
-        volumes.lights, body.transforms, volumes.is_closed, strict=True
-    ):
-        side = light @ caster.planes[:, :-1]
-        faces = caster.faces[(side > 0) | ((side < 0) & ~is_closed[caster.component])]
-        lists.append(caster.vertices[faces] @ transform[:3, :3].T + transform[:3, 3])
-    return np.concatenate(lists)
+def _find_casting(volumes: list[BodyVolumes]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Give the points of all instances in the scene's frame, and the faces that cast."""
+    points, faces, count = [], [], 0
+    for each in volumes:
+        caster = each.body.caster
+        for light, transform, is_closed in zip(
+            each.lights, each.body.transforms, each.is_closed, strict=True
+        ):
+            side = light @ caster.planes[:, :-1]
+            casts = (side > 0) | ((side < 0) & ~is_closed[caster.component])
+            faces.append(caster.faces[casts].astype(np.int64) + count)
+            points.append(transform_points(transform, caster.vertices))
+            count += len(caster.vertices)
+    return np.concatenate(points), np.concatenate(faces)
 
 
 def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -90,43 +96,93 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
     return most.ravel()
 
 
-def _stack(points: NDArray[np.float64], weights: NDArray, light: NDArray) -> int:
-    """Bound how much weight lies on one ray from the light; shapes are (n, m, 3) hulls."""
-    cells = int(np.clip(4 * np.sqrt(len(points)), 64, 1024))
+def _stack(
+    points: NDArray[np.float64], shapes: NDArray[np.integer], weights: NDArray, light: NDArray
+) -> int:
+    """Bound how much weight lies on one ray from the light; shapes are hulls of points."""
     if light[3] == 0:
         toward = light[:3] / np.linalg.norm(light[:3])
         right = np.cross(toward, _AXES[np.abs(toward).argmin()])
         right /= np.linalg.norm(right)
-        flat = points @ np.stack([right, np.cross(toward, right)], 1)
-        low, high = flat.min(1), flat.max(1)
-        corner, size = low.min(0), np.maximum(np.ptp(flat, axis=(0, 1)), 1e-300)
-        return _pile((low - corner) / size, (high - corner) / size, weights, cells)
-    rays = points - light[:3]
-    return max(_pile_face(rays, weights, axis, cells) for axis in _AXES)
+        frames = [np.stack([right, np.cross(toward, right), toward])]
+    else:  # the six sides of a cube around it
+        frames = [np.roll(np.eye(3), k + 1, 1) * [[1], [1], [s]] for k in range(3) for s in (1, -1)]
+    cells = int(np.clip(4 * np.sqrt(len(shapes)), 64, 1024))
+    boxes, owners = np.zeros((len(shapes), 4)), np.zeros(len(shapes), np.int64)
+    deepest = 0
+    for frame in frames:
+        n = _flatten(points, shapes, light, np.ascontiguousarray(frame), boxes, owners)
+        if n:
+            heap = np.zeros((cells + 1, cells + 1), np.int64)
+            _pile(boxes[:n], weights[owners[:n]], heap)
+            deepest = max(deepest, int(heap.cumsum(0).cumsum(1).max()))
+    return deepest
 
 
-def _pile_face(rays: NDArray, weights: NDArray, axis: NDArray, cells: int) -> int:
-    """Pile up what a point light sees through one face of a cube around it."""
-    ahead = rays @ axis
-    some = (ahead > 0).any(1)
-    if not some.any():
-        return 0
-    rays, ahead, weights = rays[some], ahead[some], weights[some]
-    whole = ahead.min(1) > 1e-9 * np.abs(rays).max(initial=1e-300)
-    k = int(np.abs(axis).argmax())
-    across = rays[..., [(k + 1) % 3, (k + 2) % 3]] / np.where(whole[:, None], ahead, 1.0)[..., None]
-    low = np.where(whole[:, None], across.min(1), -1.0)
-    high = np.where(whole[:, None], across.max(1), 1.0)
-    inside = (low <= 1).all(1) & (high >= -1).all(1)
-    return _pile((low[inside] + 1) / 2, (high[inside] + 1) / 2, weights[inside], cells)
+@njit(cache=True, nogil=True)
+def _flatten(points, shapes, light, frame, boxes, owners):
+    """
+    Box the shapes as a light sees them along a frame's third row; give how many it sees.
+
+    A point light sees the square from -1 to 1 through one side of a cube; a shape that
+    reaches beside it and back may be anywhere in it.
+    """
+    n = 0
+    for s in range(shapes.shape[0]):
+        u0 = v0 = np.inf
+        u1 = v1 = -np.inf
+        is_ahead = False
+        is_beside = False
+        right = left = above = below = True  # of the square with all points
+        for k in range(shapes.shape[1]):
+            i = shapes[s, k]
+            x = points[i, 0] - light[3] * light[0]
+            y = points[i, 1] - light[3] * light[1]
+            z = points[i, 2] - light[3] * light[2]
+            u = frame[0, 0] * x + frame[0, 1] * y + frame[0, 2] * z
+            v = frame[1, 0] * x + frame[1, 1] * y + frame[1, 2] * z
+            if light[3] > 0.0:
+                ahead = frame[2, 0] * x + frame[2, 1] * y + frame[2, 2] * z
+                right &= u > ahead
+                left &= -u > ahead
+                above &= v > ahead
+                below &= -v > ahead
+                if ahead <= 1e-9 * (abs(x) + abs(y) + abs(z)):
+                    is_beside = True
+                    continue
+                u /= ahead
+                v /= ahead
+            is_ahead = True
+            u0, u1, v0, v1 = min(u0, u), max(u1, u), min(v0, v), max(v1, v)
+        if not is_ahead or (light[3] > 0.0 and (right or left or above or below)):
+            continue
+        if is_beside:
+            u0 = v0 = -1.0
+            u1 = v1 = 1.0
+        elif light[3] > 0.0:
+            u0, u1, v0, v1 = max(u0, -1.0), min(u1, 1.0), max(v0, -1.0), min(v1, 1.0)
+        boxes[n, 0], boxes[n, 1], boxes[n, 2], boxes[n, 3] = u0, u1, v0, v1
+        owners[n] = s
+        n += 1
+    return n
 
 
-def _pile(low: NDArray, high: NDArray, weights: NDArray, cells: int) -> int:
-    """Add weights over boxes in the unit square, and give the largest sum in a cell."""
-    first = np.clip(np.floor(low * cells), 0, cells - 1).astype(np.int64)
-    last = np.clip(np.floor(high * cells), 0, cells - 1).astype(np.int64) + 1
-    row = cells + 1
-    heap = np.zeros(row * row, np.int64)
-    for y, x, sign in ((first, first, 1), (first, last, -1), (last, first, -1), (last, last, 1)):
-        np.add.at(heap, y[:, 1] * row + x[:, 0], sign * weights)
-    return int(heap.reshape(row, row).cumsum(0).cumsum(1).max(initial=0))
+@njit(cache=True, nogil=True)
+def _pile(boxes, weights, heap):
+    """Note where boxes begin and end: two cumulative sums then give what lies in a cell."""
+    cells = heap.shape[0] - 1
+    u0 = v0 = np.inf
+    u1 = v1 = -np.inf
+    for box in boxes:
+        u0, u1, v0, v1 = min(u0, box[0]), max(u1, box[1]), min(v0, box[2]), max(v1, box[3])
+    across = cells / max(u1 - u0, 1e-300)
+    down = cells / max(v1 - v0, 1e-300)
+    for i in range(boxes.shape[0]):
+        c0 = min(int((boxes[i, 0] - u0) * across), cells - 1)
+        c1 = min(int((boxes[i, 1] - u0) * across), cells - 1) + 1
+        r0 = min(int((boxes[i, 2] - v0) * down), cells - 1)
+        r1 = min(int((boxes[i, 3] - v0) * down), cells - 1) + 1
+        heap[r0, c0] += weights[i]
+        heap[r0, c1] -= weights[i]
+        heap[r1, c0] -= weights[i]
+        heap[r1, c1] += weights[i]

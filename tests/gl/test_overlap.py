@@ -1,0 +1,73 @@
+"""The bound on counts: never too low, and close enough to keep to the stencil."""
+
+import numpy as np
+import pytest
+from support.shapes import box, city, merge, moved, stack_of_triangles, staircase, terrain
+
+from umbra.gl.casters import make_bodies
+from umbra.gl.geometry import Geometry
+from umbra.gl.overlap import bound_count, find_most
+from umbra.gl.volumes import make_volumes
+from umbra.scene import make_scene
+
+SUN = np.array([0.0, 0.6, 0.8, 0.0])
+
+
+@pytest.fixture
+def bound(device):
+    def find(mesh, light):
+        geometry = Geometry(device, make_scene(*mesh))
+        (body,) = make_bodies(make_scene(*mesh), geometry)
+        opened = np.zeros((1, len(body.caster.is_closed)), bool)
+        light = np.asarray(light, np.float64)
+        volumes = make_volumes(body, light, opened)
+        geometry.release()
+        return bound_count([volumes], [find_most(body, opened)], light)
+
+    return find
+
+
+def in_line(n, step):
+    return merge(*[moved(box((0, 0, 0), (1, 1, 1)), np.multiply(step, k)) for k in range(n)])
+
+
+def test_few_convex_things_count_one_each(bound):
+    assert bound(in_line(200, (2, 0, 0)), SUN) == 200
+
+
+@pytest.mark.parametrize("n", [256, 400, 1000])
+def test_boxes_beside_each_other_do_not_add_up(bound, n):
+    assert 1 <= bound(in_line(n, (3, 0, 0)), SUN) <= n / 100 + 2
+
+
+@pytest.mark.parametrize("n", [256, 300])
+def test_boxes_one_behind_another_do(bound, n):
+    assert bound(in_line(n, (0, 3, 4)), SUN) == n
+    assert bound(in_line(n, (0, 3, 4)), (0.5, -3, -4, 1)) == n
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_lamp_sees_to_all_sides(bound, axis, sign):
+    step = np.zeros(3)
+    step[axis] = 2.0 * sign
+    light = np.append([0.5, 0.5, 0.5] - 3 * step, 1.0)
+    found = bound(in_line(300, step), light)
+    assert 300 <= found <= 302
+    assert 300 <= bound(in_line(300, step), np.append([0.5, 0.5, 0.5] - step * 0.8, 1.0)) <= 302
+
+
+def test_a_lamp_among_boxes(bound):
+    assert 1 <= bound(city(20), (1.3, 2.1, 40.0, 1.0)) < 100
+
+
+def test_faces_decide_where_things_cannot(bound):
+    stairs = staircase(100)
+    assert 100 <= bound(stairs, (0.5, 0, 0.25, 0)) <= 255
+    assert bound(staircase(300), (0.5, 0, 0.25, 0)) >= 300
+    assert bound(stack_of_triangles(1000), (0.1, 0.05, 1, 0)) == 1000
+
+
+@pytest.mark.parametrize("light", [(0.4, 0.3, 0.7, 0), (30, -20, 90, 1), (300, 200, 90, 1)])
+def test_a_fine_terrain_stays_in_the_stencil(bound, light):
+    assert 1 <= bound(terrain(200), light) < 100
