@@ -22,6 +22,7 @@ from umbra.gl.programs import Program
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
 from umbra.window.controls import Controls
+from umbra.window.events import Events
 from umbra.window.file import load_view, save_view
 from umbra.window.hud import Frame, draw_handles, draw_help, draw_scale, draw_statistics
 from umbra.window.pacing import Pacing
@@ -37,16 +38,8 @@ __all__ = ["PANEL", "Viewer", "show"]
 PANEL = 290
 """Width of the panel, in the window's units."""
 
-_REST, _SETTLE, _FASTEST = 0.5, 3, 1 / 60  # [s], frames after an event, [s] a frame
+_REST, _FASTEST = 0.5, 1 / 60  # [s] between looks, [s] a frame
 _LONGEST = 0.1  # [s] that a view advances in one frame
-_BUTTONS = {0: "left", 1: "right", 2: "middle"}
-_KEYS = {
-    glfw.KEY_SPACE: "space", glfw.KEY_TAB: "tab", glfw.KEY_LEFT: "left", glfw.KEY_RIGHT: "right",
-    glfw.KEY_DELETE: "delete", glfw.KEY_F1: "f1",
-    **{glfw.KEY_A + n: chr(ord("a") + n) for n in range(26)},
-    **{glfw.KEY_0 + n: str(n) for n in range(10)},
-}  # fmt: skip
-_BACK = (0.125, 0.137, 0.157, 1.0)
 
 
 class Viewer:
@@ -83,8 +76,7 @@ class Viewer:
         picture: Path,
         view_file: Path,
     ) -> None:
-        self.screen, self.scene, self.view = screen, scene, view
-        self.picture = picture
+        self.screen, self.picture, self._images_of = screen, picture, view.lights
         self.panel = PanelState(title, str(view_file))
         self.painter = Painter(screen.device, scene, ground, threads)
         self._show = Program(screen.device, "picture.vert.glsl", "show.frag.glsl")
@@ -92,12 +84,10 @@ class Viewer:
         self._pacing = Pacing()
         self._shown: tuple[Any, ...] | None = None
         self._drawn: Drawn | None = None
-        self._stirs = _SETTLE
         self._is_panel_held = False
-        self._mouse = (0.0, 0.0)
-        self._frame = self._find_frame()
-        self.controls = Controls(scene.bounds(), self._frame.pixels)
-        self._listen()
+        frame = self._find_frame()
+        self.controls = Controls(scene.bounds(), frame.pixels)
+        self.events = Events(screen.window, view, self.controls, frame)
         screen.start_gui()
 
     def run(self) -> None:
@@ -107,16 +97,17 @@ class Viewer:
             spent = time.perf_counter() - last
             if self.controls.needs_time:
                 glfw.wait_events_timeout(max(_FASTEST - spent, 1e-3))
-            elif self._stirs or self._is_stale():
+            elif self.events.stirs or self._is_stale():
                 glfw.poll_events()
             else:
                 glfw.wait_events_timeout(_REST)
             now = time.perf_counter()
             if self.controls.needs_time:
-                self.view = self.controls.advance(self.view, min(now - last, _LONGEST))
+                passed = min(now - last, _LONGEST)
+                self.events.view = self.controls.advance(self.events.view, passed)
             last = now
-            if self._stirs or self.controls.needs_time or self._is_stale():
-                self._stirs = max(self._stirs - 1, 0)
+            if self.events.stirs or self.controls.needs_time or self._is_stale():
+                self.events.stirs = max(self.events.stirs - 1, 0)
                 self._draw()
 
     def close(self) -> None:
@@ -136,74 +127,6 @@ class Viewer:
             msg = f"{len(left)} objects were left on the device (first: {left[0]}); report this"
             raise UmbraError(msg, left=left)
 
-    # -- events ----------------------------------------------------------------------------
-
-    def _listen(self) -> None:
-        window = self.screen.window
-        glfw.set_mouse_button_callback(window, self._on_button)
-        glfw.set_cursor_pos_callback(window, self._on_cursor)
-        glfw.set_scroll_callback(window, self._on_scroll)
-        glfw.set_key_callback(window, self._on_key)
-        glfw.set_char_callback(window, self._stir)
-        glfw.set_cursor_enter_callback(window, self._stir)
-        glfw.set_window_focus_callback(window, self._on_focus)
-        glfw.set_framebuffer_size_callback(window, self._stir)
-        glfw.set_window_refresh_callback(window, self._stir)
-
-    def _stir(self, *_: object) -> None:
-        self._stirs = _SETTLE
-
-    def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
-        self._stir()
-        name = _BUTTONS.get(button)
-        if name is None:
-            return
-        if action == glfw.RELEASE:
-            self.controls.release(name)
-            return
-        if self._is_over_picture():
-            shift = bool(mods & glfw.MOD_SHIFT)
-            pixel = self._frame.to_pixel(self._mouse)
-            self.view = self.controls.press(self.view, name, pixel, shift=shift)
-
-    def _on_cursor(self, window: Any, x: float, y: float) -> None:
-        self._stir()
-        self._mouse = (x, y)  # glfw would give where it is now, not where it was at the event
-        shift = any(
-            glfw.get_key(window, key) == glfw.PRESS
-            for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT)
-        )
-        self.view = self.controls.move(self.view, self._frame.to_pixel((x, y)), shift=shift)
-
-    def _on_scroll(self, _: Any, __: float, steps: float) -> None:
-        self._stir()
-        if self._is_over_picture():
-            self.view = self.controls.scroll(self.view, steps)
-
-    def _is_over_picture(self) -> bool:
-        over = self._mouse[0] >= self._frame.corner[0]
-        return over and not imgui.get_io().want_capture_mouse
-
-    def _on_key(self, _: Any, key: int, __: int, action: int, mods: int) -> None:
-        self._stir()
-        name = _KEYS.get(key)
-        if name is None:
-            return
-        if action == glfw.RELEASE:
-            self.controls.release_key(name)
-        elif not imgui.get_io().want_text_input:
-            again = action == glfw.REPEAT
-            if not again or name in {"left", "right"}:
-                self.view = self.controls.press_key(
-                    self.view, name,
-                    control=bool(mods & glfw.MOD_CONTROL), shift=bool(mods & glfw.MOD_SHIFT),
-                )  # fmt: skip
-
-    def _on_focus(self, _: Any, focused: int) -> None:
-        self._stir()
-        if not focused:
-            self.controls.let_go()
-
     # -- drawing ---------------------------------------------------------------------------
 
     def _find_frame(self) -> Frame:
@@ -216,33 +139,37 @@ class Viewer:
     def _choose(self) -> tuple[Any, ...]:
         """Give what the picture depends on: view, size and step."""
         moves = self.controls.is_moving or self._is_panel_held
-        return self.view, self._frame.pixels, self._pacing.choose_step(moves)
+        return self.events.view, self.events.frame.pixels, self._pacing.choose_step(moves)
 
     def _is_stale(self) -> bool:
         return self._shown != self._choose()
 
     def _draw(self) -> None:
-        self._frame = self._find_frame()
-        self.controls.size = self._frame.pixels
-        if min(self._frame.size) < 8:  # an icon
+        events = self.events
+        frame = events.frame = self._find_frame()
+        self.controls.size = frame.pixels
+        if min(frame.size) < 8:  # an icon
+            glfw.wait_events_timeout(_REST)
             return
         self.screen.begin()
-        if self._frame.corner[0] > 0:
-            size = (self._frame.corner[0], self._frame.size[1])
-            self.view = draw_panel(self.view, self.panel, self.controls, size)
+        if frame.corner[0] > 0:
+            size = (frame.corner[0], frame.size[1])
+            events.view = draw_panel(events.view, self.panel, self.controls, size)
         self._is_panel_held = imgui.is_any_item_active() and imgui.is_mouse_down(0)
         self._obey()
         if self._is_stale():
             self._paint(self._choose())
-        mouse = self._frame.to_pixel(self._mouse) if self._is_over_picture() else None
-        draw_handles(self.view, self._frame, mouse)
+        view = events.view
+        draw_handles(
+            view, frame, frame.to_pixel(events.mouse) if events.is_over_picture() else None
+        )
         if self._drawn is not None:
-            if "counts" in self.view.overlays and self.view.chosen in self.view.shining():
-                draw_scale(self._drawn.highest, self._frame)
+            if "counts" in view.overlays and view.chosen in view.shining():
+                draw_scale(self._drawn.highest, frame)
             if self.panel.statistics:
-                draw_statistics(self._drawn, self.view, self._frame)
+                draw_statistics(self._drawn, view, frame)
         if self._has_help:
-            draw_help(self._frame)
+            draw_help(frame)
         self._put_picture()
         self.screen.end()
 
@@ -257,7 +184,7 @@ class Viewer:
 
     def _put_picture(self) -> None:
         """Draw the picture into the window."""
-        gl, frame = self.screen.device.gl, self._frame
+        gl, frame = self.screen.device.gl, self.events.frame
         targets = self.painter.renderer.targets
         assert targets is not None
         cols, rows = frame.pixels
@@ -281,7 +208,7 @@ class Viewer:
         """Do what was asked for besides another view."""
         commands, self.controls.commands = self.controls.commands, []
         for command in commands:
-            self._stir()
+            self.events.stir()
             try:
                 self._do(command)
             except (InputError, OSError) as error:
@@ -292,10 +219,10 @@ class Viewer:
         if command == "screenshot":
             self.panel.message = f"saved {self._shoot()}"
         elif command == "save":
-            save_view(file, self.view)
+            save_view(file, self.events.view)
             self.panel.message = f"saved {file}"
         elif command == "load":
-            self.view = load_view(file, self.view.lights)
+            self.events.view = load_view(file, self._images_of)
             self.panel.message = f"loaded {file}"
         elif command == "panel":
             self._has_panel = not self._has_panel
@@ -306,7 +233,7 @@ class Viewer:
 
     def _shoot(self) -> Path:
         """Write the picture, at whole resolution, without panel and handles."""
-        wanted = (self.view, self._frame.pixels, 1)
+        wanted = (self.events.view, self.events.frame.pixels, 1)
         if self._shown != wanted:
             self._paint(wanted)
         path, number = self.picture, 1

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.window.handles import Pixel, drag, find_handles, pick
+from umbra.scene import point_light
+from umbra.window.handles import Pixel, drag, find_handles, pick, place_lamp
 from umbra.window.view import OVERLAYS, View
 from umbra.window.viewpoint import frame_bounds
 
@@ -180,7 +181,7 @@ class Controls:
         elif key == "g":
             return view.choose_device("cpu" if view.device == "gl" else "gl")
         elif key == "l":
-            return view.add_lamp(self.bounds)
+            return view.add_light(point_light(place_lamp(view, self.bounds, self.size)))
         elif key == "delete":
             return view.remove_light(view.chosen)
         return view

@@ -16,11 +16,21 @@ from umbra.window.daylight import find_day
 from umbra.window.view import SUN, View
 from umbra.window.viewpoint import Viewpoint
 
-__all__ = ["Handle", "drag", "find_dome", "find_handles", "find_path", "pick", "project"]
+__all__ = [
+    "Handle",
+    "drag",
+    "find_dome",
+    "find_handles",
+    "find_path",
+    "pick",
+    "place_lamp",
+    "project",
+]
 
 Pixel = tuple[float, float]
 
 _DOME = 0.8  # of half the picture's height
+_LAMP_LEAST = 0.08  # of the picture's height, from its top
 _GRIP = 14.0  # [pixels]
 _TIME_COST = 0.03  # [pixels per minute], so that a path that crosses itself is not left
 _FLATTEST = 0.02  # a ray that falls less meets its level too far away
@@ -129,6 +139,37 @@ def pick(handles: list[Handle], at: Pixel) -> Handle | None:
     near = [(np.hypot(h.at[0] - at[0], h.at[1] - at[1]), n) for n, h in enumerate(handles)]
     reached = [each for each in near if each[0] <= _GRIP]
     return handles[min(reached)[1]] if reached else None
+
+
+def place_lamp(
+    view: View, bounds: NDArray[np.float64], size: tuple[int, int]
+) -> NDArray[np.float64]:
+    """
+    Find a place for another lamp: above the model, in the picture, beside earlier ones.
+
+    Parameters
+    ----------
+    view : View
+    bounds : (2, 3) float64
+        Of the model [m].
+    size : (int, int)
+        Columns and rows of the picture.
+
+    Returns
+    -------
+    place : (3,) float64
+    """
+    low, high = bounds
+    length = float(np.linalg.norm(high - low))
+    foot = np.array(view.viewpoint.target)
+    foot += 0.12 * length * len(view.lights) * view.viewpoint.axes()[0]
+    camera = view.viewpoint.camera(size)
+    for lift in np.linspace(high[2] + 0.25 * length - foot[2], 0.0, 12):
+        place = foot + np.array([0.0, 0.0, lift])
+        ((x, y),) = project(camera, place[None])
+        if 0 < x < size[0] and _LAMP_LEAST * size[1] < y < size[1]:
+            break
+    return place
 
 
 def drag(view: View, number: int, at: Pixel, size: tuple[int, int], *, level: bool) -> View:

@@ -116,7 +116,7 @@ def _draw_line(
     draw: imgui.ImDrawList, frame: Frame, pixels: NDArray[np.float64], color: int, width: float
 ) -> None:
     """Draw a line with a dark rim, so that it shows on any ground."""
-    shown = ~np.isnan(pixels).any(1)
+    shown = ~np.isnan(pixels[:, 0])
     points = [frame.to_window(pixel) for pixel in np.nan_to_num(pixels)]
     for tint, wide in ((_tint(_INK, 0.30), width + 1.5), (color, width)):
         for place in np.flatnonzero(shown[1:] & shown[:-1]):
@@ -235,7 +235,7 @@ def _begin(name: str, frame: Frame, *, right: bool, top: bool) -> None:
     y = frame.corner[1] + (_MARGIN if top else frame.size[1] - _MARGIN)
     pivot = imgui.ImVec2(float(right), float(not top))
     imgui.set_next_window_pos(imgui.ImVec2(x, y), imgui.Cond_.always.value, pivot)
-    imgui.set_next_window_bg_alpha(0.82)
+    imgui.set_next_window_bg_alpha(0.88)
     flags = imgui.WindowFlags_
     imgui.begin(
         name,

@@ -179,7 +179,7 @@ def _draw_lights(view: View, controls: Controls) -> View:
     if view.chosen >= 0:
         view = view.change_light(view.chosen, _draw_light(view.lights[view.chosen]))
     if imgui.button("Add a light"):
-        view = view.add_lamp(controls.bounds)
+        view = controls.press_key(view, "l")
     return view
 
 

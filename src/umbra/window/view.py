@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.scene import Light, Scene, point_light
+from umbra.scene import Light, Scene
 from umbra.scene.exposure import expose_lights
 from umbra.sun import Site
 from umbra.window.daylight import Sun
@@ -114,14 +114,6 @@ class View:
             return replace(self, sun=replace(self.sun, shines=False))
         left = (*self.lights[:number], *self.lights[number + 1 :])
         return replace(self, lights=left, chosen=min(self.chosen, len(left) - 1))
-
-    def add_lamp(self, bounds: NDArray[np.float64]) -> "View":
-        """Add a white point light above the middle of what one looks at, within a box (2, 3)."""
-        low, high = bounds
-        size = float(np.linalg.norm(high - low))
-        middle = np.clip(np.array(self.viewpoint.target), low, high)
-        aside = 0.12 * size * len(self.lights) * self.viewpoint.axes()[0]
-        return self.add_light(point_light([*(middle + aside)[:2], high[2] + 0.25 * size]))
 
 
 def make_view(

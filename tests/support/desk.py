@@ -1,0 +1,151 @@
+"""An X server without a screen, and a hand for mouse and keys of the windows on it."""
+
+import contextlib
+import ctypes
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from support.command import SCRIPT
+from umbra.window.file import load_view
+
+PATIENCE = 60  # [s]; a machine under load starts slowly
+PAUSE = 0.15  # [s] between events, as of a hand
+
+
+class Display:
+    """Xvfb of its own; use it as a context."""
+
+    def __enter__(self):
+        reading, writing = os.pipe()
+        self.process = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+            pass_fds=[writing], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        os.close(writing)
+        with os.fdopen(reading) as told:
+            self.name = f":{told.readline().strip()}"
+        self.environment = {**os.environ, "DISPLAY": self.name}
+        self.environment.pop("WAYLAND_DISPLAY", None)
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait(10)
+
+    def do(self, *words):
+        done = subprocess.run(
+            ["xdotool", *map(str, words)],
+            env=self.environment, capture_output=True, text=True, timeout=PATIENCE, check=False,
+        )  # fmt: skip
+        return done.stdout.strip()
+
+
+class Desk:
+    """A window of `umbra view` in a folder of its own; use it as a context."""
+
+    def __init__(self, display, folder, *arguments):
+        self.display, self.folder = display, Path(folder)
+        self.process = subprocess.Popen(
+            [sys.executable, str(SCRIPT), "view", *map(str, arguments)],
+            cwd=folder, env=display.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True,
+        )  # fmt: skip
+
+    def __enter__(self):
+        until = time.monotonic() + PATIENCE
+        self.window = ""
+        while not self.window:
+            if self.process.poll() is not None or time.monotonic() > until:
+                self.process.kill()
+                msg = f"no window: {self.process.communicate()}"
+                raise RuntimeError(msg)
+            time.sleep(0.1)
+            self.window = self.display.do("search", "--name", "umbra$")
+        self.display.do("windowfocus", self.window)
+        self.display.do("mousemove", 800, 700)
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.communicate()
+
+    def press(self, *keys):
+        for key in keys:
+            self.display.do("key", key)
+            time.sleep(PAUSE)
+
+    def hold(self, key, seconds):
+        self.display.do("keydown", key)
+        time.sleep(seconds)
+        self.display.do("keyup", key)
+
+    def drag(self, *places, button=1):
+        for number, place in enumerate(places):
+            self.display.do("mousemove", *place)
+            time.sleep(PAUSE)
+            if number == 0:
+                self.display.do("mousedown", button)
+                time.sleep(PAUSE)
+        self.display.do("mouseup", button)
+        time.sleep(PAUSE)
+
+    def wait_for(self, name):
+        """Wait until a file is there."""
+        path, until = self.folder / name, time.monotonic() + PATIENCE
+        while not path.exists():
+            if self.process.poll() is not None or time.monotonic() > until:
+                self.process.kill()
+                msg = f"no {name}: {self.process.communicate()}"
+                raise RuntimeError(msg)
+            time.sleep(0.05)
+        return path
+
+    def view(self):
+        """Save the view by its key and read it: all earlier events are done then."""
+        path = next(iter(self.folder.glob("*.view.json")), None)
+        if path is not None:
+            path.unlink()
+        self.press("ctrl+s")
+        return load_view(self.wait_for(path.name if path is not None else "model.view.json"))
+
+    def close(self):
+        """Ask the window to close, as a window manager does; give status and streams."""
+        ask_to_close(self.display.name, int(self.window))
+        return self.finish()
+
+    def finish(self):
+        out, err = self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode, out, err
+
+
+class _ClientMessage(ctypes.Structure):
+    _fields_ = (
+        ("type", ctypes.c_int), ("serial", ctypes.c_ulong), ("send_event", ctypes.c_int),
+        ("display", ctypes.c_void_p), ("window", ctypes.c_ulong), ("message", ctypes.c_ulong),
+        ("format", ctypes.c_int), ("data", ctypes.c_long * 5), ("rest", ctypes.c_long * 16),
+    )  # fmt: skip
+
+
+def ask_to_close(display, window):
+    """Send WM_DELETE_WINDOW."""
+    x11 = ctypes.CDLL("libX11.so.6")
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    x11.XInternAtom.restype = ctypes.c_ulong
+    x11.XInternAtom.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int]
+    x11.XSendEvent.argtypes = [
+        ctypes.c_void_p, ctypes.c_ulong, ctypes.c_int, ctypes.c_long, ctypes.c_void_p
+    ]  # fmt: skip
+    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
+    opened = x11.XOpenDisplay(display.encode())
+    with contextlib.ExitStack() as stack:
+        stack.callback(x11.XCloseDisplay, opened)
+        names = [
+            x11.XInternAtom(opened, name, 0) for name in (b"WM_PROTOCOLS", b"WM_DELETE_WINDOW")
+        ]
+        event = _ClientMessage(type=33, window=window, message=names[0], format=32)
+        event.data[0] = names[1]
+        x11.XSendEvent(opened, window, 0, 0, ctypes.byref(event))
