@@ -18,6 +18,7 @@ VALUES = {
     0x8801: 0x1E00, 0x8802: 0x1E00, 0x8803: 0x1E00,  # back operations
     0x0B91: 0,  # stencil clear value
     0x80C9: 1, 0x80C8: 0,  # blend source and destination
+    0x8009: 0x8006,  # blend equation: add
     0x0B45: 0x0405,  # cull face: back
 }  # fmt: skip
 
@@ -84,6 +85,20 @@ def test_a_pass_sets_everything_that_it_names(device):
         state.use(Pass())
         assert not any(gl.IsEnabled(name) for name in ENABLES)
         assert gl.integers(0x0B72) == [0]
+
+
+def test_one_may_write_alpha_alone_and_take_the_larger(device):
+    gl, mask = device.gl, np.zeros(4, np.uint8)
+    with State(device) as state:
+        state.use(Pass(color_write="alpha", blend="max"))
+        gl.GetBooleanv(0x0C23, mask.ctypes.data)
+        assert mask.tolist() == [0, 0, 0, 1]
+        assert gl.integers(0x8009) == [0x8008]
+        state.use(Pass(color_write="rgb", blend="double"))
+        gl.GetBooleanv(0x0C23, mask.ctypes.data)
+        assert mask.tolist() == [1, 1, 1, 0]
+        assert gl.integers(0x8009) == [0x8006]
+        assert [gl.integers(n)[0] for n in (0x80C9, 0x80C8)] == [0x0306, 1]
 
 
 def test_operations_have_no_order_to_confuse():

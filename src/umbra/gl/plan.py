@@ -99,6 +99,9 @@ class Plan:
         Left, bottom, columns, rows [pixels]: where counts are made.
     depth_bounds : (float, float), optional
         Window depths between which they are.
+    selection : Selection, optional
+    volumes : tuple of BodyVolumes
+        From which the draws were selected.
     """
 
     projection: Projection
@@ -110,6 +113,8 @@ class Plan:
     statistics: Statistics
     scissor: tuple[int, int, int, int] | None = None
     depth_bounds: tuple[float, float] | None = None
+    selection: Selection | None = None
+    volumes: tuple[BodyVolumes, ...] = ()
 
 
 @dataclass(eq=False)
@@ -302,6 +307,8 @@ class Planner:
             statistics=statistics,
             scissor=None if corners is None else _turn_scissor(corners, camera),
             depth_bounds=depths,
+            selection=selection,
+            volumes=tuple(kept.volumes),
         )
 
     def _keep(self, number: int, camera: Camera, source: NDArray) -> _Kept:

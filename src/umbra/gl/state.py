@@ -23,7 +23,10 @@ _OPERATIONS = {
 }  # fmt: skip
 _BLENDS = {
     "add": (1, 1), "over": (0x0302, 0x0303), "premultiplied": (1, 0x0303), "multiply": (0x0306, 0),
+    "double": (0x0306, 1), "invert": (0x0307, 0), "lift": (0x0307, 1), "max": (1, 1),
+    "by alpha": (0, 0x0304),
 }  # fmt: skip
+_ADD, _MAX = 0x8006, 0x8008  # equations
 _FRONT, _BACK, _BOTH = 0x0404, 0x0405, 0x0408
 _DEPTH_TEST, _STENCIL_TEST, _SCISSOR_TEST, _CULL_FACE = 0x0B71, 0x0B90, 0x0C11, 0x0B44
 _BLEND, _DEPTH_CLAMP, _DEPTH_BOUNDS, _CLIP_NEAR, _OFFSET = 0x0BE2, 0x864F, 0x8890, 0x3000, 0x8037
@@ -61,10 +64,14 @@ class Pass:
     ----------
     depth_test : str, optional
         ``less``, ``never``, ``equal`` ...; None lets every fragment pass and writes none.
-    depth_write, color_write : bool
-    blend : {'add', 'over', 'premultiplied', 'multiply'}, optional
-        ``premultiplied`` is ``over`` for colours that are multiplied by their alpha already,
-        and keeps the target's own alpha right.
+    depth_write : bool
+    color_write : bool or {'rgb', 'alpha'}
+        Only these channels.
+    blend : str, optional
+        ``add``, ``over``, ``multiply``. ``premultiplied`` is ``over`` for colours that are
+        multiplied by their alpha already, and keeps the target's own alpha right. With a
+        source s and a target d: ``double`` is d + s d, ``invert`` is s (1 - d), ``lift`` is
+        d + s (1 - d), ``max`` the larger, ``by alpha`` d times the target's own alpha.
     cull : {'front', 'back'}, optional
         Which faces not to draw.
     stencil : Stencil, optional
@@ -82,7 +89,7 @@ class Pass:
 
     depth_test: str | None = None
     depth_write: bool = False
-    color_write: bool = False
+    color_write: bool | str = False
     blend: str | None = None
     cull: str | None = None
     stencil: Stencil | None = None
@@ -173,6 +180,7 @@ class State:
         gl = self._device.gl
         gl.DepthFunc(_FUNCTIONS["less"])
         gl.BlendFunc(1, 0)
+        gl.BlendEquation(_ADD)
         gl.CullFace(_BACK)
         gl.ClearDepth(1.0)
         gl.ClearStencil(0)
@@ -198,13 +206,14 @@ class State:
     def _set_depth_write(self, on: bool) -> None:
         self._device.gl.DepthMask(on)
 
-    def _set_color_write(self, on: bool) -> None:
-        self._device.gl.ColorMask(on, on, on, on)
+    def _set_color_write(self, on: bool | str) -> None:
+        rgb, alpha = on in (True, "rgb"), on in (True, "alpha")
+        self._device.gl.ColorMask(rgb, rgb, rgb, alpha)
 
     def _set_blend(self, blend: str | None) -> None:
         self._switch(_BLEND, blend is not None)
         if blend is not None:
-            self._device.gl.BlendEquation(0x8006)
+            self._device.gl.BlendEquation(_MAX if blend == "max" else _ADD)
             self._device.gl.BlendFunc(*_BLENDS[blend])
 
     def _set_cull(self, cull: str | None) -> None:

@@ -85,6 +85,11 @@ class BodyVolumes:
             self._capped = wanted.copy()
         return self._cap[wanted[self._cap_thing]]
 
+    def cap_things(self, wanted: NDArray[np.bool_]) -> NDArray[np.intp]:
+        """Give the thing of each face of ``light_cap(wanted)``, ascending."""
+        self.light_cap(wanted)
+        return self._cap_thing[wanted[self._cap_thing]]
+
     def dark_cap(self, wanted: NDArray[np.bool_], is_fan: NDArray[np.bool_]) -> NDArray[np.uint32]:
         """
         Give what closes the far end of some things' volumes.
