@@ -115,7 +115,7 @@ class Painter:
                 highest = self._draw_overlays(view)
         self.device.gl.Finish()
         self.device.check("a view was drawn")
-        measured = self.timers.collect()
+        measured = self.timers.collect() if times else {}
         return Drawn(
             size=size,
             spent=1e3 * (time.perf_counter() - start),

@@ -1,0 +1,136 @@
+"""Pictures of views, without a window."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from umbra.cpu.frame import FrameCounter
+from umbra.scene import Mesh, Part, make_scene, point_light
+from umbra.window.heat import find_colors, find_top
+from umbra.window.painter import Painter
+from umbra.window.view import SUN, make_view
+
+SIZE = (320, 240)
+
+
+@pytest.fixture
+def painter(device, tower):
+    painter = Painter(device, tower, 0.0)
+    yield painter
+    painter.release()
+
+
+def test_a_view_is_what_the_renderer_draws(painter, tower):
+    view = make_view(tower, SIZE)
+    drawn = painter.draw(view, SIZE)
+    picture = painter.read()
+    expected = painter.renderer.render(
+        view.viewpoint.camera(SIZE), list(view.shining().values()), "auto"
+    )
+    assert np.array_equal(picture, expected)
+    assert drawn.size == SIZE
+    assert {"surfaces", "shadows", "light"} <= drawn.passes.keys()
+    assert all(spent >= 0 for spent in drawn.passes.values())
+    assert drawn.statistics[SUN].cases == (2, 0, 0)
+    assert painter.draw(view, SIZE, times=False).passes == {}
+
+
+def test_both_devices_show_the_same(painter, tower):
+    view = make_view(tower, SIZE)
+    painter.draw(view, SIZE)
+    of_gl = painter.read().astype(int)
+    drawn = painter.draw(view.choose_device("cpu"), SIZE)
+    of_cpu = painter.read().astype(int)
+    assert drawn.passes.keys() == {"see", "count", "shade"}
+    assert (np.abs(of_gl - of_cpu).max(2) > 3).mean() < 0.01
+
+
+def test_counts_are_shown_in_their_colours(painter, tower):
+    view = make_view(tower, SIZE).toggle("counts")
+    drawn = painter.draw(view, SIZE)
+    picture = painter.read() / 255
+    counter = FrameCounter(tower, ground=0.0)
+    camera = view.viewpoint.camera(SIZE)
+    seen, frame = counter.see(camera)
+    counts = counter.count(seen, camera, view.sun.light())
+    assert drawn.highest == counts.max() >= 1
+    # The soft shade is the same all over the ground.
+    ground = frame.normal[..., 2] > 0.99
+    aside = np.array([0.45, -0.55, 0.70]) / np.linalg.norm([0.45, -0.55, 0.70])
+    expected = find_colors(counts, find_top(drawn.highest)) * (0.8 + 0.2 * aside[2])
+    apart = np.abs(picture - expected).max(2)[ground]
+    assert (apart > 0.01).mean() < 0.01
+
+
+def test_cases_edges_and_volumes_change_what_they_should(painter, tower):
+    view = make_view(tower, SIZE)
+    painter.draw(view, SIZE)
+    plain = painter.read().astype(int)
+    counter = FrameCounter(tower, ground=0.0)
+    seen, _ = counter.see(view.viewpoint.camera(SIZE))
+    is_caster = seen.face >= 0
+
+    painter.draw(view.toggle("cases"), SIZE)
+    tinted = np.abs(painter.read() - plain).max(2) > 8
+    assert (tinted == is_caster).mean() > 0.99
+    blue = (painter.read().astype(int) - plain)[is_caster]
+    assert blue[:, 2].mean() > blue[:, 0].mean()
+
+    drawn = painter.draw(view.toggle("edges"), SIZE)
+    assert drawn.edges == 12  # a box seen from a corner has six, and there are two
+    changed = np.abs(painter.read() - plain).max(2) > 40
+    assert 0.002 < changed.mean() < 0.05
+
+    painter.draw(view.toggle("volumes"), SIZE)
+    assert (np.abs(painter.read() - plain).max(2) > 3).mean() > 0.01
+
+
+def test_overlays_lie_over_the_cpus_picture_too(painter, tower):
+    view = make_view(tower, SIZE).choose_device("cpu")
+    painter.draw(view, SIZE)
+    plain = painter.read().astype(int)
+    for overlay in ("volumes", "cases", "edges", "counts"):
+        painter.draw(view.toggle(overlay), SIZE)
+        assert (np.abs(painter.read() - plain).max(2) > 3).mean() > 0.002
+
+
+def test_nothing_is_chosen_at_night(painter, tower):
+    view = make_view(tower, SIZE)
+    dark = replace(view, sun=replace(view.sun, shines=False), overlays=frozenset({"counts"}))
+    for each in (dark, dark.choose_device("cpu")):
+        drawn = painter.draw(each, SIZE)
+        assert drawn.statistics == {}
+        assert painter.read().max() > 0
+
+
+def test_a_wrong_method_is_told(painter, tower):
+    view = make_view(tower, SIZE)
+    inside = replace(
+        view.choose_method("z-pass"),
+        viewpoint=replace(view.viewpoint, target=(4.0, 0.5, 0.5), distance=0.6, near=0.001),
+        sun=replace(view.sun, azimuth=270.0, altitude=20.0),
+    )
+    for each in (inside, inside.choose_device("cpu")):
+        (warning,) = set(painter.draw(each, SIZE).warnings)
+        assert "z-pass is wrong for this view" in warning
+
+
+def test_a_lamp_among_many_instances(device):
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+                [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])  # fmt: skip
+    parts = []
+    for number in range(9):
+        transform = np.eye(4)
+        transform[:2, 3] = divmod(number, 3)
+        transform[:2, 3] *= 2
+        parts.append(Part(f"tetrahedron {number}", "", mesh, transform=transform))
+    scene = make_scene(parts)
+    painter = Painter(device, scene, 0.0)
+    view = make_view(scene, SIZE).add_light(point_light((2.5, 2.5, 3)))
+    for overlay in ("volumes", "cases", "edges", "counts"):
+        view = view.toggle(overlay)
+    drawn = painter.draw(view, SIZE)
+    assert drawn.statistics[0].things == 9
+    assert 27 <= drawn.edges <= 36
+    painter.release()
