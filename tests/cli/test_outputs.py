@@ -119,3 +119,26 @@ def test_a_slip_in_the_rules_is_found_before_any_work(study, tmp_path):
     assert "rules.yaml, line 6: check 1 has the unknown key 'atleast'" in refusal
     assert "did you mean 'at_least'?" in refusal
     assert not (tmp_path / "out").exists()
+
+
+def test_points_have_verdicts_and_tables(umbra_here, tower, tmp_path):
+    (tmp_path / "rules.yaml").write_text(RULES)
+    (tmp_path / "points.csv").write_text("name,x,y,z\nsouth,0,-9,1\nnorth,0,2.5,1\n")
+    day = [option for option in DAY if option not in {"--cell", "1"}]
+    where = ["--receivers", "points", "--points", tmp_path / "points.csv", "--out", tmp_path / "o"]
+    more = ["--rules", tmp_path / "rules.yaml", "--write", "csv"]
+    said = umbra_here("study", tower, *VIENNA, *day, *where, *more)
+    assert said.status == 0, said
+    verdicts = (tmp_path / "o" / "verdicts.csv").read_text().splitlines()
+    assert [line.split(",")[2] for line in verdicts[1:]] == ["south", "north"]
+    assert ",pass," in verdicts[1]
+    assert (tmp_path / "o" / "points.csv").read_text().startswith("name,x,y,z,")
+    assert said.out.splitlines()[-2:] == [str(tmp_path / "o" / n) for n in
+                                          ("points.csv", "verdicts.csv")]  # fmt: skip
+
+
+@pytest.mark.parametrize("options", [["--report"], ["--write", "gif"], ["--rules", "RULES"]])
+def test_an_elevation_has_none_of_these(study, tmp_path, options):
+    (tmp_path / "rules.yaml").write_text(RULES)
+    options = [str(tmp_path / "rules.yaml") if o == "RULES" else o for o in options]
+    assert "plans" in study("--receivers", "south", *options).refusal()

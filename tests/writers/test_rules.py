@@ -12,11 +12,11 @@ from support.shapes import box
 
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import run_study
+from umbra.study import run_point_study, run_study
 from umbra.sun import Site
-from umbra.writers.rules import judge, make_verdict_table, read_rules
+from umbra.writers.rules import judge, judge_points, make_verdict_table, read_rules
 from umbra.writers.rules.read import CHECK_KEYS
-from umbra.writers.tables import write_table
+from umbra.writers.tables import write_samples, write_table
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 RULES = """\
@@ -214,3 +214,86 @@ def test_the_example_of_the_docs_is_right(tmp_path):
     assert [len(check.dates) for check in rules.checks] == [1, 2]
     for key in CHECK_KEYS:  # each has its row in the table
         assert f"`{key}`" in page
+
+
+WINDOWS = """\
+format: 1
+name: Windows
+version: "0"
+source: Invented for a test
+checks:
+  - name: two hours
+    dates: [03-21, 12-21]
+    from: 09:00
+    to: 17:00
+    every: 15min
+    at_least: 2h
+    share: 60
+"""
+
+
+def run_points(**options):
+    scene = make_scene(
+        [Part("tower", "", Mesh(*box((-5, -4, 0), (5, 4, 20)))),
+         Part("house", "", Mesh(*box((-5, 10, 0), (5, 16, 6))))]
+    )  # fmt: skip
+    chosen = {"date": "2026-03-21", "start": "09:00", "end": "17:00", "every": "15min"} | options
+    return scene, run_point_study(scene, VIENNA, **chosen)
+
+
+def test_windows_are_judged_one_by_one(tmp_path):
+    points = [(0, -4.001, 10, 0, -1, 0), (0, 4.001, 10, 0, 1, 0), (0, 9.999, 1, 0, -1, 0)]
+    scene, found = run_points(receivers="points", points=points, names=["S", "N", "behind"])
+    verdicts = judge_points(found, read(tmp_path, WINDOWS), scene, [0, 1], 1)
+    assert [(v.where, v.date.month) for v in verdicts] == [
+        (name, month) for month in (3, 12) for name in ("S", "N", "behind")
+    ]
+    for verdict, hours in zip(verdicts[:3], found.sun_hours, strict=True):
+        assert verdict.passes == (hours >= 2 - 1e-3)
+        assert sum(int(n) * f for n, f in zip(re.findall(r"\d+", verdict.measured), (60, 1))) == (
+            round(hours * 60)
+        )
+    assert verdicts[0].passes
+    assert not verdicts[1].passes
+    assert verdicts[1].evidence.startswith("no sun")
+
+
+def test_surfaces_are_judged_part_by_part(tmp_path):
+    scene, found = run_points(receivers="surfaces", spacing=1.0, spells=True)
+    verdicts = judge_points(found, read(tmp_path, WINDOWS), scene, [0, 1], 2)
+    assert [(v.where, v.date.month) for v in verdicts] == [
+        (name, month) for month in (3, 12) for name in ("house", "tower")
+    ]
+    area, owner = (np.asarray(found.more[n][1]) for n in ("area", "surface_of_sample"))
+    part = np.asarray(found.more["surface_part"][1])[owner]
+    for k, verdict in enumerate(verdicts[:2]):
+        mine = part == k
+        share = 100 * area[mine & (found.sun_hours >= 2 - 1e-3)].sum() / area[mine].sum()
+        assert verdict.measured == f"{share:.1f} % of the area"
+        assert verdict.passes == (share >= 60)
+
+
+def test_places_of_a_plan_are_not_points(tmp_path):
+    scene, found = run_points(receivers="points", points=[(0, -9, 1)])
+    with pytest.raises(InputError, match="names places of a plan"):
+        judge_points(found, read(tmp_path, RULES), scene, [0, 1], 1)
+
+
+def test_samples_go_into_tables(tmp_path):
+    _, found = run_points(receivers="surfaces", spacing=2.0, spells=True)
+    assert write_samples(tmp_path, found) == ["samples.csv", "surfaces.csv", "parts.csv"]
+    tables = {}
+    for name in ("samples", "surfaces", "parts"):
+        with (tmp_path / f"{name}.csv").open(newline="") as file:
+            tables[name] = list(csv.DictReader(file))
+    assert [line["part"] for line in tables["parts"]] == ["house", "tower"]
+    hours = [float(line["sun_hours"]) for line in tables["samples"]]
+    np.testing.assert_allclose(hours, found.sun_hours, atol=1e-4)
+    positions = [[float(line[axis]) for axis in "xyz"] for line in tables["samples"]]
+    np.testing.assert_allclose(positions, found.places.points, atol=1e-4)
+    assert len(tables["surfaces"]) == len(found.more["surface_area"][1])
+    _, found = run_points(receivers="points", points=[(0, -9, 1)], names=["a, b"])
+    assert write_samples(tmp_path, found) == ["points.csv"]
+    with (tmp_path / "points.csv").open(newline="") as file:
+        (line,) = csv.DictReader(file)
+    assert (line["name"], line["nx"]) == ("a, b", "")

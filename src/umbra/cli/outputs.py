@@ -12,7 +12,7 @@ from umbra.errors import InputError
 
 if TYPE_CHECKING:
     from umbra.scene import Scene
-    from umbra.study import Study
+    from umbra.study import PointStudy, Study
     from umbra.writers.painter import Painter
     from umbra.writers.plan import Plan
     from umbra.writers.rules import Rules
@@ -115,6 +115,34 @@ class Outputs:
             names.append(REPORT)
         return names
 
+    def write_points(
+        self, folder: Path, study: "PointStudy", scene: "Scene", options: dict[str, Any]
+    ) -> list[str]:
+        """Write what is asked of surfaces and points; ``options`` are the study's."""
+        names: list[str] = []
+        if self.formats:
+            from umbra.writers.tables import write_samples  # noqa: PLC0415
+
+            names += write_samples(folder, study)
+        if self.rules:
+            names.append(_judge_points(folder, study, scene, self.rules, options))
+        return names
+
+
+def _judge_points(folder: Path, study: "PointStudy", scene: "Scene", rules: "Rules",
+                  options: dict[str, Any]) -> str:  # fmt: skip
+    """Write the verdicts of a study of points."""
+    from umbra.cpu.threads import count_cores  # noqa: PLC0415
+    from umbra.writers.rules import judge_points, make_verdict_table  # noqa: PLC0415
+    from umbra.writers.tables import write_table  # noqa: PLC0415
+
+    casters = scene.select(options.get("cast", ()), options.get("no_cast", ()))
+    threads = options.get("threads") or count_cores()
+    verdicts = judge_points(study, rules, scene, casters, threads)
+    table = make_verdict_table(rules, verdicts)
+    write_table(folder / VERDICTS, table.columns, table.rows)
+    return VERDICTS
+
 
 def _find_sheets(folder: Path) -> list[tuple[str, Path]]:
     """Name the pictures of a results folder, those of the whole period first."""
@@ -156,10 +184,30 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
         from umbra.writers.rules import read_rules  # noqa: PLC0415
 
         rules = read_rules(path)
-        if options.get("receivers", "ground") not in {"ground", "top"}:
-            msg = "--rules are judged on plans; choose --receivers ground or top"
-            raise InputError(msg)
-    return Outputs(options.pop("report"), formats, tuple(casters), rules)
+    report = options.pop("report")
+    _check_receivers(options.get("receivers", "ground"), report, formats, rules is not None)
+    return Outputs(report, formats, tuple(casters), rules)
+
+
+def _check_receivers(
+    receivers: str, report: bool, formats: tuple[str, ...], has_rules: bool
+) -> None:
+    """Refuse what is not made of some receivers."""
+    if receivers in {"ground", "top"}:
+        return
+    if (
+        report
+        or formats not in {(), ("csv",)}
+        or (formats and receivers not in {"surfaces", "points"})
+    ):
+        msg = (
+            "--report and --write are for plans, csv also for surfaces and points; leave them out, "
+            "or choose --receivers ground or top"
+        )
+        raise InputError(msg)
+    if has_rules and receivers not in {"surfaces", "points"}:
+        msg = "--rules judge plans, surfaces and points; choose one of them for --receivers"
+        raise InputError(msg)
 
 
 def _parse_formats(given: tuple[str, ...]) -> tuple[str, ...]:

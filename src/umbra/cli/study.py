@@ -16,7 +16,6 @@ from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.study_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.study_options import study_options
-from umbra.errors import InputError
 
 __all__ = ["command"]
 
@@ -54,9 +53,6 @@ def command(
     umbra study block.city.json --date 2026-03-21 --receivers top --cell 0.5 --out out/
     """  # noqa: D301  (click asks for a real backspace)
     outputs = take_outputs(options)
-    if options["receivers"] not in {"ground", "top"} and (outputs.report or outputs.formats):
-        msg = "--report and --write are for plans; leave them out, or choose ground or top"
-        raise InputError(msg)
     _check_clock(options)
 
     def say(line: str) -> None:
@@ -112,6 +108,7 @@ def command(
             write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
             is_drawn = options["receivers"] == "surfaces"
             names = draw_surfaces(scene, site, options, painter, unfinished) if is_drawn else []
+            more = outputs.write_points(unfinished, study, scene, options)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
     written = [out / name for name in ("study.nc", *names, *more)]
     if as_json:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from umbra.study import Study
+from umbra.study import PointStudy, Study
 
-__all__ = ["write_cells", "write_instants", "write_table"]
+__all__ = ["write_cells", "write_instants", "write_samples", "write_table"]
 
 
 def write_table(
@@ -95,3 +95,42 @@ def write_instants(
         ]  # fmt: skip
         rows.append(row if areas is None else [*row, f"{areas[k]:.10g}"])
     write_table(path, columns if areas is None else [*columns, "shadow_area_m2"], rows)
+
+
+def write_samples(folder: Path, study: PointStudy) -> list[str]:
+    """
+    Write a line for each point; of sampled surfaces also for each surface and part.
+
+    Parameters
+    ----------
+    folder : Path
+    study : PointStudy
+
+    Returns
+    -------
+    names : list of str
+        ``points.csv`` or ``samples.csv``, ``surfaces.csv``, ``parts.csv``.
+    """
+    variables = {
+        name: (dims, np.asarray(array)) for name, (dims, array) in study.variables().items()
+    }
+    points = {
+        axis: array[:, k]
+        for name, axes in (("position", "xyz"), ("normal", ("nx", "ny", "nz")))
+        for k, axis in enumerate(axes)
+        for array in (variables[name][1],)
+    }
+    is_sampled = study.receivers == "surfaces"
+    files = {"samples.csv" if is_sampled else "points.csv": ("sample", points)}
+    if is_sampled:
+        files |= {"surfaces.csv": ("surface", {}), "parts.csv": ("part", {})}
+    for file, (dimension, columns) in files.items():
+        own = {name: array for name, (dims, array) in variables.items() if dims == (dimension,)}
+        first = [name for name in ("name", dimension) if name in own]
+        own = {name: own.pop(name) for name in first} | columns | own
+        texts = [
+            array.astype(str).tolist() if array.dtype.kind in "UOS" else _to_text(array, 4)
+            for array in own.values()
+        ]
+        write_table(folder / file, list(own), zip(*texts, strict=True))
+    return list(files)

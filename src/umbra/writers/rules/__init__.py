@@ -6,6 +6,16 @@ measures and gives verdicts with their evidence.
 """
 
 from umbra.writers.rules.judge import Verdict, judge, make_verdict_table
+from umbra.writers.rules.judge_points import judge_points
 from umbra.writers.rules.read import Check, Place, Rules, read_rules
 
-__all__ = ["Check", "Place", "Rules", "Verdict", "judge", "make_verdict_table", "read_rules"]
+__all__ = [
+    "Check",
+    "Place",
+    "Rules",
+    "Verdict",
+    "judge",
+    "judge_points",
+    "make_verdict_table",
+    "read_rules",
+]

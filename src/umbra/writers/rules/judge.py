@@ -2,7 +2,7 @@
 
 import datetime as dt
 import zoneinfo
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,7 +84,7 @@ def judge(study: Study, rules: Rules) -> list[Verdict]:
     verdicts = []
     for check in rules.checks:
         for date in check.dates:
-            day = _find_day(study, check, date)
+            day = find_day(study.period, check, date)
             period = make_period(
                 day, check.start, check.end, check.every, study.site, refraction=study.refraction
             )
@@ -112,10 +112,11 @@ def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
     )  # fmt: skip
 
 
-def _find_day(study: Study, check: Check, date: tuple[int | None, int, int]) -> dt.date:
+def find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -> dt.date:
+    """Give a date of a check; one without a year lies in the study's."""
     year, month, day = date
     try:
-        return dt.date(year or study.period.days[0].year, month, day)
+        return dt.date(year or studied.days[0].year, month, day)
     except ValueError as error:
         msg = f"check '{check.name}': there is no {month:02}-{day:02} in the study's year"
         raise InputError(msg) from error
@@ -123,19 +124,44 @@ def _find_day(study: Study, check: Check, date: tuple[int | None, int, int]) -> 
 
 def _measure(study: Study, check: Check, period: Period, grid: Grid) -> Spells:
     """Let the instants that count pass over some cells."""
-    sweep = study.model.make_tile(grid).make_counter()
+    tile = study.model.make_tile(grid)
+    return measure(check, period, (grid.rows, grid.cols), tile.make_counter().masks)
+
+
+def measure(
+    check: Check,
+    period: Period,
+    shape: tuple[int, ...],
+    find_masks: Callable[[NDArray[np.float64]], NDArray[np.uint8]],
+) -> Spells:
+    """
+    Let the instants that a check counts pass over some receivers.
+
+    Parameters
+    ----------
+    check : Check
+    period : Period
+        Of one date of the check.
+    shape : tuple of int
+        Of the receivers.
+    find_masks : callable
+        Tells for (n, 3) suns which receivers are in shadow, (n, ...) uint8.
+
+    Returns
+    -------
+    spells : Spells
+    """
     least = check.min_spell // dt.timedelta(microseconds=1)
-    state = SpellState((grid.rows, grid.cols), least)
+    state = SpellState(shape, least)
     counted = np.flatnonzero(period.sun.is_up & (period.sun.altitude >= check.min_altitude))
     starts, ends = period.starts, period.ends
     for first in range(0, len(counted), 8):
         some = counted[first : first + 8]
-        masks = sweep.masks(period.sun.direction[some])
-        state.add_steps(masks, starts[some], ends[some])
+        state.add_steps(find_masks(period.sun.direction[some]), starts[some], ends[some])
     return state.finish()
 
 
-def _pick(check: Check, period: Period, spells: Spells) -> NDArray[np.float32]:
+def pick_hours(check: Check, period: Period, spells: Spells) -> NDArray[np.float32]:
     """Give what the check measures [h]."""
     if check.measure == "longest_sun_hours":
         return to_hours(spells.longest)
@@ -147,7 +173,8 @@ def _pick(check: Check, period: Period, spells: Spells) -> NDArray[np.float32]:
     return to_hours(spells.sun)
 
 
-def _meets(check: Check, hours: NDArray[np.float32]) -> NDArray[np.bool_]:
+def meets_limit(check: Check, hours: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Tell which hours are enough, or few enough."""
     limit = check.limit.total_seconds() / 3600
     return hours >= limit - _SLACK if check.is_least else hours <= limit + _SLACK
 
@@ -156,9 +183,9 @@ def _judge_area(study: Study, check: Check, period: Period) -> Verdict:
     counts = _find_area(study, check)
     hours = np.zeros(counts.shape, np.float32)
     for rows, cols, tile in study.grid.tiles(_TILE):
-        hours[rows, cols] = _pick(check, period, _measure(study, check, period, tile))
+        hours[rows, cols] = pick_hours(check, period, _measure(study, check, period, tile))
     found = hours[counts]
-    share = 100 * float(_meets(check, found).mean())
+    share = 100 * float(meets_limit(check, found).mean())
     worst = np.flatnonzero(counts.ravel())[found.argmin() if check.is_least else found.argmax()]
     row, col = divmod(int(worst), counts.shape[1])
     area = found.size * study.grid.dx * study.grid.dy
@@ -166,12 +193,12 @@ def _judge_area(study: Study, check: Check, period: Period) -> Verdict:
         check.name,
         period.days[0],
         check.area.replace("_", " "),
-        f"{_say_limit(check)} on {check.share:g} % of the area",
+        f"{say_limit(check)} on {check.share:g} % of the area",
         f"{share:.1f} % of the area",
         share >= check.share - 1e-9,
-        f"{share * area / 100:,.0f} of {area:,.0f} m²; mean {_say(float(found.mean()))}, "
-        f"{'least' if check.is_least else 'most'} {_say(float(hours[row, col]))} "
-        f"at x {study.x[col]:.1f}, y {study.y[row]:.1f}; {_say_how(check)}",
+        f"{share * area / 100:,.0f} of {area:,.0f} m²; mean {say_hours(float(found.mean()))}, "
+        f"{'least' if check.is_least else 'most'} {say_hours(float(hours[row, col]))} "
+        f"at x {study.x[col]:.1f}, y {study.y[row]:.1f}; {say_how(check)}",
     )
 
 
@@ -189,23 +216,15 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
         raise InputError(msg, place=place.name)
     # The point itself, not its cell's middle.
     spells = _measure(study, check, period, replace(grid, x0=x, y0=y, cols=1, rows=1))
-    hours = _pick(check, period, spells)
-    first, last = spells.first[0, 0], spells.last[0, 0]
-    evidence = "no sun"
-    if not np.isnat(first):
-        n = int(spells.count[0, 0])
-        evidence = (
-            f"{_say(float(to_hours(spells.sun)[0, 0]))} of sun in {n} spell{'s' if n > 1 else ''}, "
-            f"from {_clock(study, first)} to {_clock(study, last)}"
-        )
+    hours = pick_hours(check, period, spells)
     return Verdict(
         check.name,
         period.days[0],
         place.name,
-        _say_limit(check),
-        _say(float(hours[0, 0])),
-        bool(_meets(check, hours)[0, 0]),
-        f"{evidence}; {_say_how(check)}",
+        say_limit(check),
+        say_hours(float(hours[0, 0])),
+        bool(meets_limit(check, hours)[0, 0]),
+        f"{say_spells(study.site.zone, spells, (0, 0))}; {say_how(check)}",
     )
 
 
@@ -226,26 +245,43 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     return counts
 
 
-def _say(hours: float) -> str:
+def say_hours(hours: float) -> str:
+    """Write hours as a person says them."""
     minutes = round(hours * 60)
     h, m = divmod(minutes, 60)
     return f"{m} min" if not h and m else f"{h} h" + (f" {m} min" if m else "")
 
 
-def _say_limit(check: Check) -> str:
+def say_limit(check: Check) -> str:
+    """Say what is wanted."""
     limit = check.limit.total_seconds() / 3600
-    spells = f" of at least {_say(check.min_spell.total_seconds() / 3600)}"
+    spells = f" of at least {say_hours(check.min_spell.total_seconds() / 3600)}"
     return (
-        f"at {'least' if check.is_least else 'most'} {_say(limit)} of {_WORDS[check.measure]}"
+        f"at {'least' if check.is_least else 'most'} {say_hours(limit)} of {_WORDS[check.measure]}"
         + (spells if check.min_spell else "")
     )
 
 
-def _say_how(check: Check) -> str:
+def say_how(check: Check) -> str:
+    """Say when and in what steps it was measured."""
     altitude = f", sun at {check.min_altitude:g}° or higher" if check.min_altitude > 0 else ""
     return f"{check.start} to {check.end}, steps of {check.every}{altitude}"
 
 
-def _clock(study: Study, instant: np.datetime64) -> str:
+def say_spells(zone: str, spells: Spells, place: tuple[int, ...]) -> str:
+    """Say when one receiver has sun."""
+    first, last = spells.first[place], spells.last[place]
+    if np.isnat(first):
+        return "no sun"
+    n = int(spells.count[place])
+    hours = float(to_hours(spells.sun)[place])
+    return (
+        f"{say_hours(hours)} of sun in {n} spell{'s' if n > 1 else ''}, "
+        f"from {read_clock(zone, first)} to {read_clock(zone, last)}"
+    )
+
+
+def read_clock(zone: str, instant: np.datetime64) -> str:
+    """Read an instant off the local clock."""
     local = instant.astype("datetime64[us]").item().replace(tzinfo=dt.UTC)
-    return f"{local.astimezone(zoneinfo.ZoneInfo(study.site.zone)):%H:%M}"
+    return f"{local.astimezone(zoneinfo.ZoneInfo(zone)):%H:%M}"

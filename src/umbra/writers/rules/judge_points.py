@@ -1,0 +1,143 @@
+"""Judging single points one by one, and sampled surfaces part by part."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.rays import find_hidden
+from umbra.errors import InputError
+from umbra.scene import Scene
+from umbra.study import PointStudy
+from umbra.study.model import Casting, prepare_casting
+from umbra.study.period import Period, make_period
+from umbra.study.spells import Spells
+from umbra.writers.rules.judge import (
+    Verdict,
+    find_day,
+    measure,
+    meets_limit,
+    pick_hours,
+    say_hours,
+    say_how,
+    say_limit,
+    say_spells,
+)
+from umbra.writers.rules.read import Check, Rules
+
+__all__ = ["judge_points"]
+
+_CHUNK = 65_536  # points that are measured at a time
+
+
+def judge_points(
+    study: PointStudy, rules: Rules, scene: Scene, casters: Sequence[int], threads: int
+) -> list[Verdict]:
+    """
+    Measure and judge every check at a study's points.
+
+    Given points are judged one by one; of sampled surfaces it is judged for each part
+    how much of its area meets the limit.
+
+    Parameters
+    ----------
+    study : PointStudy
+    rules : Rules
+    scene : Scene
+        That was studied.
+    casters : sequence of int
+        Parts that cast.
+    threads : int
+
+    Returns
+    -------
+    verdicts : list of Verdict
+
+    Raises
+    ------
+    InputError
+        If a check names places or roofs, which are for plans.
+    """
+    casting = prepare_casting(scene, list(casters), threads)
+    points = study.places.points - scene.origin
+    verdicts: list[Verdict] = []
+    for check in rules.checks:
+        if check.places or check.area == "roofs":
+            msg = (
+                f"check '{check.name}' names {'places' if check.places else 'roofs'} of a plan; "
+                "leave 'where' out: the points are those of the study"
+            )
+            raise InputError(msg)
+        for date in check.dates:
+            day = find_day(study.period, check, date)
+            period = make_period(
+                day, check.start, check.end, check.every, study.period.site,
+                refraction=study.period.refraction,
+            )  # fmt: skip
+            parts = [
+                _measure(casting, points[some], study.places.normals[some], check, period)
+                for some in (slice(k, k + _CHUNK) for k in range(0, len(points), _CHUNK))
+            ]
+            judged = _judge_parts if study.receivers == "surfaces" else _judge_each
+            verdicts += judged(study, check, period, parts)
+    return verdicts
+
+
+def _measure(
+    casting: Casting, points: NDArray, normals: NDArray, check: Check, period: Period
+) -> Spells:
+    def find_masks(suns: NDArray[np.float64]) -> NDArray[np.uint8]:
+        return find_hidden(casting.tree, points, normals, suns, casting.threads)
+
+    return measure(check, period, (len(points),), find_masks)
+
+
+def _judge_each(
+    study: PointStudy, check: Check, period: Period, parts: list[Spells]
+) -> Iterator[Verdict]:
+    """Give a verdict for each point."""
+    n = 0
+    given = study.more.get("name")
+    for spells in parts:
+        hours = pick_hours(check, period, spells)
+        passes = meets_limit(check, hours)
+        for k in range(len(hours)):
+            n += 1
+            yield Verdict(
+                check.name,
+                period.days[0],
+                str(given[1][n - 1]) if given is not None else f"point {n}",
+                say_limit(check),
+                say_hours(float(hours[k])),
+                bool(passes[k]),
+                f"{say_spells(period.site.zone, spells, (k,))}; {say_how(check)}",
+            )
+
+
+def _judge_parts(
+    study: PointStudy, check: Check, period: Period, parts: list[Spells]
+) -> Iterator[Verdict]:
+    """Give a verdict for each part by the share of its area."""
+    hours = np.concatenate([pick_hours(check, period, spells) for spells in parts])
+    passes = meets_limit(check, hours)
+    arrays = {name: np.asarray(array) for name, (_, array) in study.more.items()}
+    owner = arrays["surface_part"][arrays["surface_of_sample"]]
+    area = arrays["area"]
+    for k, name in enumerate(arrays["part"].tolist()):
+        mine = owner == k
+        whole = float(area[mine].sum())
+        if not whole > 0:
+            continue
+        share = 100 * float(area[mine & passes].sum()) / whole
+        mean = float(np.average(hours[mine], weights=area[mine]))
+        least, most = float(hours[mine].min()), float(hours[mine].max())
+        yield Verdict(
+            check.name,
+            period.days[0],
+            str(name),
+            f"{say_limit(check)} on {check.share:g} % of the area",
+            f"{share:.1f} % of the area",
+            share >= check.share - 1e-9,
+            f"{share * whole / 100:,.1f} of {whole:,.1f} m²; mean {say_hours(mean)}, "
+            f"{say_hours(least)} to {say_hours(most)}; {say_how(check)}",
+        )
