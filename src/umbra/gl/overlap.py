@@ -2,8 +2,9 @@
 How many shadow volumes can hold one point at most: whether 8 bits of stencil are enough.
 
 Seen from the light every volume is what throws it, so the deepest count is the largest
-number of casting faces on one ray from the light. Boxes around things, or around faces,
-bound it from above, on a grid of the light's view.
+number of casting faces on one ray from the light. That number changes only where the ray
+crosses the silhouette, so half the edges that cross a row of the light's view bound it;
+and so do boxes around things, or around faces, piled up on a grid.
 """
 
 import numpy as np
@@ -18,6 +19,8 @@ from umbra.volume.bounds import find_box_points
 __all__ = ["STENCIL_MOST", "bound_count", "find_most"]
 
 STENCIL_MOST = 255
+_ROWS = 4096
+_NO_BOUND = 1 << 62
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
@@ -47,6 +50,9 @@ def bound_count(
     if bound <= STENCIL_MOST:
         return bound
     boxes = np.concatenate([each.body.world_bounds() for each in volumes])
+    bound = min(bound, _count_in_rows(volumes, boxes, light))
+    if bound <= STENCIL_MOST:
+        return bound
     corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
     bound = min(bound, _stack(corners, np.arange(len(corners)).reshape(-1, 8), weights, light))
     if bound <= STENCIL_MOST:
@@ -94,6 +100,50 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
         of_component = np.where(body.is_convex & ~each, 1, n_faces)
         row[:] = np.bincount(body.component_thing, of_component, body.n_things)
     return most.ravel()
+
+
+def _count_in_rows(
+    volumes: list[BodyVolumes], boxes: NDArray[np.float64], light: NDArray[np.float64]
+) -> int:
+    """
+    Bound counts by the silhouette edges that cross a row of the light's view.
+
+    Rows begin and end where nothing throws shadows. A lamp has such a view only from
+    outside of everything; elsewhere the answer is useless, and very large.
+    """
+    low, high = boxes[:, 0].min(0), boxes[:, 1].max(0)
+    inside = (light[:3] > low - 1e-6) & (light[:3] < high + 1e-6)
+    if light[3] > 0 and inside.all():
+        return _NO_BOUND
+    # Toward the nearest point of the box, so that all of it is ahead.
+    nearest = np.clip(light[:3], low, high) - light[:3]
+    ahead = nearest if light[3] > 0 else -light[:3]
+    ahead = ahead / np.linalg.norm(ahead)
+    across = np.cross(ahead, _AXES[np.abs(ahead).argmin()])
+    lists = []
+    for each in volumes:
+        body = each.body
+        instance = each.side_thing // body.n_things
+        numbers = (each.sides[:, :2] >> np.uint32(1)) - body.first[instance, None]
+        ends = body.caster.vertices[numbers.astype(np.int64)]
+        turn = body.transforms[instance]
+        ends = np.einsum("nij,nkj->nki", turn[:, :3, :3], ends) + turn[:, None, :3, 3]
+        lists.append(ends - light[3] * light[:3])
+    ends = np.concatenate(lists)
+    if not len(ends):
+        return 0
+    height = ends @ across
+    if light[3] > 0:
+        depth = ends @ ahead
+        if depth.min() <= 1e-6 * np.abs(ends).max():
+            return _NO_BOUND
+        height = height / depth
+    top = height.min()
+    row = ((height - top) * (_ROWS / max(np.ptp(height), 1e-300))).astype(np.int64)
+    row = np.minimum(row, _ROWS - 1)
+    load = np.bincount(row.min(1), minlength=_ROWS + 1)
+    load -= np.bincount(row.max(1) + 1, minlength=_ROWS + 1)
+    return int(np.cumsum(load).max()) // 2
 
 
 def _stack(
