@@ -8,7 +8,7 @@ from pyproj import Geod, Proj
 
 import umbra
 from umbra import InputError
-from umbra.readers.georeference import name_crs
+from umbra.readers.georeference import name_crs, show_crs
 
 
 @pytest.fixture
@@ -170,3 +170,22 @@ def test_files_in_two_reference_systems_are_refused_if_one_is_not_known(save):
         InputError, match=r"one\.json is in EPSG:28992 but .*two\.json is in EPSG:99999"
     ):
         umbra.read(one, two)
+
+
+def test_a_crs_in_well_known_text_is_shown_by_its_title(save):
+    text = (
+        'PROJCS["site grid",GEOGCS["ETRS89",DATUM["European_Terrestrial_Reference_System_1989",'
+        'SPHEROID["GRS 1980",6378137,298.257222101]],PRIMEM["Greenwich",0],'
+        'UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],'
+        'PARAMETER["latitude_of_origin",48],PARAMETER["central_meridian",9],'
+        'PARAMETER["scale_factor",1],PARAMETER["false_easting",1000],'
+        'PARAMETER["false_northing",5000],UNIT["metre",1]]'
+    )
+    scene = umbra.read(save(text, (1000, 5000, 0)))
+    assert scene.latitude == pytest.approx(48, abs=1e-3)
+    assert show_crs(scene.crs) == "site grid"
+    assert show_crs("EPSG:31256") == "EPSG:31256"
+    other = save("EPSG:25832", (500000, 5316000, 0), name="b.json")
+    assert "from EPSG:25832 to site grid" in " ".join(
+        umbra.read(save(text, (1000, 5000, 0)), other).notes
+    )

@@ -33,6 +33,7 @@ def command(
     A closed mesh casts by its lit faces, anything else triangle by triangle; shadows
     are exact in both cases.
     """
+    from umbra.readers.georeference import show_crs  # noqa: PLC0415
     from umbra.volume.inspection import inspect_scene  # noqa: PLC0415
 
     scene = read_posed(files, up, time, animation)
@@ -81,15 +82,16 @@ def command(
         + " to "
         + ", ".join(f"{v:.2f}" for v in bounds[1])
     )
+    crs = show_crs(scene.crs or "no CRS")
     if scene.latitude is not None and scene.longitude is not None:
         place = f"latitude {scene.latitude:.5f}°, longitude {scene.longitude:.5f}°"
         if scene.elevation is not None:
             place += f", {scene.elevation:g} m above the sea"
         if scene.true_north is not None:
             place += f", true north at {scene.true_north:.2f}° from the model's y axis"
-        click.echo(f"{scene.crs or 'no CRS'}: {place}")
+        click.echo(f"{crs}: {place}")
     else:
-        click.echo(f"{scene.crs or 'no CRS'}: the file does not say where it is (--lat, --lon)")
+        click.echo(f"{crs}: the file does not say where it is (--lat, --lon)")
     for number, one in enumerate(scene.animations):
         click.echo(f"animation {number}: '{one.name}', {one.duration:g} s (--time poses it)")
     if scene.lights:

@@ -13,9 +13,20 @@ from umbra.scene import Mesh, Part, Scene
 if TYPE_CHECKING:
     from pyproj import CRS
 
-__all__ = ["bring_to", "is_degrees", "is_known", "is_same_plan", "locate", "name_crs", "to_metres"]
+__all__ = [
+    "bring_to",
+    "is_degrees",
+    "is_known",
+    "is_same_plan",
+    "locate",
+    "name_crs",
+    "show_crs",
+    "to_metres",
+]
 
 CODE = re.compile(r"\bEPSG(?:/|:)+(?:[\d.]+[/:]+)?(\d+(?:\+\d+)*)", re.IGNORECASE)
+
+TITLE = re.compile(r'\s*[A-Z_]+\s*\[\s*"([^"]+)"')
 
 # Half the step north [degrees] that finds the meridian in the grid: 1 km.
 STEP = 0.005
@@ -49,6 +60,12 @@ def name_crs(text: object) -> str | None:
     if "CRS84" in text.upper():
         return "OGC:CRS84h" if text.upper().endswith("H") else "OGC:CRS84"
     return text.strip()
+
+
+def show_crs(crs: str) -> str:
+    """Give a CRS's name for people: of one in well-known text its title alone."""
+    title = TITLE.match(crs)
+    return title[1] if title else crs
 
 
 def is_known(crs: str) -> bool:
@@ -91,14 +108,15 @@ def bring_to(parts: tuple[Part, ...], crs: str, target: str) -> tuple[Part, ...]
         If one of the two is not known or geocentric, or the heights' unit is not said.
     """
     found, wanted = _find_crs(crs), _find_crs(target)
+    shown, goal = show_crs(crs), show_crs(target)
     if not is_known(crs) or not is_known(target) or found is None or wanted is None:
-        msg = f"{crs} cannot be converted to {target}; convert to one coordinate reference system"
+        msg = f"{shown} cannot be converted to {goal}; convert to one coordinate reference system"
         raise InputError(msg, crs=(crs, target))
     _, height = _metres_per_unit(found)
     if height is None:
         msg = (
-            f"coordinates are in feet ({crs}, {found.name}) and the unit of the heights is not "
-            f"said; convert to {target}"
+            f"coordinates are in feet ({shown}, {found.name}) and the unit of the heights is "
+            f"not said; convert to {goal}"
         )
         raise InputError(msg, crs=crs)
     return _move_plan(parts, found, target, height)
@@ -128,8 +146,9 @@ def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...
     found = _find_crs(crs)
     if found is None or crs is None:
         return parts, crs
+    shown = show_crs(crs)
     if found.is_geocentric:
-        msg = f"coordinates are geocentric ({crs}); convert them to a projected CRS in metres"
+        msg = f"coordinates are geocentric ({shown}); convert them to a projected CRS in metres"
         raise InputError(msg, crs=crs)
     if not (found.is_projected or found.is_geographic):
         return parts, crs
@@ -138,12 +157,12 @@ def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...
         return parts, crs
     if height is None and found.is_projected:
         msg = (
-            f"coordinates are in feet ({crs}, {found.name}) and the unit of the heights is not "
+            f"coordinates are in feet ({shown}, {found.name}) and the unit of the heights is not "
             "said; convert to a CRS in metres (cjio FILE crs_reproject EPSG save OUT)"
         )
         raise InputError(msg, crs=crs)
     if found.is_geographic and any(part.transform is not None for part in parts):
-        msg = f"geometry templates in degrees ({crs}) are not read; convert to a CRS in metres"
+        msg = f"geometry templates in degrees ({shown}) are not read; convert to a CRS in metres"
         raise InputError(msg, crs=crs)
     return _reproject(parts, crs, found, height or 1.0)
 
@@ -166,10 +185,10 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     """
     if scene.crs is None:
         return scene
-    found = _find_crs(scene.crs)
+    found, shown = _find_crs(scene.crs), show_crs(scene.crs)
     remedy = "give --lat and --lon (and --north if the plan is turned)"
     if found is None or not (found.is_projected or found.is_geographic):
-        note = f"the CRS '{scene.crs}' is not known, so coordinates are taken as metres; {remedy}"
+        note = f"the CRS '{shown}' is not known, so coordinates are taken as metres; {remedy}"
         return replace(scene, notes=(*scene.notes, note))
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
@@ -187,7 +206,7 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
         inside = inside and area.south - MARGIN <= lat <= area.north + MARGIN
     if not inside:
         note = (
-            f"the coordinates lie outside the area where {scene.crs} ({found.name}) is used, "
+            f"the coordinates lie outside the area where {shown} ({found.name}) is used, "
             f"so the site is not known; {remedy}"
         )
         return replace(scene, notes=(*scene.notes, note))
@@ -234,8 +253,9 @@ def _reproject(
     middle = (used.min(0) + used.max(0)) / 2
     lon, lat = Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True).transform(*middle)
     if not (np.isfinite([lon, lat]).all() and abs(lat) <= 84):
+        shown = show_crs(crs)
         msg = (
-            f"the coordinates about x {middle[0]:g}, y {middle[1]:g} do not fit their CRS {crs} "
+            f"the coordinates about x {middle[0]:g}, y {middle[1]:g} do not fit their CRS {shown} "
             f"({found.name}); correct the CRS or convert to metres"
         )
         raise InputError(msg, crs=crs)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from umbra.errors import InputError
-from umbra.readers.georeference import bring_to, is_known, is_same_plan, to_metres
+from umbra.readers.georeference import bring_to, is_known, is_same_plan, show_crs, to_metres
 from umbra.readers.model import Model
 from umbra.readers.overlap import find_far, find_overlaps
 from umbra.readers.terrain import stand_on
@@ -103,14 +103,17 @@ def combine(
         elif crs is not None and target is not None and not is_same_plan(crs, target[0]):
             if not is_known(crs) or not is_known(target[0]):
                 msg = (
-                    f"{target[2]} is in {target[1]} but {layer.path} is in {crs}; "
+                    f"{target[2]} is in {show_crs(target[1])} but {layer.path} is in "
+                    f"{show_crs(crs)}; "
                     "convert them to one coordinate reference system"
                 )
                 raise InputError(msg, crs=(target[1], crs))
             parts = bring_to(parts, crs, target[0])
         if crs is not None and target is not None and parts is not layer.model.parts:
             whose = f"{layer.path.name}: " if len(layers) > 1 else ""
-            notes.append(f"{whose}coordinates were converted from {crs} to {target[0]}")
+            notes.append(
+                f"{whose}coordinates were converted from {show_crs(crs)} to {show_crs(target[0])}"
+            )
         if layer.name:
             parts = tuple(replace(part, layer=layer.name) for part in parts)
         moved.append(parts)

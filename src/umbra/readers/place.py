@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from umbra.readers.georeference import show_crs
 from umbra.readers.model import Place
 from umbra.scene import Scene
 
@@ -37,10 +38,11 @@ def settle(scene: Scene, places: Mapping[str, Place]) -> Scene:
     }
     latitude, longitude, north = scene.latitude, scene.longitude, scene.true_north
     if latitude is not None and longitude is not None:
+        shown = show_crs(scene.crs or "")
         for name, (a, b) in said.items():
             if not _is_near((latitude, longitude), (a, b)):
                 notes.append(
-                    f"{name}: its site says {a:.4f}°, {b:.4f}°, but {scene.crs} says "
+                    f"{name}: its site says {a:.4f}°, {b:.4f}°, but {shown} says "
                     f"{latitude:.4f}°, {longitude:.4f}°, which is used"
                 )
     elif said:
