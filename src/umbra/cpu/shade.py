@@ -1,4 +1,4 @@
-"""Colours of a frame: diffuse surfaces, hard shadows, a quiet sky."""
+"""Colours of a frame: diffuse surfaces, shadows hard or soft, a quiet sky."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ def shade(
     scene: Scene,
     frame: Frame,
     lights: Sequence[Light],
-    lit: Sequence[NDArray[np.bool_]],
+    lit: Sequence[NDArray],
     view: View | None = None,
 ) -> NDArray[np.uint8]:
     """
@@ -36,8 +36,8 @@ def shade(
     scene : Scene
     frame : Frame
     lights : sequence of Light
-    lit : sequence of (rows, cols) bool
-        Where each light reaches the surface.
+    lit : sequence of (rows, cols) bool or float
+        Where each light reaches the surface, or what share of it does.
     view : View, optional
         Of the frame; without it neither textures, vertex colours nor smooth normals
         show.
@@ -64,7 +64,7 @@ def shade(
         way = light.position[:3] - light.position[3] * position
         away = np.maximum(np.linalg.norm(way, axis=1), np.finfo(np.float64).tiny)
         cosine = np.einsum("ij,ij->i", normal, way) / away
-        amount = exposure * np.where(reached[seen], np.maximum(cosine, 0.0), 0.0)
+        amount = exposure * reached[seen] * np.maximum(cosine, 0.0)
         energy += amount[:, None] * light.find_intensity(position)
     energy[np.array([material.is_unlit for material in materials])[part]] = 1.0
     fade = np.linspace(0, 1, rows)[:, None, None]

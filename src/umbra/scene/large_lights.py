@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.errors import InputError
 from umbra.scene.lights import WHITE, Light, point_light
 
-__all__ = ["area_light", "sphere_light", "volume_light"]
+__all__ = ["area_light", "sphere_light", "spread", "volume_light"]
 
 Color = tuple[float, float, float]
 MOST = 1 << 20  # lights; more is a slip
@@ -111,7 +111,7 @@ def sphere_light(
     if not 0 < radius < np.inf:
         msg = f"a sphere light's radius must be above 0 m; got {radius:g}"
         raise InputError(msg)
-    shares = _spread(n, 3)
+    shares = spread(n, 3)
     # Equal shares of the volume: by the cube of the radius, the height and the longitude.
     away = radius * np.cbrt(shares[:, 0])
     height = 2 * shares[:, 1] - 1
@@ -124,7 +124,7 @@ def _fill_edges(
     what: str, center: ArrayLike, edges: Sequence[ArrayLike], n: int, color: Color, more: Any
 ) -> list[Light]:
     sides = np.stack([_vector(what, edge) for edge in edges])
-    points = _vector(what, center) + (_spread(n, len(sides)) - 0.5) @ sides
+    points = _vector(what, center) + (spread(n, len(sides)) - 0.5) @ sides
     return _share(points, color, more)
 
 
@@ -141,7 +141,7 @@ def _vector(what: str, value: ArrayLike) -> NDArray[np.float64]:
     return vector
 
 
-def _spread(n: int, width: int) -> NDArray[np.float64]:
+def spread(n: int, width: int) -> NDArray[np.float64]:
     """
     Spread points over a square or a cube: evenly, yet on no grid, and always the same.
 

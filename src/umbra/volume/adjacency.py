@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from umbra.volume.weld import weld_vertices
 
-__all__ = ["Caster", "make_caster"]
+__all__ = ["Caster", "make_caster", "make_planes"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,7 @@ def make_caster(
         vertices=vertices,
         faces=welded,
         source=source,
-        planes=_make_planes(vertices, welded),
+        planes=make_planes(vertices, welded),
         component=component,
         is_closed=is_closed,
         edges=edges,
@@ -275,7 +275,8 @@ def _pair(
     )
 
 
-def _make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
+def make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Give the faces' planes as a caster keeps them, (4, n_faces + 1) float64."""
     planes = np.full((4, len(faces) + 1), np.nan)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)

@@ -1,0 +1,47 @@
+"""
+Soft shadows: what share of a light with a size each visible point sees.
+
+    area.py     the lights                                     AreaLight
+    samples.py  many hard shadows averaged: the reference      visibility(...)
+    wedges.py   hard count, corrected along silhouette edges   visibility(...)
+    coverage.py its kernel
+
+A method is a module with a function ``visibility(counter, view, frame, camera, light)``
+that gives (rows, cols) float32 from 0 to 1; to add one, write it and name it in `METHODS`.
+"""
+
+from collections.abc import Callable
+from importlib import import_module
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.soft.area import SUN_RADIUS, AreaLight, ball_light, rectangle_light
+
+__all__ = [
+    "METHODS",
+    "SUN_RADIUS",
+    "AreaLight",
+    "ball_light",
+    "find_method",
+    "rectangle_light",
+]
+
+METHODS = ("samples", "wedges")
+
+
+def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
+    """
+    Give a method's ``visibility`` by its name, loading only this one.
+
+    Raises
+    ------
+    InputError
+        If there is none of this name.
+    """
+    if name not in METHODS:
+        msg = f"there is no method '{name}' for soft shadows; there are {', '.join(METHODS)}"
+        raise InputError(msg, method=name)
+    method: Callable[..., NDArray[np.float32]] = import_module(f"umbra.soft.{name}").visibility
+    return method
