@@ -230,6 +230,36 @@ def test_spells_exact_instants_and_casters_on_an_elevation(block):
     np.testing.assert_allclose(cast[seen] + steps.sun_hours.values[seen], facing, atol=0.02)
 
 
+def test_chosen_parts_are_seen_through_the_others():
+    # Three walls in a row: the middle one alone is seen, and shaded by the first.
+    scene = parts(
+        first=box((-5, -10, 0), (0, -9, 12)), middle=box((-4, 0, 0), (4, 1, 6)),
+        last=box((-5, 9, 0), (5, 10, 9)),
+    )  # fmt: skip
+    options = {**DAY, "date": "2026-03-05", "every": "45min", "receivers": "south", "ground": 0.0}
+    alone = umbra.shadow_study(scene, VIENNA, **options, on=["middle"], cell=0.3)
+    seen = alone.part.values >= 0
+    assert set(alone.part.values[seen]) == {1}
+    np.testing.assert_allclose(alone.position.values[seen][:, 1], 0, atol=1e-9)
+    other = umbra.shadow_study(
+        scene, VIENNA, **{**DAY, "date": "2026-03-05", "every": "45min"}, receivers="points",
+        points=np.concatenate([alone.position.values[seen], alone.normal.values[seen]], 1),
+    )  # fmt: skip
+    np.testing.assert_array_equal(alone.in_shadow.values[:, seen], other.in_shadow.values)
+    without = umbra.shadow_study(scene, VIENNA, **options, on=["middle"], cell=0.3, cast=["middle"])
+    assert float(without.shadow_hours.sum()) < float(alone.shadow_hours.sum())
+    # Where nothing stands before it the whole elevation says the same.
+    whole = umbra.shadow_study(scene, VIENNA, **options, cell=0.3,
+                               extent=(-4.1, 0, 4.1, 9))  # fmt: skip
+    same = umbra.shadow_study(scene, VIENNA, **options, on=["last"], cell=0.3,
+                              extent=(-4.1, 0, 4.1, 9))  # fmt: skip
+    back = whole.part.values == 2
+    assert back.any()
+    np.testing.assert_array_equal(whole.in_shadow.values[:, back], same.in_shadow.values[:, back])
+    with pytest.raises(umbra.InputError, match="--on is for"):
+        umbra.shadow_study(scene, VIENNA, **{**options, "receivers": "top"}, on=["middle"])
+
+
 def test_preview_of_an_elevation(block):
     study = run_study(
         make_scene(*block), VIENNA, date=EQUINOX, start="10:00", end="12:00", every="1h",

@@ -107,7 +107,8 @@ _RECEIVERS = [
         "--on",
         multiple=True,
         metavar="PATTERN",
-        help="Sample the surfaces of these parts: names, kinds or layers; repeatable.",
+        help="Sample or, in an elevation or by a camera, show these parts alone: names, kinds or "
+        "layers; repeatable.",
     ),
     click.option(
         "--points",

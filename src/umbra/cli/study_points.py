@@ -12,7 +12,7 @@ from umbra.sun import Site
 __all__ = ["RASTER_ONLY", "draw_surfaces", "study_points"]
 
 RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
-POINTS_ONLY = ("spacing", "on", "points")
+POINTS_ONLY = ("spacing", "points")
 _TILT = 35
 _QUESTIONS = {"masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact"}
 

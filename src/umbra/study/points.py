@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.cpu.memory import find_memory
 from umbra.cpu.rays import find_hidden, make_face_tree
 from umbra.errors import InputError
 from umbra.scene import Scene
@@ -30,6 +31,7 @@ __all__ = ["PointStudy", "read_points", "run_point_study"]
 CHUNK = 65_536
 """Points that are counted at a time."""
 DIMS = ("sample",)
+_BYTES = 300  # held for each point: place, normal, hours, and copies on the way to the file
 _COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 
 
@@ -201,6 +203,13 @@ def run_point_study(
         places = Places(given[:, :3] - origin, np.ascontiguousarray(normals))
         part, area = np.full(len(given), -1), np.ones(len(given))
         facts = {}
+    kept = _BYTES + setup.bytes_kept + setup.bytes_of_masks
+    if len(part) * kept > find_memory():
+        msg = (
+            f"{len(part):,} samples need {len(part) * kept / 1e9:.1f} GB and this machine has "
+            f"{find_memory() / 1e9:.1f} GB; give a larger --spacing, or choose parts with --on"
+        )
+        raise InputError(msg, samples=len(part))
     tiles = [
         (slice(at, at + CHUNK), _make_tile(casting, places, part, slice(at, at + CHUNK)))
         for at in range(0, len(places.points), CHUNK)

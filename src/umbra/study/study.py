@@ -47,6 +47,7 @@ def run_study(
     eye: Sequence[float] | None = None,
     target: Sequence[float] | None = None,
     fov: float = 50.0,
+    on: Sequence[str] = (),
     progress: Progress = lambda _done, _all: None,
     **options: Any,
 ) -> Study:
@@ -63,10 +64,15 @@ def run_study(
     if not np.isfinite(level):
         msg = f"the ground's height must be a finite number; got {level:g}"
         raise InputError(msg, ground=ground)
+    shown = scene.select(on) if on else None
+    if shown and receivers in PLANS:
+        msg = "--on is for elevations, cameras and surfaces; a plan shows all parts"
+        raise InputError(msg, on=on)
     if receivers == "camera":
         return run_camera(
-            setup, level, eye=eye, target=target, fov=fov, size=size, progress=progress
-        )
+            setup, level, eye=eye, target=target, fov=fov, size=size, shown=shown,
+            progress=progress,
+        )  # fmt: skip
     raster = {
         "extent": extent,
         "cell": cell,
@@ -76,7 +82,7 @@ def run_study(
         "threads": setup.threads,
     }
     if direction is not None:
-        return run_elevation(setup, direction, level, raster, progress)
+        return run_elevation(setup, direction, level, raster, shown, progress)
     return _run_plan(setup, receivers, level, raster, progress)
 
 
@@ -157,8 +163,20 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
         Shell patterns of parts that are not there yet: find what they take from the others.
     under : str or float
         Where fewer hours of sun are left than this, but were not without ``proposed``.
-    receivers : {'ground', 'top'}
-        The plane z = ``ground``, or the topmost surface of the plan.
+    receivers : str
+        ``'ground'``, the plane z = ``ground``; ``'top'``, the topmost surface of the plan;
+        an elevation from ``'north'``, ``'east'``, ``'south'``, ``'west'`` or an azimuth such
+        as ``'217'``; a view from above, ``'215/35'``; ``'camera'``; ``'surfaces'``;
+        ``'points'``.
+    eye, target : (3,) float, optional
+        Of the camera [m]; with ``fov``, its vertical field of view [degrees].
+    spacing : float
+        Between the samples of surfaces, 0.5 by default [m].
+    on : sequence of str
+        Shell patterns of the parts that are sampled, or seen in an elevation or by the
+        camera; all by default.
+    points : (n, 3) or (n, 6) float, optional
+        Receivers 'points', with normals or without [m].
     ground : float, optional
         z of the ground [m]; the model's lowest point by default.
     extent : (4,) float, optional

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.memory import find_memory
 from umbra.errors import InputError
 from umbra.scene import Camera
 from umbra.scene.grid import Grid
@@ -20,6 +21,7 @@ __all__ = ["run_camera", "run_elevation"]
 
 _MARGIN = 0.02  # of the model's length
 _PIXELS = (1024, 768)
+_PIXEL_BYTES = 200  # held for each pixel: its position, normal, depth and counts
 
 
 def run_elevation(
@@ -27,6 +29,7 @@ def run_elevation(
     direction: tuple[float, float],
     level: float,
     raster: dict[str, Any],
+    shown: list[int] | None,
     progress: Progress,
 ) -> Study:
     """
@@ -41,13 +44,15 @@ def run_elevation(
         z below which an elevation shows nothing, in the model's own coordinates [m].
     raster : dict
         Extent, cell and size as ``lay_out`` takes them, and what is kept of each cell.
+    shown : list of int, optional
+        Parts that are seen; all by default.
     progress : callable
     """
     scene = setup.scene
     bounds = scene.bounds()
     azimuth, tilt = direction
     frame = Elevation.of(azimuth, setup.site.true_north, tilt)
-    low, high = frame.find_extent(scene)
+    low, high = frame.find_extent(scene, shown)
     margin = _MARGIN * (high[0] - low[0]) + 1e-3
     bottom = level if frame.is_level else low[1] - margin
     default = (low[0] - margin, bottom, high[0] + margin, max(high[1], bottom) + margin)
@@ -55,14 +60,17 @@ def run_elevation(
     if size is None and cell is None:
         cell = _choose_cell(extent)
     grid, _, _ = lay_out(
-        bounds, np.zeros((0, 3)), level, **{**raster, "extent": extent, "cell": cell}
+        bounds,
+        np.zeros((0, 3)),
+        level,
+        **{**raster, "extent": extent, "cell": cell, "kept": raster["kept"] + _PIXEL_BYTES},
     )
     if size is not None:
         grid = _make_square(grid)
     casting = prepare_casting(scene, setup.casters, setup.threads)
     model = ViewModel(
         scene, casting.soup, casting.caster, setup.threads, setup.casters,
-        lambda part: frame.make_camera(part, bounds),
+        lambda part: frame.make_camera(part, bounds), shown=shown,
     )  # fmt: skip
     facts = {"ground_z": level, "view_azimuth_deg": azimuth}
     if frame.is_level:
@@ -79,6 +87,7 @@ def run_camera(
     target: Sequence[float] | None,
     fov: float,
     size: tuple[int, int] | None,
+    shown: list[int] | None,
     progress: Progress,
 ) -> Study:
     """
@@ -95,6 +104,8 @@ def run_camera(
         Vertical field of view [degrees].
     size : (int, int), optional
         Columns and rows.
+    shown : list of int, optional
+        Parts that are seen besides the ground; all by default.
     progress : callable
     """
     if eye is None or target is None:
@@ -108,8 +119,16 @@ def run_camera(
         return Camera(whole.eye, whole.target, size=(grid.cols, grid.rows), fov=fov)
 
     model = ViewModel(
-        setup.scene, casting.soup, casting.caster, setup.threads, setup.casters, make_camera, level
-    )
+        setup.scene, casting.soup, casting.caster, setup.threads, setup.casters, make_camera,
+        level, shown,
+    )  # fmt: skip
+    kept = _PIXEL_BYTES + setup.bytes_kept + setup.bytes_of_masks
+    if cols * rows * kept > find_memory():
+        msg = (
+            f"a picture of {cols}x{rows} pixels needs {cols * rows * kept / 1e9:.1f} GB and this "
+            f"machine has {find_memory() / 1e9:.1f} GB; give a smaller --size"
+        )
+        raise InputError(msg, size=size)
     facts = {
         "ground_z": level,
         "eye": [float(v) for v in whole.eye],

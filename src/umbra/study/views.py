@@ -8,7 +8,7 @@ hand counting starts at the eye's own count.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -111,9 +111,9 @@ class Elevation:
         """Whether up is z."""
         return self.forward[2] == 0
 
-    def find_extent(self, scene: Scene) -> NDArray[np.float64]:
-        """Give the model's bounds along the view and upward in it, (2, 2) [m]."""
-        soup = scene.triangles()
+    def find_extent(self, scene: Scene, parts: list[int] | None = None) -> NDArray[np.float64]:
+        """Give the bounds of parts along the view and upward in it, (2, 2) [m]."""
+        soup = scene.triangles(parts)
         used = soup.vertices[np.unique(soup.faces)] + scene.origin
         across = used @ np.array([self.right, self.up]).T
         return np.stack([across.min(0), across.max(0)])
@@ -159,21 +159,30 @@ class ViewModel(Casting):
         Gives the camera of a grid of the view.
     ground : float, optional
         z of a ground that is seen, in the model's own coordinates [m].
+    shown : list of int, optional
+        Parts that are seen, as if no others stood before them; all by default.
     """
 
     casters: list[int]
     make_camera: Callable[[Grid], Camera]
     ground: float | None = None
+    shown: list[int] | None = None
 
     @cached_property
     def counter(self) -> FrameCounter:
-        """What counts frames of the scene."""
-        return FrameCounter(self.scene, self.casters, self.ground, self.threads)
+        """What counts frames of the scene, or shows the chosen parts."""
+        if self.shown is None:
+            return FrameCounter(self.scene, self.casters, self.ground, self.threads)
+        alone = replace(self.scene, parts=tuple(self.scene.parts[k] for k in self.shown))
+        return FrameCounter(alone, None, self.ground, self.threads)
 
     def make_tile(self, grid: Grid) -> "ViewTile":
         """Look at the scene."""
         camera = self.make_camera(grid)
         view, frame = self.counter.see(camera)
+        if self.shown is not None:
+            part = np.where(frame.part < 0, frame.part, np.array(self.shown)[frame.part])
+            frame = replace(frame, part=part.astype(np.int32))
         return ViewTile(self, camera, view, frame)
 
 
@@ -227,6 +236,10 @@ class ViewTile:
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Tell for each sun which pixels are in shadow, cast or attached."""
+        if self.model.shown is not None:  # z-pass needs all that casts to be drawn
+            tree, where = self.model.tree, self.places
+            found = find_hidden(tree, where.points, where.normals, suns, self.model.threads)
+            return found.reshape(-1, *self.shape)
         masks = np.zeros((len(suns), *self.shape), np.uint8)
         counter, normal = self.model.counter, np.nan_to_num(self.frame.normal)
         is_seen = self.view.face != NOTHING
