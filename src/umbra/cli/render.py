@@ -11,6 +11,7 @@ import click
 from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
+from umbra.cli.soft import check_soft, size_lights, soft_options, soften
 from umbra.cli.values import SIZE, Numbers
 from umbra.errors import InputError
 
@@ -65,7 +66,7 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
     metavar="NAME",
     default="auto",
     show_default=True,
-    help="auto, z-pass or z-fail; on gl also lengyel or mcguire.",
+    help="auto, z-pass or z-fail; on gl also lengyel, mcguire, alpha, screen, max or half.",
 )
 @click.option(
     "--device",
@@ -73,6 +74,7 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
     default="auto",
     help="Where to count: cpu (auto), or gl with OpenGL.",
 )
+@soft_options
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="FILE.png", help="Picture to write."
@@ -98,13 +100,15 @@ def command(
     axis_up: str | None,
     method: str,
     device: str,
+    soft: str | None,
+    light_sizes: tuple[float, ...],
     threads: int | None,
     out: Path | None,
     arrays: Path | None,
     as_json: bool,
 ) -> None:
     """
-    Draw a picture with exact hard shadows of any number of lights.
+    Draw a picture with exact hard shadows of any number of lights, or with soft ones.
 
     Without --light and --spot a glTF file's own lights shine.
 
@@ -128,6 +132,7 @@ def command(
     from umbra.writers.png import write_png  # noqa: PLC0415
 
     _check_method(device, method)
+    check_soft(soft, light_sizes, device)
     camera = Camera(eye, target, up, size=size, fov=fov, height=height, near=near)  # type: ignore[arg-type]
     all_lights = [Light(np.array(v if len(v) == 4 else (*v, 1.0))) for v in lights]
     all_lights += [spot_light(v[:3], v[3:6], v[6]) for v in spots]
@@ -143,12 +148,16 @@ def command(
         if not all_lights:
             msg = "no light; give --light X,Y,Z for a point or X,Y,Z,0 for a direction"
             raise InputError(msg)
+        sized = size_lights(all_lights, light_sizes) if soft is not None else []
         counter = stack.enter_context(_count_on(device, scene, ground, threads))
         view, frame = counter.see(camera)
         counts = [counter.count(view, camera, light, method) for light in all_lights]
         lit = [counter.lit(frame, n, light) for n, light in zip(counts, all_lights, strict=True)]
+        softened, reached = (
+            soften(soft, counter, view, frame, camera, sized) if soft is not None else ([], lit)
+        )
         if out is not None:
-            write_png(beside[out], shade(scene, frame, all_lights, lit, view))
+            write_png(beside[out], shade(scene, frame, all_lights, reached, view))
         if arrays is not None:
             with beside[arrays].open("wb") as file:
                 np.savez_compressed(
@@ -157,6 +166,7 @@ def command(
                     normal=frame.normal,
                     count=np.stack(counts).astype(np.int32),
                     lit=np.stack(lit),
+                    **({"visibility": np.stack(softened)} if softened else {}),
                 )
     if as_json:
         seen = frame.part != -1
@@ -177,8 +187,10 @@ def _check_method(device: str, method: str) -> None:
     """Refuse a method that the device does not have, before anything is read."""
     from umbra.cpu import frame  # noqa: PLC0415
     from umbra.gl import selection  # noqa: PLC0415
+    from umbra.gl.masks.registry import NAMES  # noqa: PLC0415
 
-    name, methods = ("gl device", selection.METHODS) if device == "gl" else ("cpu", frame.METHODS)
+    drawn = (*selection.METHODS, *NAMES)
+    name, methods = ("gl device", drawn) if device == "gl" else ("cpu", frame.METHODS)
     if method not in methods:
         msg = f"the {name} has no method '{method}'; it has {', '.join(methods)}"
         raise InputError(msg, method=method)
