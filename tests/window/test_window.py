@@ -18,7 +18,7 @@ from support.shapes import box
 from umbra import read
 from umbra.gl.renderer import Renderer
 from umbra.window.handles import find_handles
-from umbra.window.view import SUN
+from umbra.window.view import SUN, find_ground
 
 PANEL = 290
 SIZE = (1280 - PANEL, 800)
@@ -76,7 +76,8 @@ def test_orbit_keys_slider_screenshot_and_close(display, model):
     assert sorted(path.name for path in model.parent.iterdir()) == [
         "model.obj", "model.png", "model.view.json"
     ]  # fmt: skip
-    with Renderer(read(model), 0.0) as renderer:
+    scene = read(model)
+    with Renderer(scene, find_ground(scene.bounds())) as renderer:
         lights = list(wanted.shining().values())
         expected = renderer.render(wanted.viewpoint.camera(SIZE), lights, wanted.method)
     assert picture.shape == expected.shape

@@ -32,7 +32,7 @@ __all__ = ["command"]
     "--ground",
     type=float,
     metavar="Z",
-    help="The ground plane [m]; default: what the file says, or the lowest point.",
+    help="The ground plane [m]; default: what the file says, or just below the model.",
 )
 @click.option("--no-ground", is_flag=True, help="No ground plane.")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
@@ -90,7 +90,7 @@ def command(
     from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
     from umbra.window.app import PANEL, show  # noqa: PLC0415
     from umbra.window.file import load_view  # noqa: PLC0415
-    from umbra.window.view import make_view  # noqa: PLC0415
+    from umbra.window.view import find_ground, make_view  # noqa: PLC0415
 
     day = None if date is None else parse_date(date)
     scene = read_posed(files, axis_up, time, animation)
@@ -108,7 +108,7 @@ def command(
         local = moment.astimezone(zone)
         minutes = local.hour * 60 + local.minute + local.second / 60
     if ground is None:
-        ground = float(scene.bounds()[0, 2]) if scene.ground is None else scene.ground
+        ground = find_ground(scene.bounds()) if scene.ground is None else scene.ground
     picture_size = (max(size[0] - PANEL, 1), size[1])
     view = make_view(scene, picture_size, site=site, date=day, minutes=minutes)
     if view_file is not None:

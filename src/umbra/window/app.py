@@ -39,6 +39,7 @@ PANEL = 290
 """Width of the panel, in the window's units."""
 
 _REST, _FASTEST = 0.5, 1 / 60  # [s] between looks, [s] a frame
+_BOTH = 560.0  # the width that help and statistics need side by side
 _LONGEST = 0.1  # [s] that a view advances in one frame
 
 
@@ -166,7 +167,8 @@ class Viewer:
         if self._drawn is not None:
             if "counts" in view.overlays and view.chosen in view.shining():
                 draw_scale(self._drawn.highest, frame)
-            if self.panel.statistics:
+            has_room = frame.size[0] > _BOTH or not self._has_help
+            if self.panel.statistics and has_room:
                 draw_statistics(self._drawn, view, frame)
         if self._has_help:
             draw_help(frame)

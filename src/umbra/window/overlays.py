@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.count import Counter
 from umbra.gl.geometry import TextureBuffer
 from umbra.gl.indices import Indices, draw_plain
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
@@ -29,6 +30,7 @@ VOLUMES = {Z_PASS: (0.98, 0.66, 0.20), Z_FAIL: (0.35, 0.45, 0.98), LIGHT_CAP: (0
 EDGES = (1.0, 0.22, 0.30)
 
 _OPACITY = {"cases": 0.6, "volumes": 0.10, "edges": 1.0, "hidden": 0.22}
+_SOME = 1500  # triangles of volumes that have this opacity
 _EDGE_WIDTH = 1.3  # [pixels], to either side together
 _OVER = Pass(depth_test="lequal", color_write=True, blend="over")
 _BEFORE = replace(_OVER, depth_test="less")
@@ -52,6 +54,7 @@ class Overlays:
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
         self._device = device = renderer.device
+        self._counter = Counter(device, renderer.geometry, renderer.planner.indices)
         self._faces = Program(device, "surface.vert.glsl", "tint.frag.glsl")
         self._lines = Program(device, "edge.vert.glsl", "tint.frag.glsl")
         self._heat = Program(device, "picture.vert.glsl", "heat.frag.glsl")
@@ -97,8 +100,11 @@ class Overlays:
     def draw_volumes(self, state: State, plan: Plan) -> None:
         """Draw what the plan counts, translucent, into the target in use."""
         self._set_up(self._faces, plan)
+        # The more lie one behind the other, the thinner each.
+        total = max(sum(draw.count for draw in plan.draws) // 3, 1)
+        opacity = float(np.clip(_OPACITY["volumes"] * np.sqrt(_SOME / total), 0.02, 0.2))
         for draw in plan.draws:
-            tint = np.array([*VOLUMES[draw.kind], _OPACITY["volumes"]])
+            tint = np.array([*VOLUMES[draw.kind], opacity])
             self._faces.set(tint=tint, is_cut=draw.is_cut)
             state.use(_NEARER if draw.kind == LIGHT_CAP else _BEFORE)
             self._renderer.planner.indices.draw(self._faces, draw.first, draw.count)
@@ -140,7 +146,7 @@ class Overlays:
 
     def draw_counts(self, state: State, targets: Targets, plan: Plan) -> int:
         """Draw the counts of a light's volumes instead of the picture; give the highest."""
-        floats = self._renderer.counter.count_in_floats(state, targets.light, plan)
+        floats = self._counter.count_in_floats(state, targets.light, plan)
         seen = targets.surface.read_depth() < 1.0
         highest = int(np.where(seen, floats.read(), 0).max(initial=0))
         targets.picture.use()
@@ -158,7 +164,7 @@ class Overlays:
 
     def release(self) -> None:
         """Free all that the overlays hold on the device."""
-        for held in (self._faces, self._lines, self._heat, self._by_case):
+        for held in (self._counter, self._faces, self._lines, self._heat, self._by_case):
             held.release()
         if self._edges is not None:
             self._edges.release()

@@ -13,7 +13,7 @@ from umbra.sun import Site
 from umbra.window.daylight import Sun
 from umbra.window.viewpoint import Viewpoint, frame_bounds
 
-__all__ = ["DEVICES", "METHODS", "OVERLAYS", "SUN", "View", "make_view"]
+__all__ = ["DEVICES", "METHODS", "OVERLAYS", "SUN", "View", "find_ground", "make_view"]
 
 SUN = -1
 """Stands for the sun where lights are numbered."""
@@ -25,6 +25,7 @@ METHODS = {
 }
 DEVICES = tuple(METHODS)
 
+_CLEAR = 2e-4  # of the diagonal, so that no floor of the model lies in the ground
 _FROM_LEFT = 115.0  # [degrees] left of where one looks: a light from the upper left
 
 
@@ -114,6 +115,11 @@ class View:
             return replace(self, sun=replace(self.sun, shines=False))
         left = (*self.lights[:number], *self.lights[number + 1 :])
         return replace(self, lights=left, chosen=min(self.chosen, len(left) - 1))
+
+
+def find_ground(bounds: NDArray[np.float64]) -> float:
+    """Give the height of a ground [m] just below a model in a box (2, 3), clear of its base."""
+    return float(bounds[0, 2] - _CLEAR * np.linalg.norm(bounds[1] - bounds[0]))
 
 
 def make_view(
