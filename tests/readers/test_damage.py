@@ -2,8 +2,10 @@
 
 import json
 import struct
+from functools import cache
 
 import numpy as np
+import pyproj.database
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -176,6 +178,16 @@ def read_or_refuse(folder, name, data):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("damage")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _remember_zones():
+    # Listing the UTM zones of a datum takes 50 ms, and files in degrees are read a thousand times.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            pyproj.database, "query_utm_crs_info", cache(pyproj.database.query_utm_crs_info)
+        )
+        yield
 
 
 @pytest.mark.parametrize("name", BYTES)
