@@ -159,15 +159,16 @@ def command(
         if out is not None:
             write_png(beside[out], shade(scene, frame, all_lights, reached, view))
         if arrays is not None:
+            kept: dict[str, Any] = {
+                "position": frame.position,
+                "normal": frame.normal,
+                "count": np.stack(counts).astype(np.int32),
+                "lit": np.stack(lit),
+            }
+            if soft is not None:
+                kept["visibility"] = np.stack(softened)
             with beside[arrays].open("wb") as file:
-                np.savez_compressed(
-                    file,
-                    position=frame.position,
-                    normal=frame.normal,
-                    count=np.stack(counts).astype(np.int32),
-                    lit=np.stack(lit),
-                    **({"visibility": np.stack(softened)} if softened else {}),
-                )
+                np.savez_compressed(file, **kept)
     if as_json:
         seen = frame.part != -1
         echo_json(
@@ -185,12 +186,17 @@ def command(
 
 def _check_method(device: str, method: str) -> None:
     """Refuse a method that the device does not have, before anything is read."""
-    from umbra.cpu import frame  # noqa: PLC0415
-    from umbra.gl import selection  # noqa: PLC0415
-    from umbra.gl.masks.registry import NAMES  # noqa: PLC0415
+    name: str
+    methods: tuple[str, ...]
+    if device == "gl":  # only the room of the device that is asked: imports take time
+        from umbra.gl import selection  # noqa: PLC0415
+        from umbra.gl.masks.registry import NAMES  # noqa: PLC0415
 
-    drawn = (*selection.METHODS, *NAMES)
-    name, methods = ("gl device", drawn) if device == "gl" else ("cpu", frame.METHODS)
+        name, methods = "gl device", (*selection.METHODS, *NAMES)
+    else:
+        from umbra.cpu import frame  # noqa: PLC0415
+
+        name, methods = "cpu", frame.METHODS
     if method not in methods:
         msg = f"the {name} has no method '{method}'; it has {', '.join(methods)}"
         raise InputError(msg, method=method)
