@@ -66,7 +66,7 @@ def test_inspect_shows_layers(umbra_here, towers):
     assert "existing" in umbra_here("inspect", *files).out
 
 
-def test_columns_are_options_of_every_command(umbra_here, tmp_path):
+def test_columns_are_options_of_every_command(umbra_here, no_pictures, tmp_path):
     ring = [[2500, 340500], [2510, 340500], [2510, 340510], [2500, 340510], [2500, 340500]]
     feature = {
         "type": "Feature",
@@ -82,6 +82,15 @@ def test_columns_are_options_of_every_command(umbra_here, tmp_path):
     assert "--height-column" in umbra_here("inspect", path).refusal()
     said = umbra_here("inspect", path, "--height-column", "flors").refusal()
     assert "did you mean 'floors'?" in said
+    # A study writes them beside its results, and takes them from there.
+    first, again = tmp_path / "first", tmp_path / "again"
+    options = [*columns, "--date", "2026-09-18", "--every", "2h", "--size", "20x20"]
+    hours = shadow(umbra_here("study", path, *options, "--out", first), first)
+    written = (first / "study.toml").read_text()
+    assert 'height-column = "floors"' in written
+    assert 'base-column = "sill"' in written
+    said = umbra_here("study", "--options", first / "study.toml", "--out", again)
+    assert shadow(said, again) == hours
 
 
 def test_an_ifc_file_without_a_site_names_the_options(umbra_here, no_pictures, tmp_path):

@@ -30,9 +30,9 @@ def column_options(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)
 
 
-def chosen_columns() -> dict[str, str | None]:
-    """Give the options of the running command, as `umbra.read` takes them."""
-    return click.get_current_context().meta.get(_KEY, {})
+def chosen_columns(context: click.Context | None = None) -> dict[str, str | None]:
+    """Give the options of a command, by default the running one, as `umbra.read` takes them."""
+    return (context or click.get_current_context()).meta.get(_KEY, {})
 
 
 def _remember(context: click.Context, option: click.Parameter, value: str | None) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from umbra import __version__
+from umbra.cli.columns import chosen_columns
 from umbra.errors import InputError
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
@@ -79,8 +80,9 @@ def write_options(path: Path, context: click.Context) -> None:
         f"# The options of a study by umbra {__version__}. To repeat it:",
         f"# umbra study --options {OPTIONS_FILE} --out DIR",
     ]
+    values = {**context.params, **chosen_columns(context)}
     for name, parameter in _name_parameters(context.command).items():
-        value = context.params.get(parameter.name or "")
+        value = values.get(parameter.name or "")
         if parameter.name in _NOT_KEPT or value is None or value == ():
             continue
         if parameter.name == "size":
