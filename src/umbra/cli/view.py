@@ -5,7 +5,6 @@ from pathlib import Path
 import click
 
 from umbra.cli.columns import column_options
-from umbra.cli.columns import column_options
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.values import SIZE
 
@@ -27,7 +26,6 @@ __all__ = ["command"]
 )
 @click.option("--date", metavar="DATE", help="Local date YYYY-MM-DD; default: 21 March.")
 @click.option("--at", metavar="HH:MM", help="Local clock time; default: 15:00.")
-@column_options
 @column_options
 @pose_options
 @click.option(
