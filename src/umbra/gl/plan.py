@@ -16,105 +16,21 @@ from umbra.cpu.threads import count_cores, use_threads
 from umbra.errors import InputError
 from umbra.gl.casters import make_bodies
 from umbra.gl.context import Device
+from umbra.gl.drawing import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan, Statistics
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import Indices
+from umbra.gl.narrow import find_reach, turn_scissor
 from umbra.gl.openings import find_opened, find_start
 from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.projection import Projection
 from umbra.gl.selection import METHODS, Choices, Selection, select
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.scene import Camera, Light, Scene
-from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sphere_scissors
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Plan", "Planner", "Statistics"]
 
-Z_PASS, Z_FAIL, LIGHT_CAP = "z_pass", "z_fail", "light_cap"
 _BELOW = 0.01  # volumes end so much of the scene's size below the lowest receiver
 _FEW_FACES = 300_000  # one thread finds their silhouettes before a second is awake
-
-
-@dataclass(frozen=True)
-class Draw:
-    """Triangles to count in one way, ``z_pass``, ``z_fail`` or ``light_cap``, in the list."""
-
-    kind: str
-    is_cut: bool
-    first: int
-    count: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class Statistics:
-    """
-    What one light's plan draws.
-
-    Parameters
-    ----------
-    things, culled, cut : int
-        Things that cast; those out of view; those in view whose volumes end at the floor.
-    cases : (int, int, int)
-        Things in view of case 1, 2 and 3.
-    sides, sides_z_pass, dark_caps, light_caps : int
-        Triangles: all sides, those counted before the visible surface, and caps.
-    index_bytes : int
-        That travel to the device.
-    deepest : int
-        No count can be larger.
-    counts_in : {'stencil', 'float'}
-        Where they are kept: 8 bits, or a float where more than 255 may overlap.
-    """
-
-    things: int
-    culled: int
-    cut: int
-    cases: tuple[int, int, int]
-    sides: int
-    sides_z_pass: int
-    dark_caps: int
-    light_caps: int
-    index_bytes: int
-    deepest: int
-    counts_in: str
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """
-    One light's volumes, ready to draw.
-
-    Parameters
-    ----------
-    projection : Projection
-    light : (4,) float64
-        Relative to the eye.
-    bottom : float
-        z, relative to the eye, where cut volumes end [m].
-    draws : tuple of Draw
-    start : int
-        The count from which to start: of the far ends of rays, in orthographic views.
-    case : (n_things,) int8
-        McGuire's; 0 where culled.
-    statistics : Statistics
-    scissor : (int, int, int, int), optional
-        Left, bottom, columns, rows [pixels]: where counts are made.
-    depth_bounds : (float, float), optional
-        Window depths between which they are.
-    selection : Selection, optional
-    volumes : tuple of BodyVolumes
-        From which the draws were selected.
-    """
-
-    projection: Projection
-    light: NDArray[np.float64]
-    bottom: float
-    draws: tuple[Draw, ...]
-    start: int
-    case: NDArray[np.int8]
-    statistics: Statistics
-    scissor: tuple[int, int, int, int] | None = None
-    depth_bounds: tuple[float, float] | None = None
-    selection: Selection | None = None
-    volumes: tuple[BodyVolumes, ...] = ()
 
 
 @dataclass(eq=False)
@@ -256,7 +172,7 @@ class Planner:
         source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
         kept = self._keep(number, projection.asked, source)
         reach = light.range if choices.narrow else np.inf
-        corners, depths = _narrow(camera, origin, source, reach)
+        corners, depths = find_reach(camera, origin, source, reach)
         selection = select(
             kept.volumes, self.bounds, camera, origin, source, method=method, choices=choices,
             floor=self._floor, reach=reach, scissor=corners,
@@ -305,7 +221,7 @@ class Planner:
             start=start,
             case=selection.case,
             statistics=statistics,
-            scissor=None if corners is None else _turn_scissor(corners, camera),
+            scissor=None if corners is None else turn_scissor(corners, camera),
             depth_bounds=depths,
             selection=selection,
             volumes=tuple(kept.volumes),
@@ -352,24 +268,3 @@ def _list_draws(selection: Selection) -> list[tuple[str, bool, NDArray[np.bool_]
     ]
     listed.append(("light_cap", False, selection.light_cap))
     return [each for each in listed if each[2].any()]
-
-
-def _narrow(
-    camera: Camera, origin: NDArray, source: NDArray, reach: float
-) -> tuple[NDArray[np.int64] | None, tuple[float, float] | None]:
-    """Find the pixels (left, top, right, bottom) and depths that a light's range reaches."""
-    if np.isinf(reach) or source[3] == 0:
-        return None, None
-    place = source[None, :3]
-    (corners,) = find_sphere_scissors(camera, place, [reach], origin)
-    if not camera.is_perspective:
-        return corners, None
-    found = find_depth_bounds(camera, find_sphere_depths(camera, place, [reach], origin))
-    low, high = found.bounds[0].tolist()
-    return corners * ~found.is_empty[0], (low, high)
-
-
-def _turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, int, int]:
-    """Give a rectangle as OpenGL has it, its rows counted from below."""
-    left, top, right, bottom = corners.tolist()
-    return left, camera.size[1] - bottom, right - left, bottom - top
