@@ -92,6 +92,7 @@ def test_who_casts_and_what_is_lost_are_written(study, tmp_path):
         "--receivers", "top", "--json", files=[path],
     )  # fmt: skip
     assert said.status == 0, said
+    assert (tmp_path / "out" / "hours_lost.png").exists()
     table = said.json()["neighbours"]
     assert {row["name"] for row in table} == {"shed", "ground"}
     assert all(row["area"] >= row["area_touched"] >= row["area_newly_under"] for row in table)

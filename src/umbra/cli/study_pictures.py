@@ -65,6 +65,15 @@ def draw_pictures(
     plan = _describe(study, preview, scene, options, range(len(days)))
     _draw_hours(painter, folder / "hours.png", plan, study, study.shadow_hours, study.up_hours)
     names = ["hours.png", "profile.png"]
+    if "hours_lost" in study.more:
+        lost = study.more["hours_lost"][1]
+        most = float(np.nanmax(lost, initial=0.0))
+        if most > 0:
+            painter.draw_hours(
+                folder / "hours_lost.png", plan, _coarsen(lost, plan.shape), most,
+                receivers=_kind(study), what="hours of sun lost",
+            )  # fmt: skip
+            names.append("hours_lost.png")
     by_day = study.more.get("shadow_hours_by_day")
     each = len(days) if by_day is not None and 1 < len(days) <= MOST_DAYS else 0
     for k in range(max(each, 1)):

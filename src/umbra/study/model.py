@@ -44,6 +44,17 @@ class Casting:
         """What casts, for ways that start anywhere."""
         return make_face_tree(self.caster)
 
+    @cached_property
+    def _trees(self) -> dict[int, tuple[Caster, FaceTree]]:
+        return {}
+
+    def find_tree(self, caster: Caster) -> FaceTree:
+        """Give the tree of one of ``make_casters``, built when first asked for."""
+        key = id(caster)  # which stays its own, since the caster is kept beside the tree
+        if key not in self._trees:
+            self._trees[key] = caster, make_face_tree(caster)
+        return self._trees[key][1]
+
     def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
         """Make casters of some parts each, as if they stood alone."""
         return [_make_caster(self.scene, parts) for parts in pieces]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.cpu.memory import find_memory
-from umbra.cpu.rays import find_hidden, make_face_tree
+from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.masks import Masks
@@ -85,7 +85,7 @@ class PointTile:
     ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
         """Find the shadows of one caster alone, without attached shadow."""
         found = find_hidden(
-            make_face_tree(caster), self.places.points, self.places.normals, suns,
+            self.casting.find_tree(caster), self.places.points, self.places.normals, suns,
             self.casting.threads, attached=False,
         )  # fmt: skip
         return (slice(None),), found

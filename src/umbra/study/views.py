@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.depth import NOTHING, View
 from umbra.cpu.frame import Frame, FrameCounter
-from umbra.cpu.rays import find_hidden, make_face_tree
+from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
 from umbra.scene import Camera, Scene, directional_light
 from umbra.scene.grid import Grid
@@ -265,7 +265,7 @@ class ViewTile:
     ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
         """Find the shadows of one caster alone, without attached shadow."""
         found = find_hidden(
-            make_face_tree(caster), self.places.points, self.places.normals, suns,
+            self.model.find_tree(caster), self.places.points, self.places.normals, suns,
             self.model.threads, attached=False,
         )  # fmt: skip
         return (slice(None), slice(None)), found.reshape(-1, *self.shape)

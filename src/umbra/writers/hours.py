@@ -25,6 +25,7 @@ def draw_hours(
     shadow_hours: NDArray,
     max_hours: float,
     receivers: Literal["ground", "top"] = "ground",
+    what: str = "hours in shadow",
 ) -> None:
     """
     Draw the hours in shadow, with contour lines at whole hours, as a PNG.
@@ -40,6 +41,8 @@ def draw_hours(
     receivers : {'ground', 'top'}
         ``ground``: roofs are drawn in grey over the hours. ``top``: the hours are
         those of roofs too, and buildings are outlined.
+    what : str
+        What the hours are of, for the key.
 
     Raises
     ------
@@ -48,7 +51,7 @@ def draw_hours(
     OSError
         If the file cannot be written.
     """
-    make_hours_sheet(plan, shadow_hours, max_hours, receivers).save(path)
+    make_hours_sheet(plan, shadow_hours, max_hours, receivers, what).save(path)
 
 
 def make_hours_sheet(
@@ -56,6 +59,7 @@ def make_hours_sheet(
     shadow_hours: NDArray,
     max_hours: float,
     receivers: Literal["ground", "top"] = "ground",
+    what: str = "hours in shadow",
 ) -> Sheet:
     """Lay out what ``draw_hours`` writes; same parameters, less the path."""
     hours = np.asarray(shadow_hours, np.float32)
@@ -91,7 +95,7 @@ def make_hours_sheet(
         reason = "no values here" if has_scale else "the sun stays below the horizon"
         sheet.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
     if has_scale:
-        draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), ["hours in shadow"])
+        draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), [what])
     return sheet
 
 
