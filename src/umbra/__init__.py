@@ -3,8 +3,8 @@ umbra: exact shadows from triangle meshes with shadow volumes.
 
 Data flows one way::
 
-    readers -> scene -> volume -> cpu -> study or frame -> writers
-    a file     records  silhouette counts  hours, lit      PNG, NetCDF
+    readers -> scene -> volume -> cpu or gl -> study, frame or window -> writers
+    a file     records  silhouette counts      hours, lit, a view        PNG, NetCDF
 
 The names below are the public face; they load what they need on first use.
 """
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
         spot_light,
         volume_light,
     )
-    from umbra.study import compare, shadow_study
+    from umbra.study import shadow_study
+    from umbra.study.compare import compare
     from umbra.sun import Site, find_site, find_sun
 
 __version__ = "0.1.0"
@@ -51,7 +52,7 @@ _HOMES = {
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",
     "area_light": "umbra.scene",
-    "compare": "umbra.study",
+    "compare": "umbra.study.compare",
     "count_shadows": "umbra.cpu.frame",
     "directional_light": "umbra.scene",
     "find_site": "umbra.sun",
