@@ -237,6 +237,12 @@ def _find_convex(caster: Caster) -> NDArray[np.bool_]:
     vertices = np.bincount(np.unique(corner) // len(caster.vertices), minlength=n)
     edges = np.bincount(caster.component[a], minlength=n)
     faces = np.bincount(caster.component, minlength=n)
+    # An edge of four faces stands here twice: solids that touch along it pass as one ball.
+    ends = np.sort(caster.edges, axis=1).astype(np.int64)
+    _, same, times = np.unique(
+        ends[:, 0] * len(caster.vertices) + ends[:, 1], return_inverse=True, return_counts=True
+    )
+    bent |= (times > 1)[same.ravel()]
     bad = np.bincount(caster.component[a], bent | (caster.component[a] != caster.component[b]), n)
     return np.asarray(caster.is_closed & (vertices - edges + faces == 2) & (bad == 0))
 

@@ -19,6 +19,7 @@ from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.masks.counters import MaskCounters
 from umbra.gl.plan import Plan, Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
@@ -75,6 +76,7 @@ class GlFrameCounter:
         self.counter = Counter(
             self.device, self.geometry, self.planner.indices, two_sided=two_sided
         )
+        self.masks = MaskCounters(self.device, self.geometry, warn)
         self._local_ground = local
         self._faces = Indices(self.device, 2 * self.geometry.n_points)
         self._faces.write(self.geometry.faces.ravel())
@@ -116,12 +118,13 @@ class GlFrameCounter:
             Of this camera, from ``see``.
         camera : Camera
         light : Light
-        method : {'auto', 'z-pass', 'z-fail', 'lengyel', 'mcguire'}
+        method : str
+            Of ``METHODS`` or of ``umbra.gl.masks.NAMES``.
 
         Returns
         -------
         counts : (rows, cols) int32
-            0 where nothing is seen.
+            0 where nothing is seen; 1 for any shadow by a method of ``umbra.gl.masks``.
 
         Raises
         ------
@@ -132,12 +135,13 @@ class GlFrameCounter:
             view, _ = self.see(camera)
         assert self._seen is not None
         assert self._target is not None
+        counter, method = self.masks.choose(method, self.counter)
         (self.plan,) = self.planner.plan(
             self._seen[1], [light], method, choices=self.choices, warn=self.warn
         )
         with State(self.device) as state:
-            self.counter.count(state, self._target, self.plan)
-        counts = self.counter.read(self._target, self.plan)
+            counter.count(state, self._target, self.plan)
+        counts = counter.read(self._target, self.plan)
         return np.where(view.face != NOTHING, counts, 0).astype(np.int32)
 
     lit = FrameCounter.lit
@@ -192,6 +196,7 @@ class GlFrameCounter:
             if held is not None:
                 held.release()
         self.counter.release()
+        self.masks.release()
         self.planner.release()
         self.geometry.release()
         if self._owns_device:

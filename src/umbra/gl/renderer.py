@@ -17,6 +17,8 @@ from umbra.gl.casters import find_solid_faces
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry, Group, is_flat, is_mirrored
+from umbra.gl.masks.counter import MaskCounter
+from umbra.gl.masks.counters import MaskCounters
 from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
@@ -176,7 +178,7 @@ class Renderer:
         camera : Camera
         lights : sequence of Light
         method : str
-            Of ``umbra.gl.plan.METHODS``.
+            Of ``umbra.gl.plan.METHODS`` or of ``umbra.gl.masks.NAMES``.
         shadows : bool
             Count them at all.
 
@@ -204,9 +206,10 @@ class Renderer:
                 # Where nothing reaches before the near plane, nothing is cut open.
                 cull = projection.camera.near > camera.near
                 self.surfaces.draw(state, projection, self.ground, cull=cull)
+            counter, method = self.masks.choose(method, self.counter)
             plans = self._plan(projection, lights, method) if shadows else [None] * len(lights)
             targets.light.use()
-            self._add_lights(state, targets, projection, lights, plans)
+            self._add_lights(state, targets, projection, lights, plans, counter)
             if self.surfaces.has_transparent:
                 with self._timed("transparent"):
                     self.surfaces.draw_transparent(state, projection)
@@ -229,11 +232,12 @@ class Renderer:
         self.counter = Counter(
             self.device, self.geometry, self.planner.indices, two_sided=self._two_sided
         )
+        self.masks = MaskCounters(self.device, self.geometry, self.warn)
         solid = find_solid_faces(scene, self.planner.bodies, self._casters)
         self.surfaces = Surfaces(self.device, scene, self.geometry, solid)
 
     def _release_scene(self) -> None:
-        for held in (self.surfaces, self.counter, self.planner, self.geometry):
+        for held in (self.surfaces, self.masks, self.counter, self.planner, self.geometry):
             held.release()
 
     def _add_lights(
@@ -243,6 +247,7 @@ class Renderer:
         projection: Projection,
         lights: Sequence[Light],
         plans: Sequence[Plan | None],
+        counter: Counter | MaskCounter,
     ) -> None:
         exposure = find_exposure(len(lights))
         for light, plan in zip(lights, plans, strict=True):
@@ -251,7 +256,7 @@ class Renderer:
                 continue
             with self._timed("shadows"):
                 if plan is not None:
-                    self.counter.count(state, targets.light, plan)
+                    counter.count(state, targets.light, plan)
                 else:
                     state.clear(stencil=0)
             with self._timed("light"):

@@ -1,0 +1,180 @@
+"""Masks of frames: one method's counts of a plan, in the place of the stencil's."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.context import Device
+from umbra.gl.geometry import Geometry
+from umbra.gl.indices import draw_plain
+from umbra.gl.masks.limits import find_limit
+from umbra.gl.masks.method import Method
+from umbra.gl.masks.painter import Painter
+from umbra.gl.masks.pieces import Pieces, make_pieces
+from umbra.gl.plan import Plan
+from umbra.gl.programs import Program
+from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.target import Target
+
+__all__ = ["MaskCounter"]
+
+_MARK = Pass(stencil=Stencil(front_depth_pass="replace", back_depth_pass="replace", reference=1))
+_TEXTURE_2D, _TEXTURE0 = 0x0DE1, 0x84C0
+
+
+class MaskCounter:
+    """
+    Counts planned volumes as a method does; used as ``umbra.gl.count.Counter`` is.
+
+    Parameters
+    ----------
+    device : Device
+    geometry : Geometry
+    method : Method
+    split : bool
+        Keep within the method's domain by taking casters apart; without it, casters are
+        drawn whole, as they come.
+    warn : callable
+        Told, in a line, where the method may be wrong.
+
+    Attributes
+    ----------
+    limit : int
+        Fronts, or backs, that a batch may have on one line on this device.
+    pieces : Pieces, optional
+        Of the last plan.
+    painter : Painter
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        geometry: Geometry,
+        method: Method,
+        *,
+        split: bool = True,
+        warn: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        self._device, self.method, self._split, self._warn = device, method, split, warn
+        self.painter = Painter(device, geometry)
+        self._mark = Program(device, "picture.vert.glsl", "unlit.frag.glsl")
+        self.limit = find_limit(device, method, self.painter)
+        self.pieces: Pieces | None = None
+        self._plan: Plan | None = None
+        self._mask: Target | None = None
+
+    @property
+    def _factor(self) -> float:
+        """By how much a volume multiplies the value."""
+        return 2.0 if self.method.up.blend == "double" else self.method.up.brightness
+
+    def find_pieces(self, plan: Plan) -> Pieces:
+        """Cut a plan's volumes; those of the last plan are kept."""
+        if self.pieces is None or self._plan is not plan:
+            self.pieces = make_pieces(plan, max(self._room(plan), 1), split=self._split)
+            self._plan = plan
+            for line in self._find_faults(plan, self.pieces):
+                self._warn(line)
+        return self.pieces
+
+    def _room(self, plan: Plan) -> int:
+        """Give how wide batches may be: where values tell counts, so that few are lost."""
+        if not self.method.counts:
+            return self.limit
+        return max(self.limit - plan.statistics.deepest, self.limit // 3)
+
+    def _find_faults(self, plan: Plan, pieces: Pieces) -> list[str]:
+        """Say, in a line each, what of a plan lies outside the method's domain."""
+        name, lines = self.method.name, []
+        if self.limit == 0:
+            lines.append(f"{name} is wrong on {self._device.renderer}, which rounds otherwise")
+        if self.limit and pieces.widest > self.limit:
+            wide = sum(batch.weight > self.limit for batch in pieces.batches)
+            lines.append(
+                f"{name} may be wrong: {wide} casters are not convex and hide a line up to "
+                f"{pieces.widest} times, where it bears {self.limit}; let it split casters"
+            )
+        if plan.start and not self.method.counts:
+            lines.append(
+                f"{name} may be wrong for this view: its parallel rays end in {plan.start} shadow "
+                "volumes, a count from which it cannot start; use half or auto"
+            )
+        return lines
+
+    def count(self, state: State, target: Target, plan: Plan) -> None:
+        """
+        Count the shadow volumes that hold each visible surface, and mark where there are any.
+
+        Before: the target's depth holds the scene as ``plan.projection`` shows it. After:
+        stencil 0 means lit and 1 shadow, within ``plan.scissor``; the target is in use.
+
+        Parameters
+        ----------
+        state : State
+        target : Target
+        plan : Plan
+            By the method ``auto``.
+        """
+        self.painter.tally.clear()
+        mask = self._find_mask(target)
+        mask.use()
+        state.use(Pass(color_write=True))
+        mask.clear_color(self.method.start * self._factor**plan.start)
+        self.draw(state, plan)
+        target.use()
+        state.clear(stencil=0, scissor=plan.scissor)
+        state.use(_MARK)
+        self._device.gl.ActiveTexture(_TEXTURE0)
+        self._device.gl.BindTexture(_TEXTURE_2D, mask.textures[0])
+        low, high = self.method.lit
+        self._mark.set(mask=0, channel=self.method.channel, low=low, high=high)
+        draw_plain(self._device, self._mark, 3)
+
+    def draw(self, state: State, plan: Plan, *, rectangles: bool = True) -> None:
+        """
+        Draw volumes, and the rectangles that leave 0 and 1, into the target in use.
+
+        Before: depth holds the scene, the mask's channels the method's start.
+        """
+        self.painter.draw_volumes(state, self.method, plan, self.find_pieces(plan))
+        if rectangles:
+            for step in self.method.black:
+                self.painter.draw_rectangle(state, step, self.method.write)
+
+    def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:
+        """
+        Read what ``count`` just made for a plan.
+
+        Returns
+        -------
+        counts : (rows, cols) int32
+            Row 0 is the top. 1 for any count but 0, unless the method tells counts: those
+            up to two thirds of ``limit`` at least, and ``limit`` + 1 for more.
+        """
+        shaded = target.read_stencil().astype(np.int32)
+        if not self.method.counts or self._mask is None:
+            return shaded
+        # What ran over is infinite, or on some devices clamped: never a power of two again.
+        values = self._mask.read()[..., self.method.channel]
+        sound = np.frexp(values)[0] == 0.5
+        found = np.full(values.shape, self.limit + 1, np.int32)
+        found[sound] = np.rint(np.log2(values[sound] / self.method.start)).astype(np.int32)
+        return np.where(shaded == 0, 0, found).astype(np.int32)
+
+    def _find_mask(self, target: Target) -> Target:
+        if self._mask is None or self._mask.depth_of is not target:
+            self._release_mask()
+            self._mask = Target(self._device, target.size, (self.method.format,), depth_of=target)
+        return self._mask
+
+    def _release_mask(self) -> None:
+        if self._mask is not None:
+            self._mask.release()
+        self._mask = None
+
+    def release(self) -> None:
+        """Free all that the counter holds on the device."""
+        self._release_mask()
+        self._mark.release()
+        self.painter.release()

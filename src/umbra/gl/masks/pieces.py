@@ -1,0 +1,214 @@
+"""
+Shadow volumes cut into batches for methods that count no deeper than they must.
+
+A convex caster is met by any line in one front and one back at most; so is the volume of
+a single polygon. A caster that is not convex is kept whole where it has few enough casting
+faces, and otherwise falls into one volume for each of them. Volumes come together in
+batches as long as no line can meet more fronts, or more backs, than the method bears.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan
+from umbra.gl.selection import Selection
+from umbra.gl.volumes import FAR, BodyVolumes
+
+__all__ = ["Batch", "Pieces", "make_pieces"]
+
+_Key = tuple[str, bool]
+_Lists = dict[_Key, list[NDArray[np.uint32]]]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """
+    Volumes that are counted together.
+
+    Parameters
+    ----------
+    draws : tuple of Draw
+    weight : int
+        No line meets more of their fronts, nor of their backs.
+    """
+
+    draws: tuple[Draw, ...]
+    weight: int
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """
+    All volumes of a plan.
+
+    Parameters
+    ----------
+    batches : list of Batch
+    numbers : (n,) uint32
+        Vertex numbers, in which the draws lie.
+    n_volumes, n_split : int
+        Volumes, and casters that fell into one for each polygon.
+    """
+
+    batches: list[Batch]
+    numbers: NDArray[np.uint32]
+    n_volumes: int
+    n_split: int
+
+    @property
+    def widest(self) -> int:
+        """The largest weight of a batch."""
+        return max((batch.weight for batch in self.batches), default=0)
+
+
+@dataclass(eq=False)
+class _Builder:
+    """Collects volumes, and closes a batch before it gets too wide."""
+
+    at_once: int
+    batches: list[Batch] = field(default_factory=list)
+    lists: list[NDArray[np.uint32]] = field(default_factory=lambda: [np.zeros(0, np.uint32)])
+    place: int = 0
+    n_volumes: int = 0
+    n_split: int = 0
+    _open: _Lists = field(default_factory=dict)
+    _weight: int = 0
+
+    def add(self, volume: dict[_Key, NDArray[np.uint32]], weight: int) -> None:
+        """Add triangles of one volume, or of several that are disjoint in weight."""
+        if self._weight + weight > self.at_once:
+            self.close()
+        self._weight += weight
+        for key, numbers in volume.items():
+            if numbers.size:
+                self._open.setdefault(key, []).append(numbers.ravel())
+
+    def close(self) -> None:
+        """End the batch."""
+        draws = []
+        for (kind, is_cut), lists in self._open.items():
+            count = sum(map(len, lists))
+            draws.append(Draw(kind, is_cut, self.place, count))
+            self.lists += lists
+            self.place += count
+        if draws:
+            self.batches.append(Batch(tuple(draws), self._weight))
+        self._open, self._weight = {}, 0
+
+
+def make_pieces(plan: Plan, at_once: int, *, split: bool = True) -> Pieces:
+    """
+    Cut a plan's volumes into batches.
+
+    Parameters
+    ----------
+    plan : Plan
+        By the method ``auto``.
+    at_once : int
+        The largest weight of a batch.
+    split : bool
+        Let casters that are wider fall into polygons; else they are batches by themselves.
+
+    Returns
+    -------
+    pieces : Pieces
+    """
+    builder, offset = _Builder(at_once), 0
+    assert plan.selection is not None
+    for each in plan.volumes:
+        _add_body(builder, each, plan.selection, offset, bool(plan.light[3]), split)
+        offset += each.body.n_things * len(each.body.groups)
+    builder.close()
+    return Pieces(
+        builder.batches, np.concatenate(builder.lists), builder.n_volumes, builder.n_split
+    )
+
+
+def _add_body(
+    builder: _Builder,
+    each: BodyVolumes,
+    selection: Selection,
+    offset: int,
+    is_point: bool,
+    split: bool,
+) -> None:
+    """Add what is selected of one body."""
+    n = each.body.n_things * len(each.body.groups)
+    mine = slice(offset, offset + n)
+    active = selection.sides[mine]
+    if not active.any():
+        return
+    cap, cap_thing = each.light_cap(active), each.cap_things(active)
+    cap_starts = np.searchsorted(cap_thing, np.arange(n + 1))
+    side_starts = np.searchsorted(each.side_thing, np.arange(n + 1))
+    is_convex = _find_convex(each)
+    for thing in np.flatnonzero(active).tolist():
+        faces = cap[cap_starts[thing] : cap_starts[thing + 1]]
+        if not len(faces):
+            continue
+        at = offset + thing
+        chosen = _Chosen(
+            kind=Z_FAIL if selection.z_fail[at] else Z_PASS,
+            is_cut=bool(selection.is_cut[at]),
+            columns=6 if is_point or selection.is_cut[at] else 3,
+            dark_cap=bool(selection.dark_cap[at]),
+            light_cap=bool(selection.light_cap[at]),
+        )
+        weight = 1 if is_convex[thing] else len(faces)
+        if weight <= builder.at_once or not split:
+            sides = each.sides[side_starts[thing] : side_starts[thing + 1]]
+            builder.add(chosen.name(sides, faces), weight)
+            builder.n_volumes += 1
+            continue
+        builder.n_split += 1
+        builder.n_volumes += len(faces)
+        for some in _cut(faces, builder.at_once):
+            builder.add(chosen.name(_make_sides(some), some), len(some))
+
+
+@dataclass(frozen=True)
+class _Chosen:
+    """What is drawn of one thing's volumes, and how."""
+
+    kind: str
+    is_cut: bool
+    columns: int
+    dark_cap: bool
+    light_cap: bool
+
+    def name(
+        self, sides: NDArray[np.uint32], cap: NDArray[np.uint32]
+    ) -> dict[_Key, NDArray[np.uint32]]:
+        """Give the triangles by how they are counted."""
+        lists = [sides[:, : self.columns].reshape(-1, 3)]
+        if self.dark_cap:
+            lists.append(cap[:, ::-1] | FAR)
+        found = {(self.kind, self.is_cut): np.concatenate(lists)}
+        if self.light_cap:
+            found[LIGHT_CAP, False] = cap
+        return found
+
+
+def _cut(faces: NDArray[np.uint32], most: int) -> Iterator[NDArray[np.uint32]]:
+    for first in range(0, len(faces), most):
+        yield faces[first : first + most]
+
+
+def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """Throw all three edges of each face, (3 n, 6), wound outward as in ``volumes.py``."""
+    a = faces.ravel()
+    b = np.roll(faces, -1, axis=1).ravel()
+    return np.stack([b, a, a | FAR, b, a | FAR, b | FAR], 1)
+
+
+def _find_convex(each: BodyVolumes) -> NDArray[np.bool_]:
+    """Tell which things are one convex component that only its lit faces throw."""
+    body = each.body
+    alone = np.bincount(body.component_thing, minlength=body.n_things) == 1
+    simple = body.is_convex & ~each.opened
+    found = np.zeros((len(body.groups), body.n_things), np.bool_)
+    found[:, body.component_thing] = simple
+    return (found & alone).ravel()
