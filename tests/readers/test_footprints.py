@@ -226,6 +226,7 @@ def test_geopackage_and_shapefile(tmp_path, measure, name):
     assert "left out: 1 (first: '2')" in " ".join(scene.notes)
     expected = {"f.gpkg": ["f.gpkg"], "f.shp": ["f.shp", "f.dbf", "f.shx", "f.prj", "f.cpg"]}
     assert [source.name for source in scene.sources] == expected[name]
+    assert [s.name for s in scene.sources if not s.is_companion] == [name]
 
 
 def test_of_several_tables_the_one_with_heights(tmp_path):

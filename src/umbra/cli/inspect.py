@@ -41,7 +41,9 @@ def command(
     bounds = scene.bounds()
     total = dataclasses.asdict(found.total)
     result = {
-        "format": ", ".join(dict.fromkeys(source.format for source in scene.sources)),
+        "format": ", ".join(
+            dict.fromkeys(source.format for source in scene.sources if not source.is_companion)
+        ),
         "parts": [
             {**dataclasses.asdict(report), "layer": part.layer, "tags": list(part.tags)}
             for report, part in zip(found.parts, scene.parts, strict=True)

@@ -143,7 +143,8 @@ def _describe(
     cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
     each = [offset for k in which for offset in study.period.steps[k].offsets()]
     offsets = "/".join(sorted(set(each)))
-    title = " + ".join(Path(source.name).name for source in scene.sources[:3])
+    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
+    title = " + ".join(named[:3])
     notes = [f"umbra {facts['umbra_version']}", f"cell {cell}"]
     if study.receivers == "view":
         title += f", seen from {study.facts['view_azimuth_deg']:g}° and above"

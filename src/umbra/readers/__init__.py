@@ -79,7 +79,7 @@ def read(
         for name, path in name_layers(paths):
             model, source = _read_one(path, choices)
             layers.append(Layer(name, path, model))
-            sources += [source, *model.companions]
+            sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
         return _assemble(layers, tuple(sources))
 
 

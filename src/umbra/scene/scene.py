@@ -19,11 +19,16 @@ __all__ = ["Scene", "Source", "Triangles", "make_scene"]
 
 @dataclass(frozen=True)
 class Source:
-    """A file that was read: its name and the SHA-256 of its bytes, in hex."""
+    """
+    A file that was read: its name and the SHA-256 of its bytes, in hex.
+
+    ``is_companion``: it was not named, but lies beside one that was and holds a piece of it.
+    """
 
     name: str
     sha256: str
     format: str
+    is_companion: bool = False
 
 
 @dataclass(frozen=True, eq=False)
