@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = ["NAMES", "check_soft", "size_lights", "soft_options", "soften"]
 
-NAMES = ("samples", "wedges")
+NAMES = ("samples", "wedges", "weng")
 
 
 def soft_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -29,7 +29,8 @@ def soft_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option(
         "--soft",
         type=click.Choice(NAMES),
-        help="Soft shadows, by samples of the light (the reference) or penumbra wedges (fast).",
+        help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast) "
+        "or scaled layers after Weng (only looks soft).",
     )(command)
 
 

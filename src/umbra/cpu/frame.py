@@ -7,6 +7,7 @@ the surface. ``z-pass`` is Heidmann's, which takes the eye to be lit.
 """
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -182,6 +183,60 @@ class FrameCounter:
                 counts = counts + (start + before)
             if not start and not len(caps.multiplicity):
                 return counts  # where nothing is seen no side was counted
+        return counts * (view.face != NOTHING)
+
+    def with_caster(self, caster: Caster) -> "FrameCounter":
+        """
+        Give a counter of the same scene, for which something else casts.
+
+        Parameters
+        ----------
+        caster : Caster
+            In the scene's local frame; its shadows are for ``count_undrawn``.
+        """
+        other = copy(self)
+        other.caster, other.blocks, other.ends = caster, FaceBlocks.of(caster), caster.ends()
+        return other
+
+    def count_undrawn(self, view: View, camera: Camera, light: Light) -> NDArray[np.signedinteger]:
+        """
+        Count the shadow volumes of casters that are not in the view, at each visible point.
+
+        Their light caps are in no depth buffer, so they are tested like sides. What a view
+        shows is counted alike, but for points on the casters, which are within their caps.
+
+        Parameters
+        ----------
+        view : View
+            Of this camera, from ``see``.
+        camera : Camera
+        light : Light
+
+        Returns
+        -------
+        counts : (rows, cols) int
+            0 where nothing is seen.
+        """
+        use_threads(self.threads)
+        place = light.local(self.scene.origin)
+        apex = camera.apex(self.scene.origin)
+        seen_along = _compare(apex, place)
+        matrix, anchor, far_anchor = self._find_anchors(camera, apex, place)
+        caster = self.caster.opened(anchor.enclosed)
+        size = view.key.shape[::-1]
+        cap = make_light_cap(caster, place)
+        counts: NDArray[np.signedinteger]
+        if seen_along < 0:  # sides are seen edge-on on the way to the light: count behind
+            counts = np.zeros(view.key.shape, np.int32)
+            for faces in (make_sides(caster, place), cap, make_dark_cap(caster, place)):
+                counts -= count_polygons(faces, matrix, view.key, size, nearer=False)
+            if not camera.is_perspective:
+                counts += far_anchor.count(caster.is_closed)
+        else:
+            counts = count_polygons(cap, matrix, view.key, size, nearer=True)
+            counts += anchor.count(caster.is_closed)
+            if seen_along == 0:
+                counts = counts + self._in_front(caster, view, matrix, place, -np.inf)
         return counts * (view.face != NOTHING)
 
     def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:

@@ -5,6 +5,7 @@ Soft shadows: what share of a light with a size each visible point sees.
     samples.py  many hard shadows averaged: the reference      visibility(...)
     wedges.py   hard count, corrected along silhouette edges   visibility(...)
     coverage.py its kernel
+    weng.py     scaled layers of the hard volume, stacked      visibility(...)
 
 A method is a module with a function ``visibility(counter, view, frame, camera, light)``
 that gives (rows, cols) float32 from 0 to 1; to add one, write it and name it in `METHODS`.
@@ -28,7 +29,7 @@ __all__ = [
     "rectangle_light",
 ]
 
-METHODS = ("samples", "wedges")
+METHODS = ("samples", "wedges", "weng")
 
 
 def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
