@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from umbra.scene import directional_light
 from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.handles import drag, find_dome, find_handles, find_path, pick, project
@@ -127,6 +128,14 @@ def test_the_sun_by_angles_goes_where_it_is_dragged(view):
         assert moved.sun.altitude >= 1
     outside = drag(view, SUN, (-500.0, 100.0), SIZE, level=False)
     assert find_handle(outside, SUN).at[0] > 0
+
+
+def test_a_light_without_a_place_hangs_on_the_dome(view):
+    lit = view.add_light(directional_light((1, -1, 1)))
+    at = find_handle(lit, 0).at
+    moved = drag(lit, 0, (at[0] - 20, at[1] + 10), SIZE, level=False)
+    assert find_handle(moved, 0).at == pytest.approx((at[0] - 20, at[1] + 10), abs=0.5)
+    assert not moved.lights[0].is_point
 
 
 def test_the_sun_by_clock_stays_on_its_path(tower):

@@ -50,6 +50,16 @@ def test_time_passes_round_the_day():
     assert Sun(azimuth=350).pass_time(60).azimuth == 5
 
 
+def test_playing_leaves_out_the_night():
+    evening = Sun(site=VIENNA, date=JUNE, minutes=20 * 60 + 50)
+    morning = evening.play(20)
+    assert 0 < morning.place()[1] < 2
+    assert morning.minutes < 6 * 60
+    assert evening.play(1).minutes == evening.minutes + 1
+    polar = Sun(site=Site(69.65, 18.96, "Europe/Oslo"), date=dt.date(2026, 12, 21), minutes=700)
+    assert polar.play(20).minutes == 720
+
+
 def test_the_day_of_the_jump_has_its_clock():
     spring = dt.date(2026, 3, 29)
     minutes, path = find_day(VIENNA, spring)

@@ -24,6 +24,7 @@ from umbra.scene import Scene
 from umbra.window.controls import Controls
 from umbra.window.events import Events
 from umbra.window.file import load_view, save_view
+from umbra.window.handles import GRIP
 from umbra.window.hud import Frame, draw_handles, draw_help, draw_scale, draw_statistics
 from umbra.window.pacing import Pacing
 from umbra.window.painter import Drawn, Painter
@@ -87,7 +88,8 @@ class Viewer:
         self._drawn: Drawn | None = None
         self._is_panel_held = False
         frame = self._find_frame()
-        self.controls = Controls(scene.bounds(), frame.pixels)
+        grip = GRIP * screen.unit * frame.scale
+        self.controls = Controls(scene.bounds(), frame.pixels, grip)
         self.events = Events(screen.window, view, self.controls, frame)
         screen.start_gui()
 
@@ -134,7 +136,8 @@ class Viewer:
         """Find where the picture goes: all of the window that the panel leaves."""
         width, height = glfw.get_window_size(self.screen.window)
         pixels, _ = glfw.get_framebuffer_size(self.screen.window)
-        left = float(PANEL) if self._has_panel and width > 2 * PANEL else 0.0
+        panel = PANEL * self.screen.unit
+        left = panel if self._has_panel and width > 2 * panel else 0.0
         return Frame((left, 0.0), (width - left, float(height)), pixels / max(width, 1))
 
     def _choose(self) -> tuple[Any, ...]:
@@ -167,7 +170,7 @@ class Viewer:
         if self._drawn is not None:
             if "counts" in view.overlays and view.chosen in view.shining():
                 draw_scale(self._drawn.highest, frame)
-            has_room = frame.size[0] > _BOTH or not self._has_help
+            has_room = frame.size[0] > _BOTH * self.screen.unit or not self._has_help
             if self.panel.statistics and has_room:
                 draw_statistics(self._drawn, view, frame)
         if self._has_help:

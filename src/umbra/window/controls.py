@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import point_light
-from umbra.window.handles import Pixel, drag, find_handles, pick, place_lamp
+from umbra.window.handles import GRIP, Pixel, drag, find_handles, pick, place_lamp
 from umbra.window.view import OVERLAYS, View
 from umbra.window.viewpoint import frame_bounds
 
@@ -60,6 +60,8 @@ class Controls:
         Of the model [m].
     size : (int, int)
         Columns and rows of the picture, in which the mouse is told [pixels].
+    grip : float
+        How far from a handle it is held [pixels].
 
     Attributes
     ----------
@@ -74,6 +76,7 @@ class Controls:
 
     bounds: NDArray[np.float64]
     size: tuple[int, int]
+    grip: float = GRIP
     plays: bool = False
     speed: float = 60.0
     commands: list[str] = field(default_factory=list)
@@ -103,7 +106,7 @@ class Controls:
         shift : bool
             The left button pans, too.
         """
-        handle = pick(find_handles(view, self.size), at) if button == "left" else None
+        handle = pick(find_handles(view, self.size), at, self.grip) if button == "left" else None
         if handle is not None:
             offset = handle.at[0] - at[0], handle.at[1] - at[1]
             self._drag = _Drag("light", button, at, handle.number, offset)
@@ -205,5 +208,5 @@ class Controls:
             )
             view = replace(view, viewpoint=view.viewpoint.walk(ahead, right, up))
         if self.plays:
-            view = replace(view, sun=view.sun.pass_time(self.speed * seconds))
+            view = replace(view, sun=view.sun.play(self.speed * seconds))
         return view

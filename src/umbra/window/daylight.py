@@ -91,6 +91,14 @@ class Sun:
             return replace(self, minutes=(self.minutes + minutes) % DAY)
         return replace(self, azimuth=(self.azimuth + minutes / 4) % 360.0)
 
+    def play(self, minutes: float) -> "Sun":
+        """Let time pass, from sunset straight on to sunrise."""
+        later = self.pass_time(minutes)
+        if not later.has_clock or later.place()[1] > 0:
+            return later
+        times, path = find_day(self.site, self.date)
+        return replace(later, minutes=float(times[path.is_up][0])) if path.is_up.any() else later
+
     def point_at(self, direction: NDArray[np.float64]) -> "Sun":
         """Put it in a direction (3,), at least a degree above the horizon; the clock is left."""
         unit = direction / np.linalg.norm(direction)

@@ -2,7 +2,8 @@
 Handles of lights in the picture: where they are, which one the mouse is on, how it drags them.
 
 The sun hangs on a dome about the target that always fits the picture. By clock it slides
-along its day's path; else it goes anywhere on the dome. A lamp is dragged in the plane of
+along its day's path; else it goes anywhere on the dome, as other lights without a place do.
+A lamp is dragged in the plane of
 the view, or on its own level.
 """
 
@@ -17,6 +18,7 @@ from umbra.window.view import SUN, View
 from umbra.window.viewpoint import Viewpoint
 
 __all__ = [
+    "GRIP",
     "Handle",
     "drag",
     "find_dome",
@@ -31,7 +33,9 @@ Pixel = tuple[float, float]
 
 _DOME = 0.8  # of half the picture's height
 _LAMP_LEAST = 0.08  # of the picture's height, from its top
-_GRIP = 14.0  # [pixels]
+GRIP = 14.0
+"""How far from its middle a handle is held [pixels]."""
+
 _TIME_COST = 0.03  # [pixels per minute], so that a path that crosses itself is not left
 _FLATTEST = 0.02  # a ray that falls less meets its level too far away
 
@@ -121,23 +125,27 @@ def find_handles(view: View, size: tuple[int, int]) -> list[Handle]:
         numbers.append(SUN)
         places.append(middle + radius * view.sun.direction())
     for number, light in enumerate(view.lights):
+        numbers.append(number)
         if light.is_point:
-            numbers.append(number)
             places.append(light.position[:3])
+        else:
+            middle, radius = find_dome(view.viewpoint)
+            toward = light.position[:3] / np.linalg.norm(light.position[:3])
+            places.append(middle + radius * toward)
     if not places:
         return []
     pixels = project(view.viewpoint.camera(size), np.array(places))
     return [
         Handle(number, (float(x), float(y)), place)
         for number, (x, y), place in zip(numbers, pixels, places, strict=True)
-        if -_GRIP < x < size[0] + _GRIP and -_GRIP < y < size[1] + _GRIP
+        if -GRIP < x < size[0] + GRIP and -GRIP < y < size[1] + GRIP
     ]
 
 
-def pick(handles: list[Handle], at: Pixel) -> Handle | None:
+def pick(handles: list[Handle], at: Pixel, grip: float = GRIP) -> Handle | None:
     """Find the handle that a pixel is on."""
     near = [(np.hypot(h.at[0] - at[0], h.at[1] - at[1]), n) for n, h in enumerate(handles)]
-    reached = [each for each in near if each[0] <= _GRIP]
+    reached = [each for each in near if each[0] <= grip]
     return handles[min(reached)[1]] if reached else None
 
 
@@ -196,7 +204,11 @@ def drag(view: View, number: int, at: Pixel, size: tuple[int, int], *, level: bo
     ray = _find_ray(camera, at)
     if number == SUN:
         return _drag_sun(view, camera, ray, at)
-    place = view.lights[number].position[:3]
+    light = view.lights[number]
+    if not light.is_point:
+        toward = _find_on_dome(view, camera, ray, light.position[:3])
+        return view.change_light(number, replace(light, position=np.append(toward, 0.0)))
+    place = light.position[:3]
     depth = float((place - camera.eye) @ camera.axes()[2])
     if level:
         height = place[2] - camera.eye[2]
@@ -217,6 +229,14 @@ def _drag_sun(view: View, camera: Camera, ray: NDArray[np.float64], at: Pixel) -
         if np.isnan(apart).all():
             return view
         return replace(view, sun=replace(view.sun, minutes=float(minutes[np.nanargmin(apart)])))
+    best = _find_on_dome(view, camera, ray, view.sun.direction())
+    return replace(view, sun=view.sun.point_at(best))
+
+
+def _find_on_dome(
+    view: View, camera: Camera, ray: NDArray[np.float64], now: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Find where a ray meets the dome, on the side on which it was; (3,) from its middle [m]."""
     middle, radius = find_dome(view.viewpoint)
     unit = ray / np.linalg.norm(ray)
     way = middle - camera.eye
@@ -225,9 +245,7 @@ def _drag_sun(view: View, camera: Camera, ray: NDArray[np.float64], at: Pixel) -
     inside = radius**2 - float(aside @ aside)
     half = np.sqrt(max(inside, 0.0))
     found = [-aside - half * unit, -aside + half * unit]
-    now = view.sun.direction()
-    best = max(found, key=lambda d: (d[2] > 0, float(d @ now)))
-    return replace(view, sun=view.sun.point_at(best))
+    return max(found, key=lambda d: (d[2] > 0, float(d @ now)))
 
 
 def _find_ray(camera: Camera, at: Pixel) -> NDArray[np.float64]:

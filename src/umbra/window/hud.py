@@ -7,17 +7,23 @@ from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from umbra.window.controls import KEYS
-from umbra.window.handles import find_dome, find_handles, find_path, pick, project
+from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick, project
 from umbra.window.heat import PALETTE, find_colors, find_ticks, find_top
 from umbra.window.painter import Drawn
+from umbra.window.screen import FONT_SIZE
 from umbra.window.view import SUN, View
 
-__all__ = ["Frame", "draw_handles", "draw_help", "draw_scale", "draw_statistics"]
+__all__ = ["Frame", "draw_handles", "draw_help", "draw_scale", "draw_statistics", "grow"]
 
 _INK, _PAPER = (0.10, 0.11, 0.13), (1.0, 1.0, 1.0)
 _SUN = (1.0, 0.80, 0.25)
 _CIRCLE = 72
 _MARGIN = 12.0
+
+
+def grow(length: float) -> float:
+    """Give a length that suits a plain screen in the units of this one."""
+    return length * imgui.get_font_size() / FONT_SIZE
 
 
 class Frame:
@@ -72,21 +78,23 @@ def draw_handles(view: View, frame: Frame, mouse: tuple[float, float] | None) ->
     handles = find_handles(view, frame.pixels)
     if any(handle.number == SUN for handle in handles):
         _draw_dome(draw, view, frame)
-    reached = pick(handles, mouse) if mouse is not None else None
+    reached = pick(handles, mouse, grow(GRIP)) if mouse is not None else None
     for handle in handles:
         at = frame.to_window(handle.at)
         is_sun = handle.number == SUN
         color = _SUN if is_sun else _to_screen(view.lights[handle.number].color)
         if not is_sun:
             _draw_stem(draw, view, frame, handle.place)
-        radius = 9.0 if is_sun else 7.0
+        radius = grow(9.0 if is_sun else 7.0)
         is_reached = reached is not None and reached.number == handle.number
         if is_reached or handle.number == view.chosen:
-            draw.add_circle(at, radius + 4.0, _tint(_PAPER, 0.95 if is_reached else 0.6), 0, 2.0)
+            draw.add_circle(
+                at, radius + grow(4.0), _tint(_PAPER, 0.95 if is_reached else 0.6), 0, 2.0
+            )
         draw.add_circle_filled(at, radius, _tint(color, 1.0))
         draw.add_circle(at, radius, _tint(_INK, 0.9), 0, 1.5)
         if not is_sun:
-            _write(draw, at.x + 14, at.y - 8, str(handle.number + 1))
+            _write(draw, at.x + grow(14), at.y - grow(8), str(handle.number + 1))
     draw.pop_clip_rect()
 
 
@@ -102,7 +110,7 @@ def _draw_dome(draw: imgui.ImDrawList, view: View, frame: Frame) -> None:
     (at,) = project(camera, mark)
     if not np.isnan(at).any():
         place = frame.to_window(at)
-        _write(draw, place.x - 5, place.y - 8, "N")
+        _write(draw, place.x - grow(5), place.y - grow(8), "N")
     path = find_path(view)
     if path is not None:
         minutes, places = path
@@ -150,7 +158,7 @@ def draw_scale(highest: int, frame: Frame) -> None:
     frame : Frame
     """
     top = find_top(highest)
-    width, height = 260.0, 14.0
+    width, height = grow(260.0), grow(14.0)
     _begin("scale", frame, right=False, top=False)
     imgui.text("Shadow counts: volumes that hold a point")
     draw, at = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
@@ -224,15 +232,16 @@ def draw_help(frame: Frame) -> None:
     }
     for keys, meaning in {**mouse, **KEYS, "F1": "this list"}.items():
         imgui.text(keys)
-        imgui.same_line(120)
+        imgui.same_line(grow(120))
         imgui.text(meaning)
     imgui.end()
 
 
 def _begin(name: str, frame: Frame, *, right: bool, top: bool) -> None:
     """Open a quiet window in a corner of the picture."""
-    x = frame.corner[0] + (frame.size[0] - _MARGIN if right else _MARGIN)
-    y = frame.corner[1] + (_MARGIN if top else frame.size[1] - _MARGIN)
+    margin = grow(_MARGIN)
+    x = frame.corner[0] + (frame.size[0] - margin if right else margin)
+    y = frame.corner[1] + (margin if top else frame.size[1] - margin)
     pivot = imgui.ImVec2(float(right), float(not top))
     imgui.set_next_window_pos(imgui.ImVec2(x, y), imgui.Cond_.always.value, pivot)
     imgui.set_next_window_bg_alpha(0.88)
@@ -247,7 +256,7 @@ def _begin(name: str, frame: Frame, *, right: bool, top: bool) -> None:
 
 def _write_row(name: str, value: str) -> None:
     imgui.text_disabled(name)
-    imgui.same_line(100)
+    imgui.same_line(grow(100))
     imgui.text(value)
 
 

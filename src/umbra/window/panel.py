@@ -10,6 +10,7 @@ from umbra.scene import Light
 from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.daylight import DAY, Sun, find_rise
+from umbra.window.hud import grow
 from umbra.window.overlays import CASES, EDGES, VOLUMES
 from umbra.window.view import METHODS, OVERLAYS, SUN, View
 
@@ -19,7 +20,6 @@ _LABELS = {"volumes": "Volumes", "cases": "Cases", "edges": "Silhouettes", "coun
 _WARNING = imgui.ImVec4(1.0, 0.72, 0.35, 1.0)
 _DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
 _SPEEDS = {"15 min/s": 15.0, "1 h/s": 60.0, "3 h/s": 180.0}
-_COLUMN = 104.0
 _PICKER = imgui.ColorEditFlags_.no_inputs.value | imgui.ColorEditFlags_.no_alpha.value
 
 
@@ -112,7 +112,7 @@ def _draw_sun(view: View, controls: Controls) -> View:
     sun = replace(sun, shines=shines)
     site = sun.site if sun.by_clock else None
     sun = _draw_angles(sun) if site is None else _draw_clock(sun, site)
-    if imgui.button("Pause" if controls.plays else "Play", imgui.ImVec2(70, 0)):
+    if imgui.button("Pause" if controls.plays else "Play", imgui.ImVec2(grow(70), 0)):
         controls.plays = not controls.plays
     imgui.same_line()
     imgui.set_next_item_width(-1)
@@ -158,7 +158,7 @@ def _draw_lights(view: View, controls: Controls) -> View:
     if SUN in shining:
         if imgui.radio_button("Sun", view.chosen == SUN):
             view = replace(view, chosen=SUN)
-        imgui.same_line(imgui.get_content_region_avail().x - 52)
+        imgui.same_line(imgui.get_content_region_avail().x - grow(52))
         view = replace(view, sun=_draw_sun_color(view.sun))
     removed = None
     for number, light in enumerate(view.lights):
@@ -166,7 +166,7 @@ def _draw_lights(view: View, controls: Controls) -> View:
         kind = "Spot" if light.axis is not None else "Lamp" if light.is_point else "Direction"
         if imgui.radio_button(f"{kind} {number + 1}", view.chosen == number):
             view = replace(view, chosen=number)
-        imgui.same_line(imgui.get_content_region_avail().x - 52)
+        imgui.same_line(imgui.get_content_region_avail().x - grow(52))
         color = _draw_color(light.color)
         if color != light.color:
             view = view.change_light(number, replace(light, color=color))
@@ -232,7 +232,7 @@ def _draw_counting(view: View) -> View:
 def _draw_overlays(view: View) -> View:
     for number, overlay in enumerate(OVERLAYS):
         if number % 2:
-            imgui.same_line(130)
+            imgui.same_line(grow(130))
         changed, _ = imgui.checkbox(_LABELS[overlay], overlay in view.overlays)
         if changed:
             view = view.toggle(overlay)
@@ -250,7 +250,7 @@ def _draw_key(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
     """Draw colours and what they mean in a row."""
     for place, (label, color) in enumerate(entries):
         if place:
-            imgui.same_line(0, 12)
+            imgui.same_line(0, grow(12))
         at, side = imgui.get_cursor_screen_pos(), imgui.get_text_line_height() * 0.7
         low = imgui.ImVec2(at.x, at.y + 0.2 * side)
         high = imgui.ImVec2(at.x + side, at.y + 1.2 * side)
@@ -293,7 +293,7 @@ def _label(text: str) -> None:
     """Write at the left; the next widget has the rest of the row."""
     imgui.align_text_to_frame_padding()
     imgui.text(text)
-    imgui.same_line(_COLUMN)
+    imgui.same_line(grow(104))
     imgui.set_next_item_width(-1)
 
 

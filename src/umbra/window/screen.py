@@ -10,10 +10,10 @@ from typing import Any
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import DRIVER, Device
 
-__all__ = ["INSTALL", "Screen", "check_display"]
+__all__ = ["FONT_SIZE", "INSTALL", "Screen", "check_display"]
 
 INSTALL = "pip install 'umbra-shadows[view]'"
-_FONT, _FONT_SIZE = "fonts/Roboto/Roboto-Regular.ttf", 15.0
+_FONT, FONT_SIZE = "fonts/Roboto/Roboto-Regular.ttf", 15.0
 
 
 def check_display(instead: str) -> None:
@@ -67,6 +67,8 @@ class Screen:
     window
         glfw's.
     device : Device
+    unit : float
+        By how much letters and widgets are larger than on a plain screen.
     """
 
     def __init__(self, title: str, size: tuple[int, int], instead: str) -> None:
@@ -98,6 +100,10 @@ class Screen:
             raise UmbraError(msg)
         glfw.make_context_current(self.window)
         glfw.swap_interval(1)
+        # A dense screen asks for larger letters, unless its units are larger than pixels already.
+        pixels, _ = glfw.get_framebuffer_size(self.window)
+        dense, _ = glfw.get_window_content_scale(self.window)
+        self.unit = max(dense * size[0] / max(pixels, 1), 1.0)
         self._context = moderngl.create_context(require=330)
         self.device = Device.of(self._context, "given", self.window)
 
@@ -110,8 +116,8 @@ class Screen:
         folder = find_spec("imgui_bundle")
         font = Path(folder.origin).parent / "assets" / _FONT if folder and folder.origin else None
         if font is not None and font.is_file():
-            io.fonts.add_font_from_file_ttf(str(font), _FONT_SIZE)
-        _set_style(imgui)
+            io.fonts.add_font_from_file_ttf(str(font), FONT_SIZE * self.unit)
+        _set_style(imgui, self.unit)
         pointer = ctypes.cast(self.window, ctypes.c_void_p).value
         imgui.backends.glfw_init_for_opengl(pointer, True)
         imgui.backends.opengl3_init("#version 330")
@@ -148,7 +154,7 @@ def _decode(text: Any) -> str:
     return text.decode(errors="replace") if isinstance(text, bytes) else str(text)
 
 
-def _set_style(imgui: Any) -> None:
+def _set_style(imgui: Any, unit: float) -> None:
     imgui.style_colors_dark()
     style, colors = imgui.get_style(), imgui.Col_
     style.window_rounding = style.frame_rounding = style.grab_rounding = 4.0
@@ -170,3 +176,4 @@ def _set_style(imgui: Any) -> None:
         (colors.text, (0.90, 0.91, 0.93, 1.0)),
     ):
         style.set_color_(name, imgui.ImVec4(*color))
+    style.scale_all_sizes(unit)
