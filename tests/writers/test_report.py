@@ -39,7 +39,9 @@ def make_study(**options):
 
 
 def make_plan(study, title="Houses"):
-    heights = (study.heights - study.ground).astype(np.float32)
+    heights = None
+    if study.is_plan:
+        heights = (study.heights - study.ground).astype(np.float32)
     return Plan(study.x, study.y, heights, title=title, place="Vienna", date="18 September")
 
 
@@ -308,3 +310,27 @@ def test_days_have_a_row_each(page, tmp_path):
     assert words(page, "clock") == ["2026-03-21 10:00\u201310:30 CET"]
     page.press("End")
     assert words(page, "clock") == ["2026-06-21 15:30\u201316:00 CEST"]
+
+
+@pytest.mark.parametrize("receivers", ["south", "camera"])
+def test_views_are_read_like_plans(page, tmp_path, receivers):
+    options = {"extent": None, "every": "1h"}
+    if receivers == "camera":
+        options |= {"cell": None, "size": (120, 90), "eye": (0, -80, 60), "target": (0, 0, 0)}
+    view = make_study(receivers=receivers, **options)
+    path, timeline = save(tmp_path / "report.html", view)
+    assert timeline.is_study
+    page.open(path, READY)
+    is_seen = np.isfinite(view.shadow_hours)
+    rng = np.random.default_rng(3)
+    seen, unseen = rng.permutation(np.argwhere(is_seen)), np.argwhere(~is_seen)
+    shaded = rng.permutation(np.argwhere(np.nan_to_num(view.shadow_hours) > 1))
+    some = [*seen[:8], *shaded[:6]]
+    for row, col in some:
+        page.mouse("mouseMoved", *place_of(page, view, row, col))
+        assert words(page, *FIGURES) == expect(view, row, col)
+    assert len({view.shadow_hours[row, col] for row, col in some}) > 2
+    page.mouse("mouseMoved", *place_of(page, view, *unseen[len(unseen) // 2]))
+    assert words(page, "where")[0].endswith(": nothing is seen here")
+    text = path.read_text()
+    assert ("level and orthographic" if receivers == "south" else "50° high") in text

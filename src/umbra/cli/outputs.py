@@ -195,17 +195,17 @@ def _check_receivers(
     """Refuse what is not made of some receivers."""
     if receivers in {"ground", "top"}:
         return
-    if (
-        report
-        or formats not in {(), ("csv",)}
-        or (formats and receivers not in {"surfaces", "points"})
-    ):
+    is_raster = receivers not in {"surfaces", "points"}
+    if report and not is_raster:
+        msg = f"--report is for plans and views; leave it out with --receivers {receivers}"
+        raise InputError(msg)
+    if formats and (is_raster or formats != ("csv",)):
         msg = (
-            "--report and --write are for plans, csv also for surfaces and points; leave them out, "
-            "or choose --receivers ground or top"
+            "--write is for plans, csv also for surfaces and points; leave it out, or choose "
+            "--receivers ground or top"
         )
         raise InputError(msg)
-    if has_rules and receivers not in {"surfaces", "points"}:
+    if has_rules and is_raster:
         msg = "--rules judge plans, surfaces and points; choose one of them for --receivers"
         raise InputError(msg)
 

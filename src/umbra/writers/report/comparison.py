@@ -26,6 +26,8 @@ def find_comparisons(study: Study) -> list[Table]:
     tables : list of Table
         None where nothing was asked.
     """
+    if not study.is_plan:
+        return []
     arrays = {name: np.asarray(array) for name, (_, array) in study.more.items()}
     tables = []
     if "hours_lost" in arrays:

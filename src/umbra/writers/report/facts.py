@@ -54,8 +54,10 @@ def find_facts(
     n_soup, n_cast = len(study.model.soup.faces), len(study.model.caster.faces)
     lengths = np.unique(np.round(study.period.hours * 60, 3))
     step = " or ".join(f"{length:g}" for length in lengths[::-1][:2])
-    tall = float(study.heights.max()) - study.ground
+    z = study.model.soup.vertices[:, 2]
+    tall = float(np.ptp(z))
     cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
+    size = "" if study.receivers == "camera" else f" of {cell}"
     rows = [
         (
             "Site",
@@ -87,7 +89,10 @@ def find_facts(
             (f"the parts chosen by {' '.join(casters)}: " if casters else "every part: ")
             + f"{n_cast:,} of {n_soup:,} triangles, as the file has them, opaque",
         ),
-        ("Cells", f"{len(study.x):,} x {len(study.y):,} of {cell}, judged at their centres"),
+        (
+            "Cells",
+            f"{len(study.x):,} x {len(study.y):,}{size}, judged at their centres",
+        ),
         (
             "Steps",
             f"{len(study.period.hours):,} of {step} min, judged at their midpoints",
@@ -124,9 +129,10 @@ def find_sun_areas(study: Study) -> Table | None:
     whole = int(study.up_hours + 1e-6)
     if whole < 1:
         return None
-    is_top = study.receivers == "top"
     counted = np.isfinite(study.shadow_hours)
-    if not is_top:
+    if study.receivers == "camera":
+        return None  # pixels of a perspective have no area
+    if study.receivers == "ground":
         counted &= study.heights <= study.ground + 1e-6
     sun = study.sun_hours[counted]
     if not sun.size:
@@ -137,18 +143,34 @@ def find_sun_areas(study: Study) -> Table | None:
     for hours in range(step, whole + 1, step):
         n = int(np.count_nonzero(sun >= hours - 1e-3))
         rows.append((f"{hours} h", round(n * area, 1), round(100 * n / sun.size, 1)))
-    what = "all that is seen from above" if is_top else "open ground, not under buildings"
+    what = {
+        "top": "all that is seen from above",
+        "ground": "open ground, not under buildings",
+    }.get(study.receivers, "all that is seen, as it is seen")
     return Table(
         "Area in the sun",
         ("at least", "area [m²]", "share [%]"),
         rows,
-        f"Of {sun.size * area:,.0f} m² of {what} in this plan; areas follow its extent.",
+        f"Of {sun.size * area:,.0f} m² of {what} here; areas follow the extent.",
     )
 
 
 def _tell_receivers(study: Study) -> str:
-    words = _RECEIVERS.get(study.receivers, study.receivers)
-    return words.format(ground=study.ground)
+    if study.receivers in _RECEIVERS:
+        return _RECEIVERS[study.receivers].format(ground=study.ground)
+    facts = study.facts
+    if study.receivers == "camera":
+        return (
+            f"what is seen from {_list(facts['eye'])} toward {_list(facts['target'])}, "
+            f"{facts['fov_deg']:g}° high"
+        )
+    words = f"what is seen from azimuth {facts['view_azimuth_deg']:g}°, clockwise from true north"
+    tilt = facts.get("view_tilt_deg")
+    return f"{words}, looking down {tilt:g}°" if tilt else f"{words}, level and orthographic"
+
+
+def _list(numbers: object) -> str:
+    return ", ".join(f"{float(v):g}" for v in np.asarray(numbers).ravel())
 
 
 def _tell_days(study: Study) -> str:

@@ -33,6 +33,7 @@
     $("trouble").hidden = false;
     return;
   }
+  const isNothing = (cell) => Number.isNaN(heights[cell]);
   const inShadow = (step, cell) => (bits[step * perMask + (cell >> 3)] >> (7 - (cell & 7))) & 1;
 
   // ---- words
@@ -126,11 +127,15 @@
   const show = (cell) => {
     const row = Math.floor(cell / cols), col = cell % cols;
     const found = read(cell);
+    if (isNothing(cell)) found.shadow = found.sun = found.spells.length = 0;
     const first = found.spells[0], last = found.spells[found.spells.length - 1];
     const longest = found.spells.reduce((a, b) => (a && a.hours >= b.hours ? a : b), null);
     const standing = heights[cell] > 0.005;
+    const [up, across] = data.axes;
     $("where").textContent =
-      `x ${number(data.x0 + col * data.dx)}, y ${number(data.y0 + row * data.dy)} m` +
+      `${across} ${number(data.x0 + col * data.dx)}, ${up} ${number(data.y0 + row * data.dy)}` +
+      (data.has_scale ? " m" : "") +
+      (isNothing(cell) ? ": nothing is seen here" : "") +
       (standing
         ? data.receivers === "top"
           ? `, ${heights[cell].toFixed(1)} m above the ground`
@@ -146,13 +151,13 @@
     $("spell-list").textContent = some.length
       ? "Sun from " + some.map((s) => withDay(s.from, startOf(s.from) + "\u2013" + endOf(s.to))).join(", ") +
         (found.spells.length > 12 ? " and later" : "")
-      : upHours ? "No sun in this period." : "The sun stays below the horizon.";
+      : isNothing(cell) ? "" : upHours ? "No sun in this period." : "The sun stays below the horizon.";
     const dt = $("in-sun").previousElementSibling;
     dt.textContent = "in the sun, of " + say(upHours);
     drawLine(cell);
   };
 
-  // ---- the plan
+  // ---- the plan, or the view
 
   const map = $("map"), pen = map.getContext("2d");
   const layer = document.createElement("canvas");
@@ -195,6 +200,7 @@
         pixels[out + col] = hours
           ? colors[Math.min(ramp.length - 1, Math.round((hours[cell] / (upHours || 1)) * (ramp.length - 1)))]
           : steps.up[now] && inShadow(now, cell) ? SHADE : CLEAR;
+        if (isNothing(cell)) pixels[out + col] = CLEAR;
       }
     }
     layerPen.putImageData(image, 0, 0);
@@ -204,17 +210,23 @@
     const scale = map.width / cols;
     const dot = map.width / (map.clientWidth || map.width);  // device pixels of one CSS pixel
     pen.imageSmoothingEnabled = scale < 2;
-    pen.fillStyle = !steps.up[now] && mode === "shadow" ? "#d9d9e0" : "#fbf8f0";
+    pen.fillStyle = !data.is_plan ? "#ffffff" : !steps.up[now] && mode === "shadow" ? "#d9d9e0" : "#fbf8f0";
     pen.fillRect(0, 0, map.width, map.height);
     const draw = (what) => pen.drawImage(what, 0, 0, map.width, map.height);
     if (mode === "hours") {
       draw(layer);
-      if (data.receivers !== "top") draw(roofs);
-    } else if (data.receivers === "top") { draw(roofs); draw(layer); }
-    else { draw(layer); draw(roofs); }
-    drawScale(dot);
-    drawNorth(dot);
-    drawSun(dot);
+      if (data.receivers === "ground") draw(roofs);
+      else {  // a little of the surfaces' shading, so that their forms show
+        pen.globalCompositeOperation = "multiply";
+        pen.globalAlpha = 0.5;
+        draw(roofs);
+        pen.globalCompositeOperation = "source-over";
+        pen.globalAlpha = 1;
+      }
+    } else if (data.receivers === "ground") { draw(layer); draw(roofs); }
+    else { draw(roofs); draw(layer); }
+    if (data.has_scale) drawScale(dot);
+    if (data.is_plan) { drawNorth(dot); drawSun(dot); }
     const cell = hovered < 0 ? pinned : hovered;
     const x = ((cell % cols) + 0.5) * scale;
     const y = (rows - 0.5 - Math.floor(cell / cols)) * (map.height / rows);
@@ -399,7 +411,7 @@
   let best = Infinity;
   const hours = allHours();
   for (let cell = 0; cell < cells; cell++) {
-    if (heights[cell] > 0.005) continue;
+    if (heights[cell] > 0.005 || isNothing(cell)) continue;
     const dc = (cell % cols) / cols - 0.5, dr = Math.floor(cell / cols) / rows - 0.5;
     const off = Math.abs(hours[cell] / (upHours || 1) - 0.5) + 0.5 * Math.hypot(dc, dr);
     if (off < best) { best = off; pinned = cell; }

@@ -27,6 +27,7 @@ from umbra.writers.report.timeline import Timeline, make_timeline
 
 __all__ = ["write_report"]
 
+_AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
 _MICROSECONDS = 1_000_000
 
 
@@ -107,7 +108,7 @@ def _make_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, object
     """Gather what the script reads."""
     rows, cols = timeline.shape
     x, y = timeline.x, timeline.y
-    roofs = Plan(x, y, timeline.surface.astype(np.float32))
+    roofs = Plan(x, y, np.nan_to_num(timeline.surface).astype(np.float32))
     dx, dy = roofs.cell
     heights = np.round(timeline.surface, 2).astype("<f4") + np.float32(0)
     return {
@@ -117,14 +118,17 @@ def _make_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, object
         "y0": float(y[0]),
         "dx": dx,
         "dy": dy,
-        "decimals": 2 if min(dx, dy) < 0.1 else 1,
+        "decimals": 0 if study.receivers == "camera" else 2 if min(dx, dy) < 0.1 else 1,
         "north": plan.true_north,
         "receivers": study.receivers,
+        "axes": ["y", "x"] if study.is_plan else [_AXES.get(name, name) for name in study.dims],
+        "is_plan": study.is_plan,
+        "has_scale": study.receivers != "camera",
         "days": [day.isoformat() for day in study.period.days],
         "steps": _make_steps(study, timeline),
         "bits": _pack(timeline.bits.tobytes()),
         "heights": _pack(heights.tobytes()),
-        "roofs": _make_roofs(roofs, (rows, cols)),
+        "roofs": _make_roofs(roofs, timeline),
         "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
     }
 
@@ -170,10 +174,13 @@ def _pack(data: bytes) -> str:
     return base64.b64encode(zlib.compress(data, 9)).decode()
 
 
-def _make_roofs(plan: Plan, size: tuple[int, int]) -> str:
-    """Draw the roofs, clear where there are none, as a PNG in a data address."""
-    grey, coverage = shade_roofs(plan, size)
-    pixels = np.zeros((*size, 2), np.uint8)
+def _make_roofs(plan: Plan, timeline: Timeline) -> str:
+    """Draw roofs, or what a view sees, clear where there is nothing, as a PNG in an address."""
+    if timeline.shade is None:
+        grey, coverage = shade_roofs(plan, timeline.shape)
+    else:
+        grey, coverage = timeline.shade, np.isfinite(timeline.surface).astype(np.float32)
+    pixels = np.zeros((*timeline.shape, 2), np.uint8)
     pixels[..., 0] = np.round(np.clip(grey, 0, 1) * 255)
     pixels[..., 1] = np.round(np.clip(coverage, 0, 1) * 255)
     pixels[..., 0][coverage == 0] = 0
@@ -193,7 +200,7 @@ def _make_summary(study: Study) -> str:
     if np.isfinite(hours).any():
         is_open = np.isfinite(hours)
         what = "surfaces"
-        if study.receivers != "top":
+        if study.receivers == "ground":
             is_open &= study.heights <= study.ground + 1e-6
             what = "open ground"
         if is_open.any():
@@ -212,13 +219,14 @@ def _make_summary(study: Study) -> str:
 def _tell_resolution(study: Study, timeline: Timeline) -> str:
     rows, cols = timeline.shape
     cell = Plan(timeline.x, timeline.y).cell
-    words = f"This plan shows {cols:,} x {rows:,} cells of {cell[0]:.3g} m"
+    words = f"This {'plan' if study.is_plan else 'view'} shows {cols:,} x {rows:,} "
+    words += "pixels" if study.receivers == "camera" else f"cells of {cell[0]:.3g} m"
     if timeline.is_study:
         words += ", those of the study itself"
     else:
         words += (
-            f", counted anew at their own centres; the study and the pictures have cells of "
-            f"{study.grid.dx:.3g} m"
+            f", counted anew at their own centres; the study has {len(study.x):,} x "
+            f"{len(study.y):,} of {study.grid.dx:.3g}"
         )
     if timeline.stride > 1:
         words += f". Of the study's instants it shows every {timeline.stride}th"

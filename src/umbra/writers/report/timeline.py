@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +10,12 @@ from numpy.typing import NDArray
 from umbra.scene.grid import Grid
 from umbra.study import Study
 
-__all__ = ["LONGEST", "MOST_BYTES", "MOST_INSTANTS", "Timeline", "make_timeline"]
+__all__ = ["LONGEST", "LONGEST_VIEW", "MOST_BYTES", "MOST_INSTANTS", "Timeline", "make_timeline"]
 
 LONGEST = 800
 """Cells along the longer side: a plan as wide as a page shows no more."""
+LONGEST_VIEW = 1600
+"""The same of an elevation or a camera's picture, whose sheets have as many."""
 MOST_BYTES = 16_000_000
 """Of all masks at a bit a cell, before they are compressed; else cells grow."""
 MOST_INSTANTS = 2000
@@ -37,7 +40,10 @@ class Timeline:
     bits : (n, (rows * cols + 7) // 8) uint8
         A bit for each cell, the first in the highest bit; 1 in shadow, 0 at night.
     surface : (rows, cols) float64
-        z of the topmost surface above the ground [m].
+        z of the topmost surface above the ground [m]; in a view that is no plan 0 where
+        anything is seen, NaN elsewhere.
+    shade : (rows, cols) float32, optional
+        In a view: how bright its surfaces are drawn, in [0, 1].
     is_study : bool
         Whether the cells are those of the study itself, so that hours are the same.
     """
@@ -48,6 +54,7 @@ class Timeline:
     stride: int
     bits: NDArray[np.uint8]
     surface: NDArray[np.float64]
+    shade: NDArray[np.float32] | None
     is_study: bool
 
     @property
@@ -62,7 +69,7 @@ class Timeline:
         return flat.reshape(-1, rows, cols).view(np.bool_)
 
 
-def make_timeline(study: Study, longest: int = LONGEST) -> Timeline:
+def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     """
     Count every step's middle at a page's resolution.
 
@@ -72,8 +79,8 @@ def make_timeline(study: Study, longest: int = LONGEST) -> Timeline:
     Parameters
     ----------
     study : Study
-    longest : int
-        Most cells along a side.
+    longest : int, optional
+        Most cells along a side; ``LONGEST`` of a plan, ``LONGEST_VIEW`` of a view.
 
     Returns
     -------
@@ -85,6 +92,8 @@ def make_timeline(study: Study, longest: int = LONGEST) -> Timeline:
     lengths = [len(steps.hours) for steps in study.period.steps]
     firsts = np.cumsum([0, *lengths[:-1]])
     which = np.concatenate([k + np.arange(0, m, stride) for k, m in zip(firsts, lengths)])
+    if longest is None:
+        longest = LONGEST if study.is_plan else LONGEST_VIEW
     grid = _choose_grid(study.grid, len(which), longest)
     tile = study.model.make_tile(grid)
     sweep = tile.make_counter()
@@ -97,8 +106,18 @@ def make_timeline(study: Study, longest: int = LONGEST) -> Timeline:
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
         grid.x + shift_x, grid.y + shift_y, which, stride, bits,
-        tile.relief, grid == study.grid and stride == 1,
+        *_find_looks(tile), grid == study.grid and stride == 1,
     )  # fmt: skip
+
+
+def _find_looks(tile: Any) -> tuple[NDArray[np.float64], NDArray[np.float32] | None]:
+    """Give heights on a plan; in a view where anything is seen, and how it is shaded."""
+    if not hasattr(tile, "is_seen"):
+        return tile.relief, None
+    surface = np.where(tile.is_seen, 0.0, np.nan)
+    # Lit from above and a little from the left, as if the viewer held the lamp.
+    facing = np.abs(np.nan_to_num(tile.frame.normal[::-1]) @ np.array([0.35, -0.25, 0.9]))
+    return surface, (0.70 + 0.24 * facing).astype(np.float32)
 
 
 def _choose_grid(grid: Grid, instants: int, longest: int) -> Grid:
