@@ -190,10 +190,11 @@ def test_a_night_has_no_film_and_says_so(tmp_path):
 
 
 def test_top_has_lines_and_no_outlines_and_says_so(tmp_path):
+    pytest.importorskip("ezdxf")
     pytest.importorskip("pyclipr")
     pytest.importorskip("shapely")
-    names, said = write(make_study(receivers="top"), tmp_path, "geojson")
-    assert names == ["hour_lines.geojson"]
+    names, said = write(make_study(receivers="top"), tmp_path, "geojson", "dxf")
+    assert names == ["hour_lines.geojson", "study.dxf"]
     assert "level ground only" in said[0]
 
 

@@ -82,4 +82,4 @@ def shade_ramp(n: int = 256) -> NDArray[np.float64]:
 
 def make_stamp_tints(n: int) -> NDArray[np.float64]:
     """Give one tint for each of n stamps, (n, 3) sRGB, from the first to the last."""
-    return make_ramp(STAMP_STOPS, np.linspace(0, 1, n) if n > 1 else [0.5])
+    return make_ramp(STAMP_STOPS, np.linspace(0, 1, n) if n != 1 else [0.5])
