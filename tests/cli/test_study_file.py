@@ -97,7 +97,6 @@ def test_elevations_have_their_own_axes(study, tmp_path):
     assert (found["cols"], found["rows"]) == (result.sizes["along"], result.sizes["z"])
     assert found["most_shadow_hours"] == 0
     assert "choose ground or top" in study("--receivers", "roof").refusal()
-    assert "are for plans" in study("--receivers", "south", "--report").refusal()
 
 
 def test_surfaces_are_sampled_and_drawn(study, tmp_path):

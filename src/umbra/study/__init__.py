@@ -1,7 +1,8 @@
 """Shadow studies: from a scene, a place and a day to hours of shadow."""
 
 from umbra.study.compare import compare
-from umbra.study.points import PointStudy, read_points, run_point_study
+from umbra.study.point_table import read_points
+from umbra.study.points import PointStudy, run_point_study
 from umbra.study.preview import Preview, make_preview
 from umbra.study.result import Study
 from umbra.study.study import run_study, shadow_study

@@ -37,9 +37,7 @@ class Tile(Protocol):
     def make_counter(self) -> Counter:
         """Count all that casts, and attached shadow."""
 
-    def find_cast(
-        self, caster: Caster, suns: NDArray[np.float64]
-    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
+    def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: where they can be, and the masks there."""
 
     def find_parts(self) -> NDArray[np.intp]:

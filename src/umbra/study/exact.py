@@ -16,7 +16,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.rays import FaceTree, is_hidden
+from umbra.cpu.face_tree import FaceTree
+from umbra.cpu.rays import is_hidden
 from umbra.study.counting import Counter, enter_day, enter_period
 from umbra.study.ledger import Ledger
 from umbra.study.period import Period

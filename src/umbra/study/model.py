@@ -7,9 +7,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.face_tree import FaceTree, make_face_tree
 from umbra.cpu.field import FieldSweep
 from umbra.cpu.plane import PlaneSweep
-from umbra.cpu.rays import FaceTree, make_face_tree
+from umbra.cpu.rays import find_hidden
 from umbra.cpu.sweep import Sweep
 from umbra.scene import Scene, Triangles
 from umbra.scene.grid import Grid
@@ -48,12 +49,36 @@ class Casting:
     def _trees(self) -> dict[int, tuple[Caster, FaceTree]]:
         return {}
 
-    def find_tree(self, caster: Caster) -> FaceTree:
-        """Give the tree of one of ``make_casters``, built when first asked for."""
+    def find_cast(
+        self, places: Places, caster: Caster, suns: NDArray[np.float64]
+    ) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
+        """
+        Find the shadows of one caster alone on some points, without attached shadow.
+
+        Parameters
+        ----------
+        places : Places
+        caster : Caster
+            One of ``make_casters``.
+        suns : (n, 3) float64
+
+        Returns
+        -------
+        which : (k,) int
+            Points that they can reach.
+        masks : (n, k) uint8
+            Of those.
+        """
         key = id(caster)  # which stays its own, since the caster is kept beside the tree
         if key not in self._trees:
             self._trees[key] = caster, make_face_tree(caster)
-        return self._trees[key][1]
+        corners = caster.vertices[caster.faces.ravel()]
+        which = places.find_reached(corners.min(0), corners.max(0), suns)
+        masks = find_hidden(
+            self._trees[key][1], places.points[which], places.normals[which], suns, self.threads,
+            attached=False,
+        )  # fmt: skip
+        return which, masks
 
     def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
         """Make casters of some parts each, as if they stood alone."""

@@ -1,9 +1,7 @@
 """Studies of single points: samples of surfaces, and windows or sensors from a table."""
 
-import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +14,7 @@ from umbra.scene import Scene
 from umbra.study.masks import Masks
 from umbra.study.model import Casting, prepare_casting
 from umbra.study.period import Period
+from umbra.study.point_table import check_points
 from umbra.study.receivers import Places
 from umbra.study.result import Variables, make_dataset, time_variables
 from umbra.study.setup import Progress, Setup
@@ -26,13 +25,12 @@ from umbra.volume.adjacency import Caster
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["PointStudy", "read_points", "run_point_study"]
+__all__ = ["PointStudy", "run_point_study"]
 
 CHUNK = 65_536
 """Points that are counted at a time."""
 DIMS = ("sample",)
 _BYTES = 300  # held for each point: place, normal, hours, and copies on the way to the file
-_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,15 +78,9 @@ class PointTile:
             steps += self.masks(some).sum(0, dtype=np.int32)
             progress(len(some))
 
-    def find_cast(
-        self, caster: Caster, suns: NDArray[np.float64]
-    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
-        """Find the shadows of one caster alone, without attached shadow."""
-        found = find_hidden(
-            self.casting.find_tree(caster), self.places.points, self.places.normals, suns,
-            self.casting.threads, attached=False,
-        )  # fmt: skip
-        return (slice(None),), found
+    def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
+        """Find the shadows of one caster alone: where they can be, and the masks there."""
+        return self.casting.find_cast(self.places, caster, suns)
 
     def find_parts(self) -> NDArray[np.intp]:
         """Give each point's part; -1 for none."""
@@ -198,7 +190,7 @@ def run_point_study(
         part, area = samples.part[samples.surface], samples.area
         facts: dict[str, object] = {"spacing_m": float(spacing)}
     else:
-        given = _check_points(points)
+        given = check_points(points)
         normals = given[:, 3:] if given.shape[1] == 6 else np.full((len(given), 3), np.nan)
         places = Places(given[:, :3] - origin, np.ascontiguousarray(normals))
         part, area = np.full(len(given), -1), np.ones(len(given))
@@ -233,89 +225,10 @@ def run_point_study(
     return study
 
 
-def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
-    """
-    Read points from a table of comma-separated values.
-
-    Parameters
-    ----------
-    path : path
-        Columns x, y, z, or x, y, z, nx, ny, nz, in this order; with a first line of
-        names they may be in any, with others beside them; ``name`` names the points.
-
-    Returns
-    -------
-    points : (n, 3) or (n, 6) float64
-    names : list of str
-        Empty where there are none.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or a line has other than numbers.
-    """
-    try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            rows = [
-                (n, row) for n, row in enumerate(csv.reader(file), 1) if any(map(str.strip, row))
-            ]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        msg = f"{path}: cannot be read as a table ({error}); give comma-separated x,y,z"
-        raise InputError(msg, path=path) from None
-    if not rows:
-        msg = f"{path}: there are no points; give lines of x,y,z or x,y,z,nx,ny,nz"
-        raise InputError(msg, path=path)
-    head = [word.strip().lower() for word in rows[0][1]]
-    label = None
-    if {"x", "y", "z"} <= set(head):
-        rows = rows[1:]
-        wanted = [name for name in _COLUMNS if name in head]
-        if len(wanted) not in {3, 6}:
-            msg = f"{path}: a normal needs all of nx, ny, nz; its columns are {', '.join(head)}"
-            raise InputError(msg, path=path)
-        places = [head.index(name) for name in wanted]
-        label = head.index("name") if "name" in head else None
-    else:
-        places = list(range(6 if len(head) >= 6 else 3))
-    points = []
-    for line, row in rows:
-        try:
-            points.append([float(row[place]) for place in places])
-        except (ValueError, IndexError):
-            msg = (
-                f"{path}: line {line} has not {len(places)} numbers ({','.join(row)[:60]}); "
-                "give x,y,z or x,y,z,nx,ny,nz"
-            )
-            raise InputError(msg, path=path, line=line) from None
-    names = [row[label].strip() for _, row in rows] if label is not None else []
-    return _check_points(points), names
-
-
 def _make_tile(
     casting: Casting, places: Places, part: NDArray, some: slice
 ) -> Callable[[], PointTile]:
     return lambda: PointTile(casting, Places(places.points[some], places.normals[some]), part[some])
-
-
-def _check_points(points: ArrayLike | None) -> NDArray[np.float64]:
-    """Give points as an array, normals made unit vectors."""
-    given = np.array([] if points is None else points, np.float64)
-    if given.ndim != 2 or given.shape[1] not in {3, 6} or not len(given):
-        msg = "receivers 'points' need points (n, 3) or with normals (n, 6); give --points FILE"
-        raise InputError(msg)
-    wrong = ~np.isfinite(given).all(1)
-    if given.shape[1] == 6:
-        length = np.linalg.norm(given[:, 3:], axis=1)
-        wrong |= length == 0
-        given[:, 3:] /= np.where(length > 0, length, 1.0)[:, None]
-    if wrong.any():
-        first = int(np.flatnonzero(wrong)[0])
-        msg = (
-            f"{int(wrong.sum())} points are not finite or have a normal of length 0 "
-            f"(first: point {first + 1}); correct or remove them"
-        )
-        raise InputError(msg, point=first)
-    return given
 
 
 def _summarise(

@@ -29,6 +29,34 @@ class Places:
     points: NDArray[np.float64]
     normals: NDArray[np.float64]
 
+    def find_reached(
+        self, low: NDArray[np.float64], high: NDArray[np.float64], suns: NDArray[np.float64]
+    ) -> NDArray[np.intp]:
+        """
+        Find the points that the shadow of a box can reach; rather too many than too few.
+
+        Parameters
+        ----------
+        low, high : (3,) float64
+            Corners of the box.
+        suns : (n, 3) float64
+            Above the horizon.
+
+        Returns
+        -------
+        which : (k,) int
+        """
+        margin = 1e-6 * (1.0 + np.abs([low, high]).max())
+        x, y, z = self.points.T
+        climb = high[2] - z
+        found = climb >= -margin
+        for at, k in ((x, 0), (y, 1)):
+            slope = suns[:, k] / suns[:, 2]
+            rise = np.maximum(climb, 0.0)
+            nearest, farthest = at + min(slope.min(), 0.0) * rise, at + max(slope.max(), 0.0) * rise
+            found &= (farthest >= low[k] - margin) & (nearest <= high[k] + margin)
+        return np.flatnonzero(found)
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:

@@ -10,6 +10,7 @@ hand counting starts at the eye's own count.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -260,15 +261,10 @@ class ViewTile:
             steps += self.masks(sun[None])[0]
             progress(1)
 
-    def find_cast(
-        self, caster: Caster, suns: NDArray[np.float64]
-    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
-        """Find the shadows of one caster alone, without attached shadow."""
-        found = find_hidden(
-            self.model.find_tree(caster), self.places.points, self.places.normals, suns,
-            self.model.threads, attached=False,
-        )  # fmt: skip
-        return (slice(None), slice(None)), found.reshape(-1, *self.shape)
+    def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
+        """Find the shadows of one caster alone: where they can be, and the masks there."""
+        which, masks = self.model.find_cast(self.places, caster, suns)
+        return np.unravel_index(which, self.shape), masks
 
     def find_parts(self) -> NDArray[np.intp]:
         """Give each pixel's part; -1 for the ground and where there is none."""

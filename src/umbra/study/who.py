@@ -10,6 +10,7 @@ from the sun, which is no one's doing.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit, prange
@@ -23,8 +24,8 @@ from umbra.study.receivers import Places
 
 __all__ = ["BY", "Groups", "Shares", "count_shares", "find_groups"]
 
-Finder = Callable[[NDArray[np.float64]], tuple[tuple[slice, ...], NDArray[np.uint8]]]
-"""Takes suns (n, 3); gives a window of the receivers and the masks (n, ...) there."""
+Finder = Callable[[NDArray[np.float64]], tuple[Any, NDArray[np.uint8]]]
+"""Takes suns (n, 3); gives where among the receivers, and the masks (n, ...) there."""
 
 BY = ("part", "kind", "layer")
 _ATTRIBUTES = {"part": "name", "kind": "kind", "layer": "layer"}
@@ -162,9 +163,10 @@ def count_shares(
         bits[:] = 0
         for find, row in zip(finders, bits, strict=True):
             window, masks = find(suns)
-            packed = row.reshape(shape)[window]
+            packed = np.zeros(masks.shape[1:], np.uint8)
             for k, mask in enumerate(masks):
                 packed |= mask << np.uint8(k)
+            row.reshape(shape)[window] = packed
         use_threads(threads)
         lengths = hours[some].astype(np.float32)
         _share(bits, suns, places.normals, lengths, first, listed, cast, sole)
