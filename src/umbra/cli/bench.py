@@ -10,7 +10,7 @@ from umbra.cli.main import echo_json
 
 __all__ = ["command"]
 
-NAMES = ("study", "frame", "silhouette", "cases", "startup")
+NAMES = ("study", "frame", "silhouette", "cases", "startup", "weng")
 PEERS = ("ogre", "workbench")
 
 
@@ -83,9 +83,9 @@ def command(
 
     NAME is study (hours of shadow on a plan, against Embree), frame (one light in
     one picture, against Embree), silhouette (edges, against VTK or numpy), cases (how
-    many triangles each of McGuire's cases draws) or startup (time and memory of a whole
-    umbra study). frame --device gl draws a hundred spheres and a moving lamp, against
-    OGRE and Blender's Workbench.
+    many triangles each of McGuire's cases draws), weng (soft shadows: time and error of
+    three methods) or startup (time and memory of a whole umbra study). frame --device gl
+    draws a hundred spheres and a moving lamp, against OGRE and Blender's Workbench.
     """
     if device == "gl" and name != "frame":
         msg = f"{name} has no gl device; frame has one"

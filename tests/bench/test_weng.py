@@ -1,0 +1,68 @@
+"""The table of soft shadows: that it says what it measured, and how errors are counted."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from umbra.bench.weng import find_errors, make_ball
+from umbra.cli.bench import command
+from umbra.volume.adjacency import make_caster
+
+
+def run(*arguments):
+    result = CliRunner().invoke(command, ["weng", *arguments, "--quick", "--repeat", "1"])
+    assert result.exception is None, result.output
+    return result.stdout
+
+
+def test_one_object_says_times_and_errors():
+    found = json.loads(run("--json", "--threads", "1"))
+    assert (found["benchmark"], found["samples"], found["quick"]) == ("weng", 1024, True)
+    assert [row["faces"] for row in found["rows"]] == [12, 48]
+    for row in found["rows"]:
+        assert row["wedges_to_weng"] == pytest.approx(row["wedges_ms"] / row["weng_ms"])
+        assert 0 < row["hard_ms"] < row["samples_ms"]
+        for where in ("floor", "everywhere"):
+            wedges, weng, hard = (row[where][name] for name in ("wedges", "weng", "hard"))
+            assert wedges["l1"] <= wedges["rms"] <= wedges["most"] <= 1
+            assert abs(wedges["bias"]) <= wedges["l1"]
+            assert min(wedges["pixels"], weng["pixels"], hard["pixels"]) > 100
+            # Wedges are nearly exact; layers outside the hard shadow only darken.
+            assert wedges["l1"] < 0.01
+            assert weng["l1"] > 0.1
+            assert weng["bias"] < 0
+    assert "fig. 16" in found["rows"][0]["paper"]
+    assert found["rows"][1]["paper"] is None
+
+
+def test_a_table_is_for_people():
+    text = run()
+    assert "too small to mean anything" in text
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    assert len({line.count("|") for line in lines}) == 1
+    assert len(lines) == 2 + 2
+
+
+def test_errors_are_counted_where_either_is_in_penumbra():
+    truth = np.array([0, 0.5, 1, 1, 0.25, 0.5], np.float32)[None]
+    found = np.array([0, 0.5, 1, 0.5, 1.0, 0.0], np.float32)[None]
+    where = np.ones_like(truth, bool)
+    errors = find_errors(found, truth, where)
+    assert errors.pixels == 4
+    assert errors.l1 == pytest.approx((0 + 0.5 + 0.75 + 0.5) / 4)
+    assert errors.bias == pytest.approx((0 - 0.5 + 0.75 - 0.5) / 4)
+    assert errors.rms == pytest.approx(np.sqrt((0.25 + 0.5625 + 0.25) / 4))
+    assert errors.most == 0.75
+    assert find_errors(found, truth, ~where).pixels == 0
+
+
+@pytest.mark.parametrize("around", [(8, 4), (25, 11)])
+def test_balls_are_closed_and_wound_outward(around):
+    vertices, faces = make_ball(*around)
+    assert len(faces) == 2 * around[0] * (around[1] - 1)
+    assert make_caster(vertices, faces).is_closed.all()
+    a, b, c = ((vertices - (0, 0, 1.6))[faces[:, k]] for k in range(3))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+    assert 0.5 * 4.19 < volume < 4.19
