@@ -180,11 +180,24 @@ def test_threads_change_nothing(render):
         np.testing.assert_array_equal(two[name], array)
 
 
+def test_without_a_view_and_a_light_the_whole_model_is_seen_and_lit(render):
+    _, arrays = render("--size", "80x60")
+    seen = ~np.isnan(arrays["position"][..., 0])
+    assert 0.02 < seen.mean() < 0.9
+    assert not np.concatenate([seen[[0, -1]].ravel(), seen[:, [0, -1]].ravel()]).any()
+    assert arrays["lit"][0][seen].all()
+
+
+@pytest.mark.parametrize("half", [["--eye", "0,-9,5"], ["--target", "0,0,0"]])
+def test_half_a_view_is_refused(umbra_here, table, tmp_path, half):
+    said = umbra_here("render", table, *half, "--out", tmp_path / "a.png")
+    assert "both --eye and --target" in said.refusal()
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (["--light", "0,0,8"], "nothing to write"),
-        (["--out", "a.png"], "no light"),
         (["--out", "a.jpg", "--light", "0,0,8"], "name it a.png"),
         (["--out", "a.png", "--light", "0,8"], "X,Y,Z"),
         (["--out", "a.png", "--light", "0,0,nan"], "X,Y,Z"),

@@ -23,8 +23,10 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
 
 @click.command("render")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--eye", type=POINT, required=True, help="Where the camera is [m].")
-@click.option("--target", type=POINT, required=True, help="What it looks at [m].")
+@click.option(
+    "--eye", type=POINT, help="Where the camera is [m]; default: the whole model, seen from above."
+)
+@click.option("--target", type=POINT, help="What it looks at [m].")
 @click.option(
     "--up", type=POINT, default=(0.0, 0.0, 1.0), help="Upward in the picture; default: 0,0,1."
 )
@@ -85,8 +87,8 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],
-    eye: tuple[float, ...],
-    target: tuple[float, ...],
+    eye: tuple[float, ...] | None,
+    target: tuple[float, ...] | None,
     up: tuple[float, ...],
     fov: float,
     height: float | None,
@@ -110,7 +112,7 @@ def command(
     """
     Draw a picture with exact hard shadows of any number of lights, or with soft ones.
 
-    Without --light and --spot a glTF file's own lights shine.
+    Without --light and --spot a glTF file's own lights shine, or one from the upper left.
 
     \b
     Example:
@@ -126,14 +128,20 @@ def command(
 
     from umbra.cpu.shade import shade  # noqa: PLC0415
     from umbra.cpu.threads import count_cores  # noqa: PLC0415
-    from umbra.scene import Camera, Light, spot_light  # noqa: PLC0415
+    from umbra.scene import Camera, Light, directional_light, spot_light  # noqa: PLC0415
     from umbra.scene.exposure import expose_lights  # noqa: PLC0415
+    from umbra.window.viewpoint import frame_bounds  # noqa: PLC0415
     from umbra.writers.beside import replace_file  # noqa: PLC0415
     from umbra.writers.png import write_png  # noqa: PLC0415
 
+    if (eye is None) != (target is None):
+        msg = "a view needs both --eye and --target; leave both out to see the whole model"
+        raise InputError(msg)
     _check_method(device, method)
     check_soft(soft, light_sizes, device)
-    camera = Camera(eye, target, up, size=size, fov=fov, height=height, near=near)  # type: ignore[arg-type]
+    lens: dict[str, Any] = {"size": size, "fov": fov, "height": height, "near": near}
+    # Slips in a camera that is given are told before anything is read.
+    camera = None if eye is None else Camera(eye, target, up, **lens)  # type: ignore[arg-type]
     all_lights = [Light(np.array(v if len(v) == 4 else (*v, 1.0))) for v in lights]
     all_lights += [spot_light(v[:3], v[3:6], v[6]) for v in spots]
     threads = threads or count_cores()
@@ -145,9 +153,12 @@ def command(
         if not all_lights:
             all_lights = list(expose_lights(scene))
             _check_memory(size, len(all_lights))
+        if camera is None:
+            seen_from = frame_bounds(scene.bounds(), size).camera(size)
+            camera = Camera(seen_from.eye, seen_from.target, up, **lens)  # type: ignore[arg-type]
         if not all_lights:
-            msg = "no light; give --light X,Y,Z for a point or X,Y,Z,0 for a direction"
-            raise InputError(msg)
+            right, up_there, forward = camera.axes()
+            all_lights = [directional_light(-0.6 * right + 0.9 * up_there - 0.5 * forward)]
         sized = size_lights(all_lights, light_sizes) if soft is not None else []
         counter = stack.enter_context(_count_on(device, scene, ground, threads))
         view, frame = counter.see(camera)
