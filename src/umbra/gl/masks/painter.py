@@ -10,7 +10,7 @@ from umbra.gl.masks.pieces import Batch, Pieces
 from umbra.gl.masks.tally import Tally
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
 from umbra.gl.programs import Program
-from umbra.gl.state import Pass, State
+from umbra.gl.state import Pass, State, Stencil
 
 __all__ = ["Painter"]
 
@@ -89,10 +89,16 @@ class Painter:
             self.tally.draws += 1
 
     def draw_rectangle(
-        self, state: State, step: Step, write: str | bool, purpose: str = "normalise"
+        self,
+        state: State,
+        step: Step,
+        write: str | bool,
+        purpose: str = "normalise",
+        *,
+        stencil: Stencil | None = None,
     ) -> None:
-        """Draw a rectangle over the whole window."""
-        state.use(Pass(color_write=write, blend=step.blend))
+        """Draw a rectangle over the whole window, or where a stencil lets it pass."""
+        state.use(Pass(color_write=write, blend=step.blend, stencil=stencil))
         self._rectangle.set(tint=np.full(4, step.brightness))
         draw_plain(self._device, self._rectangle, 3)
         self.tally.rectangles.append(purpose)

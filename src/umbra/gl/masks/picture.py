@@ -1,0 +1,271 @@
+"""
+The paper's renderer: its passes and rectangles, one light, and masks of full or fewer pixels.
+
+    alpha   scene -> volumes in alpha -> 3 rectangles -> scene x alpha -> + ambient
+    screen  depth -> volumes in colour -> 3 rectangles -> x scene -> + ambient
+    scaled  small depth -> volumes -> rectangles -> scene -> x texture -> + ambient
+
+``tally`` counts what was issued, as in Table 1.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.gl.context import Device, open_device
+from umbra.gl.count import Counter
+from umbra.gl.geometry import Geometry
+from umbra.gl.masks.counter import MaskCounter
+from umbra.gl.masks.forward import Forward
+from umbra.gl.masks.method import Method, Step
+from umbra.gl.masks.registry import find_method
+from umbra.gl.masks.tally import Tally
+from umbra.gl.masks.upsample import FILTERS, Upsampler
+from umbra.gl.plan import Choices, Plan, Planner
+from umbra.gl.projection import Projection, make_projection
+from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.target import Target
+from umbra.scene import Camera, Light, Scene
+
+__all__ = ["MaskPicture"]
+
+_DARK = {"black": 0.0, "ambient": 0.0, "attenuated": 0.5}
+_ONE = Step("multiply", 0.0)
+
+
+class MaskPicture:
+    """
+    Draws a scene in one light with shadows by a mask.
+
+    Parameters
+    ----------
+    scene : Scene
+    method : Method or str
+        Of ``umbra.gl.masks.NAMES``, or ``stencil``.
+    casters : sequence of int, optional
+        Indices of the parts that cast; all by default.
+    scale : int
+        Pixels of the picture to one of the mask, along each side.
+    filter : {'nearest', 'bilinear', 'joint'}
+        How a mask of fewer pixels is laid over the picture.
+    device : Device, optional
+        One of its own by default, released with this.
+    warn : callable
+        Told, in a line, where the method may be wrong.
+
+    Raises
+    ------
+    InputError
+        If scale or filter are none of these.
+
+    Attributes
+    ----------
+    tally : Tally
+        Of the last picture.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        method: Method | str,
+        *,
+        casters: Sequence[int] | None = None,
+        scale: int = 1,
+        filter: str = "bilinear",  # noqa: A002  (the word that painters of pictures know)
+        device: Device | None = None,
+        warn: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        if filter not in FILTERS or scale < 1:
+            msg = f"no filter '{filter}' at scale {scale}; there are {', '.join(FILTERS)}, from 1"
+            raise InputError(msg)
+        self.scene, self.scale = scene, scale
+        self.device = device or open_device()
+        self._owns_device = device is None
+        self.geometry = Geometry(self.device, scene)
+        self.planner = Planner(self.device, scene, self.geometry, casters)
+        is_stencil = method == "stencil"
+        self.method = None if is_stencil else _find(method)
+        self._stencil = Counter(self.device, self.geometry, self.planner.indices)
+        # The stencil's mask of fewer pixels is turned into colours as the others are.
+        colors = self.method or find_method("alpha")
+        self._colors = MaskCounter(self.device, self.geometry, colors, warn=warn)
+        # A mask that is no alpha of eight bits goes by a texture, also at full size.
+        is_texture = scale > 1 or (self.method is not None and self.method.format != "rgba8")
+        self._upsampler = (
+            Upsampler(self.device, filter if scale > 1 else "nearest") if is_texture else None
+        )
+        self._is_joint = scale > 1 and filter == "joint"
+        self._forward = Forward(self.device, scene, self.geometry, has_place=self._is_joint)
+        self._targets: list[Target] = []
+
+    @property
+    def tally(self) -> Tally:
+        """What the last picture issued."""
+        return self._colors.painter.tally
+
+    def draw(
+        self, camera: Camera, light: Light, shadows: str | None = "ambient", *, white: bool = False
+    ) -> None:
+        """
+        Draw a picture.
+
+        Parameters
+        ----------
+        camera : Camera
+        light : Light
+        shadows : {'black', 'ambient', 'attenuated'}, optional
+            What is in shadow is black, in ambient light, or half as bright; None draws none.
+        white : bool
+            Draw all surfaces white: the mask alone is left.
+        """
+        picture, color, mask = self._find_targets(camera.size)
+        projection = make_projection(camera, self.scene.origin, self._bounds())
+        (plan,) = self.planner.plan(projection, [light], choices=Choices(narrow=False))
+        place, tally = plan.light, self.tally
+        tally.clear()
+        with State(self.device) as state:
+            # A tilt of parallel rays must be the surfaces', too.
+            shown = plan.projection
+            by_texture = self._upsampler is not None and shadows is not None
+            if by_texture:
+                self._draw_mask(state, shown, plan, mask, place)
+            is_screen = self.method is not None and self.method.write == "rgb" and not by_texture
+            lights = "direct" if shadows in ("black", "ambient") else "both"
+            if is_screen and shadows is not None:
+                self._clear(state, color, self.method.start if self.method else 1.0)
+                self._forward.draw_depth(state, shown, tally)
+                self._draw_volumes(state, plan, shadows)
+                self._forward.draw_scene(
+                    state, shown, place, tally, lights=lights, blend="multiply", is_white=white
+                )
+            else:
+                alpha = self.method.start if self.method else 1.0
+                self._clear(state, picture, 1.0, 1.0, 1.0, alpha)
+                self._forward.draw_scene(
+                    state, shown, place, tally, lights=lights, alpha=alpha, is_white=white,
+                    with_place=self._is_joint,
+                )  # fmt: skip
+                color.use()
+                if by_texture:
+                    self._apply(state, shown, mask, picture, _DARK[shadows or "black"])
+                elif shadows is not None:
+                    self._draw_full(state, plan, color, shadows)
+            if shadows == "ambient":
+                self._forward.draw_scene(
+                    state, shown, place, tally, lights="ambient", blend="add", is_white=white
+                )
+
+    def read(self) -> NDArray[np.uint8]:
+        """Read the last picture, (rows, cols, 3) uint8, linear; row 0 at the top."""
+        return np.ascontiguousarray(self._targets[0].read()[..., :3])
+
+    def _draw_full(self, state: State, plan: Plan, color: Target, shadows: str) -> None:
+        """Count in the picture's own alpha or stencil, and multiply the picture by it."""
+        painter = self._colors.painter
+        if self.method is not None:
+            self._draw_volumes(state, plan, shadows)
+            painter.draw_rectangle(state, Step("by alpha", 1.0), "rgb", "apply")
+            return
+        self._stencil.count(state, color, plan)
+        where = Stencil(test="notequal", reference=0)
+        step = Step("multiply", _DARK[shadows])
+        painter.draw_rectangle(state, step, "rgb", "apply", stencil=where)
+
+    def _draw_volumes(self, state: State, plan: Plan, shadows: str) -> None:
+        """Count in the target in use, and normalise for what the shadows are to be."""
+        assert self.method is not None
+        painter = self._colors.painter
+        painter.draw_volumes(state, self.method, plan, self._colors.find_pieces(plan))
+        is_half = shadows == "attenuated" and self.method.attenuated
+        for step in self.method.attenuated if is_half else self.method.black:
+            painter.draw_rectangle(state, step, self.method.write)
+
+    def _draw_mask(
+        self, state: State, shown: Projection, plan: Plan, mask: Target, place: NDArray
+    ) -> None:
+        """Draw a mask by itself: depth of its size, volumes, rectangles."""
+        start = self.method.start if self.method else 1.0
+        self._clear(state, mask, start)
+        if self._is_joint:
+            self._forward.draw_scene(
+                state, shown, place, self.tally, lights="direct", alpha=start, with_place=True
+            )
+            state.use(Pass(color_write=True))
+            mask.clear_color(start)
+        else:
+            self._forward.draw_depth(state, shown, self.tally)
+        counted = self._targets[-1]
+        counted.use()
+        if self.method is not None:
+            self._draw_volumes(state, plan, "black")
+            return
+        self._stencil.count(state, counted, plan)
+        where = Stencil(test="notequal", reference=0)
+        self._colors.painter.draw_rectangle(state, _ONE, True, "copy", stencil=where)
+
+    def _apply(
+        self, state: State, shown: Projection, mask: Target, picture: Target, dark: float
+    ) -> None:
+        assert self._upsampler is not None
+        low, high = self.method.lit if self.method else (0.75, 1.0)
+        self._upsampler.apply(
+            state, shown, mask, picture, self.tally, lit=(low, high), dark=dark,
+            channel=self.method.channel if self.method else 0,
+        )  # fmt: skip
+
+    def _clear(self, state: State, target: Target, *values: float) -> None:
+        """Use a target; clear depth, stencil and colours, the first of them to some values."""
+        target.use()
+        state.use(Pass(depth_write=True, color_write=True))
+        state.clear(depth=1.0, stencil=0)
+        target.clear_color(*values)
+        if len(target.colors) > 1:
+            target.clear_color(0.0, place=1)
+
+    def _bounds(self) -> NDArray[np.float64]:
+        whole = self.scene.bounds()[None] - self.scene.origin
+        return np.concatenate([self.planner.bounds, whole])
+
+    def _find_targets(self, size: tuple[int, int]) -> tuple[Target, Target, Target]:
+        """Give the picture, its colours alone, and the mask; the last is what counts are in."""
+        if not self._targets or self._targets[0].size != tuple(size):
+            self._release_targets()
+            place = ("rgba32f",) if self._is_joint else ()
+            picture = Target(self.device, size, ("rgba8", *place))
+            color = Target(self.device, size, depth_of=picture, shows=(picture, 0))
+            self._targets = [picture, color]
+            if self._upsampler is not None:
+                small = (-(-size[0] // self.scale), -(-size[1] // self.scale))
+                form = self.method.format if self.method else "rgba8"
+                mask = Target(self.device, small, (form, *place))
+                self._targets.append(mask)
+                self._targets.append(Target(self.device, small, depth_of=mask, shows=(mask, 0)))
+        picture, color, mask = (*self._targets, *self._targets[:1])[:3]
+        return picture, color, mask
+
+    def _release_targets(self) -> None:
+        for target in reversed(self._targets):
+            target.release()
+        self._targets = []
+
+    def release(self) -> None:
+        """Free all that is held on the device."""
+        self._release_targets()
+        for held in (self._upsampler, self._forward, self._colors, self._stencil, self.planner):
+            if held is not None:
+                held.release()
+        self.geometry.release()
+        if self._owns_device:
+            self.device.release()
+
+    def __enter__(self) -> "MaskPicture":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+def _find(method: Method | str) -> Method:
+    return find_method(method) if isinstance(method, str) else method

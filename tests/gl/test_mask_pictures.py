@@ -1,0 +1,111 @@
+"""Pictures by masks: passes and rectangles of the paper's Table 1, and masks of fewer pixels."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.shapes import city, sheet
+
+from umbra.errors import InputError
+from umbra.gl.masks import NAMES, find_method
+from umbra.gl.masks.alpha import PRINTED
+from umbra.gl.masks.picture import MaskPicture
+from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene, point_light
+
+FLOOR = sheet([(-60, -60, -0.01), (60, -60, -0.01), (60, 60, -0.01), (-60, 60, -0.01)])
+CAMERA = Camera((-30, -40, 45), (2, 2, 0), size=(96, 72))
+LAMP = point_light((20, 22, 50))
+SCREEN_MAX = replace(find_method("max"), name="screen, max", write="rgb")
+
+
+@pytest.fixture(scope="module")
+def town():
+    return make_scene(
+        [
+            Part("town", "house", Mesh(*city(4)), material=Material((0.9, 0.7, 0.4))),
+            Part("floor", "floor", Mesh(*FLOOR), material=Material((0.5, 0.6, 0.5))),
+        ]
+    )
+
+
+def draw(device, scene, method, shadows="black", light=LAMP, camera=CAMERA, **options):
+    white = options.pop("white", False)
+    with MaskPicture(scene, method, casters=[0], device=device, **options) as picture:
+        picture.draw(camera, light, shadows, white=white)
+        return picture.read().astype(int), picture.tally
+
+
+@pytest.mark.parametrize(
+    ("method", "ambient", "attenuated"),
+    [
+        # Roettger et al. 2002, Table 1: passes / rectangles, in brackets by the maximum.
+        (find_method("alpha"), (2, 4), (1, 4)),
+        (PRINTED, (2, 4), (1, 4)),
+        (find_method("max"), (2, 4), (1, 2)),
+        (find_method("screen"), (3, 3), (2, 3)),
+        (SCREEN_MAX, (3, 3), (2, 1)),
+    ],
+    ids=["alpha", "alpha as printed", "alpha by maximum", "screen", "screen by maximum"],
+)
+def test_passes_and_rectangles_are_the_papers(device, town, method, ambient, attenuated):
+    assert draw(device, town, method, "ambient")[1].table == ambient
+    found, tally = draw(device, town, method, "attenuated")
+    assert tally.table == attenuated
+    assert tally.batches == (16 if method is PRINTED else 3)
+    assert tally.draws == 2 * tally.batches
+    assert np.ptp(found) > 100
+
+
+@pytest.mark.parametrize("shadows", ["black", "ambient", "attenuated"])
+@pytest.mark.parametrize("light", [LAMP, directional_light((0.5, 0.3, 0.6))], ids=["lamp", "sun"])
+def test_pictures_are_the_stencils(device, town, shadows, light):
+    right, _ = draw(device, town, "stencil", shadows, light)
+    bare, _ = draw(device, town, "stencil", None, light)
+    # Coverage: a good part of the picture is in shadow at all.
+    assert (np.abs(right - bare).max(-1) > 20).mean() > 0.05
+    for method in (*NAMES, PRINTED, SCREEN_MAX):
+        found, _ = draw(device, town, method, shadows, light)
+        # What is lit may be 254 of 255 (NOTES on Roettger, A6).
+        assert (np.abs(found - right).max(-1) > 1).sum() <= 2, method
+
+
+@pytest.mark.parametrize("method", ["stencil", *NAMES])
+@pytest.mark.parametrize("scale", [2, 4])
+def test_fewer_pixels_are_best_laid_between_pixels_of_one_surface(device, town, method, scale):
+    full, _ = draw(device, town, "stencil", white=True)
+    error, wrong = {}, {}
+    for kind in ("nearest", "bilinear", "joint"):
+        found, tally = draw(device, town, method, white=True, scale=scale, filter=kind)
+        apart = np.abs(found - full)[..., 0] / 255
+        error[kind], wrong[kind] = apart.mean(), (apart > 0.5).mean()
+        # The scene once more, small, and at last a rectangle that lays the mask over it.
+        assert len(tally.passes) == 2
+        assert tally.rectangles[-1] == "apply"
+    assert 0 < error["joint"] < 0.85 * error["nearest"] < 0.85 * error["bilinear"]
+    assert wrong["joint"] < 0.85 * wrong["bilinear"]
+    assert wrong["bilinear"] <= wrong["nearest"]
+
+
+def test_a_mask_of_fewer_pixels_says_by_hand_what_filters_do(device):
+    # A table of 8 x 8 m, 4 m up, seen from straight above its shadow, one pixel a metre.
+    table = sheet([(-4, -4, 4), (4, -4, 4), (4, 4, 4), (-4, 4, 4)])
+    scene = make_scene([Part("table", "t", Mesh(*table)), Part("floor", "f", Mesh(*FLOOR))])
+    camera = Camera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), size=(32, 32), height=32.0)
+    sun = directional_light((-2, 0, 1))  # the shadow is 8 m to the east
+    for method in ("stencil", *NAMES):
+        with MaskPicture(scene, method, casters=[0], device=device, scale=2) as picture:
+            picture.draw(camera, sun, "black", white=True)
+            row = picture.read()[16, :, 0] / 255
+        # The shadow lies from x = 4 to 12: columns 20 to 27, and two pixels share one of the
+        # mask, so that the last before its edge is lit by a quarter, the first beyond by 3/4.
+        expected = np.ones(32)
+        expected[20:28] = 0.0
+        expected[[20, 27]], expected[[19, 28]] = 0.25, 0.75
+        np.testing.assert_allclose(row, expected, atol=0.01)
+
+
+def test_what_is_no_filter_is_refused(device, town):
+    with pytest.raises(InputError, match=r"no filter 'sharp'.*nearest, bilinear, joint"):
+        MaskPicture(town, "alpha", filter="sharp", device=device)
+    with pytest.raises(InputError, match="scale 0"):
+        MaskPicture(town, "alpha", scale=0, device=device)
