@@ -337,3 +337,24 @@ def test_views_are_read_like_plans(page, tmp_path, receivers):
         assert words(page, "in-sun", "first", "spells") == ["0 h", "none", "0"]
     text = path.read_text()
     assert ("level and orthographic" if receivers == "south" else "50° high") in text
+
+
+def test_of_very_many_days_some_are_shown_whole(page, tmp_path):
+    year = make_study(date="2026", every="1h", cell=4, masks=True)
+    path, timeline = save(tmp_path / "report.html", year)
+    assert timeline.strides == (3, 1)
+    assert not timeline.is_study
+    assert "Of the study's 365 days it shows one in 3" in path.read_text().replace("&#x27;", "'")
+    page.open(path, READY)
+    page.mouse("mouseMoved", *place_of(page, year, 9, 11))
+    mine = np.isin(year.period.day_of_step, np.arange(0, 365, 3)) & year.sun.is_up
+    mask = np.asarray(year.masks)[:, 9, 11]
+    assert words(page, "in-shadow") == [say(float(mask[mine].sum()))]
+    assert words(page, "in-sun") == [say(float((1 - mask[mine]).sum()))]
+
+
+def test_of_very_many_steps_some_stand_for_all(tmp_path):
+    day = make_study(every="20s", cell=4, masks=False)
+    _, timeline = save(tmp_path / "report.html", day)
+    assert timeline.strides == (1, 2)
+    np.testing.assert_array_equal(timeline.last, timeline.which + 1)

@@ -186,7 +186,7 @@ def _write_csv(job: Job) -> list[str]:
     study, timeline = job.study, job.timeline
     write_cells(job.folder / names[0], study)
     areas = None
-    if timeline.stride == 1:
+    if timeline.strides == (1, 1):
         is_counted = np.ones(timeline.shape, bool)
         if study.receivers == "ground":
             is_counted = timeline.surface <= 1e-6

@@ -136,11 +136,9 @@ def _make_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, object
 def _make_steps(study: Study, timeline: Timeline) -> dict[str, list]:
     """Give each shown step's times [s since 1970, UTC], clock, and sun."""
     period, which = study.period, timeline.which
-    begins, ends = period.starts[which], period.ends
+    begins, ends = period.starts[which], period.ends[timeline.last]
     middles = period.instants.astype("datetime64[us]").astype(np.int64)[which]
     day = period.day_of_step
-    # A step that is shown stands for those left out after it.
-    ends = ends[np.append(which[1:], len(ends)) - 1]
     zone = zoneinfo.ZoneInfo(period.site.zone)
     local = [
         dt.datetime.fromtimestamp(t, dt.UTC).astimezone(zone)
@@ -196,7 +194,7 @@ def _address(png: bytes) -> str:
 def _make_summary(study: Study) -> str:
     """Give the figures at the top."""
     hours = study.shadow_hours
-    figures = [("sun above the horizon", f"{study.up_hours:.4g} h")]
+    figures = [("sun above the horizon", _say(study.up_hours))]
     if np.isfinite(hours).any():
         is_open = np.isfinite(hours)
         what = "surfaces"
@@ -205,7 +203,7 @@ def _make_summary(study: Study) -> str:
             what = "open ground"
         if is_open.any():
             figures += [
-                (f"mean sun, {what}", f"{float(study.sun_hours[is_open].mean()):.3g} h"),
+                (f"mean sun, {what}", _say(float(study.sun_hours[is_open].mean()))),
                 ("never in the sun", f"{100 * (study.sun_hours[is_open] <= 1e-4).mean():.1f} %"),
                 ("never in shadow", f"{100 * (hours[is_open] <= 1e-4).mean():.1f} %"),
             ]
@@ -214,6 +212,11 @@ def _make_summary(study: Study) -> str:
         for name, value in figures
     )
     return f'<dl class="summary">{cells}</dl>'
+
+
+def _say(hours: float) -> str:
+    """Write hours with as many digits as one reads."""
+    return f"{hours:,.0f} h" if hours >= 100 else f"{hours:.3g} h"
 
 
 def _tell_resolution(study: Study, timeline: Timeline) -> str:
@@ -228,8 +231,14 @@ def _tell_resolution(study: Study, timeline: Timeline) -> str:
             f", counted anew at their own centres; the study has {len(study.x):,} x "
             f"{len(study.y):,} of {study.grid.dx:.3g}"
         )
-    if timeline.stride > 1:
-        words += f". Of the study's instants it shows every {timeline.stride}th"
+    days, steps = timeline.strides
+    if days > 1:
+        words += (
+            f". Of the study's {len(study.period.days)} days it shows one in {days}; the figures "
+            "at a point are of these days"
+        )
+    if steps > 1:
+        words += f". Of a day's steps one in {steps} is judged for all"
     return words + ". First, last and longest are those of whole steps."
 
 

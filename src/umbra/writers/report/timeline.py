@@ -19,7 +19,7 @@ LONGEST_VIEW = 1600
 MOST_BYTES = 16_000_000
 """Of all masks at a bit a cell, before they are compressed; else cells grow."""
 MOST_INSTANTS = 2000
-"""Of a longer study every n-th instant is shown."""
+"""Of a longer study every n-th day is shown; of a longer day every n-th step."""
 _SMALLEST = 120  # cells along the longer side that are kept whatever the instants
 
 
@@ -35,8 +35,10 @@ class Timeline:
         Cell centres in the model's own coordinates, ascending [m].
     which : (n,) int64
         The steps of the study that are shown.
-    stride : int
-        1 where that is all of them.
+    last : (n,) int64
+        The last step that each one stands for: itself, or a later one of its day.
+    strides : (int, int)
+        Of days and of a day's steps: (1, 1) where all are shown.
     bits : (n, (rows * cols + 7) // 8) uint8
         A bit for each cell, the first in the highest bit; 1 in shadow, 0 at night.
     surface : (rows, cols) float64
@@ -51,7 +53,8 @@ class Timeline:
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     which: NDArray[np.int64]
-    stride: int
+    last: NDArray[np.int64]
+    strides: tuple[int, int]
     bits: NDArray[np.uint8]
     surface: NDArray[np.float64]
     shade: NDArray[np.float32] | None
@@ -86,12 +89,7 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     -------
     timeline : Timeline
     """
-    n = len(study.sun.is_up)
-    stride = max(1, -(-n // MOST_INSTANTS))
-    # Anew on each day, so that a step that stands for others stands for those of its day.
-    lengths = [len(steps.hours) for steps in study.period.steps]
-    firsts = np.cumsum([0, *lengths[:-1]])
-    which = np.concatenate([k + np.arange(0, m, stride) for k, m in zip(firsts, lengths)])
+    which, last, strides = _choose_steps([len(steps.hours) for steps in study.period.steps])
     if longest is None:
         longest = LONGEST if study.is_plan else LONGEST_VIEW
     grid = _choose_grid(study.grid, len(which), longest)
@@ -105,9 +103,22 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
         bits[some] = np.packbits(masks.reshape(len(some), -1), axis=1)
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
-        grid.x + shift_x, grid.y + shift_y, which, stride, bits,
-        *_find_looks(tile), grid == study.grid and stride == 1,
+        grid.x + shift_x, grid.y + shift_y, which, last, strides, bits,
+        *_find_looks(tile), grid == study.grid and strides == (1, 1),
     )  # fmt: skip
+
+
+def _choose_steps(
+    lengths: list[int],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[int, int]]:
+    """Choose days, whole if they can be, until no more steps are left than are shown."""
+    days = max(1, -(-sum(lengths) // MOST_INSTANTS)) if len(lengths) > 1 else 1
+    kept = list(range(0, len(lengths), days))
+    steps = max(1, -(-sum(lengths[day] for day in kept) // MOST_INSTANTS))
+    firsts = np.cumsum([0, *lengths])
+    which = [np.arange(firsts[day], firsts[day + 1], steps) for day in kept]
+    last = [np.append(some[1:] - 1, firsts[day + 1] - 1) for day, some in zip(kept, which)]
+    return np.concatenate(which), np.concatenate(last), (days, steps)
 
 
 def _find_looks(tile: Any) -> tuple[NDArray[np.float64], NDArray[np.float32] | None]:
