@@ -39,7 +39,10 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
             rows = [
                 (n, row) for n, row in enumerate(csv.reader(file), 1) if any(map(str.strip, row))
             ]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except OSError as error:
+        msg = f"{path}: {(error.strerror or str(error)).lower()}; name a table of points"
+        raise InputError(msg, path=path) from None
+    except (UnicodeDecodeError, csv.Error) as error:
         msg = f"{path}: cannot be read as a table ({error}); give comma-separated x,y,z"
         raise InputError(msg, path=path) from None
     if not rows:
