@@ -152,9 +152,10 @@ class Soft:
         cols, rows = self.size
         return (
             f"umbra bench weng: {describe_machine()}. {cols}x{rows} pixels, "
-            f"{self.threads} threads, medians of {self.repeat} runs. Errors of visibility on the floor against "
-            f"{REFERENCE:,} samples, where either is in penumbra; length {LENGTH:g}, gap {GAP:g} "
-            f"({round(LENGTH / GAP)} layers).{small}\n\n{lay_out_table(head, lines)}"
+            f"{self.threads} threads, medians of {self.repeat} runs. Errors of visibility on the "
+            f"floor against {REFERENCE:,} samples, where either is in penumbra; "
+            f"length {LENGTH:g}, gap {GAP:g} ({round(LENGTH / GAP)} layers).{small}"
+            f"\n\n{lay_out_table(head, lines)}"
         )
 
 

@@ -174,11 +174,10 @@ class FrameCounter:
             if not camera.is_perspective:  # there the dark cap is seen as one point, or not at all
                 counts += far_anchor.count(caster.is_closed)
         else:
-            floor = self.floor if (apex[2] >= self.floor if apex[3] else apex[2] >= 0) else -np.inf
             if seen_along > 0:
                 counts = np.zeros(view.key.shape, np.int16)
             else:
-                counts = self._in_front(caster, view, matrix, place, floor)
+                counts = self._in_front(caster, view, matrix, place, self._find_floor(apex))
             if method != "z-pass" and (start or before.any()):
                 counts = counts + (start + before)
             if not start and not len(caps.multiplicity):
@@ -236,7 +235,8 @@ class FrameCounter:
             counts = count_polygons(cap, matrix, view.key, size, nearer=True)
             counts += anchor.count(caster.is_closed)
             if seen_along == 0:
-                counts = counts + self._in_front(caster, view, matrix, place, -np.inf)
+                floor = self._find_floor(apex)
+                counts = counts + self._in_front(caster, view, matrix, place, floor)
         return counts * (view.face != NOTHING)
 
     def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:
@@ -281,6 +281,11 @@ class FrameCounter:
             ):  # fmt: skip
                 break
         return counts[:, :cols]
+
+    def _find_floor(self, apex: NDArray[np.float64]) -> float:
+        """Give the height below which neither receivers nor the eye lie; -inf if that is none."""
+        is_above = apex[2] >= self.floor if apex[3] else apex[2] >= 0
+        return float(self.floor) if is_above else -np.inf
 
     def _behind(
         self, caster: Caster, view: View, matrix: NDArray, light: NDArray, near: float

@@ -304,7 +304,18 @@ def _find_signed_part(v, x, y, z, light, is_square, axes, one, two):
 
 @njit(cache=True, nogil=True, parallel=True)
 def add_wedges(
-    position, seen, ends, multiplicity, planes, light, radius, is_square, axes, cover, unsure
+    position,
+    origin,
+    seen,
+    ends,
+    multiplicity,
+    planes,
+    light,
+    radius,
+    is_square,
+    axes,
+    cover,
+    unsure,
 ):
     """
     Sum s Q multiplicity / area over the silhouette edges, for each visible point.
@@ -312,7 +323,9 @@ def add_wedges(
     Parameters
     ----------
     position : (rows, cols, 3) float64
-        In the light's frame [m].
+        In the model's own coordinates [m].
+    origin : (3,) float64
+        Of the frame of edges and light, in those coordinates.
     seen : (rows, cols) bool
         Where to look.
     ends : (n, 6) float64
@@ -347,8 +360,8 @@ def add_wedges(
             for c in range(left, right):
                 if seen[r, c]:
                     for k in range(3):
-                        low[k] = min(low[k], position[r, c, k])
-                        high[k] = max(high[k], position[r, c, k])
+                        low[k] = min(low[k], position[r, c, k] - origin[k])
+                        high[k] = max(high[k], position[r, c, k] - origin[k])
         if not low[0] <= high[0]:
             continue
         reach = 0.5 * np.sqrt(
@@ -371,7 +384,9 @@ def add_wedges(
             for c in range(left, right):
                 if not seen[r, c]:
                     continue
-                x, y, z = position[r, c, 0], position[r, c, 1], position[r, c, 2]
+                x = position[r, c, 0] - origin[0]
+                y = position[r, c, 1] - origin[1]
+                z = position[r, c, 2] - origin[2]
                 if not _place_axes(x, y, z, light, radius, is_square, axes, own):
                     continue
                 total = 0.0

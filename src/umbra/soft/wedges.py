@@ -94,7 +94,7 @@ def _cover(
     coverage = np.zeros(where.shape)
     unsure = np.zeros(where.shape, np.bool_)
     add_wedges(
-        np.nan_to_num(frame.position - origin), where, ends, multiplicity, planes, place,
+        frame.position, origin, where, ends, multiplicity, planes, place,
         light.radius, light.edges is not None, _find_axes(light, place), coverage, unsure,
     )  # fmt: skip
     hard = counter.count(view, camera, light.light)
