@@ -9,7 +9,7 @@ from umbra.cpu.frame import FrameCounter
 from umbra.scene import Mesh, Part, make_scene, point_light
 from umbra.window.heat import find_colors, find_top
 from umbra.window.painter import Painter
-from umbra.window.view import SUN, make_view
+from umbra.window.view import METHODS, SUN, make_view
 
 SIZE = (320, 240)
 
@@ -34,6 +34,16 @@ def test_a_view_is_what_the_renderer_draws(painter, tower):
     assert all(spent >= 0 for spent in drawn.passes.values())
     assert drawn.statistics[SUN].cases == (2, 0, 0)
     assert painter.draw(view, SIZE, times=False).passes == {}
+
+
+@pytest.mark.parametrize("method", METHODS["gl"])
+def test_every_method_draws(painter, tower, method):
+    view = make_view(tower, SIZE)
+    painter.draw(view, SIZE)
+    expected = painter.read().astype(int)
+    drawn = painter.draw(view.choose_method(method).toggle("edges").toggle("edges"), SIZE)
+    apart = (np.abs(painter.read() - expected).max(2) > 3).mean()
+    assert apart < 0.01 or any("wrong" in warning for warning in drawn.warnings)
 
 
 def test_both_devices_show_the_same(painter, tower):

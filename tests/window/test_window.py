@@ -168,6 +168,8 @@ def test_a_saved_view_begins(display, model):
 
 
 def test_without_a_display_it_says_how_to_render(model):
+    for package in ("moderngl", "glfw", "imgui_bundle"):
+        pytest.importorskip(package)
     environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY"}}
     for display, reason in ((None, "there is no display"), (":9876", "no window opens here")):
         if display is not None:

@@ -36,7 +36,11 @@ __all__ = ["command"]
 )
 @click.option("--no-ground", is_flag=True, help="No ground plane.")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
-@click.option("--method", metavar="NAME", help="auto, z-pass, z-fail, lengyel or mcguire.")
+@click.option(
+    "--method",
+    metavar="NAME",
+    help="auto, z-pass, z-fail, lengyel, mcguire, alpha, screen, max or half.",
+)
 @click.option("--device", type=click.Choice(["gl", "cpu"]), help="Where to count; default: gl.")
 @click.option("--size", type=SIZE, default=(1280, 800), help="Of the window; default: 1280x800.")
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")

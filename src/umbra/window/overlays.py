@@ -1,20 +1,20 @@
 """What is drawn over a picture to show how it came about: volumes, cases, edges, counts."""
 
+import operator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.count import Counter
+from umbra.gl.drawing import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
 from umbra.gl.geometry import TextureBuffer
 from umbra.gl.indices import Indices, draw_plain
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
 from umbra.gl.programs import Program
 from umbra.gl.renderer import Renderer, Targets
 from umbra.gl.state import Pass, State
 from umbra.gl.surfaces import PLACE
-from umbra.scene import Light
-from umbra.volume.silhouette import find_silhouettes
+from umbra.gl.volumes import BodyVolumes
 from umbra.window.heat import PALETTE, find_top
 
 __all__ = ["CASES", "EDGES", "VOLUMES", "Overlays"]
@@ -62,12 +62,10 @@ class Overlays:
         self._ranges: dict[int, tuple[int, int]] = {}
         self._case: bytes | None = None
         self._edges: TextureBuffer | None = None
-        self._edges_of: bytes | None = None
+        self._edges_of: tuple[BodyVolumes, ...] = ()
         self.n_edges = 0
 
-    def draw(
-        self, state: State, targets: Targets, plan: Plan, light: Light, overlays: frozenset[str]
-    ) -> int:
+    def draw(self, state: State, targets: Targets, plan: Plan, overlays: frozenset[str]) -> int:
         """
         Draw overlays over ``targets.picture``.
 
@@ -77,8 +75,7 @@ class Overlays:
         targets : Targets
             Whose depth holds the scene.
         plan : Plan
-            Of the light.
-        light : Light
+            Of one light.
         overlays : frozenset of str
             ``volumes``, ``cases``, ``edges``, ``counts``.
 
@@ -92,7 +89,7 @@ class Overlays:
         if "cases" in overlays:
             self.draw_cases(state, plan)
         if "edges" in overlays:
-            self.draw_edges(state, targets, plan, light)
+            self.draw_edges(state, targets, plan)
         if "volumes" in overlays:
             self.draw_volumes(state, plan)
         return highest
@@ -123,12 +120,13 @@ class Overlays:
             self._faces.set(tint=np.array([*CASES[case], _OPACITY["cases"]]))
             self._by_case.draw(self._faces, first, count)
 
-    def draw_edges(self, state: State, targets: Targets, plan: Plan, light: Light) -> None:
-        """Draw the silhouettes that a light sees into the target in use; faint where hidden."""
-        source = light.local(self._renderer.scene.origin)
-        if self._edges_of != source.tobytes():
-            self._edges_of = source.tobytes()
-            edges = list_edges(self._renderer, source)
+    def draw_edges(self, state: State, targets: Targets, plan: Plan) -> None:
+        """Draw the silhouettes of a plan into the target in use; faint where hidden."""
+        if len(self._edges_of) != len(plan.volumes) or not all(
+            map(operator.is_, self._edges_of, plan.volumes)
+        ):
+            self._edges_of = plan.volumes
+            edges = list_edges(plan.volumes)
             self.n_edges = len(edges)
             if self._edges is not None:
                 self._edges.release()
@@ -168,7 +166,7 @@ class Overlays:
             held.release()
         if self._edges is not None:
             self._edges.release()
-        self._edges = self._edges_of = None
+        self._edges, self._edges_of = None, ()
 
     def _set_up(self, program: Program, plan: Plan) -> None:
         self._renderer.geometry.bind(program)
@@ -206,25 +204,18 @@ def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, 
     return {number: np.concatenate(faces) for number, faces in lists.items()}
 
 
-def list_edges(renderer: Renderer, source: NDArray[np.float64]) -> NDArray[np.int32]:
+def list_edges(volumes: tuple[BodyVolumes, ...]) -> NDArray[np.int32]:
     """
-    List the silhouette edges of all casters, as the rule for closed meshes and sheets has them.
+    List the silhouette edges that throw the sides of volumes.
 
     Parameters
     ----------
-    renderer : Renderer
-    source : (4,) float64
-        The light, relative to the scene's origin.
+    volumes : tuple of BodyVolumes
 
     Returns
     -------
     edges : (n_edges, 2) int32
-        Vertex numbers.
+        Vertex numbers; an edge that throws several sides comes once.
     """
-    lists = [np.zeros((0, 2), np.int64)]
-    for body in renderer.planner.bodies:
-        for which, found in find_silhouettes(body.caster, body.lights(source)):
-            codes = found.codes[found.starts[0] : found.starts[-1]]
-            instance = np.repeat(np.arange(which.start, which.stop), np.diff(found.starts))
-            lists.append(2 * (body.caster.edges[codes >> 2] + body.first[instance, None]))
-    return np.concatenate(lists).astype(np.int32)
+    lists = [np.zeros((0, 2), np.int32), *(each.sides[:, :2].astype(np.int32) for each in volumes)]
+    return np.unique(np.concatenate(lists), axis=0)

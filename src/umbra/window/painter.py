@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.gl.context import Device
-from umbra.gl.plan import Statistics
+from umbra.gl.drawing import Statistics
 from umbra.gl.renderer import Renderer, Targets
 from umbra.gl.state import State
 from umbra.gl.timers import Timers
@@ -149,9 +149,7 @@ class Painter:
             lights = list(shining.values())
             plans = renderer.planner.plan(renderer.projection, lights, view.method)
         with State(self.device) as state:
-            return self.overlays.draw(
-                state, self._targets(), plans[number], shining[view.chosen], view.overlays
-            )
+            return self.overlays.draw(state, self._targets(), plans[number], view.overlays)
 
     def _shade(self, view: View, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
         """Count and shade a picture on the CPU."""

@@ -19,10 +19,14 @@ SUN = -1
 """Stands for the sun where lights are numbered."""
 
 OVERLAYS = ("volumes", "cases", "edges", "counts")
-METHODS = {
-    "gl": ("auto", "z-pass", "z-fail", "lengyel", "mcguire"),
+METHODS: dict[str, tuple[str, ...]] = {
+    "gl": (
+        "auto", "z-pass", "z-fail", "lengyel", "mcguire", "alpha", "screen", "max", "half"
+    ),
     "cpu": ("auto", "z-pass", "z-fail"),
-}
+}  # fmt: skip
+"""By device, in the order in which they are chosen."""
+
 DEVICES = tuple(METHODS)
 
 _CLEAR = 2e-4  # of the diagonal, so that no floor of the model lies in the ground
