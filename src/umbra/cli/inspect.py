@@ -136,8 +136,13 @@ def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) ->
                 count[0] += 1
                 count[1] += part["triangles"]
                 names.setdefault(word, set()).add(part["name"])
-    # A word of one thing alone, as a GlobalId is, chooses no group.
-    shared = {w: count for w, count in tally.items() if what == "layer" or len(names[w]) > 1}
+    # A word of one thing alone, as a GlobalId is, chooses no group; one of all chooses nothing.
+    every = len({part["name"] for part in parts})
+    shared = {
+        word: count
+        for word, count in tally.items()
+        if what == "layer" or 1 < len(names[word]) < every
+    }
     if not shared:
         return
     click.echo(f"\n{what:24}    parts  triangles")
