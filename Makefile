@@ -96,8 +96,9 @@ pictures: study
 	$(PY) examples/draw_diagrams.py docs/pictures
 	$(PY) examples/count_in_a_frame.py $(OUT)
 	$(PY) examples/hall.py $(OUT)
+	$(PY) examples/three_cases.py $(OUT)
 	$(PY) docs/shrink.py $(OUT)/city_block/hours.png $(OUT)/city_block/profile.png \
-	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/table.png $(OUT)/table_count.png docs/pictures
+	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/three_cases.png $(OUT)/volumes.png $(OUT)/table.png $(OUT)/table_count.png docs/pictures
 
 clean:
 	rm -rf $(VENV) $(OUT) docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -81,11 +82,27 @@ def test_draw_diagrams(tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"shadow_count.svg", "multiplicity.svg"}
 
 
-def test_hall(tmp_path):
+@pytest.fixture
+def _has_gl():
     try:
         open_device().release()
     except UmbraError as error:
         pytest.skip(f"there is no OpenGL here: {error}")
+
+
+@pytest.mark.usefixtures("_has_gl")
+def test_three_cases(tmp_path):
+    assert "45, 0 and 4" in run("three_cases.py", tmp_path)
+    with Image.open(tmp_path / "three_cases.png") as picture:
+        colors = np.asarray(picture.convert("RGB")).reshape(-1, 3).astype(int)
+    red, green, blue = colors.T
+    assert ((green > red + 40) & (green > blue + 30)).sum() > 10_000  # case 3
+    assert ((blue > red + 40) & (blue > green + 30)).sum() > 20_000  # case 1
+    assert (tmp_path / "volumes.png").exists()
+
+
+@pytest.mark.usefixtures("_has_gl")
+def test_hall(tmp_path):
     run("hall.py", tmp_path)
     with Image.open(tmp_path / "hall.png") as picture:
         assert picture.size == (960, 600)
