@@ -23,6 +23,7 @@ from umbra.volume.weld import weld_vertices
 __all__ = ["Samples", "sample_surfaces"]
 
 _COS = 1.0 - 1e-6  # triangles within 0.08 degrees of each other lie in one plane
+_RIM = 1e-9  # of a triangle's height: nearer to its edge a point is on it
 _MOST = 50_000_000
 
 
@@ -94,7 +95,7 @@ def sample_surfaces(scene: Scene, spacing: float, on: Sequence[str] = ()) -> Sam
         raise InputError(msg)
     faces, normals, corners = faces[kept], normals[kept], corners[kept]
     area, part = double[kept] / 2, soup.part[kept]
-    owner = _join(weld_vertices(soup.vertices)[faces], normals, part)
+    owner, is_border = _join(weld_vertices(soup.vertices)[faces], normals, part)
     order = np.argsort(owner, kind="stable")
     owner, normals, corners, area = owner[order], normals[order], corners[order], area[order]
     first = np.flatnonzero(np.append(True, owner[1:] != owner[:-1]))
@@ -115,7 +116,9 @@ def sample_surfaces(scene: Scene, spacing: float, on: Sequence[str] = ()) -> Sam
     # Squares lie evenly about the middle of each surface.
     cells = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1)
     start = (low + high) / 2 - (cells - 1) / 2 * spacing
-    triangle, weights = _find_samples(flat, owner.astype(np.int64), start, spacing)
+    triangle, weights = _find_samples(
+        flat, owner.astype(np.int64), is_border[order], start, spacing
+    )
     lone = np.setdiff1d(np.arange(len(first)), owner[triangle])
     triangle = np.concatenate([triangle, largest[lone]])
     weights = np.concatenate([weights, np.full((len(lone), 3), 1 / 3)])
@@ -152,19 +155,31 @@ def _turn_outward(scene: Scene, parts: Sequence[int]) -> NDArray[np.int32]:
 
 def _join(
     faces: NDArray[np.integer], normals: NDArray[np.float64], part: NDArray[np.int32]
-) -> NDArray[np.intp]:
-    """Give each face its surface: faces of one part in one plane, joined by edges, (n,) int."""
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """
+    Join faces of one part in one plane by their edges.
+
+    Returns
+    -------
+    owner : (n,) int
+        Number of each face's surface.
+    is_border : (n, 3) bool
+        Whether the edge from each corner to the next bounds its surface.
+    """
     tail, head = faces.ravel(), np.roll(faces, -1, 1).ravel()
     face = np.repeat(np.arange(len(faces)), 3)
     low, high = np.minimum(tail, head), np.maximum(tail, head)
-    order = np.lexsort((high, low, part[face]))
-    low, high, face = low[order], high[order], face[order]
+    half = np.lexsort((high, low, part[face]))
+    low, high, face = low[half], high[half], face[half]
     same = (low[1:] == low[:-1]) & (high[1:] == high[:-1]) & (part[face[1:]] == part[face[:-1]])
     one, two = face[:-1][same], face[1:][same]
     flat = np.einsum("ij,ij->i", normals[one], normals[two]) > _COS
     root = np.arange(len(faces))
     _unite(one[flat], two[flat], root)
-    return np.unique(root, return_inverse=True)[1].ravel()
+    is_border = np.ones(3 * len(faces), np.bool_)
+    is_border[half[:-1][same][flat]] = False
+    is_border[half[1:][same][flat]] = False
+    return np.unique(root, return_inverse=True)[1].ravel(), is_border.reshape(-1, 3)
 
 
 def _find_largest(area: NDArray[np.float64], first: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -202,8 +217,12 @@ def _unite(one, two, root):
 
 
 @njit(cache=True, nogil=True)
-def _find_samples(flat, owner, start, spacing):
-    """Find the squares' centres in each triangle: which triangle, and barycentric weights."""
+def _find_samples(flat, owner, is_border, start, spacing):
+    """
+    Find the squares' centres in each triangle: which triangle, and barycentric weights.
+
+    A centre on the very border of a surface is left out: there it has two sides to choose.
+    """
     count = 0
     for write in range(2):
         if write == 1:
@@ -241,14 +260,21 @@ def _find_samples(flat, owner, start, spacing):
                     continue
                 c = np.int64(np.ceil((left - s[0]) / spacing))
                 while s[0] + c * spacing < right:
+                    x = s[0] + c * spacing
+                    u = ((p[1, 0] - x) * (p[2, 1] - y) - (p[1, 1] - y) * (p[2, 0] - x)) / det
+                    v = ((p[2, 0] - x) * (p[0, 1] - y) - (p[2, 1] - y) * (p[0, 0] - x)) / det
+                    w = 1.0 - u - v
+                    c += 1
+                    if (
+                        (is_border[f, 0] and w < _RIM)
+                        or (is_border[f, 1] and u < _RIM)
+                        or (is_border[f, 2] and v < _RIM)
+                    ):
+                        continue
                     if write == 1:
-                        x = s[0] + c * spacing
-                        u = ((p[1, 0] - x) * (p[2, 1] - y) - (p[1, 1] - y) * (p[2, 0] - x)) / det
-                        v = ((p[2, 0] - x) * (p[0, 1] - y) - (p[2, 1] - y) * (p[0, 0] - x)) / det
                         triangle[count] = f
                         weights[count, 0] = u
                         weights[count, 1] = v
-                        weights[count, 2] = 1.0 - u - v
+                        weights[count, 2] = w
                     count += 1
-                    c += 1
     return triangle, weights
