@@ -10,7 +10,7 @@ from umbra.cli.main import echo_json
 
 __all__ = ["command"]
 
-NAMES = ("study", "frame", "silhouette", "cases", "startup", "weng")
+NAMES = ("study", "frame", "silhouette", "cases", "startup", "weng", "roettger")
 PEERS = ("ogre", "workbench")
 
 
@@ -84,8 +84,9 @@ def command(
     NAME is study (hours of shadow on a plan, against Embree), frame (one light in
     one picture, against Embree), silhouette (edges, against VTK or numpy), cases (how
     many triangles each of McGuire's cases draws), weng (soft shadows: time and error of
-    three methods) or startup (time and memory of a whole umbra study). frame --device gl
-    draws a hundred spheres and a moving lamp, against OGRE and Blender's Workbench.
+    three methods), roettger (shadow masks without a stencil, on OpenGL) or startup (time
+    and memory of a whole umbra study). frame --device gl draws a hundred spheres and a
+    moving lamp, against OGRE and Blender's Workbench.
     """
     if device == "gl" and name != "frame":
         msg = f"{name} has no gl device; frame has one"
@@ -113,6 +114,8 @@ def command(
         from umbra.bench.cases import bench_cases  # noqa: PLC0415
 
         result = bench_cases(repeat=runs, quick=quick, say=say)
+    elif name == "roettger":
+        result = _find(name)(repeat=runs, quick=quick, say=say)
     else:
         result = _find(name)(threads=threads, repeat=runs, quick=quick, say=say)
     if as_json:

@@ -1,0 +1,51 @@
+"""The tables of masks without a stencil: that they say what was issued and measured."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from umbra.cli.bench import command
+from umbra.errors import UmbraError
+
+
+@pytest.fixture(autouse=True)
+def _needs_opengl():
+    from umbra.gl.context import open_device  # noqa: PLC0415
+
+    try:
+        open_device().release()
+    except UmbraError as error:
+        pytest.skip(f"there is no OpenGL here: {error}")
+
+
+def run(*arguments):
+    result = CliRunner().invoke(command, ["roettger", *arguments, "--quick", "--repeat", "1"])
+    assert result.exception is None, result.output
+    return result.stdout
+
+
+def test_the_tables_have_the_papers_shape():
+    found = json.loads(run("--json"))
+    assert (found["benchmark"], found["quick"], found["repeat"]) == ("roettger", True, 1)
+    assert len(found["table_1"]) == 4
+    for row in found["table_1"]:
+        assert row["ambient"] == row["paper_ambient"]
+        assert row["attenuated"] == row["paper_attenuated"]
+    rows = {row["mask"]: row for row in found["table_2"]}
+    assert {"screen", "alpha", "stencil", "alpha 1/2", "alpha 1/4", "none"} <= set(rows)
+    for row in rows.values():
+        assert row["frames_per_second"] == pytest.approx(1e3 / row["ms"])
+        assert row["to_stencil"] == pytest.approx(rows["stencil"]["ms"] / row["ms"])
+        assert row["paper_to_stencil"] is None  # the paper has no window of 64²
+
+
+def test_ratios_stand_beside_the_papers():
+    from umbra.bench.measure import Timing  # noqa: PLC0415
+    from umbra.bench.roettger import Roettger  # noqa: PLC0415
+
+    times = {1024: {"alpha": Timing(0.2, 0.1), "stencil": Timing(0.1, 0.1)}}
+    text = Roettger("brush", "a sphere", {"alpha": ((2, 4), (1, 4))}, times, 1, False).to_table()
+    assert "| 1024²  | alpha   | 5.0      | 0.50       | 10.2             | 1.15 " in text
+    assert "| alpha | 2/4     | 2/4   | 1/4        | 1/4   |" in text
+    assert "--quick" not in text
