@@ -358,3 +358,14 @@ def test_of_very_many_steps_some_stand_for_all(tmp_path):
     _, timeline = save(tmp_path / "report.html", day)
     assert timeline.strides == (1, 2)
     np.testing.assert_array_equal(timeline.last, timeline.which + 1)
+
+
+def test_a_tap_keeps_a_point_on_a_phone(page, study, tmp_path):
+    page.resize(390, 844, is_phone=True, dot=3)
+    page.send("Emulation.setTouchEmulationEnabled", enabled=True)
+    page.open(save(tmp_path / "report.html", study)[0], READY)
+    x, y = place_of(page, study, 70, 30)
+    page.send("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": x, "y": y}])
+    page.send("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+    page.wait("document.getElementById('where').textContent.startsWith('x \u221224.')")
+    assert words(page, *FIGURES) == expect(study, 70, 30)

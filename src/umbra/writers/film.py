@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from umbra.errors import UmbraError
 from umbra.study import Study
 from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.raster import resample
@@ -129,9 +130,17 @@ def write_mp4(path: str | os.PathLike[str], frames: Iterator[Image.Image], n: in
     frames : iterator of PIL.Image
     n : int
         How many there are.
+
+    Raises
+    ------
+    UmbraError
+        If there is no encoder.
     """
     import av  # noqa: PLC0415  (an extra)
 
+    if "libx264" not in av.codecs_available:
+        msg = "this build of PyAV has no H.264 encoder; install the wheel from PyPI, or write gif"
+        raise UmbraError(msg)
     rate = Fraction(1 / find_pace(n)).limit_denominator(100)
     with av.open(os.fspath(path), "w", format="mp4", options={"movflags": "faststart"}) as film:
         stream = None
