@@ -107,7 +107,8 @@ def test_parts_are_listed_where_a_pattern_matches_none(study, tmp_path):
     meshes = {name: moved(TOWER["tower"], (9 * k, 0, 0)) for k, name in enumerate("abc")}
     path = save_city(tmp_path / "town.city.json", meshes)
     line = study("--cast", "Dach*", files=[path]).refusal()
-    assert "'Dach*' matches no part; the file has RoofSurface, WallSurface, Building, a, b, c" in line
+    words = "RoofSurface, WallSurface, Building, a, b, c"
+    assert f"'Dach*' matches no part; the file has {words}" in line
 
 
 def test_a_raster_too_large_names_a_cell_that_fits(study, keep, monkeypatch):
