@@ -22,7 +22,7 @@ TOWER = {"tower": box((-2, -2, 0), (2, 2, 12))}
 def test_umbra_alone_and_wrong_commands(umbra_here):
     said = umbra_here("studdy")
     assert "did you mean 'study'?" in said.refusal()
-    assert "bench, inspect, render, study" in umbra_here("frobnicate").refusal()
+    assert "bench, doctor, inspect, render, study, view" in umbra_here("frobnicate").refusal()
     assert "--frob" in umbra_here("--frob").refusal()
     assert "FILE" in umbra_here("study").refusal()
     assert "--date" in umbra_here("study", "x.obj", "--out", "o", "--dat", "1").refusal()
@@ -85,7 +85,7 @@ def test_files_that_cannot_be_read(study, umbra_here, keep, tmp_path, name, cont
         (["--ground", "inf"], "2026-09-18", "finite"),
         (["--receivers", "roofs"], "2026-09-18", "choose ground or top"),
         (["--threads", "0"], "2026-09-18", "--threads"),
-        (["--device", "gl"], "2026-09-18", "cpu"),
+        (["--device", "tpu"], "2026-09-18", "'cpu', 'gl'"),
         (["--ever", "1h"], "2026-09-18", "--every"),
         (["--date"], "2026-09-18", "--date"),
     ],
