@@ -6,11 +6,12 @@ from support.shapes import box, merge, sheet, turned
 from support.soft import at, look, look_at_floor
 
 from umbra.cpu.depth import GROUND
+from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
-from umbra.scene import Camera, directional_light, point_light
+from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 from umbra.scene.lights import Light
 from umbra.soft import ball_light, find_method
-from umbra.soft.weng import Layers, find_opacities, visibility
+from umbra.soft.weng import Layers, _pair_off, find_opacities, visibility
 
 NOON = ball_light(directional_light((0, 0, 1)), 1.0)
 PLATE = sheet([(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)])
@@ -106,9 +107,48 @@ def test_any_receiver_has_the_penumbra():
     across = np.abs(frame.position[..., :2]).max(-1)
     layer = np.maximum(np.ceil((across[top] - 1) / 0.05 - 1e-9), 0)
     alone = np.minimum(layer, 11) / 11
-    # The table's own layers do not reach its top, which faces the sun.
     np.testing.assert_allclose(found[top], alone, atol=1e-6)
     assert ((alone > 0) & (alone < 1)).sum() > 20
+
+
+def test_no_layer_falls_on_its_own_caster():
+    # An enlarged box encloses much of its own lit faces.
+    seen = look(
+        turned(box((-1, -1, 0), (1, 1, 1)), 20), Camera((4, 5, 5), (0, 0, 0), size=(80, 60))
+    )
+    counter, view, frame, camera = seen
+    light = ball_light(point_light((5, 2, 6)), 0.5)
+    hard = counter.count(view, camera, light.light) == 0
+    own = frame.part == 0
+    assert (own & hard).sum() > 200
+    layer = counter.with_caster(Layers.of(counter, light.light).scaled(1.25))
+    assert (layer.count_undrawn(view, camera, light.light)[own & hard] != 0).sum() > 50
+    np.testing.assert_array_equal(visibility(*seen, light)[own], hard[own])
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 9])
+def test_each_component_casts_on_every_other_and_on_what_is_none(n):
+    shown = np.arange(-1, n)[None]
+    casts = np.zeros((n, n + 1), bool)
+    for chosen, receives in _pair_off(n, shown):
+        casts |= chosen[:, None] & receives
+    np.testing.assert_array_equal(casts[:, 0], True)
+    np.testing.assert_array_equal(casts[:, 1:], ~np.eye(n, dtype=bool))
+
+
+def test_parts_that_do_not_cast_receive():
+    low, high = box((-2, -2, 0), (2, 2, 0.5)), box((-1, -1, 1), (1, 1, 1.5))
+    scene = make_scene([Part(name, "", Mesh(*mesh)) for name, mesh in (("a", low), ("b", high))])
+    camera = Camera((-6, -7, 2), (0, 0, 0.5), size=(160, 90), fov=40)
+    found = []
+    for casters in (None, [1], [1, 0]):
+        counter = FrameCounter(scene, casters=casters, ground=0.0)
+        seen = (counter, *counter.see(camera), camera)
+        top = np.isclose(seen[2].position[..., 2], 0.5) & (seen[2].part == 0)
+        found.append(visibility(*seen, NOON)[top])
+    assert ((found[0] > 0) & (found[0] < 1)).sum() > 50
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0], found[2])
 
 
 def test_a_concave_caster_is_not_within_its_layers():

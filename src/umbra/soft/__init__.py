@@ -4,7 +4,8 @@ Soft shadows: what share of a light with a size each visible point sees.
     area.py     the lights                                     AreaLight
     samples.py  many hard shadows averaged: the reference      visibility(...)
     wedges.py   hard count, corrected along silhouette edges   visibility(...)
-    coverage.py its kernel
+    coverage.py its kernel: all pixels, all edges, planes.py (where to look) and
+    parts.py    (what part of the light an edge takes)
     weng.py     scaled layers of the hard volume, stacked      visibility(...)
 
 A method is a module with a function ``visibility(counter, view, frame, camera, light)``

@@ -1,5 +1,5 @@
 """
-Kernels of penumbra wedges: what silhouette edges take from, or add to, a hard count.
+Kernel of penumbra wedges: what silhouette edges take from, or add to, a hard count.
 
 Everything happens on the light's plane as a receiver P sees it, the light's middle o
 being 0 and the light the unit disc or the square [-1, 1]². An edge projects to (a, b).
@@ -15,199 +15,15 @@ are ours: they are exact, where the papers look them up in textures.
 import numpy as np
 from numba import njit, prange
 
-__all__ = ["TILE", "add_wedges", "find_disc_part", "find_square_part", "make_planes"]
+from umbra.soft.parts import find_disc_part, find_square_part
+from umbra.soft.planes import is_in
+
+__all__ = ["TILE", "add_wedges"]
 
 TILE = 8
 """Pixels on a side of the squares for which a wedge is tried once."""
 _NEAREST = 1e-9  # of the way to the light: nearer edges touch the receiver
 _AT_MIDDLE = 1e-6  # of the light's radius: an edge so near its middle is on both sides
-
-
-@njit(cache=True, nogil=True)
-def find_disc_part(ax, ay, bx, by):
-    """
-    Find Q / area for a disc.
-
-    Where the line ab runs inside the disc, between the angles t0 and t1 from its foot
-    at the distance d: Q = (atan t1/d - atan t0/d) / 2 - d (t1 - t0) / 2.
-
-    Parameters
-    ----------
-    ax, ay, bx, by : float
-        The edge, in radii about the disc's middle.
-
-    Returns
-    -------
-    part : float
-        From 0 to 1/2.
-    """
-    wx, wy = bx - ax, by - ay
-    length = np.sqrt(wx * wx + wy * wy)
-    if length == 0.0:
-        return 0.0
-    wx /= length
-    wy /= length
-    d = abs(ax * wy - ay * wx)
-    if d >= 1.0:
-        return 0.0
-    half = np.sqrt(1.0 - d * d)
-    t0 = max(ax * wx + ay * wy, -half)
-    t1 = min(bx * wx + by * wy, half)
-    if t0 >= t1:
-        return 0.0
-    return 0.5 * (np.arctan2(t1, d) - np.arctan2(t0, d) - d * (t1 - t0)) / np.pi
-
-
-@njit(cache=True, nogil=True)
-def _clip(corners, n, fx, fy, f0, out):
-    """Keep the part of a convex polygon where fx x + fy y + f0 >= 0; give its corners."""
-    kept = 0
-    for i in range(n):
-        j = i + 1 if i + 1 < n else 0
-        here = fx * corners[i, 0] + fy * corners[i, 1] + f0
-        there = fx * corners[j, 0] + fy * corners[j, 1] + f0
-        if here >= 0.0:
-            out[kept, 0] = corners[i, 0]
-            out[kept, 1] = corners[i, 1]
-            kept += 1
-        if (here >= 0.0) != (there >= 0.0):
-            t = here / (here - there)
-            out[kept, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
-            out[kept, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
-            kept += 1
-    return kept
-
-
-@njit(cache=True, nogil=True)
-def find_square_part(ax, ay, bx, by, one, two):
-    """
-    Find Q / area for the square [-1, 1]².
-
-    Parameters
-    ----------
-    ax, ay, bx, by : float
-        The edge, about the square's middle.
-    one, two : (8, 2) float64
-        Room to work in.
-
-    Returns
-    -------
-    part : float
-        From 0 to 1/2.
-    """
-    cross = ax * by - ay * bx
-    if cross == 0.0:
-        return 0.0
-    side = 1.0 if cross > 0.0 else -1.0
-    # Beyond the line: side * ((b - a) x (p - a)) <= 0.
-    fx, fy, f0 = side * (by - ay), side * (ax - bx), -side * cross
-    if abs(fx) + abs(fy) + f0 <= 0.0:
-        return 0.0
-    one[0, 0], one[0, 1] = -1.0, -1.0
-    one[1, 0], one[1, 1] = 1.0, -1.0
-    one[2, 0], one[2, 1] = 1.0, 1.0
-    one[3, 0], one[3, 1] = -1.0, 1.0
-    n = _clip(one, 4, fx, fy, f0, two)
-    n = _clip(two, n, -side * ay, side * ax, 0.0, one)
-    n = _clip(one, n, side * by, -side * bx, 0.0, two)
-    area = 0.0
-    for i in range(n):
-        j = i + 1 if i + 1 < n else 0
-        area += two[i, 0] * two[j, 1] - two[i, 1] * two[j, 0]
-    return 0.125 * abs(area)
-
-
-@njit(cache=True, nogil=True)
-def make_planes(ends, light, radius, planes):
-    """
-    Bound the penumbra wedge of each edge by four planes.
-
-    Two hold the edge, two an end of it, and all touch the sphere of the light. With y
-    on the edge, x in the light and P behind y, all have n·(P - y) <= 0.
-
-    Parameters
-    ----------
-    ends : (n, 6) float64
-        Edges, in the light's frame [m].
-    light : (4,) float64
-        Middle of the light; for w = 0 of length 1.
-    radius : float
-        Of the sphere [m]; tangent of the angle of a disc in the sky.
-    planes : (n, 4, 4) float64
-        Written: unit normals, outward, and offsets; 0 where the edge's line meets the
-        sphere, and nothing is bounded.
-    """
-    e = np.empty(3)
-    t = np.empty(3)
-    a = np.empty(3)
-    b = np.empty(3)
-    is_point = light[3] > 0.0
-    far_sine = radius / np.sqrt(1.0 + radius * radius)
-    for i in range(ends.shape[0]):
-        length = 0.0
-        for k in range(3):
-            t[k] = ends[i, k + 3] - ends[i, k]
-            length += t[k] * t[k]
-        length = np.sqrt(length)
-        planes[i] = 0.0
-        if length == 0.0:
-            continue
-        along = 0.0
-        for k in range(3):
-            t[k] /= length
-            e[k] = light[k] - ends[i, k] if is_point else light[k]
-            along += t[k] * e[k]
-        apart = 0.0
-        for k in range(3):
-            e[k] -= along * t[k]
-            apart += e[k] * e[k]
-        apart = np.sqrt(apart)
-        limit = radius if is_point else far_sine
-        if apart <= limit * 1.0001:
-            continue
-        sine = limit / apart
-        cosine = np.sqrt(1.0 - sine * sine)
-        for k in range(3):
-            e[k] /= apart
-        b[0] = t[1] * e[2] - t[2] * e[1]
-        b[1] = t[2] * e[0] - t[0] * e[2]
-        b[2] = t[0] * e[1] - t[1] * e[0]
-        for k in range(3):
-            planes[i, 0, k] = cosine * b[k] + sine * e[k]
-            planes[i, 1, k] = -cosine * b[k] + sine * e[k]
-        for end in range(2):
-            away = 0.0
-            inward = 1.0 - 2.0 * end
-            for k in range(3):
-                a[k] = light[k] - ends[i, 3 * end + k] if is_point else light[k]
-                away += a[k] * a[k]
-            away = np.sqrt(away)
-            along = 0.0
-            for k in range(3):
-                a[k] /= away
-                along += a[k] * t[k] * inward
-            sine = radius / away if is_point else far_sine
-            cosine = np.sqrt(1.0 - sine * sine)
-            across = np.sqrt(max(1.0 - along * along, 0.0))
-            for k in range(3):
-                # The part of the edge's way inward that is across the way to the light.
-                planes[i, 2 + end, k] = (
-                    sine * a[k] - cosine * (t[k] * inward - along * a[k]) / across
-                )
-        for p in range(4):
-            first = 3 if p == 3 else 0
-            for k in range(3):
-                planes[i, p, 3] -= planes[i, p, k] * ends[i, first + k]
-
-
-@njit(cache=True, nogil=True)
-def _is_in(planes, x, y, z, margin):
-    """Whether a place is in a wedge, or within a margin of it."""
-    for k in range(4):
-        p = planes[k]
-        if p[0] * x + p[1] * y + p[2] * z + p[3] > margin:
-            return False
-    return True
 
 
 @njit(cache=True, nogil=True)
@@ -372,7 +188,7 @@ def add_wedges(
         found = np.empty(ends.shape[0], np.int64)
         n_found = 0
         for e in range(ends.shape[0]):
-            if _is_in(planes[e], middle[0], middle[1], middle[2], reach + slack):
+            if is_in(planes[e], middle[0], middle[1], middle[2], reach + slack):
                 found[n_found] = e
                 n_found += 1
         if n_found == 0:
@@ -392,7 +208,7 @@ def add_wedges(
                 total = 0.0
                 for i in range(n_found):
                     e = found[i]
-                    if not _is_in(planes[e], x, y, z, slack):
+                    if not is_in(planes[e], x, y, z, slack):
                         continue
                     part, at_middle = _find_signed_part(
                         ends[e], x, y, z, light, is_square, own, one, two

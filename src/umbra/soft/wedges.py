@@ -15,7 +15,8 @@ from umbra.cpu.frame import Frame, FrameCounter
 from umbra.cpu.threads import use_threads
 from umbra.scene import Camera
 from umbra.soft.area import AreaLight, make_axes
-from umbra.soft.coverage import add_wedges, make_planes
+from umbra.soft.coverage import add_wedges
+from umbra.soft.planes import make_planes
 from umbra.volume.silhouette import find_silhouette_edges
 
 __all__ = ["find_coverage", "visibility"]

@@ -12,8 +12,12 @@ m is enlarged 1 + m gap / 10 times across the way from the silhouette's centre t
 light, for m = 1 ... n, n = round(length / gap). Such a map leaves the light where it is,
 so lit faces and silhouette stay: a layer is the shadow volume of the mapped caster. The
 paper's own counting, sides without caps, misses shadows of layers; caps are counted.
+
+An enlarged caster encloses part of its own lit faces, so no layer of a component falls on
+that component: its shadow on itself stays hard.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,9 +78,13 @@ def visibility(
     left = np.ones(frame.part.shape, np.float32)
     hard = counter.count(view, camera, light.light) != 0
     layers = Layers.of(counter, light.light)
+    shown = _find_components(counter, view)
     for m in range(len(opacities) - 1, 0, -1):
-        layer = counter.with_caster(layers.scaled(1 + m * gap / 10))
-        within = layer.count_undrawn(view, camera, light.light) != 0
+        layer = layers.scaled(1 + m * gap / 10)
+        within = np.zeros(left.shape, np.bool_)
+        for chosen, receives in _pair_off(len(layer.is_closed), shown):
+            some = counter.with_caster(_choose(layer, chosen))
+            within |= receives & (some.count_undrawn(view, camera, light.light) != 0)
         left[within] *= np.float32(1.0 - opacities[m])
     left[hard] *= np.float32(1.0 - opacities[0])
     return left
@@ -175,6 +183,62 @@ def _part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
         edges=edges.astype(np.int32),
     )
     return parted, keys // width
+
+
+def _find_components(counter: FrameCounter, view: View) -> NDArray[np.int32]:
+    """Give the component that each pixel shows, (rows, cols) int32; -1 for none."""
+    caster, part = counter.caster, counter.triangles.part
+    of_face = np.full(len(part), -1, np.int32)
+    if counter.casters is None:
+        of_face[caster.source] = caster.component
+    else:
+        faces = [np.flatnonzero(part == index) for index in counter.casters]
+        of_face[np.concatenate(faces)[caster.source]] = caster.component
+    return np.where(view.face >= 0, of_face[np.maximum(view.face, 0)], np.int32(-1))
+
+
+def _pair_off(
+    n: int, shown: NDArray[np.int32]
+) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+    """
+    Divide components so that each casts on all others but never on itself.
+
+    Two numbers differ in some binary digit: those with a 0 there cast on those with a 1,
+    and the reverse, for each digit in turn.
+
+    Yields
+    ------
+    chosen : (n,) bool
+        Components that cast.
+    receives : (rows, cols) bool
+        Pixels that they cast on.
+    """
+    numbers = np.arange(n)
+    for digit in range(max((n - 1).bit_length(), 1)):
+        for value in range(2):
+            chosen = (numbers >> digit & 1) == value
+            if chosen.any():
+                yield chosen, (shown < 0) | ((shown >> digit & 1) != value)
+
+
+def _choose(caster: Caster, chosen: NDArray[np.bool_]) -> Caster:
+    """Keep some of a caster's components."""
+    if chosen.all():
+        return caster
+    faces = chosen[caster.component]
+    edges = faces[caster.edge_faces[:, 0]]
+    renumbered = np.cumsum(faces, dtype=np.int32) - np.int32(1)
+    return replace(
+        caster,
+        faces=caster.faces[faces],
+        source=caster.source[faces],
+        planes=caster.planes[:, np.append(faces, True)],
+        component=caster.component[faces],
+        edges=caster.edges[edges],
+        edge_faces=renumbered[caster.edge_faces[edges]],
+        turn=caster.turn[edges],
+        weight=caster.weight[edges],
+    )
 
 
 def _count_layers(length: float, gap: float) -> int:
