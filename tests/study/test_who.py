@@ -168,3 +168,22 @@ def test_studies_of_other_cells_are_not_compared(block):
         umbra.compare(run(block), run(block, size=(66, 75)))
     with pytest.raises(umbra.InputError, match="differ in 'time'"):
         umbra.compare(run(block), run(block, start="09:00"))
+
+
+def test_elevations_are_compared_where_they_show_the_same(block):
+    existing = make_scene([part for part in block.parts if part.layer == "existing"])
+    options = {**DAY, "receivers": "south", "extent": (-31, 0, 36, 20), "cell": 1.0}
+    before, after = (umbra.shadow_study(s, VIENNA, **options) for s in (existing, block))
+    compared = umbra.compare(before, after, 3)
+    known = ~np.isnan(compared.hours_lost.values)
+    same = np.abs(before.position.values - after.position.values).max(-1) < 1e-9
+    np.testing.assert_array_equal(known, same)
+    lost = before.sun_hours.values - after.sun_hours.values
+    np.testing.assert_array_equal(compared.hours_lost.values[known], lost[known])
+    assert lost[known].min() >= 0
+    assert compared.attrs == {"under_hours": 3.0}
+    # One pass over the same view says the same where the house itself is not seen.
+    both = umbra.shadow_study(block, VIENNA, **options, proposed=["proposed"], under=3.0)
+    told = known & ~np.isnan(both.hours_lost.values)
+    np.testing.assert_allclose(both.hours_lost.values[told], lost[told], atol=1e-5)
+    assert told.sum() > 100

@@ -181,8 +181,10 @@ def compare(
             )
             raise InputError(msg, dimension=name)
     lost = before.sun_hours - after.sun_hours
-    if "receiver_z" in before and "receiver_z" in after:
-        lost = lost.where(np.abs(before.receiver_z - after.receiver_z) < 1e-6)
+    for name in ("receiver_z", "position"):
+        if name in before and name in after:
+            apart = abs(before[name] - after[name])
+            lost = lost.where((apart.max("xyz") if name == "position" else apart) < 1e-6)
     newly = (
         lost.notnull() & (after.sun_hours < least - _LEAST) & (before.sun_hours >= least - _LEAST)
     )

@@ -54,8 +54,9 @@ def run_elevation(
     frame = Elevation.of(azimuth, setup.site.true_north, tilt)
     low, high = frame.find_extent(scene, shown)
     margin = _MARGIN * (high[0] - low[0]) + 1e-3
-    bottom = level if frame.is_level else low[1] - margin
-    default = (low[0] - margin, bottom, high[0] + margin, max(high[1], bottom) + margin)
+    room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # a long row of houses is low
+    bottom = level if frame.is_level else low[1] - room
+    default = (low[0] - margin, bottom, high[0] + margin, max(high[1], bottom) + room)
     extent, size, cell = raster["extent"] or default, raster["size"], raster["cell"]
     if size is None and cell is None:
         cell = _choose_cell(extent)
