@@ -6,23 +6,28 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from umbra.bench.measure import Timing, run_in_turn, timed
-from umbra.bench.ours_gl import make_part_scene
 from umbra.bench.report import describe_machine, lay_out_table, name_version
-from umbra.bench.scenes import Spheres, make_spheres
+from umbra.bench.scenes import make_town
 from umbra.gl.context import Device, open_device
 from umbra.gl.masks import find_method
 from umbra.gl.masks.alpha import PRINTED
 from umbra.gl.masks.method import Method
 from umbra.gl.masks.picture import MaskPicture
-from umbra.scene import Camera, point_light
+from umbra.scene import Camera, Material, Mesh, Part, Scene, make_scene, point_light
 
 __all__ = ["Roettger", "bench_roettger"]
 
 _SIZES = (256, 512, 1024)
 _FRAMES = 4  # of a turn, each with the lamp elsewhere
+
+_HALF = 70.0  # of the square on which the blocks stand [m]
+_BRICK, _STONE = (0.7, 0.45, 0.35), (0.5, 0.5, 0.55)
+_TURN = 2 * np.pi * np.arange(_FRAMES) / _FRAMES
+_LAMPS = np.stack(
+    [_HALF * (1 + 0.3 * np.cos(_TURN)), _HALF * (1 + 0.3 * np.sin(_TURN)), 0 * _TURN + 45.0], 1
+)
 
 # Frames per second on a GeForce 2 MX (Table 2; the last is from the text).
 _PAPER: dict[str, dict[int, float]] = {
@@ -165,7 +170,8 @@ def bench_roettger(
     """
     Measure masks in turn, and count what they issue.
 
-    Spheres stand above a plane, and a lamp goes around above them.
+    A lamp goes around among blocks, so that shadow volumes fill the window many times over,
+    and the viewer may be inside one.
 
     Parameters
     ----------
@@ -183,7 +189,8 @@ def bench_roettger(
     UmbraError
         If there is no OpenGL.
     """
-    scene = make_spheres(3, 8) if quick else make_spheres(5, 24)
+    blocks = 9 if quick else 49
+    scene = _make_scene(blocks)
     sizes = (64,) if quick else _SIZES
     device = open_device()
     try:
@@ -193,33 +200,32 @@ def bench_roettger(
         for size in sizes:
             say(f"Table 2, {size}²")
             times[size] = _measure(device, scene, size, repeat)
-        shape = f"{len(scene.centres)} spheres of {len(scene.faces)} triangles and a lamp"
+        shape = f"{blocks} blocks and a lamp among them"
         return Roettger(device.renderer, shape, issued, times, repeat, quick)
     finally:
         device.release()
 
 
-def _issue(device: Device, scene: Spheres, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
+def _issue(device: Device, scene: Scene, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
     """Draw two small pictures and give what they took."""
     found = []
     with _open(device, scene, _OF_TABLE_1[name], 1) as picture:
         for shadows in ("ambient", "attenuated"):
-            picture.draw(_look(scene, 32), point_light(scene.path[0]), shadows)
+            picture.draw(_look(32), point_light(_LAMPS[0]), shadows)
             found.append(picture.tally.table)
     return found[0], found[1]
 
 
-def _measure(device: Device, scene: Spheres, size: int, repeat: int) -> dict[str, Timing]:
+def _measure(device: Device, scene: Scene, size: int, repeat: int) -> dict[str, Timing]:
     """Time one frame by each mask, in turn."""
-    camera = _look(scene, size)
-    lamps = scene.path[:: max(len(scene.path) // _FRAMES, 1)][:_FRAMES]
+    camera = _look(size)
     with ExitStack() as stack:
         contenders = {}
         for name, (method, scale, shadows) in _OURS.items():
             picture = stack.enter_context(_open(device, scene, method, scale))
-            contenders[name] = timed(_make_turn(device, picture, camera, lamps, shadows))
+            contenders[name] = timed(_make_turn(device, picture, camera, shadows))
         return {
-            name: Timing(timing.median / len(lamps), timing.least / len(lamps))
+            name: Timing(timing.median / _FRAMES, timing.least / _FRAMES)
             for name, timing in run_in_turn(contenders, repeat).items()
         }
 
@@ -228,24 +234,36 @@ def _make_turn(
     device: Device,
     picture: MaskPicture,
     camera: Camera,
-    lamps: NDArray[np.float64],
     shadows: str | None,
 ) -> Callable[[], None]:
     def run() -> None:
-        for lamp in lamps:
+        for lamp in _LAMPS:
             picture.draw(camera, point_light(lamp), shadows)
             device.gl.Finish()
 
     return run
 
 
-def _open(device: Device, scene: Spheres, method: Method | str, scale: int) -> MaskPicture:
-    casters = range(len(scene.centres))
-    return MaskPicture(make_part_scene(scene), method, casters=casters, scale=scale, device=device)
+def _open(device: Device, scene: Scene, method: Method | str, scale: int) -> MaskPicture:
+    return MaskPicture(scene, method, casters=[0], scale=scale, device=device)
 
 
-def _look(scene: Spheres, size: int) -> Camera:
-    return Camera(np.array(scene.eye), np.array(scene.target), size=(size, size), fov=scene.fov)
+def _make_scene(blocks: int) -> Scene:
+    """Make a town of blocks on a floor, all within the same square."""
+    town = make_town(blocks, 2 * _HALF, 4)
+    corners = _HALF * np.array([[-1, -1, 0], [3, -1, 0], [3, 3, 0], [-1, 3, 0]], float)
+    floor = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+    return make_scene(
+        [
+            Part("town", "block", Mesh(town.vertices, town.faces), material=Material(_BRICK)),
+            Part("floor", "floor", floor, material=Material(_STONE)),
+        ]
+    )
+
+
+def _look(size: int) -> Camera:
+    eye, target = np.array([-0.5, -0.7, 0.7]), np.array([1.0, 1.0, 0.0])
+    return Camera(_HALF * eye, _HALF * target, size=(size, size))
 
 
 def _find_paper(size: int, name: str) -> float | None:

@@ -71,6 +71,20 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
     help="auto, z-pass or z-fail; on gl also lengyel, mcguire, alpha, screen, max or half.",
 )
 @click.option(
+    "--mask-scale",
+    type=click.Choice(["1", "2", "4"]),
+    default="1",
+    show_default=True,
+    help="On gl: count in a picture so many times smaller, and lay it over this one.",
+)
+@click.option(
+    "--mask-filter",
+    type=click.Choice(["joint", "bilinear", "nearest"]),
+    default="joint",
+    show_default=True,
+    help="How it is laid: joint takes only pixels of the same surface.",
+)
+@click.option(
     "--device",
     type=click.Choice(["auto", "cpu", "gl"]),
     default="auto",
@@ -101,6 +115,8 @@ def command(
     ground: float | None,
     axis_up: str | None,
     method: str,
+    mask_scale: str,
+    mask_filter: str,
     device: str,
     soft: str | None,
     light_sizes: tuple[float, ...],
@@ -139,6 +155,9 @@ def command(
         raise InputError(msg)
     _check_method(device, method)
     check_soft(soft, light_sizes, device)
+    if mask_scale != "1" and (device != "gl" or soft is not None):
+        msg = "--mask-scale is for hard shadows on gl; give --device gl and no --soft"
+        raise InputError(msg)
     lens: dict[str, Any] = {"size": size, "fov": fov, "height": height, "near": near}
     # Slips in a camera that is given are told before anything is read.
     camera = None if eye is None else Camera(eye, target, up, **lens)  # type: ignore[arg-type]
@@ -162,11 +181,27 @@ def command(
         sized = size_lights(all_lights, light_sizes) if soft is not None else []
         counter = stack.enter_context(_count_on(device, scene, ground, threads))
         view, frame = counter.see(camera)
-        counts = [counter.count(view, camera, light, method) for light in all_lights]
+        shares = []
+        if mask_scale == "1":
+            counts = [counter.count(view, camera, light, method) for light in all_lights]
+        else:
+            from umbra.gl.masks.scaled import find_shares  # noqa: PLC0415
+
+            shares = find_shares(
+                counter, frame, camera, all_lights, method, scale=int(mask_scale), kind=mask_filter
+            )
+            seen_at = frame.part != -1
+            counts = [((share < 0.5) & seen_at).astype(np.int32) for share in shares]
         lit = [counter.lit(frame, n, light) for n, light in zip(counts, all_lights, strict=True)]
         softened, reached = (
             soften(soft, counter, view, frame, camera, sized) if soft is not None else ([], lit)
         )
+        if shares:
+            none = np.zeros_like(counts[0])
+            reached = [
+                share * counter.lit(frame, none, light)
+                for share, light in zip(shares, all_lights, strict=True)
+            ]
         if out is not None:
             write_png(beside[out], shade(scene, frame, all_lights, reached, view))
         if arrays is not None:

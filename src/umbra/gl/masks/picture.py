@@ -122,18 +122,20 @@ class MaskPicture:
         """
         picture, color, mask = self._find_targets(camera.size)
         projection = make_projection(camera, self.scene.origin, self._bounds())
-        (plan,) = self.planner.plan(projection, [light], choices=Choices(narrow=False))
-        place, tally = plan.light, self.tally
+        plan = self._plan(projection, light) if shadows is not None else None
+        # A tilt of parallel rays must be the surfaces', too.
+        shown = plan.projection if plan is not None else projection
+        place = light.local(self.scene.origin)
+        place[:3] -= place[3] * projection.eye
+        tally = self.tally
         tally.clear()
         with State(self.device) as state:
-            # A tilt of parallel rays must be the surfaces', too.
-            shown = plan.projection
-            by_texture = self._upsampler is not None and shadows is not None
-            if by_texture:
+            by_texture = self._upsampler is not None and plan is not None
+            if by_texture and plan is not None:
                 self._draw_mask(state, shown, plan, mask, place)
             is_screen = self.method is not None and self.method.write == "rgb" and not by_texture
             lights = "direct" if shadows in ("black", "ambient") else "both"
-            if is_screen and shadows is not None:
+            if is_screen and plan is not None and shadows is not None:
                 self._clear(state, color, self.method.start if self.method else 1.0)
                 self._forward.draw_depth(state, shown, tally)
                 self._draw_volumes(state, plan, shadows)
@@ -150,7 +152,7 @@ class MaskPicture:
                 color.use()
                 if by_texture:
                     self._apply(state, shown, mask, picture, _DARK[shadows or "black"])
-                elif shadows is not None:
+                elif plan is not None and shadows is not None:
                     self._draw_full(state, plan, color, shadows)
             if shadows == "ambient":
                 self._forward.draw_scene(
@@ -160,6 +162,10 @@ class MaskPicture:
     def read(self) -> NDArray[np.uint8]:
         """Read the last picture, (rows, cols, 3) uint8, linear; row 0 at the top."""
         return np.ascontiguousarray(self._targets[0].read()[..., :3])
+
+    def _plan(self, projection: Projection, light: Light) -> Plan:
+        (plan,) = self.planner.plan(projection, [light], choices=Choices(narrow=False))
+        return plan
 
     def _draw_full(self, state: State, plan: Plan, color: Target, shadows: str) -> None:
         """Count in the picture's own alpha or stencil, and multiply the picture by it."""
