@@ -7,6 +7,7 @@ from support.shapes import box, city
 
 import umbra
 from umbra.scene import make_scene
+from umbra.study import result as result_module
 from umbra.study import run_study
 from umbra.study import study as study_module
 from umbra.study.masks import Masks
@@ -209,6 +210,14 @@ def test_masks_take_an_eighth_of_a_byte_each(town):
     assert 17_500 / 8 * 1e6 < 2.2e9
     many = Masks(np.arange(35_040) % 2 == 0, (2, 3))
     assert many.nbytes == 2190 * 6
+
+
+def test_masks_that_fit_only_packed_stay_so(town, monkeypatch):
+    study = run_study(town, VIENNA, **DAY, cell=1.0, masks=True)
+    monkeypatch.setattr(result_module, "find_memory", lambda: 1000.0)
+    with pytest.raises(umbra.InputError, match="stays packed"):
+        study.to_dataset()
+    assert study.variables()["in_shadow"][1] is study.masks
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.memory import find_memory
+from umbra.errors import InputError
 from umbra.scene.grid import Grid
 from umbra.study.masks import Masks
 from umbra.study.model import Model
@@ -149,8 +151,24 @@ def time_variables(period: Period) -> Variables:
 
 
 def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset":
-    """Make an xarray.Dataset of arrays and attributes; what is packed is unpacked."""
+    """
+    Make an xarray.Dataset of arrays and attributes; what is packed is unpacked.
+
+    Raises
+    ------
+    InputError
+        If it does not fit in memory unpacked.
+    """
     import xarray as xr  # noqa: PLC0415  (half a second; scripts that only count do without)
+
+    packed = sum(array.size for _, array in variables.values() if not isinstance(array, np.ndarray))
+    if packed > find_memory():
+        msg = (
+            f"in_shadow takes {packed / 1e9:.0f} GB as an array and this machine has "
+            f"{find_memory() / 1e9:.1f} GB; read it from umbra.study.run_study(...).masks, which "
+            "stays packed, or have umbra study --masks write it"
+        )
+        raise InputError(msg, bytes=packed)
 
     arrays = {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
     for name, (dims, array) in arrays.items():
