@@ -182,7 +182,7 @@ class Viewer:
         """Draw the scene into the painter's target."""
         view, (cols, rows), step = wanted
         size = (max(cols // step, 1), max(rows // step, 1))
-        self._drawn = self.painter.draw(view, size, times=self.panel.statistics)
+        self._drawn = self.painter.draw(view, size, times=self.panel.statistics, shrink=step)
         self.panel.warnings = self._drawn.warnings
         self._pacing.note(step, self._drawn.spent)
         self._shown = wanted

@@ -11,7 +11,7 @@ from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick,
 from umbra.window.heat import PALETTE, find_colors, find_ticks, find_top
 from umbra.window.painter import Drawn
 from umbra.window.screen import FONT_SIZE
-from umbra.window.view import SUN, View
+from umbra.window.view import MASKS, SUN, View
 
 __all__ = ["Frame", "draw_handles", "draw_help", "draw_scale", "draw_statistics", "grow"]
 
@@ -104,7 +104,7 @@ def _draw_dome(draw: imgui.ImDrawList, view: View, frame: Frame) -> None:
     middle, radius = find_dome(view.viewpoint)
     turn = np.linspace(0, 2 * np.pi, _CIRCLE + 1)
     ring = middle + radius * np.stack([np.sin(turn), np.cos(turn), 0 * turn], 1)
-    _draw_line(draw, frame, project(camera, ring), _tint(_PAPER, 0.45), 1.0)
+    _draw_line(draw, frame, project(camera, ring), _PAPER, 0.5)
     north = np.radians(view.sun.site.true_north if view.sun.site is not None else 0.0)
     mark = middle + 1.06 * radius * np.array([[np.sin(north), np.cos(north), 0.0]])
     (at,) = project(camera, mark)
@@ -115,18 +115,24 @@ def _draw_dome(draw: imgui.ImDrawList, view: View, frame: Frame) -> None:
     if path is not None:
         minutes, places = path
         pixels = project(camera, places)
-        _draw_line(draw, frame, pixels, _tint(_SUN, 0.9), 2.0)
+        _draw_line(draw, frame, pixels, _SUN, 0.95, 2.0)
         for pixel in pixels[(minutes % 60 == 0) & ~np.isnan(pixels).any(1)]:
             draw.add_circle_filled(frame.to_window(pixel), 3.0, _tint(_SUN, 1.0))
 
 
 def _draw_line(
-    draw: imgui.ImDrawList, frame: Frame, pixels: NDArray[np.float64], color: int, width: float
+    draw: imgui.ImDrawList,
+    frame: Frame,
+    pixels: NDArray[np.float64],
+    color: tuple[float, ...],
+    opacity: float,
+    width: float = 1.0,
 ) -> None:
-    """Draw a line with a dark rim, so that it shows on any ground."""
+    """Draw a line with a soft dark rim, so that it shows on any ground."""
     shown = ~np.isnan(pixels[:, 0])
     points = [frame.to_window(pixel) for pixel in np.nan_to_num(pixels)]
-    for tint, wide in ((_tint(_INK, 0.30), width + 1.5), (color, width)):
+    rim, line = _tint(_INK, 0.28 * opacity), _tint(color, opacity)
+    for tint, wide in ((rim, width + 1.2), (line, width)):
         for place in np.flatnonzero(shown[1:] & shown[:-1]):
             draw.add_line(points[place], points[place + 1], tint, wide)
 
@@ -144,7 +150,7 @@ def _draw_stem(
     """Draw a line from a lamp straight down to the target's height."""
     foot = np.array([place[0], place[1], min(view.viewpoint.target[2], place[2])])
     pixels = project(view.viewpoint.camera(frame.pixels), np.stack([place, foot]))
-    _draw_line(draw, frame, pixels, _tint(_PAPER, 0.55), 1.0)
+    _draw_line(draw, frame, pixels, _PAPER, 0.7)
 
 
 def draw_scale(highest: int, frame: Frame) -> None:
@@ -212,7 +218,7 @@ def draw_statistics(drawn: Drawn, view: View, frame: Frame) -> None:
             "light caps": f"{found.light_caps:,}",
             "dark caps": f"{found.dark_caps:,}",
             "index bytes": f"{found.index_bytes:,}",
-            "counts in": found.counts_in,
+            "counts in": view.method if view.method in MASKS else found.counts_in,
         }
         for name, value in rows_of.items():
             _write_row(name, value)

@@ -65,7 +65,14 @@ class Overlays:
         self._edges_of: tuple[BodyVolumes, ...] = ()
         self.n_edges = 0
 
-    def draw(self, state: State, targets: Targets, plan: Plan, overlays: frozenset[str]) -> int:
+    def draw(
+        self,
+        state: State,
+        targets: Targets,
+        plan: Plan,
+        overlays: frozenset[str],
+        shrink: float = 1.0,
+    ) -> int:
         """
         Draw overlays over ``targets.picture``.
 
@@ -78,6 +85,8 @@ class Overlays:
             Of one light.
         overlays : frozenset of str
             ``volumes``, ``cases``, ``edges``, ``counts``.
+        shrink : float
+            By how much the picture will be enlarged; lines are thinner by as much.
 
         Returns
         -------
@@ -89,7 +98,7 @@ class Overlays:
         if "cases" in overlays:
             self.draw_cases(state, plan)
         if "edges" in overlays:
-            self.draw_edges(state, targets, plan)
+            self.draw_edges(state, targets, plan, _EDGE_WIDTH / shrink)
         if "volumes" in overlays:
             self.draw_volumes(state, plan)
         return highest
@@ -120,7 +129,9 @@ class Overlays:
             self._faces.set(tint=np.array([*CASES[case], _OPACITY["cases"]]))
             self._by_case.draw(self._faces, first, count)
 
-    def draw_edges(self, state: State, targets: Targets, plan: Plan) -> None:
+    def draw_edges(
+        self, state: State, targets: Targets, plan: Plan, width: float = _EDGE_WIDTH
+    ) -> None:
         """Draw the silhouettes of a plan into the target in use; faint where hidden."""
         if len(self._edges_of) != len(plan.volumes) or not all(
             map(operator.is_, self._edges_of, plan.volumes)
@@ -136,7 +147,7 @@ class Overlays:
             return
         self._set_up(self._lines, plan)
         self._edges.bind(0)
-        self._lines.set(edges=0, size=np.array(targets.size, float), width=_EDGE_WIDTH)
+        self._lines.set(edges=0, size=np.array(targets.size, float), width=width)
         for each, opacity in ((_HIDDEN, "hidden"), (_OVER, "edges")):
             state.use(each)
             self._lines.set(tint=np.array([*EDGES, _OPACITY[opacity]]))

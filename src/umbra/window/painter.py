@@ -79,7 +79,9 @@ class Painter:
         self.timers = Timers(device)
         self._counter: FrameCounter | None = None
 
-    def draw(self, view: View, size: tuple[int, int], *, times: bool = True) -> Drawn:
+    def draw(
+        self, view: View, size: tuple[int, int], *, times: bool = True, shrink: float = 1.0
+    ) -> Drawn:
         """
         Draw a view and wait until it is there.
 
@@ -90,6 +92,8 @@ class Painter:
             Columns and rows.
         times : bool
             Measure each pass.
+        shrink : float
+            By how much the picture will be enlarged; lines are thinner by as much.
 
         Returns
         -------
@@ -112,7 +116,7 @@ class Painter:
         highest = 0
         if view.overlays and view.chosen in shining:
             with self.renderer._timed("overlays"):
-                highest = self._draw_overlays(view)
+                highest = self._draw_overlays(view, shrink)
         self.device.gl.Finish()
         self.device.check("a view was drawn")
         measured = self.timers.collect() if times else {}
@@ -140,7 +144,7 @@ class Painter:
         assert self.renderer.targets is not None
         return self.renderer.targets
 
-    def _draw_overlays(self, view: View) -> int:
+    def _draw_overlays(self, view: View, shrink: float) -> int:
         """Draw the overlays of the chosen light; its plan is the picture's where that has one."""
         renderer, shining = self.renderer, view.shining()
         assert renderer.projection is not None
@@ -149,7 +153,7 @@ class Painter:
             lights = list(shining.values())
             plans = renderer.planner.plan(renderer.projection, lights, view.method)
         with State(self.device) as state:
-            return self.overlays.draw(state, self._targets(), plans[number], view.overlays)
+            return self.overlays.draw(state, self._targets(), plans[number], view.overlays, shrink)
 
     def _shade(self, view: View, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
         """Count and shade a picture on the CPU."""

@@ -13,18 +13,19 @@ from umbra.sun import Site
 from umbra.window.daylight import Sun
 from umbra.window.viewpoint import Viewpoint, frame_bounds
 
-__all__ = ["DEVICES", "METHODS", "OVERLAYS", "SUN", "View", "find_ground", "make_view"]
+__all__ = ["DEVICES", "MASKS", "METHODS", "OVERLAYS", "SUN", "View", "find_ground", "make_view"]
 
 SUN = -1
 """Stands for the sun where lights are numbered."""
 
 OVERLAYS = ("volumes", "cases", "edges", "counts")
+MASKS = ("alpha", "screen", "max", "half")
+"""Methods that use no stencil."""
+
 METHODS: dict[str, tuple[str, ...]] = {
-    "gl": (
-        "auto", "z-pass", "z-fail", "lengyel", "mcguire", "alpha", "screen", "max", "half"
-    ),
+    "gl": ("auto", "z-pass", "z-fail", "lengyel", "mcguire", *MASKS),
     "cpu": ("auto", "z-pass", "z-fail"),
-}  # fmt: skip
+}
 """By device, in the order in which they are chosen."""
 
 DEVICES = tuple(METHODS)
