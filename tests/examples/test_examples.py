@@ -110,3 +110,13 @@ def test_hall(tmp_path):
         sun, red, dark = (picture.getpixel(place) for place in ((430, 455), (440, 425), (900, 500)))
     assert min(sun) > 100 > max(dark)
     assert red[0] > 1.3 * red[2]
+
+
+def test_soft_shadows(tmp_path):
+    said = run("soft_shadows.py", tmp_path, "--samples", 64, "--size", "140x100")
+    names = {f"soft_{name}.png" for name in ("hard", "samples", "wedges", "weng")}
+    assert {p.name for p in tmp_path.iterdir()} == names | {"soft_shadows.png", "soft_errors.png"}
+    error = {line.split()[0]: float(line.split()[3]) for line in said.splitlines()}
+    assert error["wedges"] < 0.3 * error["hard"]
+    with Image.open(tmp_path / "soft_shadows.png") as sheet:
+        assert sheet.size == (280, 244)
