@@ -64,8 +64,9 @@ class Desk:
                 msg = f"no window: {self.process.communicate()}"
                 raise RuntimeError(msg)
             time.sleep(0.1)
-            self.window = self.display.do("search", "--name", "umbra$")
-        self.display.do("windowfocus", self.window)
+            # Before it is shown, keys and mouse would go past it.
+            self.window = self.display.do("search", "--onlyvisible", "--name", "umbra$")
+        self.display.do("windowfocus", "--sync", self.window)
         self.display.do("mousemove", 800, 700)
         return self
 
