@@ -11,7 +11,7 @@ from umbra.soft import METHODS
 
 # From 10 m above a table of 2 x 2 m at z = 4, straight down, 20 x 20 m on the floor.
 ABOVE = ["--eye", "0,0,10", "--target", "0,0,0", "--up", "0,1,0", "--fov", "90"]
-SMALL = [*ABOVE, "--size", "40x40", "--ground", "0"]
+SMALL = [*ABOVE, "--size", "120x120", "--ground", "0"]
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def test_visibility_stands_beside_the_hard_shadow(umbra_here, table, tmp_path, m
     assert said.status == 0, said
     with np.load(tmp_path / "a.npz") as arrays:
         lit, visibility = arrays["lit"], arrays["visibility"]
-    assert visibility.shape == (2, 40, 40)
+    assert visibility.shape == (2, 120, 120)
     assert visibility.dtype == np.float32
     assert visibility.min() == 0
     assert visibility.max() == 1
