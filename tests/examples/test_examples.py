@@ -120,3 +120,13 @@ def test_soft_shadows(tmp_path):
     assert error["wedges"] < 0.3 * error["hard"]
     with Image.open(tmp_path / "soft_shadows.png") as sheet:
         assert sheet.size == (280, 244)
+
+
+@pytest.mark.usefixtures("_has_gl")
+def test_shadow_masks(tmp_path):
+    said = run("shadow_masks.py", tmp_path)
+    error = {tuple(line.split()[:2]): float(line.split()[4]) for line in said.splitlines()}
+    for scale in "1/2", "1/4":
+        assert 0 < error[scale, "joint:"] < 0.7 * error[scale, "bilinear:"]
+    with Image.open(tmp_path / "masks.png") as picture:
+        assert picture.size == (960, 240)

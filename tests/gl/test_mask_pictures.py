@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.shapes import city, sheet
+from numpy.lib.stride_tricks import sliding_window_view
+from support.shapes import city, sheet, torus_knot
 
 from umbra.errors import InputError
 from umbra.gl.masks import NAMES, find_method
@@ -67,6 +68,23 @@ def test_pictures_are_the_stencils(device, town, shadows, light):
         found, _ = draw(device, town, method, shadows, light)
         # What is lit may be 254 of 255 (NOTES on Roettger, A6).
         assert (np.abs(found - right).max(-1) > 1).sum() <= 2, method
+
+
+def test_no_light_gets_between_the_volumes_of_polygons(device):
+    # 1,200 polygons have a volume each; sides of neighbours lie in one plane.
+    scene = make_scene([Part("knot", "k", Mesh(*torus_knot())), Part("floor", "f", Mesh(*FLOOR))])
+    camera = Camera((20, -25, 24), (0, 0, 2), size=(400, 400))
+    lamp = point_light((8, -3.3, 30))
+    right, _ = draw(device, scene, "stencil", light=lamp, camera=camera, white=True)
+    found, tally = draw(device, scene, "alpha", light=lamp, camera=camera, white=True)
+    assert tally.batches > 100
+    right, found = right[..., 0] > 128, found[..., 0] > 128
+    beside = np.zeros(right.shape, bool)
+    beside[1:-1, 1:-1] = sliding_window_view(right, (3, 3)).min((2, 3)) != sliding_window_view(
+        right, (3, 3)
+    ).max((2, 3))
+    assert not (right != found)[1:-1, 1:-1][~beside[1:-1, 1:-1]].any()
+    assert (right != found).sum() <= 8
 
 
 @pytest.mark.parametrize("method", ["stencil", *NAMES])

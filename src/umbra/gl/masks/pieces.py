@@ -198,10 +198,23 @@ def _cut(faces: NDArray[np.uint32], most: int) -> Iterator[NDArray[np.uint32]]:
 
 
 def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    """Throw all three edges of each face, (3 n, 6), wound outward as in ``volumes.py``."""
+    """
+    Throw the edges of some faces, (n_sides, 6), wound outward as in ``volumes.py``.
+
+    An edge that two of them share needs no sides. With a face elsewhere it throws the same
+    two triangles, the second time with two corners exchanged: so both have the same depths
+    to the last bit, unless they are clipped, and no light gets between.
+    """
     a = faces.ravel()
     b = np.roll(faces, -1, axis=1).ravel()
-    return np.stack([b, a, a | FAR, b, a | FAR, b | FAR], 1)
+    there, back = (first.astype(np.int64) << 32 | second for first, second in ((a, b), (b, a)))
+    _, place, times = np.unique(there, return_inverse=True, return_counts=True)
+    once = times[place.ravel()] == 1
+    inner = once & np.isin(back, there[once])
+    a, b = a[~inner], b[~inner]
+    sides = np.stack([b, a, a | FAR, b, a | FAR, b | FAR], 1)
+    other = np.stack([b, a, b | FAR, b | FAR, a, a | FAR], 1)
+    return np.where((a < b)[:, None], sides, other)
 
 
 def _find_convex(each: BodyVolumes) -> NDArray[np.bool_]:
