@@ -87,6 +87,8 @@ class Shading:
         needs = []
         if light.is_point:
             needs.append("IS_POINT")
+            if light.attenuation != (1.0, 0.0, 0.0) or light.range < np.inf:
+                needs.append("IS_WEAKENING")
         else:
             place[:3] /= np.linalg.norm(place[:3])
         if light.axis is not None:

@@ -1,6 +1,6 @@
 // What one light adds where it reaches: Lambert's cosine, range, attenuation, cone, picture.
 //
-// IS_POINT, IS_SPOT and HAS_IMAGE are defined as the light needs them: a software device
+// IS_POINT, IS_WEAKENING, IS_SPOT and HAS_IMAGE are defined as the light needs them: a software device
 // takes every branch of every pixel.
 
 #include "color.glsl"
@@ -28,11 +28,13 @@ void main() {
 #ifdef IS_POINT
     vec3 way = light.xyz - find_seen(gl_FragCoord.xy, key);
     float square = max(dot(way, way), 1e-30);
-    float apart = sqrt(square);
-    way /= apart;
+    float near = inversesqrt(square);
+    way *= near;
     float amount = max(dot(normal, way), 0.0);
-    amount /= max(attenuation.x + apart * attenuation.y + square * attenuation.z, 1e-12);
-    amount *= max(1.0 - square * fade * (square * fade), 0.0);
+#ifdef IS_WEAKENING
+    float weakened = attenuation.x + square * (near * attenuation.y + attenuation.z);
+    amount *= max(1.0 - square * fade * (square * fade), 0.0) / max(weakened, 1e-12);
+#endif
 #else
     float amount = max(dot(normal, light.xyz), 0.0);
 #endif

@@ -12,5 +12,5 @@ vec3 find_ray(vec2 pixel) {
 
 vec3 find_seen(vec2 pixel, float key) {
     vec3 ray = find_ray(pixel);
-    return is_perspective ? ray / key : ray - key * forward;
+    return is_perspective ? ray * (1.0 / key) : ray - key * forward;
 }

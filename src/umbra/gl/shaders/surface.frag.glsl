@@ -50,14 +50,15 @@ void main() {
 #endif
 
     // The side that is seen counts, however the face is wound.
-    vec3 flat_normal = normalize(cross(dFdx(at), dFdy(at)));
+    vec3 flat_normal = cross(dFdx(at), dFdy(at));
     vec3 toward = is_perspective ? -at : -forward;
     flat_normal *= dot(flat_normal, toward) < 0.0 ? -1.0 : 1.0;
     vec3 seen_normal = flat_normal;
 #ifdef HAS_NORMALS
-    seen_normal = dot(normal, normal) > 0.0 ? normalize(normal) : flat_normal;
+    seen_normal = dot(normal, normal) > 0.0 ? normal : flat_normal;
     seen_normal *= dot(seen_normal, flat_normal) < 0.0 ? -1.0 : 1.0;
 #endif
+    seen_normal = normalize(seen_normal);
 
 #ifdef IS_TRANSPARENT
     float alpha = opacity * (is_blend ? texel.a : 1.0);
