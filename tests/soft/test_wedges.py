@@ -190,6 +190,18 @@ def test_where_casters_hide_the_same_part_twice_it_is_wrong():
     assert at(seen[2], sample(seen, light), 0, 0, 0) == pytest.approx(0.5, abs=0.02)
 
 
+def test_a_box_without_a_bottom_hides_everything_twice():
+    vertices, faces = turned(box((-1, -1, 1), (1, 1, 1.5)), 25)
+    bottom = (vertices[faces][..., 2] < 1.1).all(1)
+    light = LIGHTS["ball"]
+    for kept, deepest in ((faces, 1.0), (faces[~bottom], 2.0)):
+        seen = look((vertices, kept), Camera((-6, -7, 0.9), (0, 0, 0), size=(120, 60)))
+        coverage = find_coverage(*seen, light)
+        assert coverage.max() == pytest.approx(deepest, abs=0.02)
+        error = differ(visibility(*seen, light), sample(seen, light, 256))
+        assert (error.mean() < -0.1) == (deepest == 2)
+
+
 def test_where_the_silhouette_changes_over_the_light_it_is_wrong():
     # A box under a light wider than it: the middle sees only the top's edges, though other
     # points of the light also see walls.
