@@ -80,20 +80,24 @@ class Desk:
             self.display.do("key", key)
             time.sleep(PAUSE)
 
-    def hold(self, key, seconds):
+    def hold(self, key):
+        """Hold a key for a while in which frames are drawn."""
         self.display.do("keydown", key)
-        time.sleep(seconds)
+        self.view()
+        self.view()
         self.display.do("keyup", key)
 
-    def drag(self, *places, button=1):
+    def drag(self, *places, button=1, slowly=False):
+        """Drag from the first place over the others; slowly: a frame is drawn after each step."""
+        wait = self.view if slowly else lambda: time.sleep(PAUSE)
         for number, place in enumerate(places):
             self.display.do("mousemove", *place)
-            time.sleep(PAUSE)
+            wait()
             if number == 0:
                 self.display.do("mousedown", button)
-                time.sleep(PAUSE)
+                wait()
         self.display.do("mouseup", button)
-        time.sleep(PAUSE)
+        wait()
 
     def wait_for(self, name):
         """Wait until a file is there."""

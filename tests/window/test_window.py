@@ -54,7 +54,7 @@ def test_orbit_keys_slider_screenshot_and_close(display, model):
 
         left, right, y = TIME_SLIDER
         middle = (left + right) // 2
-        desk.drag((left + 66, y), (middle - 10, y), (middle, y))
+        desk.drag((left + 66, y), (middle - 10, y), (middle, y), slowly=True)
         noon = desk.view()
         assert abs(noon.sun.minutes - 720) < 20
         desk.press("Right")
@@ -121,14 +121,14 @@ def test_walk_play_cpu_and_rest(display, model):
     with open_desk(display, model) as desk:
         first = desk.view()
         desk.press("c")
-        desk.hold("w", 1.0)
+        desk.hold("w")
         walked = desk.view()
         ahead = walked.viewpoint.eye - first.viewpoint.eye
-        assert ahead @ first.viewpoint.axes()[2] > 0.5
+        assert ahead @ first.viewpoint.axes()[2] > 0.05
         assert ahead[2] == pytest.approx(0, abs=1e-9)
 
         desk.press("c", "space")
-        time.sleep(1.0)
+        desk.view()
         desk.press("space")
         played = desk.view()
         assert played.sun.minutes > first.sun.minutes
