@@ -197,7 +197,7 @@ class Scene:
                 layers = sorted({part.layer for part in self.parts} - {""})
                 tags = Counter(tag for part in self.parts for tag in part.tags)
                 common = [tag for tag, count in tags.most_common(6) if count > 1]
-                words = layers + kinds + common + names
+                words = list(dict.fromkeys(layers + kinds + common + names))
                 shown = ", ".join(words[:12])
                 more = len(words) - 12
                 msg = (
