@@ -92,9 +92,11 @@ class MaskPicture:
         colors = self.method or find_method("alpha")
         self._colors = MaskCounter(self.device, self.geometry, colors, warn=warn)
         # A mask that is no alpha of eight bits goes by a texture, also at full size.
-        is_texture = scale > 1 or (self.method is not None and self.method.format != "rgba8")
+        is_plain = colors.format == "rgba8"
         self._upsampler = (
-            Upsampler(self.device, filter if scale > 1 else "nearest") if is_texture else None
+            Upsampler(self.device, filter if scale > 1 else "nearest", is_plain=is_plain)
+            if scale > 1 or not is_plain
+            else None
         )
         self._is_joint = scale > 1 and filter == "joint"
         self._forward = Forward(self.device, scene, self.geometry, has_place=self._is_joint)

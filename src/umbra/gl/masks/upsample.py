@@ -16,7 +16,7 @@ __all__ = ["FILTERS", "Upsampler"]
 FILTERS = ("nearest", "bilinear", "joint")
 """``joint`` is bilinear between pixels that lie in the plane of what is seen."""
 
-_TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
+_TEXTURE0, _TEXTURE_2D, _LINEAR = 0x84C0, 0x0DE1, 0x2601
 
 
 class Upsampler:
@@ -28,11 +28,15 @@ class Upsampler:
     device : Device
     kind : str
         Of ``FILTERS``.
+    is_plain : bool
+        Masks hold 0 and 1 in eight bits: the texture unit can do what is bilinear.
     """
 
-    def __init__(self, device: Device, kind: str) -> None:
+    def __init__(self, device: Device, kind: str, *, is_plain: bool = False) -> None:
         self._device, self.kind = device, kind
-        defines = {"IS_JOINT": 1} if kind == "joint" else None
+        self._is_linear = is_plain and kind == "bilinear"
+        needs = {"IS_JOINT": kind == "joint", "IS_LINEAR": self._is_linear}
+        defines = {name: 1 for name, needed in needs.items() if needed}
         self._program = Program(device, "picture.vert.glsl", "upsample.frag.glsl", defines)
 
     def apply(
@@ -73,6 +77,10 @@ class Upsampler:
         for unit, texture in enumerate(textures):
             self._device.gl.ActiveTexture(_TEXTURE0 + unit)
             self._device.gl.BindTexture(_TEXTURE_2D, texture)
+        if self._is_linear:
+            self._device.gl.ActiveTexture(_TEXTURE0)
+            for parameter in (0x2800, 0x2801):
+                self._device.gl.TexParameteri(_TEXTURE_2D, parameter, _LINEAR)
         mask_size = np.array(mask.size, float)
         self._program.set(
             scale=np.array(picture.size) / mask_size, mask_size=mask_size,

@@ -1,5 +1,5 @@
 // A mask of fewer pixels laid over the picture: nearest, bilinear, or between pixels that
-// belong to the same surface (joint).
+// belong to the same surface (joint). IS_LINEAR leaves a mask of 0 and 1 to the texture unit.
 
 #include "picture.glsl"
 
@@ -26,6 +26,10 @@ float find_light(ivec2 pixel) {
 }
 
 void main() {
+#ifdef IS_LINEAR
+    color = vec4(mix(dark, 1.0, texture(mask, gl_FragCoord.xy / (scale * mask_size))[channel]));
+    return;
+#endif
     vec2 place = gl_FragCoord.xy / scale - 0.5;
     ivec2 last = ivec2(mask_size) - 1;
     if (!is_smooth) {
