@@ -17,8 +17,8 @@ from umbra.gl.casters import find_solid_faces
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry, Group, is_flat, is_mirrored
-from umbra.gl.masks.counter import MaskCounter
 from umbra.gl.masks.counters import MaskCounters
+from umbra.gl.masks.method import Counts
 from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
@@ -247,7 +247,7 @@ class Renderer:
         projection: Projection,
         lights: Sequence[Light],
         plans: Sequence[Plan | None],
-        counter: Counter | MaskCounter,
+        counter: Counts,
     ) -> None:
         exposure = find_exposure(len(lights))
         for light, plan in zip(lights, plans, strict=True):

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from umbra.gl.context import Device
-from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounter
+from umbra.gl.masks.method import Counts
 from umbra.gl.masks.registry import NAMES, make
 
 __all__ = ["MaskCounters"]
@@ -29,19 +29,19 @@ class MaskCounters:
         self._device, self._geometry, self._warn = device, geometry, warn
         self._made: dict[str, MaskCounter] = {}
 
-    def choose(self, method: str, stencil: Counter) -> tuple[Counter | MaskCounter, str]:
+    def choose(self, method: str, stencil: Counts) -> tuple[Counts, str]:
         """
         Find what counts by a method.
 
         Parameters
         ----------
         method : str
-        stencil : Counter
+        stencil : Counts
             Counts by all others.
 
         Returns
         -------
-        counter : Counter or MaskCounter
+        counter : Counts
         method : str
             To plan by.
         """

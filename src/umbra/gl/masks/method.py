@@ -1,8 +1,29 @@
 """What a way of counting without a stencil is: values, and what is done to them."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
-__all__ = ["DOUBLE", "HALVE", "Method", "Step"]
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.plan import Plan
+from umbra.gl.state import State
+from umbra.gl.target import Target
+
+__all__ = ["DOUBLE", "HALVE", "Counts", "Method", "Step"]
+
+
+class Counts(Protocol):
+    """What frames and pictures ask of whatever counts: the stencil's ``Counter``, or a mask's."""
+
+    def count(self, state: State, target: Target, plan: Plan) -> None:
+        """Count in a target whose depth holds the scene; after, stencil 0 means lit."""
+
+    def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:
+        """Read what was counted, (rows, cols), row 0 at the top."""
+
+    def release(self) -> None:
+        """Free what is held on the device."""
 
 
 @dataclass(frozen=True)
