@@ -79,7 +79,8 @@ def main(folder):
         if scale != 2:
             pictures.append(drawn.read()[CROP])
         drawn.draw(camera, lamp, "black", white=True)
-        masks[scale, kind] = drawn.read()[..., 0] / 255
+        white = drawn.read()[..., 0].astype(float)
+        masks[scale, kind] = white / white.max()  # halving leaves 254 of 255
         drawn.release()
     device.release()
     full = masks.pop((1, "nearest"))
