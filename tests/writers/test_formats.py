@@ -2,6 +2,7 @@
 
 import csv
 import datetime as dt
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -206,21 +207,24 @@ def test_every_format_names_its_files(tmp_path, study):
     assert not said
 
 
-@pytest.fixture
+@contextmanager
 def small_disk():
     """No file of this process grows beyond 3 kB, as on a disk that is full."""
-    resource = pytest.importorskip("resource")
+    import resource  # noqa: PLC0415 - not on Windows
+
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3000, hard))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3000, hard))
+    try:
+        yield
+    finally:  # before pytest itself writes, to what may be a file
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_a_full_disk_is_an_error_and_not_half_a_file(study, tmp_path, name, small_disk):
-    for package in FORMATS[name].packages:
+def test_a_full_disk_is_an_error_and_not_half_a_file(study, tmp_path, name):
+    for package in ("resource", *FORMATS[name].packages):
         pytest.importorskip(package)
     job = Job(study, tmp_path, "Houses", print)
     write_formats(job, ["geojson"] if name != "geojson" else ["gpkg"])  # imports, compilation
-    small_disk()
-    with pytest.raises((OSError, UmbraError)):
+    with small_disk(), pytest.raises((OSError, UmbraError)):
         FORMATS[name].write(job)
