@@ -307,3 +307,15 @@ def test_any_view_of_anything(mesh, camera, light, ground):
     # Whole numbers put whole rows of a small picture on edges: none else may differ.
     if verdicts.right:
         verdicts.check(most_on_edges=1.0)
+
+
+@pytest.mark.parametrize("height", [None, 30.0])
+def test_a_floor_in_the_ground_plane_stays_in_sight(height):
+    floor = sheet([(-7.3, -6.1, 0.1), (6.2, -5.9, 0.1), (7.7, 8.3, 0.1), (-6.6, 7.2, 0.1)])
+    camera = Camera((11, -23.7, 14.3), (0.3, 0.2, 0), size=SIZE, height=height)
+    counter = FrameCounter(make_scene(*floor), ground=0.1)
+    view, _ = counter.see(camera)
+    alone, _ = FrameCounter(make_scene(*floor)).see(camera)
+    seen = alone.face >= 0
+    assert seen.any()
+    np.testing.assert_array_equal(view.face[seen], alone.face[seen])

@@ -108,13 +108,13 @@ def command(
 
 def _why_open(result: dict) -> str:
     reasons = [
-        f"{result[key]} {words}"
-        for key, words in (
-            ("border_edges", "border edges"),
-            ("nonmanifold_edges", "edges with more than two faces"),
-            ("inconsistent_edges", "edges with inconsistent windings"),
-            ("degenerate_triangles", "degenerate triangles"),
-            ("duplicate_triangles", "duplicate triangles"),
+        f"{result[key]} {words if result[key] != 1 else words.replace(many, many[:-1])}"
+        for key, many, words in (
+            ("border_edges", "edges", "border edges"),
+            ("nonmanifold_edges", "edges", "edges with more than two faces"),
+            ("inconsistent_edges", "edges", "edges with inconsistent windings"),
+            ("degenerate_triangles", "triangles", "degenerate triangles"),
+            ("duplicate_triangles", "triangles", "duplicate triangles"),
         )
         if result[key]
     ]

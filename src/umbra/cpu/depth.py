@@ -101,7 +101,8 @@ def add_ground(
     slope = np.linalg.solve(points[:, :3], points[:, 3])
     rows, cols = view.key.shape
     key = slope[0] * np.arange(cols) + (slope[1] * np.arange(rows) + slope[2])[:, None]
-    nearer = (key > view.key) & (key <= key_range[1])
+    # A model's own floor in the plane stays in sight: rounding would speckle it.
+    nearer = (key - 1e-9 * np.abs(key) > view.key) & (key <= key_range[1])
     view.key[nearer] = key[nearer]
     view.face[nearer] = GROUND
 
