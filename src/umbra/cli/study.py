@@ -59,20 +59,16 @@ def command(
         if not quiet:
             click.echo(line, err=True)
 
+    from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
+    from umbra.cli.study_points import POINTS_ONLY, draw_surfaces, study_points  # noqa: PLC0415
+    from umbra.study import run_study  # noqa: PLC0415
+    from umbra.sun import find_site  # noqa: PLC0415
+    from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
     from umbra.writers.results import replace_results  # noqa: PLC0415
 
+    # The painter's process starts when all this is loaded: two that load at once take longer.
     with replace_results(out) as unfinished, Painter() as painter:
-        from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
-        from umbra.cli.study_points import (  # noqa: PLC0415
-            POINTS_ONLY,
-            draw_surfaces,
-            study_points,
-        )
-        from umbra.study import run_study  # noqa: PLC0415
-        from umbra.sun import find_site  # noqa: PLC0415
-        from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
-
         scene = read_posed(files, up, time, animation)
         for note in scene.notes:
             say(f"note: {note}")

@@ -1,7 +1,9 @@
 """What a study's pictures show: the same plan, with no more cells than a picture has pixels."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,14 +35,23 @@ class Preview:
         Cell centres in the model's own coordinates [m].
     heights : (rows, cols) float64
         z of the topmost surface above the ground [m]; in other views 1 where anything is seen.
-    shadows : (n_stamps, rows, cols) bool
-        Where shadow falls at each stamp, counted at this resolution; none at night.
+    count : function of () -> (n_stamps, rows, cols) bool
+        Counts ``shadows``.
     """
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     heights: NDArray[np.float64]
-    shadows: NDArray[np.bool_]
+    count: Callable[[], NDArray[np.bool_]]
+
+    @cached_property
+    def shadows(self) -> NDArray[np.bool_]:
+        """
+        Where shadow falls at each stamp, (n_stamps, rows, cols) bool; none at night.
+
+        Counted at this resolution when first asked for: other pictures need not wait.
+        """
+        return self.count()
 
     def has_terrain(self, bounds: NDArray[np.float64]) -> bool:
         """
@@ -86,8 +97,13 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Steps | None = Non
     grid = study.grid.coarser(min(longest, most))
     tile = study.model.make_tile(grid)
     path = find_sun(study.site, stamps, refraction=study.refraction)
-    shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
-    shadows[path.is_up] = tile.make_counter().masks(path.direction[path.is_up]).view(np.bool_)
+
+    def count() -> NDArray[np.bool_]:
+        shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
+        up = path.direction[path.is_up]
+        shadows[path.is_up] = tile.make_counter().masks(up).view(np.bool_)
+        return shadows
+
     # From local coordinates to the model's own, as the study's cells went.
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
-    return Preview(grid.x + shift_x, grid.y + shift_y, tile.relief, shadows)
+    return Preview(grid.x + shift_x, grid.y + shift_y, tile.relief, count)
