@@ -233,3 +233,16 @@ def test_what_bends_casts_as_it_is_drawn(device):
         renderer.move(bent)
         after = renderer.render(CAMERA, [LIGHTS["sun"]])
     assert count_differences(after, shade_on_cpu(bent, CAMERA, [LIGHTS["sun"]])) <= 6
+
+
+@pytest.mark.parametrize("glass", [Material(opacity=0.5), Material(alpha_mode="mask")])
+def test_what_is_seen_through_casts_nothing(device, glass):
+    floor = Part("floor", "", quad(size=60.0))
+    pane = Part("pane", "", Mesh(*box((25, 25, 6), (35, 35, 6.2))), material=glass)
+    sun = directional_light((-1, 0, 1))
+    bare, seen = (
+        render(device, make_scene(parts), FROM_ABOVE, [sun], ground=None)
+        for parts in ([floor], [floor, pane])
+    )
+    assert (bare[:, :24] == seen[:, :24]).all()
+    assert (bare[8:14, 37:] == seen[8:14, 37:]).all()  # where its shadow would fall

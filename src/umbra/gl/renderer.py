@@ -84,7 +84,8 @@ class Renderer:
     ground : float, optional
         z of a plane that is drawn and receives shadows, in the model's own coordinates [m].
     casters : sequence of int, optional
-        Indices of the parts that cast; all by default.
+        Indices of the parts that cast; all by default. Parts with transparency or holes in
+        their texture never do here, unlike on the CPU.
     device : Device, optional
         One of its own by default, released with the renderer.
     choices : Choices, optional
@@ -136,6 +137,14 @@ class Renderer:
         for part in scene.parts:
             _ = part.material.texture  # what cannot be decoded is told before anything is made
         self.choices, self.accumulate, self.warn = choices, accumulate, warn
+        # What is seen through is not in the depth buffer that counts rely on: it casts nothing.
+        seen_through = [
+            part.material.is_transparent or part.material.alpha_mode == "mask"
+            for part in scene.parts
+        ]
+        if any(seen_through):
+            some = range(len(scene.parts)) if casters is None else casters
+            casters = [index for index in some if not seen_through[index]]
         self._casters, self._two_sided = casters, two_sided
         self.device = device or open_device()
         self._owns_device = device is None
