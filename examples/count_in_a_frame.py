@@ -69,7 +69,7 @@ lights = {
 counter = FrameCounter(scene, ground=0.0)
 view, frame = counter.see(camera)
 counts = {name: counter.count(view, camera, light) for name, light in lights.items()}
-lit = [counter.lit(frame, counts[name], light) for name, light in lights.items()]
+lit = [frame.lit(counts[name], light) for name, light in lights.items()]
 for (name, count), reached in zip(counts.items(), lit):
     print(
         f"{name:5} lights {reached.mean():.0%} of the picture; the deepest count is {count.max()}"

@@ -111,7 +111,7 @@ def main() -> None:
     camera = Camera(EYE, TARGET, size=(cols, rows), fov=40.0)
     view, frame = counter.see(camera)
     counts = counter.count(view, camera, LIGHT.light)
-    faces_light = counter.lit(frame, np.zeros_like(counts), LIGHT.light)
+    faces_light = frame.lit(np.zeros_like(counts), LIGHT.light)
 
     visibility = {"hard": (counts == 0).astype(np.float32)}
     for name, more in (("samples", {"samples": options.samples}), ("wedges", {}), ("weng", {})):

@@ -174,7 +174,7 @@ def test_named_pixels_of_a_frame():
     np.testing.assert_allclose(frame.position[2, 7], (2.5, 0.5, 0), atol=1e-12)
     np.testing.assert_allclose(frame.position[2, 3], (-1.5, 0.5, 2.5), atol=1e-12)
     np.testing.assert_allclose(frame.normal[2, 3], (0, 0, 1))
-    lit = counter.lit(frame, counts, light)
+    lit = frame.lit(counts, light)
     assert not lit[2, 5]
     assert lit[2, 7]
     assert lit[2, 3]
@@ -190,8 +190,8 @@ def test_attached_shadow_and_a_spot_s_cone():
     for x, is_lit in (5, True), (-5, False):
         light = point_light((x, 0.5, 3))
         counts = counter.count(view, camera, light)
-        assert counter.lit(frame, counts, light)[2, 2] == is_lit
+        assert frame.lit(counts, light)[2, 2] == is_lit
     for half_angle, is_lit in (20.0, True), (10.0, False):
         light = spot_light((5, 0, 2), (0, 0, 3.5), half_angle)  # 16.7 degrees off the middle
         counts = counter.count(view, camera, light)
-        assert counter.lit(frame, counts, light)[2, 2] == is_lit
+        assert frame.lit(counts, light)[2, 2] == is_lit

@@ -17,7 +17,7 @@ def draw(light, **material):
     scene = make_scene([Part("floor", "", Mesh(*FLOOR), None, Material(**material))])
     counter = FrameCounter(scene)
     view, frame = counter.see(CAMERA)
-    lit = counter.lit(frame, counter.count(view, CAMERA, light), light)
+    lit = frame.lit(counter.count(view, CAMERA, light), light)
     return frame, lit, shade(scene, frame, [light], [lit])
 
 

@@ -55,8 +55,8 @@ def test_frames_differ_from_the_cpus_only_at_edges(device, name, camera):
                 assert counts.dtype == np.int32
                 np.testing.assert_array_equal(counts[~near], right_counts[~near])
                 assert (counts != right_counts)[same].mean() < 2e-3
-        lit = ours.lit(frame, counts, light)
-        np.testing.assert_array_equal(lit[~near], cpu.lit(right, right_counts, light)[~near])
+        lit = frame.lit(counts, light)
+        np.testing.assert_array_equal(lit[~near], right.lit(right_counts, light)[~near])
     seen = same & (view.face != NOTHING) & (np.abs(right.position) < 1e4).all(-1)
     np.testing.assert_allclose(frame.position[seen], right.position[seen], rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(frame.normal[seen], right.normal[seen], atol=1e-12)

@@ -49,7 +49,7 @@ def render(device, scene, camera=CAMERA, lights=(), ground=0.0, **options):
 def shade_on_cpu(scene, camera, lights, ground=0.0):
     counter = FrameCounter(scene, ground=ground)
     view, frame = counter.see(camera)
-    lit = [counter.lit(frame, counter.count(view, camera, light), light) for light in lights]
+    lit = [frame.lit(counter.count(view, camera, light), light) for light in lights]
     return shade(scene, frame, lights, lit)
 
 

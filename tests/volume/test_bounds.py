@@ -11,13 +11,12 @@ from umbra.volume.bounds import (
     can_end_at_floor,
     end_at_floor,
     find_box_points,
-    find_near_rectangle,
     find_shadow_points,
-    find_view_planes,
     find_visible_parts,
     is_in_range,
     is_outside,
 )
+from umbra.volume.frustum import find_near_rectangle, find_view_planes
 from umbra.volume.scissor import (
     find_box_scissors,
     find_depth_bounds,

@@ -192,14 +192,14 @@ def command(
             )
             seen_at = frame.part != -1
             counts = [((share < 0.5) & seen_at).astype(np.int32) for share in shares]
-        lit = [counter.lit(frame, n, light) for n, light in zip(counts, all_lights, strict=True)]
+        lit = [frame.lit(n, light) for n, light in zip(counts, all_lights, strict=True)]
         softened, reached = (
             soften(soft, counter, view, frame, camera, sized) if soft is not None else ([], lit)
         )
         if shares:
             none = np.zeros_like(counts[0])
             reached = [
-                share * counter.lit(frame, none, light)
+                share * frame.lit(none, light)
                 for share, light in zip(shares, all_lights, strict=True)
             ]
         if out is not None:

@@ -92,7 +92,6 @@ def soften(
     none = np.zeros(frame.part.shape, np.int32)
     visibility = [find(counter, view, frame, camera, light) for light in lights]
     reached = [
-        part * counter.lit(frame, none, light.light)
-        for part, light in zip(visibility, lights, strict=True)
+        part * frame.lit(none, light.light) for part, light in zip(visibility, lights, strict=True)
     ]
     return visibility, reached

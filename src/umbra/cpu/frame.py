@@ -13,42 +13,23 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import BLOCK, Anchor, FaceBlocks, find_anchor
-from umbra.cpu.depth import GROUND, NOTHING, View, add_ground, see
+from umbra.cpu.anchor import FaceBlocks
+from umbra.cpu.depth import NOTHING, View, add_ground, see
 from umbra.cpu.polygons import count_polygons
 from umbra.cpu.sides import LANES, add_sides, find_nearest_tiles
 from umbra.cpu.threads import use_threads
+from umbra.cpu.vantage import find_cut_open, find_near_faces, find_vantage
+from umbra.cpu.visible import Frame, locate
 from umbra.errors import InputError
 from umbra.scene import Camera, Light, Scene
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
 from umbra.volume.silhouette import find_silhouettes
 
-__all__ = ["METHODS", "Frame", "FrameCounter", "count_shadows"]
+__all__ = ["METHODS", "FrameCounter", "count_shadows"]
 
 METHODS = ("auto", "z-pass", "z-fail")
-UP = np.array([0.0, 0.0, 1.0])
 _NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before it
-
-
-@dataclass(frozen=True, eq=False)
-class Frame:
-    """
-    The visible surface of a scene.
-
-    Parameters
-    ----------
-    position : (rows, cols, 3) float64
-        In the model's own coordinates [m]; NaN where nothing is seen.
-    normal : (rows, cols, 3) float64
-        Unit normal of the side that is seen; NaN where nothing is.
-    part : (rows, cols) int32
-        Index in ``Scene.parts``; ``NOTHING`` or ``GROUND``.
-    """
-
-    position: NDArray[np.float64]
-    normal: NDArray[np.float64]
-    part: NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +103,7 @@ class FrameCounter:
         view = see(soup.vertices, soup.faces, matrix, camera.size, limits, self.threads)
         if self.ground is not None:
             add_ground(view, matrix, self.ground - origin[2], limits)
-        return view, self._locate(view, camera)
+        return view, locate(view, camera, soup, self.ground)
 
     def count(
         self, view: View, camera: Camera, light: Light, method: str = "auto"
@@ -154,30 +135,30 @@ class FrameCounter:
         use_threads(self.threads)
         origin = self.scene.origin
         place = light.local(origin)
-        apex = camera.apex(origin)
         near = camera.key_range()[1]
-        seen_along = _compare(apex, place)
-        matrix, anchor, far_anchor = self._find_anchors(camera, apex, place)
-        near_faces = self._find_near_faces(camera)
-        caster = self.caster.opened(anchor.enclosed | self._find_cut_open(near_faces, place))
-        start = anchor.count(caster.is_closed)
+        vantage = find_vantage(self.caster, self.blocks, camera, origin, place)
+        near_faces = find_near_faces(self.caster, self.blocks, camera, origin)
+        cut_open = find_cut_open(self.caster, self.blocks, near_faces, place)
+        caster = self.caster.opened(vantage.start.enclosed | cut_open)
+        start = vantage.start.count(caster.is_closed)
         caps = make_light_cap(caster, place, near_faces)
         before = np.zeros((1, 1), np.int32)
         if len(caps.multiplicity) and method != "z-fail":
-            before = count_polygons(caps, matrix, near, camera.size, nearer=True)
+            before = count_polygons(caps, vantage.matrix, near, camera.size, nearer=True)
         if method == "z-pass":
             self._judge_z_pass(start, bool(((before != 0) & (view.face != NOTHING)).any()))
         # Rays that start in the light end at its first surface; those that run straight
         # to it see no side, only what is behind.
-        if (method == "z-fail" and seen_along <= 0) or (method == "auto" and seen_along < 0):
-            counts = -self._behind(caster, view, matrix, place, near)
+        if (method == "z-fail" and vantage.along <= 0) or (method == "auto" and vantage.along < 0):
+            counts = -self._behind(caster, view, vantage.matrix, place, near)
             if not camera.is_perspective:  # there the dark cap is seen as one point, or not at all
-                counts += far_anchor.count(caster.is_closed)
+                counts += vantage.end.count(caster.is_closed)
         else:
-            if seen_along > 0:
+            if vantage.along > 0:
                 counts = np.zeros(view.key.shape, np.int16)
             else:
-                counts = self._in_front(caster, view, matrix, place, self._find_floor(apex))
+                floor = self._find_floor(camera)
+                counts = self._in_front(caster, view, vantage.matrix, place, floor)
             if method != "z-pass" and (start or before.any()):
                 counts = counts + (start + before)
             if not start and not len(caps.multiplicity):
@@ -218,50 +199,25 @@ class FrameCounter:
         """
         use_threads(self.threads)
         place = light.local(self.scene.origin)
-        apex = camera.apex(self.scene.origin)
-        seen_along = _compare(apex, place)
-        matrix, anchor, far_anchor = self._find_anchors(camera, apex, place)
-        caster = self.caster.opened(anchor.enclosed)
+        vantage = find_vantage(self.caster, self.blocks, camera, self.scene.origin, place)
+        matrix = vantage.matrix
+        caster = self.caster.opened(vantage.start.enclosed)
         size = view.key.shape[::-1]
         cap = make_light_cap(caster, place)
         counts: NDArray[np.signedinteger]
-        if seen_along < 0:  # sides are seen edge-on on the way to the light: count behind
+        if vantage.along < 0:  # sides are seen edge-on on the way to the light: count behind
             counts = np.zeros(view.key.shape, np.int32)
             for faces in (make_sides(caster, place), cap, make_dark_cap(caster, place)):
                 counts -= count_polygons(faces, matrix, view.key, size, nearer=False)
             if not camera.is_perspective:
-                counts += far_anchor.count(caster.is_closed)
+                counts += vantage.end.count(caster.is_closed)
         else:
             counts = count_polygons(cap, matrix, view.key, size, nearer=True)
-            counts += anchor.count(caster.is_closed)
-            if seen_along == 0:
-                floor = self._find_floor(apex)
+            counts += vantage.start.count(caster.is_closed)
+            if vantage.along == 0:
+                floor = self._find_floor(camera)
                 counts = counts + self._in_front(caster, view, matrix, place, floor)
         return counts * (view.face != NOTHING)
-
-    def lit(self, frame: Frame, counts: NDArray[np.int32], light: Light) -> NDArray[np.bool_]:
-        """
-        Tell which visible points a light reaches: unshadowed, turned to it, within its reach.
-
-        Surfaces are what they are for every material: one that glows, is unlit or lets
-        light through can be in shadow and casts one.
-
-        Parameters
-        ----------
-        frame : Frame
-        counts : (rows, cols) int32
-        light : Light
-
-        Returns
-        -------
-        lit : (rows, cols) bool
-        """
-        position = np.nan_to_num(frame.position)
-        way = light.position[:3] - light.position[3] * position
-        facing = np.einsum("ijk,ijk->ij", np.nan_to_num(frame.normal), way) > 0
-        if light.axis is not None or light.range < np.inf:
-            facing &= light.is_within(position)
-        return facing & (counts == 0) & (frame.part != NOTHING)
 
     def _in_front(
         self, caster: Caster, view: View, matrix: NDArray, light: NDArray, floor: float
@@ -282,8 +238,9 @@ class FrameCounter:
                 break
         return counts[:, :cols]
 
-    def _find_floor(self, apex: NDArray[np.float64]) -> float:
+    def _find_floor(self, camera: Camera) -> float:
         """Give the height below which neither receivers nor the eye lie; -inf if that is none."""
+        apex = camera.apex(self.scene.origin)
         is_above = apex[2] >= self.floor if apex[3] else apex[2] >= 0
         return float(self.floor) if is_above else -np.inf
 
@@ -299,68 +256,6 @@ class FrameCounter:
             sums += count_polygons(cap, matrix, near, size, nearer=False)
         return sums
 
-    def _find_anchors(
-        self, camera: Camera, apex: NDArray[np.float64], place: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], Anchor, Anchor]:
-        """
-        Find the anchors where rays start and, in an orthographic view, where they end.
-
-        An eye in the side of a volume steps aside (or parallel rays tilt) until it is
-        in none; the matrix returned shows volumes as seen from there.
-        """
-        origin = self.scene.origin
-        right, up, _ = camera.axes()
-        size = 1.0 + max(np.abs(apex[:3]).max(), np.abs(self.blocks.bounds).max(initial=0.0))
-        for attempt in range(8):
-            aside = 1e-10 * attempt * np.array([0.83, 0.56])
-            if camera.height is None:
-                step = size * (aside[0] * right + aside[1] * up) + 0.37 * size * aside[0] * UP
-                matrix = camera.matrix(origin - step)
-                anchor = end = find_anchor(
-                    self.caster, self.blocks, apex + np.append(step, 0.0), place
-                )
-            else:
-                matrix = camera.matrix(origin)
-                matrix[:2] += camera.size[1] / camera.height * np.outer([-1, 1] * aside, matrix[3])
-                tilted = apex + np.append(aside[0] * right + aside[1] * up, 0.0)
-                anchor, end = (
-                    find_anchor(self.caster, self.blocks, way, place) for way in (tilted, -tilted)
-                )
-            if anchor.is_clean and end.is_clean:
-                break
-        return matrix, anchor, end
-
-    def _find_near_faces(self, camera: Camera) -> NDArray[np.intp]:
-        """Find the casting faces that reach before the near plane, where nothing is drawn."""
-        forward = camera.axes()[2]
-        at = (camera.eye - self.scene.origin) @ forward
-        bounds = self.blocks.bounds
-        corner = np.where(forward > 0, [0, 1, 2], [3, 4, 5])  # of a box, the nearest
-        nearest = bounds[:, corner] @ forward - at
-        blocks = np.flatnonzero(nearest < camera.near)
-        faces = (blocks[:, None] * BLOCK + np.arange(BLOCK)).ravel()
-        faces = faces[faces < len(self.caster.faces)]
-        depth = (self.caster.vertices[self.caster.faces[faces]] @ forward).min(1) - at
-        return faces[depth < camera.near]
-
-    def _find_cut_open(self, near_faces: NDArray[np.intp], light: NDArray) -> NDArray[np.bool_]:
-        """
-        Find components that the near plane opens to view and whose inside might mislead.
-
-        Past a wall that is not drawn the winding number is not the eye's. Lit faces
-        alone still tell, unless the light is inside or the component is wound inward.
-        """
-        caster = self.caster
-        opened = np.zeros(len(caster.is_closed), np.bool_)
-        if not len(near_faces):
-            return opened
-        opened[caster.component[near_faces]] = True
-        sky = np.array([0.36, 0.48, 0.8, 0.0])
-        around = find_anchor(caster, self.blocks, sky, light)
-        a, b, c = (caster.vertices[caster.faces[:, k]] for k in range(3))
-        volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
-        return opened & ((around.lit != around.unlit) | (volume < 0))
-
     def _judge_z_pass(self, start: int, is_cut: bool) -> None:
         """Warn where the eye's own count or what the near plane cuts away is needed."""
         if start:
@@ -373,51 +268,6 @@ class FrameCounter:
                 "z-pass is wrong for this view: casting faces lie before the near plane, "
                 "where it cannot see them; use auto or z-fail"
             )
-
-    def _locate(self, view: View, camera: Camera) -> Frame:
-        rows, cols = view.key.shape
-        right, up, forward = camera.axes()
-        x = np.arange(cols) - (cols - 1) / 2
-        y = (rows - 1) / 2 - np.arange(rows)
-        seen = view.face != NOTHING
-        position = np.full((rows, cols, 3), np.nan)
-        if camera.height is None:
-            pixel = 2 * np.tan(np.radians(camera.fov) / 2) / rows
-            ray = forward + pixel * (x[None, :, None] * right + y[:, None, None] * up)
-            apart = ray[seen] / view.key[seen, None]
-        else:
-            pixel = camera.height / rows
-            across = pixel * (x[None, :, None] * right + y[:, None, None] * up)
-            ray = np.broadcast_to(forward, across.shape)
-            apart = across[seen] - view.key[seen, None] * forward
-        position[seen] = camera.eye + apart
-        soup = self.triangles
-        normal = np.full((rows, cols, 3), np.nan)
-        mesh = view.face >= 0
-        corners = soup.vertices[soup.faces[view.face[mesh]]]
-        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normal[mesh] = across / np.linalg.norm(across, axis=1, keepdims=True)
-        normal[view.face == GROUND] = (0.0, 0.0, 1.0)
-        away = np.einsum("ijk,ijk->ij", np.nan_to_num(normal), ray) > 0
-        normal[away] *= -1.0
-        part = view.face.copy()
-        part[mesh] = soup.part[view.face[mesh]]
-        if self.ground is not None:
-            position[view.face == GROUND, 2] = self.ground
-        return Frame(position, normal, part)
-
-
-def _compare(apex: NDArray[np.float64], light: NDArray[np.float64]) -> int:
-    """Give 1 if rays start in the light, -1 if they run straight to it, else 0."""
-    if apex[3] and light[3]:
-        apart = np.abs(apex - light).max()
-        return int(apart <= 1e-9 * (1.0 + np.abs(apex).max()))
-    if apex[3] or light[3]:
-        return 0
-    a, b = (v[:3] / np.linalg.norm(v[:3]) for v in (apex, light))
-    if np.linalg.norm(np.cross(a, b)) > 1e-9:
-        return 0
-    return 1 if a @ b > 0 else -1
 
 
 def count_shadows(

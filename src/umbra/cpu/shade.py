@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import GROUND, NOTHING, View
-from umbra.cpu.frame import Frame
 from umbra.cpu.surfaces import find_surfaces
+from umbra.cpu.visible import Frame
 from umbra.scene import Light, Material, Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import GROUND, NOTHING, View
-from umbra.cpu.frame import Frame, FrameCounter
+from umbra.cpu.visible import Frame, locate
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
@@ -104,7 +104,7 @@ class GlFrameCounter:
         face = self._draw(camera, projection)
         view = View(self._find_keys(face, camera), face)
         self._seen = view, projection
-        return view, self._locate(view, camera)
+        return view, locate(view, camera, self.triangles, self.ground)
 
     def count(
         self, view: View, camera: Camera, light: Light, method: str = "auto"
@@ -143,8 +143,6 @@ class GlFrameCounter:
             counter.count(state, self._target, self.plan)
         counts = counter.read(self._target, self.plan)
         return np.where(view.face != NOTHING, counts, 0).astype(np.int32)
-
-    lit = FrameCounter.lit
 
     def _draw(self, camera: Camera, projection: Projection) -> NDArray[np.int32]:
         if self._target is None or self._target.size != tuple(camera.size):
@@ -186,9 +184,6 @@ class GlFrameCounter:
         slope = np.linalg.solve(corners, mapped[..., 3:])[place.ravel(), :, 0]
         keys[y, x] = slope[:, 0] * x + slope[:, 1] * y + slope[:, 2]
         return keys
-
-    def _locate(self, view: View, camera: Camera) -> Frame:
-        return FrameCounter._locate(self, view, camera)  # type: ignore[arg-type]
 
     def release(self) -> None:
         """Free all that the counter holds on the device."""

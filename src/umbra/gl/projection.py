@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Camera
-from umbra.volume.bounds import find_box_points, find_view_planes, is_outside
+from umbra.volume.bounds import find_box_points, is_outside
+from umbra.volume.frustum import find_view_planes
 
 __all__ = ["Projection", "make_projection"]
 

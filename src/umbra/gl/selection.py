@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene import Camera
-from umbra.volume.bounds import can_end_at_floor, find_near_rectangle, find_visible_parts
-from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements, make_regions
+from umbra.volume.bounds import can_end_at_floor, find_visible_parts
+from umbra.volume.frustum import find_near_rectangle
+from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements
+from umbra.volume.pyramid import make_regions
 
 __all__ = ["METHODS", "Choices", "Selection", "select"]
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import View
-from umbra.cpu.frame import Frame, FrameCounter
+from umbra.cpu.frame import FrameCounter
+from umbra.cpu.visible import Frame
 from umbra.scene import Camera
 from umbra.soft.area import AreaLight
 

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import NOTHING, View
-from umbra.cpu.frame import Frame, FrameCounter
+from umbra.cpu.frame import FrameCounter
 from umbra.cpu.threads import use_threads
+from umbra.cpu.visible import Frame
 from umbra.scene import Camera
 from umbra.soft.area import AreaLight, make_axes
 from umbra.soft.coverage import add_wedges

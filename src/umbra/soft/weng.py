@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import View
-from umbra.cpu.frame import Frame, FrameCounter
+from umbra.cpu.frame import FrameCounter
+from umbra.cpu.visible import Frame
 from umbra.errors import InputError
 from umbra.scene import Camera, Light
 from umbra.soft.area import AreaLight

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import NOTHING, View
-from umbra.cpu.frame import Frame, FrameCounter
+from umbra.cpu.frame import FrameCounter
 from umbra.cpu.rays import find_hidden
+from umbra.cpu.visible import Frame
 from umbra.errors import InputError
 from umbra.scene import Camera, Scene, directional_light
 from umbra.scene.grid import Grid

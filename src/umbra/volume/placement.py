@@ -22,56 +22,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import Caster
-from umbra.volume.bounds import find_box_points, find_near_rectangle, find_view_planes, is_outside
+from umbra.volume.bounds import find_box_points, is_outside
+from umbra.volume.meeting import Casting, any_meets
+from umbra.volume.pyramid import Regions, make_regions
 
-__all__ = [
-    "Placement",
-    "Placements",
-    "Regions",
-    "dark_cap_is_fan",
-    "find_placement",
-    "find_placements",
-    "make_regions",
-    "occlusion_pyramid",
-]
-
-MARGIN = 1e-6
-"""By how much regions are widened, relative to the near rectangle's coordinates."""
-
-_AT_ONCE = 8192  # vertices or triangles looked at in one go
-
-
-@dataclass(frozen=True, eq=False)
-class Regions:
-    """
-    What placements of one camera and one light share.
-
-    Parameters
-    ----------
-    pyramid : (n, 4) float64
-        Inward planes of the occlusion pyramid, a little widened.
-    view : (5, 4) float64
-        Inward planes of what is seen, to infinity, a little widened.
-    light : (4,) float64
-        Homogeneous, in the frame of the planes.
-    """
-
-    pyramid: NDArray[np.float64]
-    view: NDArray[np.float64]
-    light: NDArray[np.float64]
-
-    def within(self, transform: NDArray[np.float64]) -> "Regions":
-        """
-        Give the same regions in a caster's own frame.
-
-        Parameters
-        ----------
-        transform : (4, 4) float64
-            Affine, from the caster's frame to that of these regions.
-        """
-        light = np.asarray(np.linalg.solve(transform, self.light), np.float64)
-        light[3] = self.light[3]
-        return Regions(self.pyramid @ transform, self.view @ transform, light)
+__all__ = ["Placement", "Placements", "dark_cap_is_fan", "find_placement", "find_placements"]
 
 
 @dataclass(frozen=True)
@@ -128,97 +83,6 @@ class Placements:
     def z_fail(self) -> NDArray[np.bool_]:
         """Whether to count behind the visible surface rather than before it."""
         return self.case != 1
-
-
-def occlusion_pyramid(
-    camera: Camera,
-    light: ArrayLike,
-    origin: ArrayLike = (0.0, 0.0, 0.0),
-    scissor: ArrayLike | None = None,
-) -> NDArray[np.float64]:
-    """
-    Find the planes around all ways from the near rectangle to the light.
-
-    A directional light gives a prism without end. Each plane holds an edge of the
-    rectangle and the homogeneous light; it is turned to the rectangle's centre, the near
-    plane to the light. A light in the near plane leaves no volume: there a slab around
-    the near plane is returned, so that what touches that plane near the rectangle counts
-    as in the way. Planes that rounding might have spoilt are left out or moved outward.
-
-    Parameters
-    ----------
-    camera : Camera
-    light : (4,) float64
-        Homogeneous, relative to the origin [m].
-    origin : (3,) float64
-    scissor : (4,) int, optional
-        Left, top, right, bottom [pixels]: the part of the picture that is drawn.
-
-    Returns
-    -------
-    planes : (n, 4) float64
-        Inward, with unit normals; n is 5, or 2 to 6 for a light in the near plane.
-    """
-    corners = find_near_rectangle(camera, origin, scissor)
-    light = np.asarray(light, np.float64)
-    forward = camera.axes()[2]
-    to_light = light[:3] - light[3] * corners
-    reach = np.abs(to_light).max()
-    edges = np.roll(corners, -1, 0) - corners
-    size = np.abs(edges).max()
-    rise = forward @ to_light[0]
-    limit = 1e-9 * max(reach, size) if light[3] else 1e-12 * reach
-    if abs(rise) > limit:
-        normals = np.cross(edges, to_light)
-        near = np.copysign(1.0, rise) * forward[None]
-    else:
-        normals = np.cross(edges, forward)
-        near = np.stack([forward, -forward])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    sound = length[:, 0] > 1e-12 * size * (reach if abs(rise) > limit else 1.0)
-    normals = normals[sound] / length[sound]
-    inner = np.einsum("ij,ij->i", normals, corners.mean(0) - corners[sound])
-    normals *= np.where(inner < 0, -1.0, 1.0)[:, None]
-
-    # A plane is right if all that spans the pyramid is inside: move it until it is, and
-    # leave it out if a directional light leads away through it.
-    normals = np.concatenate([near, normals])
-    spans = np.append(corners, light[None, :3] / light[3], 0) if light[3] else corners
-    planes = np.column_stack([normals, -(normals @ spans.T).min(1)])
-    if light[3] == 0:
-        planes = planes[normals @ light[:3] >= -1e-12 * reach]
-    return planes
-
-
-def make_regions(
-    camera: Camera,
-    light: ArrayLike,
-    origin: ArrayLike = (0.0, 0.0, 0.0),
-    scissor: ArrayLike | None = None,
-    margin: float = MARGIN,
-) -> Regions:
-    """
-    Find the pyramid and the view of a camera and a light, for many casters.
-
-    Parameters
-    ----------
-    camera : Camera
-    light : (4,) float64
-        Homogeneous, relative to the origin [m].
-    origin : (3,) float64
-    scissor : (4,) int, optional
-        Left, top, right, bottom [pixels]: the part of the picture that is drawn.
-    margin : float
-        Planes move outward by so much of the near rectangle's largest coordinate, for
-        devices that compute in float32.
-    """
-    light = np.asarray(light, np.float64)
-    pyramid = occlusion_pyramid(camera, light, origin, scissor)
-    view = find_view_planes(camera, origin, scissor)
-    slack = margin * np.abs(find_near_rectangle(camera, origin, scissor)).max()
-    pyramid[:, 3] += slack
-    view[:, 3] += slack
-    return Regions(pyramid, view, light)
 
 
 def dark_cap_is_fan(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
@@ -353,13 +217,13 @@ def find_placement(
     is_fan = bool(rough.dark_cap_is_fan[0])
     if rough.case[0] == 1 and not rough.needs_light_cap[0]:
         return Placement(1, "its bounds do not meet the occlusion pyramid", False, False, is_fan)
-    casts = _Casting(caster if isinstance(caster, Caster) else None, regions.light)
-    blocks = rough.case[0] != 1 and _any_meets(vertices, faces, regions.pyramid, casts)
-    light_cap = bool(rough.needs_light_cap[0]) and _any_meets(vertices, faces, regions.view, casts)
+    casts = Casting(caster if isinstance(caster, Caster) else None, regions.light)
+    blocks = rough.case[0] != 1 and any_meets(vertices, faces, regions.pyramid, casts)
+    light_cap = bool(rough.needs_light_cap[0]) and any_meets(vertices, faces, regions.view, casts)
     if not blocks:
         reason = "no casting triangle meets the occlusion pyramid"
         return Placement(1, reason, light_cap and not is_drawn, False, is_fan)
-    dark_cap = bool(rough.needs_dark_cap[0]) and _any_meets(
+    dark_cap = bool(rough.needs_dark_cap[0]) and any_meets(
         vertices, faces, regions.view, casts, away=regions.light
     )
     if light_cap:
@@ -367,22 +231,6 @@ def find_placement(
         return Placement(3, reason, True, dark_cap, is_fan)
     reason = "a casting triangle meets the occlusion pyramid, but none is in view"
     return Placement(2, reason, False, dark_cap, is_fan)
-
-
-@dataclass(frozen=True, eq=False)
-class _Casting:
-    """Tells which faces cast: lit ones of closed components, all of open ones not edge-on."""
-
-    caster: Caster | None
-    light: NDArray[np.float64]
-
-    def among(self, faces: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Keep those of some faces that cast."""
-        if self.caster is None:
-            return faces
-        side = self.light @ self.caster.planes[:, faces]
-        is_closed = self.caster.is_closed[self.caster.component[faces]]
-        return faces[(side > 0) | ((side < 0) & ~is_closed)]
 
 
 def _find_bounds(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -400,70 +248,3 @@ def _away(points: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np
     away = light[3] * points - points[..., 3:] * light
     away[..., 3] = 0.0
     return away
-
-
-def _any_meets(
-    vertices: NDArray[np.float64],
-    faces: NDArray[np.int32],
-    planes: NDArray[np.float64],
-    casting: _Casting,
-    away: NDArray[np.float64] | None = None,
-) -> bool:
-    """
-    Tell whether any casting triangle, or its throw to infinity, meets a region.
-
-    Outcodes of the vertices decide most; what is left is clipped, in terms of its
-    corners' distances from the planes.
-    """
-    values = np.zeros((len(planes), len(vertices)))
-    codes = np.zeros(len(vertices), np.uint8)  # a bit for each plane that it is beyond
-    for start in range(0, len(vertices), _AT_ONCE):  # so short that BLAS starts no threads
-        some = slice(start, start + _AT_ONCE)
-        if away is None:
-            values[:, some] = planes[:, :3] @ vertices[some].T + planes[:, 3:]
-        else:
-            values[:, some] = planes[:, :3] @ (away[3] * vertices[some] - away[:3]).T
-            # Directions have no size: widen by an angle instead.
-            values[:, some] += 1e-9 * np.abs(values[:, some]).max()
-        for plane, row in enumerate(values[:, some]):
-            codes[some] |= (row < 0).view(np.uint8) << np.uint8(plane)
-    a, b, c = np.ascontiguousarray(np.take(codes, faces).T)
-    near = np.flatnonzero((a & b & c) == 0)
-    for start in range(0, len(near), _AT_ONCE):  # often the first few have the answer
-        asked = casting.among(near[start : start + _AT_ONCE])
-        if not (a[asked].all() and b[asked].all() and c[asked].all()):
-            return True
-        if len(asked) and _any_survives(values.T[faces[asked]]):
-            return True
-    return False
-
-
-def _any_survives(values: NDArray[np.float64]) -> bool:
-    """
-    Clip triangles, given as their corners' distances from planes (n, 3, k).
-
-    Sutherland and Hodgman's clipper on all of them at once; distances are linear along
-    an edge, so they are all it needs to know. True if anything is left of any.
-    """
-    n_corners = np.full(len(values), 3)
-    for plane in range(values.shape[2]):
-        here = np.arange(values.shape[1])
-        after = np.where(here + 1 < n_corners[:, None], here + 1, 0)
-        ahead = np.take_along_axis(values, after[..., None], 1)
-        start, end = values[..., plane], ahead[..., plane]
-        real = here < n_corners[:, None]
-        kept = real & (start >= 0)
-        cut = real & ((start >= 0) != (end >= 0))
-        along = np.divide(start, start - end, out=np.zeros_like(start), where=cut)
-        points = values + along[..., None] * (ahead - values)
-        points[..., plane] = 0.0
-        both = np.stack([values, points], 2).reshape(len(values), -1, values.shape[2])
-        emit = np.stack([kept, cut], 2).reshape(len(values), -1)
-        n_corners = emit.sum(1)
-        alive = n_corners > 0
-        if not alive.any():
-            return False
-        order = np.argsort(~emit[alive], 1, kind="stable")[:, : values.shape[1] + 1]
-        values = np.take_along_axis(both[alive], order[..., None], 1)
-        n_corners = n_corners[alive]
-    return True

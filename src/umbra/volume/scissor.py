@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
 from umbra.scene.camera import Camera
-from umbra.volume.bounds import find_box_points, find_view_planes
+from umbra.volume.bounds import find_box_points
+from umbra.volume.frustum import find_view_planes
 
 __all__ = [
     "DepthBounds",

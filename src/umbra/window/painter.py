@@ -167,7 +167,7 @@ class Painter:
         seen, frame = counter.see(camera)
         marks.append(time.perf_counter())
         counts = [counter.count(seen, camera, light, view.method) for light in lights]
-        lit = [counter.lit(frame, n, light) for n, light in zip(counts, lights, strict=True)]
+        lit = [frame.lit(n, light) for n, light in zip(counts, lights, strict=True)]
         marks.append(time.perf_counter())
         picture = shade(self.scene, frame, lights, lit, seen)
         marks.append(time.perf_counter())

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import NOTHING
-from umbra.cpu.frame import Frame
+from umbra.cpu.visible import Frame
 from umbra.errors import InputError
 from umbra.gl.masks.upsample import FILTERS
 from umbra.scene import Camera, Light

@@ -1,0 +1,112 @@
+"""
+The visible surface: where each pixel's point lies, its normal and its part.
+
+``depth`` tells which face a pixel sees and how near; here this becomes places in the
+model's own coordinates.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.depth import GROUND, NOTHING, View
+from umbra.scene import Camera, Light
+from umbra.scene.scene import Triangles
+
+__all__ = ["Frame", "locate"]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """
+    The visible surface of a scene.
+
+    Parameters
+    ----------
+    position : (rows, cols, 3) float64
+        In the model's own coordinates [m]; NaN where nothing is seen.
+    normal : (rows, cols, 3) float64
+        Unit normal of the side that is seen; NaN where nothing is.
+    part : (rows, cols) int32
+        Index in ``Scene.parts``; ``NOTHING`` or ``GROUND``.
+    """
+
+    position: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    part: NDArray[np.int32]
+
+    def lit(self, counts: NDArray[np.signedinteger], light: Light) -> NDArray[np.bool_]:
+        """
+        Tell which visible points a light reaches: unshadowed, turned to it, within its reach.
+
+        Surfaces are what they are for every material: one that glows, is unlit or lets
+        light through can be in shadow and casts one.
+
+        Parameters
+        ----------
+        counts : (rows, cols) int
+            Shadow counts of this light.
+        light : Light
+
+        Returns
+        -------
+        lit : (rows, cols) bool
+        """
+        position = np.nan_to_num(self.position)
+        way = light.position[:3] - light.position[3] * position
+        facing = np.einsum("ijk,ijk->ij", np.nan_to_num(self.normal), way) > 0
+        if light.axis is not None or light.range < np.inf:
+            facing &= light.is_within(position)
+        return facing & (counts == 0) & (self.part != NOTHING)
+
+
+def locate(view: View, camera: Camera, triangles: Triangles, ground: float | None = None) -> Frame:
+    """
+    Find where in the model the points lie that a camera sees.
+
+    Parameters
+    ----------
+    view : View
+        Of this camera.
+    camera : Camera
+    triangles : Triangles
+        Whose faces the view names.
+    ground : float, optional
+        z of the ground plane in the view [m].
+
+    Returns
+    -------
+    frame : Frame
+    """
+    rows, cols = view.key.shape
+    right, up, forward = camera.axes()
+    x = np.arange(cols) - (cols - 1) / 2
+    y = (rows - 1) / 2 - np.arange(rows)
+    seen = view.face != NOTHING
+    if camera.height is None:
+        pixel = 2 * np.tan(np.radians(camera.fov) / 2) / rows
+        ray = forward + pixel * (x[None, :, None] * right + y[:, None, None] * up)
+        apart = ray[seen] / view.key[seen, None]
+    else:
+        pixel = camera.height / rows
+        across = pixel * (x[None, :, None] * right + y[:, None, None] * up)
+        ray = np.broadcast_to(forward, across.shape)
+        apart = across[seen] - view.key[seen, None] * forward
+    position = np.full((rows, cols, 3), np.nan)
+    position[seen] = camera.eye + apart
+    if ground is not None:
+        position[view.face == GROUND, 2] = ground
+
+    normal = np.full((rows, cols, 3), np.nan)
+    mesh = view.face >= 0
+    corners = triangles.vertices[triangles.faces[view.face[mesh]]]
+    plane = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal[mesh] = plane / np.linalg.norm(plane, axis=1, keepdims=True)
+    normal[view.face == GROUND] = (0.0, 0.0, 1.0)
+    is_back = np.einsum("ijk,ijk->ij", np.nan_to_num(normal), ray) > 0
+    normal[is_back] *= -1.0
+
+    part = view.face.copy()
+    part[mesh] = triangles.part[view.face[mesh]]
+    return Frame(position, normal, part)

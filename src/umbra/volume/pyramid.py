@@ -1,0 +1,145 @@
+"""
+The occlusion pyramid, and the other region that placements of a camera and a light share.
+
+A caster that leaves the hull of near rectangle and light free leaves the viewport lit.
+Regions are inward planes, widened a little, in any caster's own frame.
+
+Sources: McGuire et al. 2003, section 5.2 and figure 2; NOTES on it, C8.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.scene.camera import Camera
+from umbra.volume.frustum import find_near_rectangle, find_view_planes
+
+__all__ = ["Regions", "make_regions", "occlusion_pyramid"]
+
+MARGIN = 1e-6
+"""By how much regions are widened, relative to the near rectangle's coordinates."""
+
+
+@dataclass(frozen=True, eq=False)
+class Regions:
+    """
+    What placements of one camera and one light share.
+
+    Parameters
+    ----------
+    pyramid : (n, 4) float64
+        Inward planes of the occlusion pyramid, a little widened.
+    view : (5, 4) float64
+        Inward planes of what is seen, to infinity, a little widened.
+    light : (4,) float64
+        Homogeneous, in the frame of the planes.
+    """
+
+    pyramid: NDArray[np.float64]
+    view: NDArray[np.float64]
+    light: NDArray[np.float64]
+
+    def within(self, transform: NDArray[np.float64]) -> "Regions":
+        """
+        Give the same regions in a caster's own frame.
+
+        Parameters
+        ----------
+        transform : (4, 4) float64
+            Affine, from the caster's frame to that of these regions.
+        """
+        light = np.asarray(np.linalg.solve(transform, self.light), np.float64)
+        light[3] = self.light[3]
+        return Regions(self.pyramid @ transform, self.view @ transform, light)
+
+
+def occlusion_pyramid(
+    camera: Camera,
+    light: ArrayLike,
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+    scissor: ArrayLike | None = None,
+) -> NDArray[np.float64]:
+    """
+    Find the planes around all ways from the near rectangle to the light.
+
+    A directional light gives a prism without end. Each plane holds an edge of the
+    rectangle and the homogeneous light; it is turned to the rectangle's centre, the near
+    plane to the light. A light in the near plane leaves no volume: there a slab around
+    the near plane is returned, so that what touches that plane near the rectangle counts
+    as in the way. Planes that rounding might have spoilt are left out or moved outward.
+
+    Parameters
+    ----------
+    camera : Camera
+    light : (4,) float64
+        Homogeneous, relative to the origin [m].
+    origin : (3,) float64
+    scissor : (4,) int, optional
+        Left, top, right, bottom [pixels]: the part of the picture that is drawn.
+
+    Returns
+    -------
+    planes : (n, 4) float64
+        Inward, with unit normals; n is 5, or 2 to 6 for a light in the near plane.
+    """
+    corners = find_near_rectangle(camera, origin, scissor)
+    light = np.asarray(light, np.float64)
+    forward = camera.axes()[2]
+    to_light = light[:3] - light[3] * corners
+    reach = np.abs(to_light).max()
+    edges = np.roll(corners, -1, 0) - corners
+    size = np.abs(edges).max()
+    rise = forward @ to_light[0]
+    limit = 1e-9 * max(reach, size) if light[3] else 1e-12 * reach
+    if abs(rise) > limit:
+        normals = np.cross(edges, to_light)
+        near = np.copysign(1.0, rise) * forward[None]
+    else:
+        normals = np.cross(edges, forward)
+        near = np.stack([forward, -forward])
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    sound = length[:, 0] > 1e-12 * size * (reach if abs(rise) > limit else 1.0)
+    normals = normals[sound] / length[sound]
+    inner = np.einsum("ij,ij->i", normals, corners.mean(0) - corners[sound])
+    normals *= np.where(inner < 0, -1.0, 1.0)[:, None]
+
+    # A plane is right if all that spans the pyramid is inside: move it until it is, and
+    # leave it out if a directional light leads away through it.
+    normals = np.concatenate([near, normals])
+    spans = np.append(corners, light[None, :3] / light[3], 0) if light[3] else corners
+    planes = np.column_stack([normals, -(normals @ spans.T).min(1)])
+    if light[3] == 0:
+        planes = planes[normals @ light[:3] >= -1e-12 * reach]
+    return planes
+
+
+def make_regions(
+    camera: Camera,
+    light: ArrayLike,
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+    scissor: ArrayLike | None = None,
+    margin: float = MARGIN,
+) -> Regions:
+    """
+    Find the pyramid and the view of a camera and a light, for many casters.
+
+    Parameters
+    ----------
+    camera : Camera
+    light : (4,) float64
+        Homogeneous, relative to the origin [m].
+    origin : (3,) float64
+    scissor : (4,) int, optional
+        Left, top, right, bottom [pixels]: the part of the picture that is drawn.
+    margin : float
+        Planes move outward by so much of the near rectangle's largest coordinate, for
+        devices that compute in float32.
+    """
+    light = np.asarray(light, np.float64)
+    pyramid = occlusion_pyramid(camera, light, origin, scissor)
+    view = find_view_planes(camera, origin, scissor)
+    slack = margin * np.abs(find_near_rectangle(camera, origin, scissor)).max()
+    pyramid[:, 3] += slack
+    view[:, 3] += slack
+    return Regions(pyramid, view, light)
