@@ -95,6 +95,30 @@ def test_options_that_cannot_be(study, keep, options, day, words):
     assert keep()
 
 
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--receivers", "points"], "--points FILE"),
+        (["--receivers", "points", "--points", "none.csv"], "none.csv"),
+        (["--receivers", "surfaces"], "--spacing"),
+        (["--rules", "none.yaml"], "none.yaml"),
+        (["--options", "none.toml"], "none.toml"),
+    ],
+)
+def test_slips_are_told_before_a_model_is_read(study, keep, monkeypatch, options, word):
+    monkeypatch.setattr("umbra.readers.read", lambda *_, **__: pytest.fail("was read"))
+    cell = "1" if "surfaces" in options else None
+    assert word in study(*options, cell=cell).refusal()
+    assert keep()
+
+
+def test_all_files_are_there_before_one_is_read(study, tower, tmp_path, monkeypatch):
+    monkeypatch.setattr("umbra.readers._read_one", lambda *_: pytest.fail("was read"))
+    gone = tmp_path / "gone.glb"
+    assert f"{gone}: no such file" in study(files=[tower, f"proposed={gone}"]).refusal()
+    assert f"{tmp_path}: is a folder" in study(files=[tower, tmp_path]).refusal()
+
+
 def test_no_site_says_which_options_to_give(study, keep):
     assert "--lat and --lon" in study(site=[]).refusal()
     line = study(site=["--lat", "48"]).refusal()
@@ -287,8 +311,9 @@ def test_the_installed_command_from_a_glb_to_pictures(umbra_alone, tmp_path):
     assert said.status == 0, said
     assert not said.err
     files = said.out.splitlines()
-    assert files == [f"results/{name}" for name in ("study.nc", "hours.png", "profile.png")]
-    for name in files[1:]:
+    names = ("study.nc", "hours.png", "profile.png", "study.toml")
+    assert files == [f"results/{name}" for name in names]
+    for name in files[1:3]:
         assert (tmp_path / name).read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
         assert (tmp_path / name).stat().st_size > 20_000
 
@@ -309,7 +334,7 @@ def test_a_terminal_shows_a_bar_and_stdout_holds_results_only(tower, tmp_path):
     assert "100%" in shown
     assert shown.rstrip().endswith("drawing and writing")
     assert done.stdout.splitlines() == [
-        f"results/{name}" for name in ("study.nc", "hours.png", "profile.png")
+        f"results/{name}" for name in ("study.nc", "hours.png", "profile.png", "study.toml")
     ]
 
 

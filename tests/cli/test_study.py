@@ -79,7 +79,7 @@ def test_netcdf_is_as_promised(study, tower, tmp_path, engine, masks):
     assert not said.err
     folder = tmp_path / "out"
     assert said.out.splitlines() == [
-        str(folder / name) for name in ("study.nc", "hours.png", "profile.png")
+        str(folder / name) for name in ("study.nc", "hours.png", "profile.png", "study.toml")
     ]
     assert sorted(path.name for path in folder.iterdir()) == [
         "hours.png", "profile.png", "study.nc", "study.toml",
@@ -119,7 +119,8 @@ def test_json_is_one_object_on_stdout(study, tmp_path):
     found = said.json()
     result = open_result(tmp_path / "out")
     assert found["files"] == [
-        str(tmp_path / "out" / name) for name in ("study.nc", "hours.png", "profile.png")
+        str(tmp_path / "out" / name)
+        for name in ("study.nc", "hours.png", "profile.png", "study.toml")
     ]
     assert (found["cols"], found["rows"]) == (result.sizes["x"], result.sizes["y"])
     assert found["cell"] == [1.0, 1.0]

@@ -107,7 +107,7 @@ def test_surfaces_are_sampled_and_drawn(study, tmp_path):
     )  # fmt: skip
     assert said.status == 0, said
     assert [line.rsplit("/", 1)[1] for line in said.out.splitlines()] == [
-        "study.nc", "hours.png", "profile.png",
+        "study.nc", "hours.png", "profile.png", "study.toml",
     ]  # fmt: skip
     result = open_result(tmp_path / "out")
     assert result.sizes["sample"] == 16 * 12 + 10 * 3

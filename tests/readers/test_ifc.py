@@ -305,3 +305,14 @@ def test_the_fzk_house(real_file):
     np.testing.assert_allclose(
         np.ptp(walls.vertices[walls.faces].reshape(-1, 3), axis=0)[:2], [12, 10], atol=1e-6
     )
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_numbers_that_come_twice_are_refused(tmp_path, count):
+    path = IfcFile().write(tmp_path / "a.ifc")
+    lines = path.read_bytes().split(b"\n")
+    first = next(n for n, line in enumerate(lines) if line.startswith(b"#5="))
+    lines[first + count : first + count] = lines[first : first + count]
+    path.write_bytes(b"\n".join(lines))
+    with pytest.raises(InputError, match=f"more than once: {count}, first: #5"):
+        umbra.read(path)

@@ -54,6 +54,12 @@ def command(
     """  # noqa: D301  (click asks for a real backspace)
     outputs = take_outputs(options)
     _check_clock(options)
+    is_raster = options["receivers"] not in {"surfaces", "points"}
+    point_names: list[str] = []
+    if not is_raster:
+        from umbra.cli.study_points import take_points  # noqa: PLC0415
+
+        point_names = take_points(options)
 
     def say(line: str) -> None:
         if not quiet:
@@ -73,7 +79,6 @@ def command(
         for note in scene.notes:
             say(f"note: {note}")
         site = find_site(scene, lat, lon, tz, north)
-        is_raster = options["receivers"] not in {"surfaces", "points"}
         options["device"] = device
         with _progress(quiet) as progress:
             study: Any
@@ -81,7 +86,7 @@ def command(
                 raster = {n: v for n, v in options.items() if n not in POINTS_ONLY}
                 study = run_study(scene, site, progress=progress, **raster)
             else:
-                study = study_points(scene, site, options, progress)
+                study = study_points(scene, site, options, point_names, progress)
         study.facts["command"] = shlex.join(["umbra", *click.get_current_context().obj])
         if not study.sun.is_up.any():
             say(
@@ -106,7 +111,7 @@ def command(
             names = draw_surfaces(scene, site, options, painter, unfinished) if is_drawn else []
             more = outputs.write_points(unfinished, study, scene, options)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
-    written = [out / name for name in ("study.nc", *names, *more)]
+    written = [out / name for name in ("study.nc", *names, OPTIONS_FILE, *more)]
     if as_json:
         echo_json({"files": [str(path) for path in written], **_sum_up(study)})
     elif not quiet:

@@ -9,7 +9,7 @@ from umbra.study import PointStudy, read_points, run_point_study, run_study
 from umbra.study.setup import Progress
 from umbra.sun import Site
 
-__all__ = ["RASTER_ONLY", "draw_surfaces", "study_points"]
+__all__ = ["POINTS_ONLY", "RASTER_ONLY", "draw_surfaces", "study_points", "take_points"]
 
 RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
 POINTS_ONLY = ("spacing", "points")
@@ -17,8 +17,41 @@ _TILT = 35
 _QUESTIONS = {"masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact"}
 
 
+def take_points(options: dict[str, Any]) -> list[str]:
+    """
+    Read the table of points before any model, and refuse options of rasters.
+
+    Parameters
+    ----------
+    options : dict
+        Of the command, for surfaces or points; ``points`` becomes what the table holds.
+
+    Returns
+    -------
+    names : list of str
+        Of the points; empty where there are none.
+
+    Raises
+    ------
+    InputError
+        If there is no table, or it cannot be read.
+    """
+    for name in ("extent", "cell", "size"):
+        if options[name] is not None:
+            msg = f"--{name} is for rasters; surfaces are sampled by --spacing, points by --points"
+            raise InputError(msg)
+    path = options["points"]
+    names: list[str] = []
+    if options["receivers"] == "points":
+        if path is None:
+            msg = "receivers 'points' need a table; give --points FILE with lines of x,y,z"
+            raise InputError(msg)
+        options["points"], names = read_points(path)
+    return names
+
+
 def study_points(
-    scene: Scene, site: Site, options: dict[str, Any], progress: Progress
+    scene: Scene, site: Site, options: dict[str, Any], names: list[str], progress: Progress
 ) -> PointStudy:
     """
     Run a study of surfaces or points with the options of the command.
@@ -28,20 +61,14 @@ def study_points(
     scene : Scene
     site : Site
     options : dict
+        After ``take_points``.
+    names : list of str
+        Of the points.
     progress : callable
     """
-    for name in ("extent", "cell", "size"):
-        if options[name] is not None:
-            msg = f"--{name} is for rasters; surfaces are sampled by --spacing, points by --points"
-            raise InputError(msg)
     kept = {name: value for name, value in options.items() if name not in RASTER_ONLY}
-    names: list[str] = []
-    path = kept.pop("points")
-    if options["receivers"] == "points":
-        if path is None:
-            msg = "receivers 'points' need a table; give --points FILE with lines of x,y,z"
-            raise InputError(msg)
-        kept["points"], names = read_points(path)
+    if options["receivers"] != "points":
+        del kept["points"]
     return run_point_study(scene, site, names=names, progress=progress, **kept)
 
 

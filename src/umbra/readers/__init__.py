@@ -1,5 +1,6 @@
 """Files to scenes: city models, buildings, footprints, rasters and meshes."""
 
+import errno
 import gc
 import os
 from collections.abc import Iterator
@@ -76,7 +77,10 @@ def read(
     with np.errstate(all="ignore"), _pause_collection():
         layers: list[Layer] = []
         sources: list[Source] = []
-        for name, path in name_layers(paths):
+        named = name_layers(paths)
+        for _, path in named:
+            _check_there(path)  # a slip in the last name is told before the first file is read
+        for name, path in named:
             model, source = _read_one(path, choices)
             layers.append(Layer(name, path, model))
             sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
@@ -128,20 +132,35 @@ def _check_triangles(model: Model) -> None:
         raise InputError(msg)
 
 
+def _check_there(path: Path) -> None:
+    """Look without opening: a pipe can be opened but once."""
+    try:
+        if path.is_dir():
+            raise IsADirectoryError
+        path.stat()
+        if not os.access(path, os.R_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    except (OSError, ValueError) as error:  # ValueError: a name with a null byte
+        raise _make_refusal(path, error) from error
+
+
+def _make_refusal(path: Path, error: OSError | ValueError) -> InputError:
+    """Say why a file cannot be opened, and what to do."""
+    if isinstance(error, FileNotFoundError):
+        reason, remedy = "no such file", "check the name"
+    elif isinstance(error, IsADirectoryError):
+        reason, remedy = "is a folder", f"name a file in it ({FORMATS})"
+    else:
+        reason = f"cannot be read ({getattr(error, 'strerror', None) or error})"
+        remedy = "check the name and its permissions"
+    return InputError(f"{path}: {reason}; {remedy}", path=path)
+
+
 def _read_one(path: Path, choices: Choices) -> tuple[Model, Source]:
     try:
         data = path.read_bytes()
-    except FileNotFoundError as error:
-        msg = f"{path}: no such file; check the name"
-        raise InputError(msg, path=path) from error
-    except IsADirectoryError as error:
-        msg = f"{path}: is a folder; name a file in it ({FORMATS})"
-        raise InputError(msg, path=path) from error
-    except (OSError, ValueError) as error:
-        # ValueError: a name with a null byte.
-        reason = getattr(error, "strerror", None) or error
-        msg = f"{path}: cannot be read ({reason}); check the name and its permissions"
-        raise InputError(msg, path=path) from error
+    except OSError as error:
+        raise _make_refusal(path, error) from error
     if not data.strip():
         msg = f"{path}: is empty; export the model again"
         raise InputError(msg, path=path)

@@ -7,6 +7,7 @@ materials, styles) are its tags. Openings are cut by ifcopenshell's geometry eng
 """
 
 import re
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,7 @@ LEFT_OUT = (
 # The first is quick and right for what it takes; the other takes what is left.
 ENGINES = ("hybrid-cgal-simple-opencascade", "opencascade")
 
+ENTITY = re.compile(rb"\n#(\d+) *=")
 ERROR = re.compile(r"^\[error\](?: *\[[^\]]*\])* *(.*)$", re.IGNORECASE | re.MULTILINE)
 
 Shape = tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32], list[Any]]
@@ -75,6 +77,7 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
             "export it again"
         )
         raise InputError(msg, byte=len(data))
+    _check_numbers(data)
     ifcopenshell.get_log()  # empties it
     try:
         file = ifcopenshell.open(str(path))
@@ -121,6 +124,19 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
         place = Place(place.latitude, place.longitude, place.elevation)
     place = replace(place, ground=_find_ground(parts))
     return Model(f"IFC ({file.schema})", turn_up(tuple(parts), up), crs, tuple(notes), place=place)
+
+
+def _check_numbers(data: bytes) -> None:
+    """Refuse a file in which two entities have one number: the engine may end the process."""
+    numbers = ENTITY.findall(data)
+    if len(set(numbers)) == len(numbers):
+        return
+    twice = [int(number) for number, count in Counter(numbers).items() if count > 1]
+    msg = (
+        f"is damaged IFC (entity numbers that come more than once: {len(twice)}, "
+        f"first: #{twice[0]}); export it again"
+    )
+    raise InputError(msg, entity=twice[0])
 
 
 def _list_errors(log: str) -> list[str]:
