@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Camera
+from umbra.scene import Camera, Light
 from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sphere_scissors
 
-__all__ = ["find_reach", "turn_scissor"]
+__all__ = ["find_reach", "find_scissor", "turn_scissor"]
 
 
 def find_reach(
@@ -47,3 +47,9 @@ def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, 
     """Give a rectangle as OpenGL has it, its rows counted from below."""
     left, top, right, bottom = corners.tolist()
     return left, camera.size[1] - bottom, right - left, bottom - top
+
+
+def find_scissor(camera: Camera, origin: NDArray, light: Light) -> tuple[int, int, int, int] | None:
+    """Find the rectangle that a light's range reaches, as OpenGL has it; None: all."""
+    corners, _ = find_reach(camera, origin, light.local(origin), light.range)
+    return None if corners is None else turn_scissor(corners, camera)

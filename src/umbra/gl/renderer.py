@@ -3,12 +3,12 @@ Pictures on OpenGL: surfaces in ambient light, then shadows and light for each l
 
 The order is McGuire's (2003, section 8): the stencil counts a light's shadow volumes, its
 light is added where the count is 0, and what is transparent comes last, over the lit
-picture. Nothing is read back until ``read``.
+picture. A single light needs no sums: the surfaces are drawn as they look in it and as they
+look in its shadow, at once, and the count chooses. Nothing is read back until ``read``.
 """
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,61 +17,23 @@ from umbra.gl.casters import find_solid_faces
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry, Group, is_flat, is_mirrored
+from umbra.gl.lamps import Lamps
 from umbra.gl.masks.counters import MaskCounters
 from umbra.gl.masks.method import Counts
+from umbra.gl.narrow import find_scissor
 from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import LIGHT, PLACE, Surfaces, find_surface_formats
-from umbra.gl.target import Target
+from umbra.gl.surfaces import LIGHT, PLACE, Surfaces
+from umbra.gl.targets import Targets
 from umbra.gl.timers import Timers
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.look import find_exposure
-from umbra.volume.scissor import find_sphere_scissors
 
-__all__ = ["Renderer", "Targets"]
+__all__ = ["Renderer"]
 
 _DRAW_ALL = Pass(depth_write=True, color_write=True)
-Scissor = tuple[int, int, int, int]
-
-
-@dataclass(eq=False)
-class Targets:
-    """
-    The framebuffers of one size of picture; depth and stencil are shared by all.
-
-    Parameters
-    ----------
-    device : Device
-    size : (int, int)
-        Columns and rows.
-    accumulate : {'rgba16f', 'rgba8'}
-        How light is summed up.
-
-    Attributes
-    ----------
-    surface, light, picture : Target
-    """
-
-    device: Device
-    size: tuple[int, int]
-    accumulate: str = "rgba16f"
-    surface: Target = field(init=False)
-    light: Target = field(init=False)
-    picture: Target = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.surface = Target(self.device, self.size, find_surface_formats(self.accumulate))
-        self.light = Target(
-            self.device, self.size, depth_of=self.surface, shows=(self.surface, LIGHT)
-        )
-        self.picture = Target(self.device, self.size, ("rgba8",), depth_of=self.surface)
-
-    def release(self) -> None:
-        """Free them."""
-        for target in (self.picture, self.light, self.surface):
-            target.release()
 
 
 class Renderer:
@@ -150,7 +112,7 @@ class Renderer:
         self._owns_device = device is None
         self._ground_z = ground
         self._build(scene)
-        self.shading = Shading(self.device)
+        self.shading, self.lamps = Shading(self.device), Lamps(self.device)
         self.targets: Targets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[Plan] = []
@@ -205,26 +167,14 @@ class Renderer:
         """Draw a picture into ``targets.picture``; parameters as in ``render``."""
         targets = self._find_targets(camera.size)
         projection = self.projection = self._project(camera)
+        at_once = (
+            len(lights) <= 1 and self.accumulate != "rgba8" and not self.surfaces.has_transparent
+        )
+        # A counter that is made now measures the device, with a state of its own.
+        counter, method = self.masks.choose(method, self.counter)
+        draw = self._draw_at_once if at_once else self._draw_in_turn
         with State(self.device) as state:
-            with self._timed("surfaces"):
-                targets.surface.use()
-                state.use(_DRAW_ALL)
-                state.clear(depth=1.0, stencil=0)
-                for place in (LIGHT, PLACE):
-                    targets.surface.clear_color(0.0, place=place)
-                # Where nothing reaches before the near plane, nothing is cut open.
-                cull = projection.camera.near > camera.near
-                self.surfaces.draw(state, projection, self.ground, cull=cull)
-            counter, method = self.masks.choose(method, self.counter)
-            plans = self._plan(projection, lights, method) if shadows else [None] * len(lights)
-            targets.light.use()
-            self._add_lights(state, targets, projection, lights, plans, counter)
-            if self.surfaces.has_transparent:
-                with self._timed("transparent"):
-                    self.surfaces.draw_transparent(state, projection)
-            targets.picture.use()
-            with self._timed("finish"):
-                self.shading.finish(state, targets.light)
+            draw(state, targets, projection, lights, counter, method, shadows)
 
     def read(self) -> NDArray[np.uint8]:
         """Read the last picture, (rows, cols, 3) uint8, row 0 at the top."""
@@ -249,6 +199,77 @@ class Renderer:
         for held in (self.surfaces, self.masks, self.counter, self.planner, self.geometry):
             held.release()
 
+    def _draw_at_once(
+        self,
+        state: State,
+        targets: Targets,
+        projection: Projection,
+        lights: Sequence[Light],
+        counter: Counts,
+        method: str,
+        shadows: bool,
+    ) -> None:
+        """Draw surfaces in one light, or none, and in its shadow; then choose."""
+        origin, camera = self.scene.origin, projection.camera
+        lamps = [self.lamps.make(light, projection, origin, find_exposure(1)) for light in lights]
+        scissors = [find_scissor(camera, origin, light) for light in lights]
+        target = targets.both if lights and shadows else targets.picture
+        with self._timed("surfaces"):
+            target.use()
+            state.use(_DRAW_ALL)
+            state.clear(depth=1.0, stencil=0)
+            lamp = lamps[0] if lamps else None
+            self.surfaces.draw_at_once(
+                state, projection, self.ground, lamp, cull=self._may_cull(projection)
+            )
+            self.shading.draw_sky(state, target)
+        if not shadows:
+            return
+        for plan, scissor in zip(self._plan(projection, lights, method), scissors, strict=True):
+            if scissor is not None and 0 in scissor[2:]:
+                continue
+            with self._timed("shadows"):
+                counter.count(state, target, plan)
+            with self._timed("light"):
+                targets.picture.use()
+                self.shading.darken(state, targets.both, scissor)
+
+    def _draw_in_turn(
+        self,
+        state: State,
+        targets: Targets,
+        projection: Projection,
+        lights: Sequence[Light],
+        counter: Counts,
+        method: str,
+        shadows: bool,
+    ) -> None:
+        """Draw surfaces, add one light after the other, then what is transparent, and the sky."""
+        with self._timed("surfaces"):
+            self.draw_surface(state)
+        plans = self._plan(projection, lights, method) if shadows else [None] * len(lights)
+        targets.light.use()
+        self._add_lights(state, targets, projection, lights, plans, counter)
+        if self.surfaces.has_transparent:
+            with self._timed("transparent"):
+                self.surfaces.draw_transparent(state, projection)
+        targets.picture.use()
+        with self._timed("finish"):
+            self.shading.finish(state, targets.light)
+
+    def draw_surface(self, state: State) -> None:
+        """Draw what the last picture's camera sees into ``targets.surface``."""
+        assert self.targets is not None
+        assert self.projection is not None
+        surface = self.targets.surface
+        surface.use()
+        state.use(_DRAW_ALL)
+        state.clear(depth=1.0, stencil=0)
+        for place in (LIGHT, PLACE):
+            surface.clear_color(0.0, place=place)
+        cull = self._may_cull(self.projection)
+        self.surfaces.draw(state, self.projection, self.ground, cull=cull)
+
     def _add_lights(
         self,
         state: State,
@@ -258,9 +279,9 @@ class Renderer:
         plans: Sequence[Plan | None],
         counter: Counts,
     ) -> None:
-        exposure = find_exposure(len(lights))
+        origin, exposure = self.scene.origin, find_exposure(len(lights))
         for light, plan in zip(lights, plans, strict=True):
-            scissor = self._find_scissor(light, projection.camera)
+            scissor = find_scissor(projection.camera, origin, light)
             if scissor is not None and 0 in scissor[2:]:
                 continue
             with self._timed("shadows"):
@@ -270,20 +291,8 @@ class Renderer:
                     state.clear(stencil=0)
             with self._timed("light"):
                 targets.light.use()
-                self.shading.add_light(
-                    state, targets.surface, projection, light, self.scene.origin, exposure, scissor
-                )
-
-    def _find_scissor(self, light: Light, camera: Camera) -> Scissor | None:
-        """Give the rectangle that a light's range reaches, in OpenGL's rows; None: all."""
-        if np.isinf(light.range):
-            return None
-        origin = self.scene.origin
-        place = light.local(origin)[None, :3]
-        left, top, right, bottom = find_sphere_scissors(camera, place, [light.range], origin)[
-            0
-        ].tolist()
-        return left, camera.size[1] - bottom, right - left, bottom - top
+                lamp = self.lamps.make(light, projection, origin, exposure)
+                self.shading.add_light(state, targets.surface, projection, lamp, scissor)
 
     def _plan(self, projection: Projection, lights: Sequence[Light], method: str) -> list[Plan]:
         plans = self.planner.plan(projection, lights, method, choices=self.choices, warn=self.warn)
@@ -297,6 +306,11 @@ class Renderer:
         if len(self.planner.bounds) and self.planner.casters is None:
             bounds = bounds[:-1]
         return make_projection(camera, origin, bounds, self.ground)
+
+    @staticmethod
+    def _may_cull(projection: Projection) -> bool:
+        """Tell whether nothing reaches before the near plane, so that nothing is cut open."""
+        return projection.camera.near > projection.asked.near
 
     def _find_targets(self, size: tuple[int, int]) -> Targets:
         if self.targets is None or self.targets.size != tuple(size):
@@ -314,6 +328,7 @@ class Renderer:
         if self.targets is not None:
             self.targets.release()
         self.shading.release()
+        self.lamps.release()
         self._release_scene()
         if self._owns_device:
             self.device.release()

@@ -1,28 +1,31 @@
 """
-Light laid over the picture: each light where no shadow falls, then the sky and sRGB.
+Light laid over a picture, in passes of one triangle over the whole of it.
 
-All passes are one triangle over the picture and read the surface target. What lights
-add is summed up in float16, so that 64 dim ones do not band; ``rgba8`` is there for
-comparison. There is no limit on lights.
+With many lights each is added where no shadow falls, summed up in float16, so that 64 dim
+ones do not band (``rgba8`` is there for comparison); then come the sky and sRGB. With one
+light the surfaces were drawn both ways at once, and what is in shadow is only chosen.
 """
 
 import numpy as np
 
 from umbra.gl.context import Device
 from umbra.gl.indices import draw_plain
+from umbra.gl.lamps import Lamp
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.surfaces import ALBEDO, PLACE, find_rays
+from umbra.gl.surfaces import ALBEDO, DARK, PLACE, find_rays
 from umbra.gl.target import Target
-from umbra.gl.textures import Texture
-from umbra.scene import Light
 from umbra.scene.look import HORIZON, SKY
 
-__all__ = ["Shading"]
+__all__ = ["Scissor", "Shading"]
 
 _TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
-_PLACES, _ALBEDOS, _IMAGE = range(3)  # texture units
+_PLACES, _ALBEDOS = range(2)  # texture units
+_BEHIND = Pass(depth_test="lequal", color_write=True)
+
+Scissor = tuple[int, int, int, int]
+"""Left, bottom, columns, rows [pixels], row 0 lowest."""
 
 
 class Shading:
@@ -36,19 +39,15 @@ class Shading:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._finish = Program(device, "picture.vert.glsl", "finish.frag.glsl")
-        self._lights: dict[tuple[str, ...], Program] = {}
-        self._images: dict[int, tuple[Light, Texture]] = {}
+        self._programs: dict[tuple[str, ...], Program] = {}
 
     def add_light(
         self,
         state: State,
         surface: Target,
         projection: Projection,
-        light: Light,
-        origin: np.ndarray,
-        exposure: float,
-        scissor: tuple[int, int, int, int] | None = None,
+        lamp: Lamp,
+        scissor: Scissor | None = None,
     ) -> None:
         """
         Add what a light gives where the stencil is 0.
@@ -61,87 +60,75 @@ class Shading:
         state : State
         surface : Target
         projection : Projection
-        light : Light
-        origin : (3,) float64
-            Of the scene.
-        exposure : float
-            Multiplies the light's colour.
-        scissor : (int, int, int, int), optional
-            The light reaches nothing outside, see ``Pass``.
+        lamp : Lamp
+        scissor : Scissor, optional
+            The light reaches nothing outside.
         """
-        state.use(
-            Pass(
-                color_write=True, blend="add", scissor=scissor,
-                stencil=Stencil(test="equal", reference=0),
-            )
-        )  # fmt: skip
-        self._bind(surface)
-        place = light.local(origin)
-        place[:3] -= place[3] * projection.eye
-        uniforms = {
-            "light": place,
-            "color": exposure * np.array(light.color),
-            "attenuation": np.array(light.attenuation),
-            "fade": 1.0 / light.range**2,
-        }
-        needs = []
-        if light.is_point:
-            needs.append("IS_POINT")
-            if light.attenuation != (1.0, 0.0, 0.0) or light.range < np.inf:
-                needs.append("IS_WEAKENING")
-        else:
-            place[:3] /= np.linalg.norm(place[:3])
-        if light.axis is not None:
-            needs.append("IS_SPOT")
-            inner = light.half_angle if light.inner_angle is None else light.inner_angle
-            rim, full = np.cos(np.radians([light.half_angle, inner]))
-            uniforms |= {"axis": light.axis, "cone": np.array([rim, 1 / max(full - rim, 1e-7)])}
-        if light.image is not None:
-            needs.append("HAS_IMAGE")
-            self._find_image(light).bind(_IMAGE)
-            right, up, _ = light.axes() / np.tan(np.radians(light.half_angle))
-            uniforms |= {"image_right": right, "image_up": up}
-        program = self._find_program(tuple(needs))
-        program.set(
-            places=_PLACES, albedos=_ALBEDOS, image=_IMAGE,
-            **find_rays(projection), **uniforms,
-        )  # fmt: skip
+        unshadowed = Stencil(test="equal", reference=0)
+        state.use(Pass(color_write=True, blend="add", scissor=scissor, stencil=unshadowed))
+        self._bind(surface, {_PLACES: PLACE, _ALBEDOS: ALBEDO})
+        program = self._find_program("light.frag.glsl", lamp.needs)
+        lamp.set(program)
+        program.set(places=_PLACES, albedos=_ALBEDOS, **find_rays(projection))
         draw_plain(self._device, program, 3)
 
     def finish(self, state: State, lit: Target) -> None:
         """Turn the light in ``lit`` over the sky into sRGB, in the target in use."""
         state.use(Pass(color_write=True))
-        self._device.gl.ActiveTexture(_TEXTURE0)
-        self._device.gl.BindTexture(_TEXTURE_2D, lit.textures[0])
-        self._finish.set(
-            light=0, sky=np.array(SKY), horizon=np.array(HORIZON), size=np.array(lit.size, float)
+        self._bind(lit, {0: 0})
+        program = self._find_program("finish.frag.glsl")
+        program.set(light=0, **_describe_sky(lit))
+        draw_plain(self._device, program, 3)
+
+    def draw_sky(self, state: State, both: Target) -> None:
+        """Fill with sky what nothing was drawn to of the target in use."""
+        state.use(_BEHIND)
+        program = self._find_program("sky.frag.glsl", ("IS_FAR",))
+        program.set(**_describe_sky(both))
+        draw_plain(self._device, program, 3)
+
+    def darken(self, state: State, both: Target, scissor: Scissor | None = None) -> None:
+        """
+        Show what is in shadow as such.
+
+        Before: the picture is in use, all lit, and the stencil counts shadows. After: where
+        the stencil is not 0 it shows what ``both`` has in shadow.
+
+        Parameters
+        ----------
+        state : State
+        both : Target
+        scissor : Scissor, optional
+            The light reaches nothing outside, and nothing was counted there.
+        """
+        state.use(
+            Pass(color_write=True, scissor=scissor, stencil=Stencil(test="notequal", reference=0))
         )
-        draw_plain(self._device, self._finish, 3)
+        self._bind(both, {0: DARK})
+        program = self._find_program("dark.frag.glsl")
+        program.set(dark=0)
+        draw_plain(self._device, program, 3)
 
     def release(self) -> None:
-        """Free programs and projected pictures."""
-        for owned in (self._finish, *self._lights.values()):
-            owned.release()
-        for _, texture in self._images.values():
-            texture.release()
-        self._images = {}
+        """Free the programs."""
+        for program in self._programs.values():
+            program.release()
+        self._programs = {}
 
-    def _bind(self, surface: Target) -> None:
+    def _bind(self, target: Target, places: dict[int, int]) -> None:
         gl = self._device.gl
-        for unit, place in ((_PLACES, PLACE), (_ALBEDOS, ALBEDO)):
+        for unit, place in places.items():
             gl.ActiveTexture(_TEXTURE0 + unit)
-            gl.BindTexture(_TEXTURE_2D, surface.textures[place])
+            gl.BindTexture(_TEXTURE_2D, target.textures[place])
 
-    def _find_program(self, needs: tuple[str, ...]) -> Program:
-        if needs not in self._lights:
-            self._lights[needs] = Program(
-                self._device, "picture.vert.glsl", "light.frag.glsl", dict.fromkeys(needs, 1)
-            )
-        return self._lights[needs]
+    def _find_program(self, fragment: str, needs: tuple[str, ...] = ()) -> Program:
+        key = (fragment, *needs)
+        if key not in self._programs:
+            defines = dict.fromkeys(needs, 1)
+            self._programs[key] = Program(self._device, "picture.vert.glsl", fragment, defines)
+        return self._programs[key]
 
-    def _find_image(self, light: Light) -> Texture:
-        # The light is kept, so that no other gets its image's number.
-        key = id(light.image)
-        if key not in self._images and light.image is not None:
-            self._images[key] = (light, Texture(self._device, light.image, ("clamp", "clamp")))
-        return self._images[key][1]
+
+def _describe_sky(target: Target) -> dict[str, object]:
+    """Give the uniforms of ``sky.glsl``."""
+    return {"sky": np.array(SKY), "horizon": np.array(HORIZON), "rows": float(target.size[1])}

@@ -5,7 +5,8 @@ The scene is drawn once a frame into a *surface target* that says for each pixel
 seen: depth key, normal, reflectance, and what it shows before any light is switched on.
 Lights are then laid over the picture (``shading.py``) without touching the geometry
 again, so textures are looked up once, however many lights there are (McGuire et al.
-2003, section 8).
+2003, section 8). Where there is at most one light, nothing needs to be remembered: a
+pixel's colours in its light and in its shadow are drawn *at once*.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry, TextureBuffer
 from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.lamps import Lamp
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.state import Pass, State
@@ -24,10 +26,15 @@ from umbra.gl.textures import Texture
 from umbra.scene import Material, Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR
 
-__all__ = ["ALBEDO", "LIGHT", "PLACE", "Surfaces", "find_rays", "find_surface_formats"]
+__all__ = [
+    "ALBEDO", "DARK", "LIGHT", "LIT", "PLACE", "Surfaces", "find_rays", "find_surface_formats",
+]  # fmt: skip
 
 LIGHT, PLACE, ALBEDO = range(3)
 """Attachments of a surface target: light so far, normal with depth key, reflectance."""
+
+LIT, DARK = range(2)
+"""Attachments where the only light is drawn at once: the picture in it, and in its shadow."""
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units
 _RGBA32F, _RG32F, _RGBA8 = 0x8814, 0x8230, 0x8058
@@ -97,11 +104,8 @@ class Surfaces:
             "HAS_UV": any(mesh.uv is not None for mesh in meshes),
             "HAS_TINTS": any(mesh.colors is not None for mesh in meshes),
         }
-        needs = dict.fromkeys((name for name, needed in has.items() if needed), 1)
-        shaders = ("shaded.vert.glsl", "surface.frag.glsl")
-        self._program = Program(device, *shaders, needs)
-        self._glass = Program(device, *shaders, {**needs, "IS_TRANSPARENT": 1})
-        self._ground = Program(device, "ground.vert.glsl", "ground.frag.glsl")
+        self._has = tuple(name for name, needed in has.items() if needed)
+        self._programs: dict[tuple[str, ...], Program] = {}
         self._images: dict[int, Texture] = {}
         order, self._batches = self._sort_faces(scene, is_solid)
         self._indices = Indices(device, 2 * geometry.n_points)
@@ -131,24 +135,66 @@ class Surfaces:
         cull : bool
             Leave out the backs of solid things: right unless the near plane cuts one open.
         """
+        self._draw(state, projection, ground, cull, (), None)
+
+    def draw_at_once(
+        self,
+        state: State,
+        projection: Projection,
+        ground: float | None,
+        lamp: Lamp | None,
+        *,
+        cull: bool = False,
+    ) -> None:
+        """
+        Draw what is opaque in the only light, and as it is in shadow.
+
+        Before: the depth in use is cleared. After: attachment ``LIT`` holds the nearest
+        surface's colours in sRGB where a light reaches it, ``DARK`` where none does.
+
+        Parameters
+        ----------
+        state : State
+        projection : Projection
+        ground : float, optional
+            z of a plane to draw too, relative to the scene's origin [m].
+        lamp : Lamp, optional
+            None is no light at all.
+        cull : bool
+            As in ``draw``.
+        """
+        needs = ("AT_ONCE",) if lamp is None else ("AT_ONCE", "HAS_LAMP", *lamp.needs)
+        self._draw(state, projection, ground, cull, needs, lamp)
+
+    def _draw(
+        self,
+        state: State,
+        projection: Projection,
+        ground: float | None,
+        cull: bool,
+        needs: tuple[str, ...],
+        lamp: Lamp | None,
+    ) -> None:
         both = Pass(depth_test="less", depth_write=True, color_write=True)
         fronts = replace(both, cull="back")
-        state.use(both)
-        self._set_up(self._program, projection)
+        program = self._set_up(projection, needs, lamp)
         for batch in self._batches:
             if not batch.material.is_transparent:
                 state.use(fronts if batch.is_solid and cull else both)
-                self._draw_batch(self._program, batch)
-        state.use(both)
+                self._draw_batch(program, batch)
         if ground is not None:
-            self._ground.set(
+            state.use(both)
+            plane = self._find_program("ground", needs)
+            if lamp is not None:
+                lamp.set(plane)
+            plane.set(
                 projection=projection.matrix,
                 height=float(ground - projection.eye[2]),
                 albedo=np.array(GROUND_COLOR),
                 ambient=AMBIENT,
                 **find_rays(projection),
             )
-            draw_plain(self._device, self._ground, 12)
+            draw_plain(self._device, plane, 12)
 
     def draw_transparent(self, state: State, projection: Projection) -> None:
         """
@@ -160,13 +206,13 @@ class Surfaces:
         forward = projection.camera.axes()[2]
         glass.sort(key=lambda batch: -float(forward @ batch.center))
         state.use(Pass(depth_test="less", color_write=True, blend="premultiplied"))
-        self._set_up(self._glass, projection)
+        program = self._set_up(projection, ("IS_TRANSPARENT",))
         for batch in glass:
-            self._draw_batch(self._glass, batch)
+            self._draw_batch(program, batch)
 
     def release(self) -> None:
         """Free programs, buffers and textures."""
-        for program in (self._program, self._glass, self._ground):
+        for program in self._programs.values():
             program.release()
         for table in self._tables:
             table.release()
@@ -174,14 +220,29 @@ class Surfaces:
             image.release()
         self._indices.release()
 
-    def _set_up(self, program: Program, projection: Projection) -> None:
+    def _find_program(self, what: str, needs: tuple[str, ...]) -> Program:
+        """Find what draws the scene's ``surface`` or the ``ground`` plane."""
+        key = (what, *needs)
+        if key not in self._programs:
+            vertex = {"surface": "shaded.vert.glsl", "ground": "ground.vert.glsl"}[what]
+            defines = dict.fromkeys(needs, 1)
+            self._programs[key] = Program(self._device, vertex, f"{what}.frag.glsl", defines)
+        return self._programs[key]
+
+    def _set_up(
+        self, projection: Projection, needs: tuple[str, ...], lamp: Lamp | None = None
+    ) -> Program:
+        program = self._find_program("surface", (*self._has, *needs))
         self._geometry.bind(program)
+        if lamp is not None:
+            lamp.set(program)
         for unit, table in enumerate(self._tables):
             table.bind(unit)
         program.set(
             normals=_NORMALS, uvs=_UVS, tints=_TINTS, image=_IMAGE, ambient=AMBIENT,
             **projection.uniforms(), **find_rays(projection),
         )  # fmt: skip
+        return program
 
     def _draw_batch(self, program: Program, batch: _Batch) -> None:
         if batch.image is not None:

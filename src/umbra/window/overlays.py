@@ -11,9 +11,10 @@ from umbra.gl.drawing import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
 from umbra.gl.geometry import TextureBuffer
 from umbra.gl.indices import Indices, draw_plain
 from umbra.gl.programs import Program
-from umbra.gl.renderer import Renderer, Targets
+from umbra.gl.renderer import Renderer
 from umbra.gl.state import Pass, State
 from umbra.gl.surfaces import PLACE
+from umbra.gl.targets import Targets
 from umbra.gl.volumes import BodyVolumes
 from umbra.window.heat import PALETTE, find_top
 
@@ -155,6 +156,7 @@ class Overlays:
 
     def draw_counts(self, state: State, targets: Targets, plan: Plan) -> int:
         """Draw the counts of a light's volumes instead of the picture; give the highest."""
+        self._renderer.draw_surface(state)
         floats = self._counter.count_in_floats(state, targets.light, plan)
         seen = targets.surface.read_depth() < 1.0
         highest = int(np.where(seen, floats.read(), 0).max(initial=0))

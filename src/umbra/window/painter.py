@@ -11,8 +11,9 @@ from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.gl.context import Device
 from umbra.gl.drawing import Statistics
-from umbra.gl.renderer import Renderer, Targets
+from umbra.gl.renderer import Renderer
 from umbra.gl.state import State
+from umbra.gl.targets import Targets
 from umbra.gl.timers import Timers
 from umbra.scene import Scene
 from umbra.window.overlays import Overlays

@@ -1,7 +1,9 @@
 // What is seen: normal, depth key, reflectance, and what shows before any light is switched
 // on; or, of a transparent surface, its colour over what lies behind.
 
-#include "color.glsl"
+#ifndef IS_TRANSPARENT
+#include "seen.glsl"
+#endif
 
 uniform vec3 color;        // reflectance
 uniform float opacity;
@@ -28,10 +30,6 @@ in vec3 tint;
 
 #ifdef IS_TRANSPARENT
 layout(location = 0) out vec4 shown;
-#else
-layout(location = 0) out vec4 light;
-layout(location = 1) out vec4 place;  // normal and depth key
-layout(location = 2) out vec4 albedo;
 #endif
 
 const float EVEN_LIGHT = 0.7;  // on transparent surfaces
@@ -65,9 +63,8 @@ void main() {
     shown = vec4(alpha * (reflectance * (is_unlit ? 1.0 : EVEN_LIGHT) + emission), alpha);
 #else
     float depth = dot(at, forward);
-    place = vec4(seen_normal, is_perspective ? 1.0 / depth : -depth);
-    albedo = vec4(is_unlit ? vec3(0.0) : pack(reflectance), 1.0);
     float sky = is_unlit ? 1.0 : ambient * (0.75 + 0.25 * seen_normal.z);
-    light = vec4(emission + reflectance * sky, 1.0);
+    store(is_unlit ? vec3(0.0) : reflectance, emission + reflectance * sky, at, seen_normal,
+          is_perspective ? 1.0 / depth : -depth);
 #endif
 }

@@ -1,0 +1,9 @@
+// The picture as it is in shadow.
+
+uniform sampler2D dark;
+
+layout(location = 0) out vec4 color;
+
+void main() {
+    color = texelFetch(dark, ivec2(gl_FragCoord.xy), 0);
+}

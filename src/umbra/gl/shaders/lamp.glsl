@@ -1,0 +1,41 @@
+// What one light adds to a surface that it reaches: Lambert's cosine, range, attenuation, cone, picture.
+//
+// IS_POINT, IS_WEAKENING, IS_SPOT and HAS_SLIDE are defined as the light needs them: a software device
+// takes every branch of every pixel.
+
+uniform vec4 lamp;           // homogeneous, relative to the eye
+uniform vec3 lamp_color;     // times the exposure
+uniform vec3 attenuation;    // constant, linear, quadratic
+uniform float fade;          // 1 / range², 0 without a range
+uniform vec3 axis;
+uniform vec2 cone;           // cosine of the half angle; 1 / (what the inner angle's is above it)
+uniform sampler2D slide;
+uniform vec3 slide_right, slide_up;  // over the tangent of the half angle
+
+// What reaches a white surface; its place is relative to the eye.
+vec3 find_lamplight(vec3 place, vec3 normal) {
+    vec3 tint = lamp_color;
+#ifdef IS_POINT
+    vec3 way = lamp.xyz - place;
+    float square = max(dot(way, way), 1e-30);
+    float near = inversesqrt(square);
+    float amount = max(dot(normal, way) * near, 0.0);
+#ifdef IS_WEAKENING
+    float weakened = attenuation.x + square * (near * attenuation.y + attenuation.z);
+    amount *= max(1.0 - square * fade * (square * fade), 0.0) / max(weakened, 1e-12);
+#endif
+#else
+    float amount = max(dot(normal, lamp.xyz), 0.0);
+#endif
+#ifdef IS_SPOT
+    float along = -dot(way, axis) * near;
+    float rim = clamp((along - cone.x) * cone.y, 0.0, 1.0);
+    amount *= rim * rim;
+#endif
+#ifdef HAS_SLIDE
+    float ahead = max(along, 1e-30) / near;
+    vec2 spot = 0.5 + 0.5 * vec2(-dot(way, slide_right), dot(way, slide_up)) / ahead;
+    tint *= texture(slide, clamp(spot, 0.0, 1.0)).rgb;
+#endif
+    return amount * tint;
+}
