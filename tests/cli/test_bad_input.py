@@ -113,7 +113,7 @@ def test_slips_are_told_before_a_model_is_read(study, keep, monkeypatch, options
 
 
 def test_all_files_are_there_before_one_is_read(study, tower, tmp_path, monkeypatch):
-    monkeypatch.setattr("umbra.readers._read_one", lambda *_: pytest.fail("was read"))
+    monkeypatch.setattr("umbra.readers._load", lambda *_: pytest.fail("was read"))
     gone = tmp_path / "gone.glb"
     assert f"{gone}: no such file" in study(files=[tower, f"proposed={gone}"]).refusal()
     assert f"{tmp_path}: is a folder" in study(files=[tower, tmp_path]).refusal()

@@ -32,6 +32,17 @@ def test_a_person_reads_the_same(umbra_here):
     )
 
 
+def test_it_says_where_the_cache_is_and_how_large(umbra_here, tmp_path, monkeypatch):
+    monkeypatch.setenv("UMBRA_CACHE", str(tmp_path))
+    (tmp_path / "a.npz").write_bytes(bytes(1_500_000))
+    cache = umbra_here("doctor", "--json").json()["cache"]
+    assert cache == {
+        "folder": str(tmp_path), "files": 1, "bytes": 1_500_000, "limit": 1_000_000_000,
+    }  # fmt: skip
+    said = umbra_here("doctor").out
+    assert f"cache {tmp_path}, 1 files, 1.5 MB of at most 1000" in said
+
+
 def test_without_any_driver_it_says_what_to_install(umbra_here, monkeypatch):
     pytest.importorskip("moderngl")
 

@@ -289,3 +289,22 @@ def test_a_terrain_is_told_of_the_ground_and_a_house_is_not(study, tmp_path):
     assert note in study(*HALF_DAY, files=[path]).err
     assert not study(*HALF_DAY, "--receivers", "top", files=[path]).err
     assert not study(*HALF_DAY).err
+
+
+def test_a_study_from_the_cache_is_the_same_to_the_bit(study, tmp_path, monkeypatch):
+    monkeypatch.setenv("UMBRA_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("umbra.readers.kept.LEAST", 1)
+    town = save_city(tmp_path / "town.city.json", {"a": box((0, 0, 0), (4, 4, 9))})
+    options = ["--receivers", "top", "--spells", "--who", "RoofSurface", *HALF_DAY]
+    runs = {"cold": [], "warm": [], "none": ["--no-cache"]}
+    for name, more in runs.items():
+        with monkeypatch.context() as patch:
+            if name == "warm":
+                patch.setattr("umbra.readers._read_one", lambda *_: pytest.fail("was read"))
+            assert study(*options, *more, files=[town], out=tmp_path / name).status == 0
+    cold, warm, none = (open_result(tmp_path / name) for name in runs)
+    for other in (warm, none):
+        assert set(other.variables) == set(cold.variables)
+        for name in cold.variables:
+            np.testing.assert_array_equal(cold[name], other[name], strict=True)
+        assert other.attrs["source"] == cold.attrs["source"]

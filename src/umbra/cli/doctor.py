@@ -44,6 +44,11 @@ def command(as_json: bool) -> None:
         )
     packages = [f"{name} {found or '-'}" for name, found in report["packages"].items()]
     click.echo(f"     {', '.join(packages)}")
+    cache = report["cache"]
+    click.echo(
+        f"cache {cache['folder']}, {cache['files']} files, {cache['bytes'] / 1e6:.1f} MB of at "
+        f"most {cache['limit'] / 1e6:.0f} (remove it to clear it; UMBRA_CACHE names another)"
+    )
     for advice in report["advice"]:
         click.echo(f"To do: {advice}")
 
@@ -73,8 +78,16 @@ def _examine() -> dict[str, Any]:
         "cpu": {"runs": True, "cores": count_cores(), "threading": _find_threading()},
         "gl": {"runs": bool(runs), "backends": backends},
         "packages": packages,
+        "cache": _find_cache(),
         "advice": advice,
     }
+
+
+def _find_cache() -> dict[str, Any]:
+    from umbra.cache import LIMIT, find_folder, measure  # noqa: PLC0415
+
+    files, size = measure()
+    return {"folder": str(find_folder()), "files": files, "bytes": size, "limit": LIMIT}
 
 
 def _find_version(package: str) -> str | None:

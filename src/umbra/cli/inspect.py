@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import click
 
+from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
@@ -19,6 +20,7 @@ _MOST = 40  # parts listed for a person; --json has all
 @click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
 @column_options
 @pose_options
+@cache_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],

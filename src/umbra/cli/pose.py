@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from umbra.cli.cache import is_cached
 from umbra.cli.columns import chosen_columns
 from umbra.errors import InputError
 
@@ -45,7 +46,7 @@ def read_posed(
     if animation is not None and time is None:
         msg = f"--animation {animation} is posed at a time; give --time S too"
         raise InputError(msg)
-    scene = read(*files, up=up, **chosen_columns())
+    scene = read(*files, up=up, **chosen_columns(), cache=is_cached())
     if time is None:
         return scene
     from umbra.scene import pose  # noqa: PLC0415

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
@@ -61,6 +62,7 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
 )
 @column_options
 @pose_options
+@cache_option
 @click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
 @click.option(

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.outputs import output_options, take_outputs
@@ -26,6 +27,7 @@ __all__ = ["command"]
 @study_options
 @column_options
 @pose_options
+@cache_option
 @output_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(

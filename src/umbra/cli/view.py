@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.values import SIZE
@@ -28,6 +29,7 @@ __all__ = ["command"]
 @click.option("--at", metavar="HH:MM", help="Local clock time; default: 15:00.")
 @column_options
 @pose_options
+@cache_option
 @click.option(
     "--ground",
     type=float,

@@ -32,6 +32,7 @@ def read(
     up: str | None = None,
     height_column: str | None = None,
     base_column: str | None = None,
+    cache: bool = False,
 ) -> Scene:
     """
     Read one scene from one or more files.
@@ -52,6 +53,9 @@ def read(
         rasters have heights and no other axis.
     height_column, base_column : str, optional
         Of footprints [m]; by default a column that is called as heights are.
+    cache : bool
+        Whether to keep a scene that takes long to read in the user's cache folder, and
+        to take it from there while the files are the same. The command line does.
 
     Returns
     -------
@@ -75,16 +79,25 @@ def read(
     choices = Choices(up, height_column, base_column)
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
-        layers: list[Layer] = []
-        sources: list[Source] = []
         named = name_layers(paths)
         for _, path in named:
             _check_there(path)  # a slip in the last name is told before the first file is read
-        for name, path in named:
-            model, source = _read_one(path, choices)
-            layers.append(Layer(name, path, model))
-            sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
-        return _assemble(layers, tuple(sources))
+        files = [(name, path, _load(path)) for name, path in named]
+        if not cache:
+            return _read_files(files, choices)
+        from umbra.readers.kept import read_kept  # noqa: PLC0415 - only where it is asked
+
+        return read_kept(files, choices, _read_files)
+
+
+def _read_files(files: list[tuple[str, Path, bytes]], choices: Choices) -> Scene:
+    layers: list[Layer] = []
+    sources: list[Source] = []
+    for name, path, data in files:
+        model, source = _read_one(path, data, choices)
+        layers.append(Layer(name, path, model))
+        sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
+    return _assemble(layers, tuple(sources))
 
 
 @contextmanager
@@ -156,7 +169,7 @@ def _make_refusal(path: Path, error: OSError | ValueError) -> InputError:
     return InputError(f"{path}: {reason}; {remedy}", path=path)
 
 
-def _read_one(path: Path, choices: Choices) -> tuple[Model, Source]:
+def _load(path: Path) -> bytes:
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -164,6 +177,10 @@ def _read_one(path: Path, choices: Choices) -> tuple[Model, Source]:
     if not data.strip():
         msg = f"{path}: is empty; export the model again"
         raise InputError(msg, path=path)
+    return data
+
+
+def _read_one(path: Path, data: bytes, choices: Choices) -> tuple[Model, Source]:
     try:
         model = find_reader(data, path)(data, path, choices)
         _check_triangles(model)

@@ -1,0 +1,277 @@
+"""A scene from the cache is the scene that was read, or it is read again."""
+
+import os
+import time
+from dataclasses import fields
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.model_files import save_city, save_glb, save_obj
+from support.shapes import box, moved
+
+import umbra
+from umbra import readers
+from umbra.cache import folder as cache_folder
+from umbra.cache import keep_scene, load_scene, measure
+from umbra.cache.scenes import _PLACE, _WIDTHS
+from umbra.readers import kept
+from umbra.scene import Material, Mesh, Part, Scene, Source, make_scene
+
+HOUSES = {f"house {n}": moved(box((0, 0, 0), (4, 4, 9 + n)), (9 * n, 0, 0)) for n in range(5)}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """A cache of the test's own, for files of any size."""
+    path = tmp_path / "cache"
+    monkeypatch.setenv("UMBRA_CACHE", str(path))
+    monkeypatch.setattr(kept, "LEAST", 1)
+    return path
+
+
+@pytest.fixture
+def reads(monkeypatch):
+    """Count the files that are parsed."""
+    counted = SimpleNamespace(files=[])
+    read_one = readers._read_one
+
+    def count(path, *rest):
+        counted.files.append(path.name)
+        return read_one(path, *rest)
+
+    monkeypatch.setattr(readers, "_read_one", count)
+    return counted
+
+
+def check_same(one, two):
+    for name in ("crs", "sources", "notes", "lights", *_PLACE):
+        assert getattr(one, name) == getattr(two, name), name
+    np.testing.assert_array_equal(one.origin, two.origin)
+    for a, b in zip(one.parts, two.parts, strict=True):
+        assert (a.name, a.kind, a.layer, a.tags) == (b.name, b.kind, b.layer, b.tags)
+        assert (a.transform is None) == (b.transform is None)
+        if a.transform is not None:
+            np.testing.assert_array_equal(a.transform, b.transform)
+        for field in fields(Material):
+            assert getattr(a.material, field.name) == getattr(b.material, field.name)
+        for name in _WIDTHS:
+            x, y = getattr(a.mesh, name), getattr(b.mesh, name)
+            assert (x is None) == (y is None), name
+            if x is not None:
+                assert x.dtype == y.dtype
+                np.testing.assert_array_equal(x, y)
+    x, y = one.triangles(), two.triangles()
+    for name in ("vertices", "faces", "part"):
+        np.testing.assert_array_equal(getattr(x, name), getattr(y, name))
+
+
+def test_nothing_of_a_scene_is_forgotten():
+    """A field that is new must be kept, too: teach `umbra.cache.scenes` and add it here."""
+    names = {"parts", "origin", "crs", "sources", "notes", "lights", *_PLACE}
+    assert {field.name for field in fields(Scene)} == names
+    names = {"name", "kind", "mesh", "transform", "material", "binding", "layer", "tags"}
+    assert {field.name for field in fields(Part)} == names
+    assert {field.name for field in fields(Mesh)} == set(_WIDTHS)
+    assert {field.name for field in fields(Source)} == {"name", "sha256", "format", "is_companion"}
+    assert all(
+        isinstance(getattr(Material(), field.name), (str, bool, float, tuple, type(None)))
+        for field in fields(Material)
+    )
+
+
+def test_a_scene_comes_back_as_it_was():
+    rng = np.random.default_rng(7)
+    vertices, faces = box((0, 0, 0), (4, 4, 9))
+    n = len(vertices)
+    full = Mesh(vertices, faces, rng.normal(size=(n, 3)), rng.random((n, 2)), rng.random((n, 3)))
+    turn = np.eye(4)
+    turn[:3, 3] = 1 / 3, 20, 0
+    red = Material((0.9, 0.1, 1 / 3), opacity=0.3, emission=(0, 2.5, 0), alpha_mode="blend")
+    parts = [
+        Part("one", "wall", full, material=red, layer="existing", tags=("brick", "größer")),
+        Part("two", "wall", full, transform=turn, material=red),
+        Part("three", "", full.moved(vertices + 30.1)),
+    ]
+    facts = {"latitude": 48.1, "longitude": 1 / 3, "elevation": 170.5, "ground": -0.0}
+    scene = make_scene(
+        parts,
+        crs="EPSG:31256",
+        notes=("a note",),
+        sources=(Source("a", "b", "OBJ", True),),
+        **facts,
+    )
+    keep_scene("key", scene)
+    again = load_scene("key")
+    check_same(scene, again)
+    assert again.parts[0].mesh is again.parts[1].mesh
+    assert again.parts[0].material is again.parts[1].material
+    assert again.parts[0].mesh.faces is again.parts[2].mesh.faces
+    assert load_scene("other") is None
+
+
+@pytest.mark.parametrize("save", [save_city, save_obj])
+def test_files_are_read_once(tmp_path, reads, save):
+    path = save(tmp_path / f"town.{'obj' if save is save_obj else 'city.json'}", HOUSES)
+    first = umbra.read(path, cache=True)
+    second = umbra.read(path, cache=True)
+    assert reads.files == [path.name]
+    check_same(first, second)
+    check_same(first, umbra.read(path))
+    assert reads.files == [path.name] * 2
+
+
+def test_what_changes_is_read_again(tmp_path, reads):
+    path = save_obj(tmp_path / "town.obj", HOUSES)
+    shed = save_obj(tmp_path / "shed.obj", {"shed": box((0, 0, 0), (1, 1, 1))})
+    ways = [
+        {"paths": [path]},
+        {"paths": [path], "up": "y"},
+        {"paths": [path, shed]},
+        {"paths": [shed, path]},
+        {"paths": [f"proposed={path}", shed]},
+    ]
+    scenes = [umbra.read(*way.pop("paths"), **way, cache=True) for way in [dict(w) for w in ways]]
+    assert len(reads.files) == 8
+    for way, scene in zip(ways, scenes, strict=True):
+        check_same(scene, umbra.read(*way.pop("paths"), **way, cache=True))
+    assert len(reads.files) == 8
+
+    # As long as before and as old as before, but another file.
+    status, data = path.stat(), path.read_bytes()
+    path.write_bytes(data.replace(b"v 4", b"v 5", 1))
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+    assert path.stat().st_size == status.st_size
+    changed = umbra.read(path, cache=True)
+    assert len(reads.files) == 9
+    assert changed.sources[0].sha256 != scenes[0].sources[0].sha256
+
+
+def test_material_libraries_are_part_of_the_key(tmp_path, reads):
+    path = save_obj(tmp_path / "town.obj", HOUSES)
+    path.write_bytes(b"mtllib town.mtl\nusemtl red\n" + path.read_bytes())
+    colors = []
+    for text in (None, "newmtl red\nKd 1 0 0\n", "newmtl red\nKd 0.5 0 0\n"):
+        if text:
+            (tmp_path / "town.mtl").write_text(text)
+        colors.append([umbra.read(path, cache=True).parts[0].color[0] for _ in range(2)])
+    assert len(reads.files) == 3
+    assert [pair[0] == pair[1] for pair in colors] == [True] * 3
+    assert [pair[0] for pair in colors[1:]] == [1.0, 0.5]
+    (tmp_path / "town.mtl").write_text("newmtl red\nmap_Kd brick.png\n")
+    for _ in range(2):
+        umbra.read(path, cache=True)
+    assert len(reads.files) == 5
+
+
+def test_another_version_of_the_readers_reads_again(tmp_path, reads, monkeypatch):
+    path = save_obj(tmp_path / "town.obj", HOUSES)
+    umbra.read(path, cache=True)
+    monkeypatch.setattr(kept, "version", lambda _: "99.0")
+    umbra.read(path, cache=True)
+    assert len(reads.files) == 2
+
+
+def test_what_reads_quickly_is_not_kept(tmp_path, folder, monkeypatch):
+    umbra.read(save_glb(tmp_path / "town.glb", HOUSES), cache=True)
+    monkeypatch.setattr(kept, "LEAST", 200_000)
+    umbra.read(save_obj(tmp_path / "town.obj", HOUSES), cache=True)
+    assert not folder.exists()
+
+
+def flip(data, at):
+    return data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda _: b"",
+        lambda data: data[: len(data) // 2],
+        lambda data: data[:-1],
+        lambda data: b"\x93NUMPY" + data[6:],
+        lambda data: flip(data, len(data) // 2),
+        lambda data: flip(data, len(data) // 3),
+    ],
+)
+def test_damage_is_read_around_and_mended(tmp_path, folder, reads, damage):
+    path = save_obj(tmp_path / "town.obj", HOUSES)
+    scene = umbra.read(path, cache=True)
+    (file,) = folder.iterdir()
+    whole = file.read_bytes()
+    file.write_bytes(damage(whole))
+    check_same(scene, umbra.read(path, cache=True))
+    assert len(reads.files) == 2
+    check_same(scene, umbra.read(path, cache=True))
+    assert len(reads.files) == 2
+
+
+def test_arrays_that_make_no_scene_are_read_around(tmp_path, folder, reads):
+    path = save_obj(tmp_path / "town.obj", HOUSES)
+    scene = umbra.read(path, cache=True)
+    (file,) = folder.iterdir()
+    with np.load(file) as found:
+        arrays = dict(found)
+    pickled = {**arrays, "faces": np.array([{"a": 1}], object)}
+    wrong = {**arrays, "faces": arrays["faces"] + 1000}
+    for number, bad in enumerate((pickled, wrong, {"words": arrays["words"]}), 2):
+        np.savez(file, **bad)
+        check_same(scene, umbra.read(path, cache=True))
+        assert len(reads.files) == number
+
+
+def test_the_oldest_go_first(folder, monkeypatch):
+    for number in range(4):
+        cache_folder.keep(str(number), {"a": np.zeros(1000)})
+        os.utime(folder / f"{number}.npz", (number, number))
+    assert measure()[0] == 4
+    assert cache_folder.load("0") is not None  # now it is the youngest
+    monkeypatch.setattr(cache_folder, "LIMIT", 2.5 * measure()[1] // 4)
+    cache_folder.keep("4", {"a": np.zeros(10)})
+    assert sorted(path.stem for path in folder.iterdir()) == ["0", "3", "4"]
+    monkeypatch.setattr(cache_folder, "LIMIT", 10_000)
+    cache_folder.keep("5", {"a": np.zeros(1000)})
+    assert "5" not in {path.stem for path in folder.iterdir()}
+
+
+def test_killed_runs_are_swept_up_and_live_ones_left(folder):
+    folder.mkdir()
+    for name, age in (("old", 7200), ("new", 10)):
+        (folder / f"{name}.unfinished").write_bytes(b"half")
+        os.utime(folder / f"{name}.unfinished", (time.time() - age,) * 2)
+    cache_folder.keep("a", {"a": np.zeros(10)})
+    assert sorted(path.name for path in folder.iterdir()) == ["a.npz", "new.unfinished"]
+
+
+def test_without_room_nothing_is_kept(folder, monkeypatch):
+    monkeypatch.setattr(
+        cache_folder.shutil, "disk_usage", lambda _: SimpleNamespace(free=cache_folder.LIMIT)
+    )
+    cache_folder.keep("a", {"a": np.zeros(10)})
+    assert not list(folder.iterdir())
+
+
+def test_a_folder_that_cannot_be_is_no_cache(tmp_path, reads, monkeypatch):
+    path = save_obj(tmp_path / "town.obj", HOUSES)
+    monkeypatch.setenv("UMBRA_CACHE", str(path / "deeper"))
+    scene = umbra.read(path, cache=True)
+    check_same(scene, umbra.read(path, cache=True))
+    assert len(reads.files) == 2
+    assert measure() == (0, 0)
+
+
+def test_an_interrupt_leaves_no_half_file(folder, monkeypatch):
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(np, "savez", stop)
+    with pytest.raises(KeyboardInterrupt):
+        cache_folder.keep("a", {"a": np.zeros(10)})
+    assert not list(folder.iterdir())
+
+
+def test_the_users_folder_is_the_default(monkeypatch):
+    monkeypatch.delenv("UMBRA_CACHE")
+    assert cache_folder.find_folder().name.lower() in {"umbra", "cache"}
+    assert Path.home() in cache_folder.find_folder().parents
