@@ -10,9 +10,10 @@ from umbra.errors import InputError
 if TYPE_CHECKING:
     from umbra.soft import AreaLight
 
-__all__ = ["NAMES", "check_soft", "size_lights", "soft_options", "soften"]
+__all__ = ["NAMES", "ON_GL", "check_soft", "size_lights", "soft_options", "soften"]
 
 NAMES = ("samples", "wedges", "weng")
+ON_GL = ("samples", "weng")
 
 
 def soft_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -29,8 +30,8 @@ def soft_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option(
         "--soft",
         type=click.Choice(NAMES),
-        help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast) "
-        "or scaled layers after Weng (only looks soft).",
+        help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast, "
+        "on the cpu) or scaled layers after Weng (only looks soft).",
     )(command)
 
 
@@ -39,8 +40,11 @@ def check_soft(soft: str | None, light_sizes: Sequence[float], device: str) -> N
     if light_sizes and soft is None:
         msg = "--light-size is for soft shadows; add --soft wedges"
         raise InputError(msg)
-    if soft is not None and device == "gl":
-        msg = "soft shadows are drawn on the cpu; leave out --device gl or --soft"
+    if soft not in {None, *ON_GL} and device == "gl":
+        msg = (
+            f"--soft {soft} runs on the cpu; leave out --device gl, or give --soft "
+            f"{' or '.join(ON_GL)}"
+        )
         raise InputError(msg, device=device)
 
 
@@ -88,9 +92,12 @@ def soften(
 
     from umbra.soft import find_method  # noqa: PLC0415
 
-    find = find_method(soft)
     none = np.zeros(frame.part.shape, np.int32)
-    visibility = [find(counter, view, frame, camera, light) for light in lights]
+    if hasattr(counter, "find_visibility"):  # the gl device's
+        visibility = counter.find_visibility(view, camera, lights, soft)
+    else:
+        find = find_method(soft)
+        visibility = [find(counter, view, frame, camera, light) for light in lights]
     reached = [
         part * frame.lit(none, light.light) for part, light in zip(visibility, lights, strict=True)
     ]

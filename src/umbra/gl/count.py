@@ -8,6 +8,7 @@ the depth test is LESS, and light caps, which lie in the surface, use NEVER.
 """
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan
 from umbra.gl.programs import Program
 from umbra.gl.state import Pass, State, Stencil, one_sided
 from umbra.gl.target import Target
+
+if TYPE_CHECKING:
+    from umbra.gl.soft.growth import GrownPoints
 
 __all__ = ["Counter"]
 
@@ -63,18 +67,30 @@ class Counter:
         In which the draws of plans lie.
     two_sided : bool
         Count fronts and backs in one pass; else in two, where drivers are wrong.
+    grows : bool
+        The geometry is that of casters that are enlarged (``umbra.gl.soft``).
     """
 
     def __init__(
-        self, device: Device, geometry: Geometry, indices: Indices, *, two_sided: bool = True
+        self,
+        device: Device,
+        geometry: "Geometry | GrownPoints",
+        indices: Indices,
+        *,
+        two_sided: bool = True,
+        grows: bool = False,
     ) -> None:
         self._device, self._geometry, self._indices = device, geometry, indices
         self._two_sided = two_sided
         # Some drivers clip by gl_ClipDistance wherever it is written, though not enabled.
+        needs = {"GROWS": 1} if grows else {}
         self._in_stencil, self._in_floats = (
             {
                 clips: Program(
-                    device, "volume.vert.glsl", fragment, {"CLIP_NEAR": 1} if clips else None
+                    device,
+                    "volume.vert.glsl",
+                    fragment,
+                    needs | ({"CLIP_NEAR": 1} if clips else {}),
                 )
                 for clips in (False, True)
             }

@@ -24,9 +24,11 @@ from umbra.gl.plan import Plan, Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.selection import METHODS, Choices
+from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
 from umbra.scene import Camera, Light, Scene
+from umbra.soft.area import AreaLight
 
 __all__ = ["METHODS", "GlFrameCounter"]
 
@@ -77,6 +79,7 @@ class GlFrameCounter:
             self.device, self.geometry, self.planner.indices, two_sided=two_sided
         )
         self.masks = MaskCounters(self.device, self.geometry, warn)
+        self.soft = SoftMethods(self.planner, self.counter, choices=self.choices)
         self._local_ground = local
         self._faces = Indices(self.device, 2 * self.geometry.n_points)
         self._faces.write(self.geometry.faces.ravel())
@@ -131,18 +134,60 @@ class GlFrameCounter:
         InputError
             If the method is not one of these.
         """
-        if self._seen is None or self._seen[0] is not view or self._target is None:
-            view, _ = self.see(camera)
-        assert self._seen is not None
-        assert self._target is not None
+        view, projection, target = self._recall(view, camera)
         counter, method = self.masks.choose(method, self.counter)
         (self.plan,) = self.planner.plan(
-            self._seen[1], [light], method, choices=self.choices, warn=self.warn
+            projection, [light], method, choices=self.choices, warn=self.warn
         )
         with State(self.device) as state:
-            counter.count(state, self._target, self.plan)
-        counts = counter.read(self._target, self.plan)
+            counter.count(state, target, self.plan)
+        counts = counter.read(target, self.plan)
         return np.where(view.face != NOTHING, counts, 0).astype(np.int32)
+
+    def find_visibility(
+        self, view: View, camera: Camera, lights: Sequence[AreaLight], method: str
+    ) -> list[NDArray[np.float32]]:
+        """
+        Find what share of lights with a size each visible point sees.
+
+        Parameters
+        ----------
+        view : View
+            Of this camera, from ``see``.
+        camera : Camera
+        lights : sequence of AreaLight
+        method : str
+            Of ``umbra.gl.soft.NAMES``.
+
+        Returns
+        -------
+        visibility : list of (rows, cols) float32
+            For each light; 1 is fully lit, 0 umbra, 1 where nothing is seen.
+
+        Raises
+        ------
+        InputError
+            If there is no such method here.
+        """
+        soft = self.soft.choose(method)
+        view, projection, target = self._recall(view, camera)
+        middles = [light.light for light in lights]
+        plans = self.planner.plan(projection, middles, choices=self.choices, warn=self.warn)
+        found = []
+        soft.begin(projection, lights, plans)
+        for number in range(len(lights)):
+            with State(self.device) as state:
+                shares = soft.draw(state, target, number)
+            found.append(np.where(view.face != NOTHING, shares.read(), 1).astype(np.float32))
+        return found
+
+    def _recall(self, view: View, camera: Camera) -> tuple[View, Projection, Target]:
+        """Give a view with what it was drawn with; draw it again if another came after it."""
+        if self._seen is None or self._seen[0] is not view or self._target is None:
+            self.see(camera)
+        assert self._seen is not None
+        assert self._target is not None
+        return *self._seen, self._target
 
     def _draw(self, camera: Camera, projection: Projection) -> NDArray[np.int32]:
         if self._target is None or self._target.size != tuple(camera.size):
@@ -190,6 +235,7 @@ class GlFrameCounter:
         for held in (self._target, self._faces, self._surface, self._plane):
             if held is not None:
                 held.release()
+        self.soft.release()
         self.counter.release()
         self.masks.release()
         self.planner.release()

@@ -16,7 +16,7 @@ from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.volume.bounds import find_box_points
 
-__all__ = ["STENCIL_MOST", "bound_count", "find_most"]
+__all__ = ["STENCIL_MOST", "bound_boxes", "bound_count", "find_most"]
 
 STENCIL_MOST = 255
 _ROWS = 4096
@@ -53,12 +53,32 @@ def bound_count(
     bound = min(bound, _count_in_rows(volumes, boxes, light))
     if bound <= STENCIL_MOST:
         return bound
-    corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
-    bound = min(bound, _stack(corners, np.arange(len(corners)).reshape(-1, 8), weights, light))
+    bound = min(bound, bound_boxes(boxes, weights, light))
     if bound <= STENCIL_MOST:
         return bound
     points, faces = _find_casting(volumes)
     return min(bound, _stack(points, faces, np.ones(len(faces), np.int64), light))
+
+
+def bound_boxes(
+    boxes: NDArray[np.float64], weights: NDArray[np.int64], light: NDArray[np.float64]
+) -> int:
+    """
+    Bound the shadow count of any point by boxes around what casts.
+
+    Parameters
+    ----------
+    boxes : (n, 2, 3) float64
+    weights : (n,) int64
+        What each can add.
+    light : (4,) float64
+        In the frame of the boxes.
+    """
+    if weights.sum() <= STENCIL_MOST:
+        return int(weights.sum())
+    corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
+    shapes = np.arange(len(corners)).reshape(-1, 8)
+    return min(int(weights.sum()), _stack(corners, shapes, weights, light))
 
 
 def _find_casting(volumes: list[BodyVolumes]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -7,6 +7,7 @@ light. While nothing moves at all, the last plan still holds and nothing is done
 
 import operator
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -66,6 +67,8 @@ class Planner:
         Of the things of all bodies, relative to the scene's origin [m].
     indices : Indices
         The triangles of the last plans.
+    floor : float
+        z, relative to the scene's origin, below every receiver: volumes may end there [m].
     """
 
     device: Device
@@ -87,7 +90,7 @@ class Planner:
         self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
         whole = self.scene.bounds() - self.scene.origin
         low = min(whole[0, 2], np.inf if self.ground is None else self.ground)
-        self._floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
+        self.floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
         self._moves += 1
         self._last = None
 
@@ -175,7 +178,7 @@ class Planner:
         corners, depths = find_reach(camera, origin, source, reach)
         selection = select(
             kept.volumes, self.bounds, camera, origin, source, method=method, choices=choices,
-            floor=self._floor, reach=reach, scissor=corners,
+            floor=self.floor, reach=reach, scissor=corners,
         )  # fmt: skip
         if method == "z-pass" and (selection.case > 1).any():
             warn(
@@ -216,7 +219,7 @@ class Planner:
         return Plan(
             projection=projection.tilted(tilt),
             light=np.append(source[:3] - source[3] * projection.eye, source[3]),
-            bottom=float(self._floor - projection.eye[2]),
+            bottom=float(self.floor - projection.eye[2]),
             draws=tuple(draws),
             start=start,
             case=selection.case,
@@ -248,6 +251,13 @@ class Planner:
         kept = _Kept(volumes, self._moves, bound_count(volumes, most, source))
         self._kept[number : number + 1] = [kept]
         return kept
+
+    def twin(self) -> "Planner":
+        """Give another planner of the same casters, with lists and memory of its own."""
+        other = copy(self)
+        other.indices = Indices(self.device, 2 * self.geometry.n_points)
+        other._kept, other._last = [], None
+        return other
 
     def release(self) -> None:
         """Free the list of triangles."""

@@ -4,7 +4,9 @@ Pictures on OpenGL: surfaces in ambient light, then shadows and light for each l
 The order is McGuire's (2003, section 8): the stencil counts a light's shadow volumes, its
 light is added where the count is 0, and what is transparent comes last, over the lit
 picture. A single light needs no sums: the surfaces are drawn as they look in it and as they
-look in its shadow, at once, and the count chooses. Nothing is read back until ``read``.
+look in its shadow, at once, and the count chooses. Of a light with a size the stencil says
+nothing, but a picture of what each pixel sees of it does (``soft/``). Nothing is read back
+until ``read``.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,12 +26,15 @@ from umbra.gl.narrow import find_scissor
 from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
+from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.surfaces import LIGHT, PLACE, Surfaces
 from umbra.gl.targets import Targets
 from umbra.gl.timers import Timers
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.look import find_exposure
+from umbra.soft.area import AreaLight
+from umbra.soft.samples import SAMPLES
 
 __all__ = ["Renderer"]
 
@@ -38,7 +43,7 @@ _DRAW_ALL = Pass(depth_write=True, color_write=True)
 
 class Renderer:
     """
-    Draws pictures of one scene with hard shadows from any number of lights.
+    Draws pictures of one scene with shadows, hard or soft, from any number of lights.
 
     Parameters
     ----------
@@ -56,6 +61,8 @@ class Renderer:
         As in ``Counter``.
     accumulate : {'rgba16f', 'rgba8'}
         How light is summed up; 8 bits band where lights are many.
+    samples : int
+        Points that stand for a light with a size where its shadow is drawn by ``samples``.
     warn : callable
         Told, in a line, where a forced method is wrong for a view.
 
@@ -94,11 +101,13 @@ class Renderer:
         choices: Choices | None = None,
         two_sided: bool = True,
         accumulate: str = "rgba16f",
+        samples: int = SAMPLES,
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
         for part in scene.parts:
             _ = part.material.texture  # what cannot be decoded is told before anything is made
         self.choices, self.accumulate, self.warn = choices, accumulate, warn
+        self._samples = samples
         # What is seen through is not in the depth buffer that counts rely on: it casts nothing.
         seen_through = [
             part.material.is_transparent or part.material.alpha_mode == "mask"
@@ -134,12 +143,19 @@ class Renderer:
         if _moves_as_wholes(self.scene, scene, self.geometry.groups):
             self.scene = scene
             self.planner.move(scene)
+            self.soft.release()
         else:
             self._release_scene()
             self._build(scene)
 
     def render(
-        self, camera: Camera, lights: Sequence[Light], method: str = "auto", *, shadows: bool = True
+        self,
+        camera: Camera,
+        lights: Sequence[Light | AreaLight],
+        method: str = "auto",
+        *,
+        shadows: bool = True,
+        soft: str = "samples",
     ) -> NDArray[np.uint8]:
         """
         Draw a picture and read it back.
@@ -147,34 +163,52 @@ class Renderer:
         Parameters
         ----------
         camera : Camera
-        lights : sequence of Light
+        lights : sequence of Light or AreaLight
+            Shadows of those with a size are soft.
         method : str
-            Of ``umbra.gl.plan.METHODS`` or of ``umbra.gl.masks.NAMES``.
+            Of ``umbra.gl.plan.METHODS`` or of ``umbra.gl.masks.NAMES``: for hard shadows.
         shadows : bool
             Count them at all.
+        soft : str
+            Of ``umbra.gl.soft.NAMES``: for soft shadows.
 
         Returns
         -------
         rgb : (rows, cols, 3) uint8
             sRGB; row 0 is the top.
         """
-        self.draw(camera, lights, method, shadows=shadows)
+        self.draw(camera, lights, method, shadows=shadows, soft=soft)
         return self.read()
 
     def draw(
-        self, camera: Camera, lights: Sequence[Light], method: str = "auto", *, shadows: bool = True
+        self,
+        camera: Camera,
+        lights: Sequence[Light | AreaLight],
+        method: str = "auto",
+        *,
+        shadows: bool = True,
+        soft: str = "samples",
     ) -> None:
         """Draw a picture into ``targets.picture``; parameters as in ``render``."""
         targets = self._find_targets(camera.size)
         projection = self.projection = self._project(camera)
+        middles = [light.light if isinstance(light, AreaLight) else light for light in lights]
+        softened = self.soft.select(lights if shadows else middles, soft)
         at_once = (
-            len(lights) <= 1 and self.accumulate != "rgba8" and not self.surfaces.has_transparent
+            len(lights) <= 1
+            and self.accumulate != "rgba8"
+            and not self.surfaces.has_transparent
+            and not softened.areas
         )
         # A counter that is made now measures the device, with a state of its own.
         counter, method = self.masks.choose(method, self.counter)
-        draw = self._draw_at_once if at_once else self._draw_in_turn
         with State(self.device) as state:
-            draw(state, targets, projection, lights, counter, method, shadows)
+            if at_once:
+                self._draw_at_once(state, targets, projection, middles, counter, method, shadows)
+            else:
+                self._draw_in_turn(
+                    state, targets, projection, middles, counter, method, shadows, softened
+                )
 
     def read(self) -> NDArray[np.uint8]:
         """Read the last picture, (rows, cols, 3) uint8, row 0 at the top."""
@@ -192,11 +226,16 @@ class Renderer:
             self.device, self.geometry, self.planner.indices, two_sided=self._two_sided
         )
         self.masks = MaskCounters(self.device, self.geometry, self.warn)
+        self.soft = SoftMethods(
+            self.planner, self.counter, samples=self._samples, choices=self.choices
+        )
         solid = find_solid_faces(scene, self.planner.bodies, self._casters)
         self.surfaces = Surfaces(self.device, scene, self.geometry, solid)
 
     def _release_scene(self) -> None:
-        for held in (self.surfaces, self.masks, self.counter, self.planner, self.geometry):
+        for held in (
+            self.surfaces, self.soft, self.masks, self.counter, self.planner, self.geometry,
+        ):  # fmt: skip
             held.release()
 
     def _draw_at_once(
@@ -243,13 +282,15 @@ class Renderer:
         counter: Counts,
         method: str,
         shadows: bool,
+        softened: SoftLights,
     ) -> None:
         """Draw surfaces, add one light after the other, then what is transparent, and the sky."""
         with self._timed("surfaces"):
             self.draw_surface(state)
         plans = self._plan(projection, lights, method) if shadows else [None] * len(lights)
+        softened.begin(projection, plans)
         targets.light.use()
-        self._add_lights(state, targets, projection, lights, plans, counter)
+        self._add_lights(state, targets, projection, lights, plans, counter, softened)
         if self.surfaces.has_transparent:
             with self._timed("transparent"):
                 self.surfaces.draw_transparent(state, projection)
@@ -278,21 +319,23 @@ class Renderer:
         lights: Sequence[Light],
         plans: Sequence[Plan | None],
         counter: Counts,
+        softened: SoftLights,
     ) -> None:
         origin, exposure = self.scene.origin, find_exposure(len(lights))
-        for light, plan in zip(lights, plans, strict=True):
+        for number, (light, plan) in enumerate(zip(lights, plans, strict=True)):
             scissor = find_scissor(projection.camera, origin, light)
             if scissor is not None and 0 in scissor[2:]:
                 continue
             with self._timed("shadows"):
-                if plan is not None:
+                shares = softened.draw(state, targets.light, number)
+                if shares is None and plan is not None:
                     counter.count(state, targets.light, plan)
-                else:
+                elif shares is None:
                     state.clear(stencil=0)
             with self._timed("light"):
                 targets.light.use()
                 lamp = self.lamps.make(light, projection, origin, exposure)
-                self.shading.add_light(state, targets.surface, projection, lamp, scissor)
+                self.shading.add_light(state, targets.surface, projection, lamp, scissor, shares)
 
     def _plan(self, projection: Projection, lights: Sequence[Light], method: str) -> list[Plan]:
         plans = self.planner.plan(projection, lights, method, choices=self.choices, warn=self.warn)

@@ -6,6 +6,8 @@ ones do not band (``rgba8`` is there for comparison); then come the sky and sRGB
 light the surfaces were drawn both ways at once, and what is in shadow is only chosen.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from umbra.gl.context import Device
@@ -21,7 +23,7 @@ from umbra.scene.look import HORIZON, SKY
 __all__ = ["Scissor", "Shading"]
 
 _TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
-_PLACES, _ALBEDOS = range(2)  # texture units
+_PLACES, _ALBEDOS, _SHARES = range(3)  # texture units
 _BEHIND = Pass(depth_test="lequal", color_write=True)
 
 Scissor = tuple[int, int, int, int]
@@ -48,12 +50,13 @@ class Shading:
         projection: Projection,
         lamp: Lamp,
         scissor: Scissor | None = None,
+        shares: Target | None = None,
     ) -> None:
         """
-        Add what a light gives where the stencil is 0.
+        Add what a light gives where the stencil is 0, or as much of it as a share says.
 
-        Before: the light target is in use and shares its stencil, which counts shadows.
-        After: it holds the light's contribution, too; the stencil is as before.
+        Before: the light target is in use and, if there are no shares, its stencil counts
+        shadows. After: it holds the light's contribution, too; the stencil is as before.
 
         Parameters
         ----------
@@ -63,13 +66,19 @@ class Shading:
         lamp : Lamp
         scissor : Scissor, optional
             The light reaches nothing outside.
+        shares : Target, optional
+            Its first attachment holds what part of the light reaches each pixel, 0 to 1.
         """
-        unshadowed = Stencil(test="equal", reference=0)
-        state.use(Pass(color_write=True, blend="add", scissor=scissor, stencil=unshadowed))
+        lit, needs = Stencil(test="equal", reference=0), lamp.needs
         self._bind(surface, {_PLACES: PLACE, _ALBEDOS: ALBEDO})
-        program = self._find_program("light.frag.glsl", lamp.needs)
+        if shares is not None:
+            self._bind(shares, {_SHARES: 0})
+            needs = (*needs, "HAS_SHARE")
+        how = Pass(color_write=True, blend="add", scissor=scissor)
+        state.use(how if shares is not None else replace(how, stencil=lit))
+        program = self._find_program("light.frag.glsl", needs)
         lamp.set(program)
-        program.set(places=_PLACES, albedos=_ALBEDOS, **find_rays(projection))
+        program.set(places=_PLACES, albedos=_ALBEDOS, shares=_SHARES, **find_rays(projection))
         draw_plain(self._device, program, 3)
 
     def finish(self, state: State, lit: Target) -> None:

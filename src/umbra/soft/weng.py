@@ -32,7 +32,16 @@ from umbra.soft.area import AreaLight
 from umbra.volume.adjacency import Caster, make_planes
 from umbra.volume.silhouette import find_silhouettes
 
-__all__ = ["GAP", "LENGTH", "Layers", "find_opacities", "visibility"]
+__all__ = [
+    "GAP",
+    "LENGTH",
+    "Layers",
+    "count_layers",
+    "find_growth",
+    "find_opacities",
+    "part_components",
+    "visibility",
+]
 
 LENGTH = 2.5
 """How far the widest layer goes [tenths of the silhouette's radius]."""
@@ -75,7 +84,7 @@ def visibility(
     InputError
         If length and gap make no layer, or more than 1,000.
     """
-    opacities = find_opacities(_count_layers(length, gap))
+    opacities = find_opacities(count_layers(length, gap))
     left = np.ones(frame.part.shape, np.float32)
     hard = counter.count(view, camera, light.light) != 0
     layers = Layers.of(counter, light.light)
@@ -140,24 +149,10 @@ class Layers:
     def of(cls, counter: FrameCounter, light: Light) -> "Layers":
         """Prepare the casters of a counter for a light."""
         caster, place = counter.caster, light.local(counter.scene.origin)
-        n = len(caster.is_closed)
-        ((_, found),) = find_silhouettes(caster, place[None])
-        edges = found.codes[: found.starts[1]] >> 2
-        component = caster.component[caster.edge_faces[edges, 0]]
-        one, two = (caster.vertices[caster.edges[edges, k]] for k in range(2))
-        lengths = np.linalg.norm(two - one, axis=1)
-        total = np.bincount(component, lengths, n)
-        has_any = total > 0
-        sums = [np.bincount(component, lengths * x, n) for x in ((one + two) / 2).T]
-        centers = np.stack(sums, 1) / np.where(has_any, total, 1.0)[:, None]
-        axes = place[:3] - place[3] * centers
-        size = np.linalg.norm(axes, axis=1)
-        axes *= (has_any / np.where(size > 0, size, 1.0))[:, None]
-        parted, of_vertex = _part_components(caster)
-        centers, axes = centers[of_vertex], axes[of_vertex]
-        radius = np.zeros(n)
-        np.maximum.at(radius, of_vertex, np.linalg.norm(parted.vertices - centers, axis=1))
-        return cls(parted, centers, axes, -1e-6 * radius[of_vertex, None] * axes)
+        centers, axes, radii = find_growth(caster, place, caster.vertices, place)
+        parted, of_vertex = part_components(caster)
+        sunk = -1e-6 * (radii[:, None] * axes)[of_vertex]
+        return cls(parted, centers[of_vertex], axes[of_vertex], sunk)
 
     def scaled(self, factor: float) -> Caster:
         """Give the caster enlarged across the way to the light."""
@@ -170,8 +165,64 @@ class Layers:
         )
 
 
-def _part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
-    """Give each component vertices of its own, and the component of each vertex."""
+def find_growth(
+    caster: Caster,
+    light: NDArray[np.float64],
+    vertices: NDArray[np.float64],
+    place: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Find how each component of a caster grows.
+
+    Parameters
+    ----------
+    caster : Caster
+    light : (4,) float64
+        In the caster's frame.
+    vertices : (n_vertices, 3) float64
+        The caster's, in the frame in which it is to grow [m].
+    place : (4,) float64
+        The light in that frame.
+
+    Returns
+    -------
+    centers : (n_components, 3) float64
+        Of the silhouettes, weighted by the edges' lengths.
+    axes : (n_components, 3) float64
+        The unit way from there to the light; 0 where there is no silhouette to grow.
+    radii : (n_components,) float64
+        How far a vertex is from the centre at most [m].
+    """
+    n = len(caster.is_closed)
+    ((_, found),) = find_silhouettes(caster, light[None])
+    edges = found.codes[: found.starts[1]] >> 2
+    component = caster.component[caster.edge_faces[edges, 0]]
+    one, two = (vertices[caster.edges[edges, k]] for k in range(2))
+    lengths = np.linalg.norm(two - one, axis=1)
+    total = np.bincount(component, lengths, n)
+    has_any = total > 0
+    sums = [np.bincount(component, lengths * x, n) for x in ((one + two) / 2).T]
+    centers = np.stack(sums, 1) / np.where(has_any, total, 1.0)[:, None]
+    axes = place[:3] - place[3] * centers
+    size = np.linalg.norm(axes, axis=1)
+    axes *= (has_any / np.where(size > 0, size, 1.0))[:, None]
+    radii = np.zeros(n)
+    of_corner = np.repeat(caster.component, 3)
+    apart = np.linalg.norm(vertices[caster.faces.ravel()] - centers[of_corner], axis=1)
+    np.maximum.at(radii, of_corner, apart)
+    return centers, axes, radii
+
+
+def part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
+    """
+    Give each component vertices of its own, one component's after another's.
+
+    Returns
+    -------
+    parted : Caster
+    component : (n_vertices,) int64
+        Of each of its vertices, ascending.
+    """
     width = np.int64(len(caster.vertices))
     of_corner = np.repeat(caster.component.astype(np.int64), 3)
     keys, faces = np.unique(of_corner * width + caster.faces.ravel(), return_inverse=True)
@@ -242,7 +293,15 @@ def _choose(caster: Caster, chosen: NDArray[np.bool_]) -> Caster:
     )
 
 
-def _count_layers(length: float, gap: float) -> int:
+def count_layers(length: float, gap: float) -> int:
+    """
+    Find how many layers a length and a gap make, see the module.
+
+    Raises
+    ------
+    InputError
+        If they make none, or more than 1,000.
+    """
     if not (0 < gap < np.inf and 0 < length < np.inf and 1 <= round(length / gap) <= _MOST):
         msg = (
             f"length {length:g} and gap {gap:g} do not make 1 to {_MOST} layers; "

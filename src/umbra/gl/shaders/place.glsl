@@ -6,7 +6,7 @@
 // where their coordinates are stored and which transform moves them, so that instances
 // share one copy of a mesh and everything is still one draw.
 
-uniform samplerBuffer points;      // x, y, z in the mesh's own frame
+uniform samplerBuffer points;      // x, y, z in the mesh's own frame; of what grows see grow.glsl
 uniform isamplerBuffer blocks;     // what to add to a point's number; transform, or -1
 uniform samplerBuffer transforms;  // three rows each, to the scene's frame
 uniform vec3 eye_high, eye_low;    // the eye in the scene's frame, in two parts
@@ -18,6 +18,9 @@ uniform bool is_cut;               // at the bottom, or else at infinity
 const int FAR_END = 1;
 const int BLOCK_BITS = 6;
 
+#ifdef GROWS
+#include "grow.glsl"
+#else
 vec3 find_point(int point) {
     ivec2 block = texelFetch(blocks, point >> BLOCK_BITS).xy;
     vec4 at = vec4(texelFetch(points, point + block.x).xyz, 1.0);
@@ -29,6 +32,7 @@ vec3 find_point(int point) {
     }
     return (at.xyz - eye_high) - eye_low;
 }
+#endif
 
 vec4 find_place(int vertex) {
     vec3 at = find_point(vertex >> 1);

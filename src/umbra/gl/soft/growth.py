@@ -1,0 +1,251 @@
+"""
+Casters that can be enlarged: their points, component by component, and which one a pixel shows.
+
+A component's vertices are its own, so that each grows about its own middle; instances are
+laid out one by one in the scene's frame, since each has a light of its own.
+"""
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.casters import Body
+from umbra.gl.context import Device
+from umbra.gl.geometry import FIRST_UNIT, Geometry, TextureBuffer
+from umbra.gl.indices import Indices
+from umbra.gl.programs import Program
+from umbra.gl.projection import Projection
+from umbra.gl.state import Pass, State
+from umbra.gl.target import Target
+from umbra.scene import Scene
+from umbra.scene.mesh import transform_points
+from umbra.soft.weng import part_components
+
+__all__ = ["GrownPoints", "Instance", "Shown", "part_bodies"]
+
+_RGBA32F, _R32I = 0x8814, 0x8235
+_TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
+_NOBODY = -1
+# A surface passes at its own depth, whatever the last bit of another program's says.
+_AGAIN = Pass(depth_test="lequal", color_write=True, polygon_offset=(0.0, -2.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """
+    One instance of a body, in the scene's frame.
+
+    Parameters
+    ----------
+    body : Body
+        Whose components share no vertices.
+    number : int
+        Of the instance in its body.
+    vertices : (n, 3) float64
+        Relative to the scene's origin [m].
+    component : (n,) int64
+        Of each vertex, ascending.
+    first_row : int
+        Of the first component among those of all instances.
+    """
+
+    body: Body
+    number: int
+    vertices: NDArray[np.float64]
+    component: NDArray[np.int64]
+    first_row: int
+
+
+def part_bodies(bodies: Sequence[Body]) -> tuple[list[Body], list[Instance]]:
+    """
+    Give bodies whose components have vertices, and numbers, of their own.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+
+    Returns
+    -------
+    parted : list of Body
+        The same things; their groups' points are numbered anew, one instance after another.
+    instances : list of Instance
+        Of all bodies, in that order.
+    """
+    parted, instances, first, row = [], [], 0, 0
+    for body in bodies:
+        caster, component = part_components(body.caster)
+        other = copy(body)
+        other.caster = caster
+        count, rows = len(caster.vertices), len(caster.is_closed)
+        starts = first + count * np.arange(len(body.groups))
+        other.groups = [
+            replace(group, vertices=caster.vertices, first=int(start))
+            for group, start in zip(body.groups, starts, strict=True)
+        ]
+        other.first = starts.astype(np.int64)
+        for number, transform in enumerate(body.transforms):
+            vertices = transform_points(transform, caster.vertices)
+            instances.append(Instance(other, number, vertices, component, row))
+            row += rows
+        first += count * len(body.groups)
+        parted.append(other)
+    return parted, instances
+
+
+class GrownPoints:
+    """
+    The points of instances, and how they grow under each light.
+
+    Takes the place of ``Geometry`` for programs that are made with ``GROWS``.
+
+    Parameters
+    ----------
+    device : Device
+    instances : sequence of Instance
+
+    Attributes
+    ----------
+    n_points, n_rows : int
+        Points and components of all instances.
+    light : int
+        Whose growth is bound.
+    growing : float
+        By how much more than 1 the layer is enlarged.
+    shown : int
+        Texture with the component that each pixel shows.
+    """
+
+    def __init__(self, device: Device, instances: Sequence[Instance]) -> None:
+        self._device = device
+        self.n_points = sum(len(each.vertices) for each in instances)
+        self.n_rows = sum(len(each.body.caster.is_closed) for each in instances)
+        points = np.zeros((max(self.n_points, 1), 4), np.float32)
+        place = 0
+        for each in instances:
+            end = place + len(each.vertices)
+            points[place:end, :3] = each.vertices
+            points[place:end, 3] = each.first_row + each.component
+            place = end
+        self._points = TextureBuffer(device, points, _RGBA32F)
+        self._growth: TextureBuffer | None = None
+        self.light, self.growing, self.shown = 0, 0.0, 0
+
+    def write(self, growth: NDArray[np.float32]) -> None:
+        """
+        Say how components grow.
+
+        Parameters
+        ----------
+        growth : (n_lights, n_rows, 2, 4) float32
+            Centre and how deep the component sinks [m]; way to the light and 0.
+        """
+        self._release_growth()
+        self._growth = TextureBuffer(
+            self._device, growth if growth.size else np.zeros(8, np.float32), _RGBA32F
+        )
+
+    def bind(self, program: Program) -> None:
+        """Let a program that includes ``grow.glsl`` find the points as they are enlarged."""
+        assert self._growth is not None
+        self._points.bind(FIRST_UNIT)
+        self._growth.bind(FIRST_UNIT + 1)
+        self._device.gl.ActiveTexture(_TEXTURE0 + FIRST_UNIT + 2)
+        self._device.gl.BindTexture(_TEXTURE_2D, self.shown)
+        program.set(
+            points=FIRST_UNIT, growth=FIRST_UNIT + 1, shown=FIRST_UNIT + 2,
+            growth_row=self.light * self.n_rows, growing=self.growing,
+        )  # fmt: skip
+
+    def _release_growth(self) -> None:
+        if self._growth is not None:
+            self._growth.release()
+        self._growth = None
+
+    def release(self) -> None:
+        """Free the buffers."""
+        self._release_growth()
+        self._points.release()
+
+
+class Shown:
+    """
+    Draws which component each pixel shows.
+
+    Parameters
+    ----------
+    device : Device
+    scene : Scene
+    geometry : Geometry
+        Of the scene.
+    instances : sequence of Instance
+    casters : sequence of int, optional
+        Indices of the parts that cast; all by default.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        scene: Scene,
+        geometry: Geometry,
+        instances: Sequence[Instance],
+        casters: Sequence[int] | None = None,
+    ) -> None:
+        self._device, self._geometry = device, geometry
+        rows = _find_rows(scene, instances, casters)
+        casts = np.flatnonzero(rows != _NOBODY)
+        self._count = 3 * len(casts)
+        self._indices = Indices(device, 2 * geometry.n_points)
+        self._indices.write(geometry.faces[casts].ravel())
+        listed = rows[casts] if len(casts) else np.zeros(1, np.int32)
+        self._rows = TextureBuffer(device, listed, _R32I)
+        self._program = Program(device, "surface.vert.glsl", "component.frag.glsl")
+        self._target: Target | None = None
+
+    def draw(self, state: State, target: Target, projection: Projection) -> int:
+        """
+        Draw components where a target's depth says that they are seen; give the texture.
+
+        It holds numbers as in `Instance`, and -1 where nothing casts.
+        """
+        if self._target is None or self._target.depth_of is not target:
+            self._release_target()
+            self._target = Target(self._device, target.size, ("r32i",), depth_of=target)
+        self._target.use()
+        state.use(_AGAIN)
+        self._target.clear_color(_NOBODY)
+        self._geometry.bind(self._program)
+        self._rows.bind(0)
+        self._program.set(**projection.uniforms(), components=0)
+        self._indices.draw(self._program, 0, self._count)
+        return self._target.textures[0]
+
+    def _release_target(self) -> None:
+        if self._target is not None:
+            self._target.release()
+        self._target = None
+
+    def release(self) -> None:
+        """Free program, buffers and picture."""
+        self._release_target()
+        self._program.release()
+        self._rows.release()
+        self._indices.release()
+
+
+def _find_rows(
+    scene: Scene, instances: Sequence[Instance], casters: Sequence[int] | None
+) -> NDArray[np.int32]:
+    """Give the component of each of a scene's triangles, among all instances'; -1 for none."""
+    chosen = set(range(len(scene.parts)) if casters is None else casters)
+    counts = np.array([part.triangles for part in scene.parts])
+    starts = np.cumsum(counts) - counts
+    rows = np.full(counts.sum(), _NOBODY, np.int32)
+    for each in instances:
+        caster, group = each.body.caster, each.body.groups[each.number]
+        mine = [index for index in group.parts if index in chosen]
+        faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in mine])
+        rows[faces[caster.source]] = each.first_row + caster.component
+    return rows

@@ -1,0 +1,256 @@
+"""
+What to draw of the scaled layers of a light's volumes: one list of triangles for all of them.
+
+A layer's map leaves the light where it is, so that silhouettes and lit faces are those of
+the caster itself, and its volumes are bounded by the caster and its widest layer. Layers
+are in no depth buffer: their light caps are tested like sides, also where counts are
+made before the visible surface.
+"""
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.anchor import FaceBlocks
+from umbra.gl.casters import Body
+from umbra.gl.drawing import Z_FAIL, Z_PASS, Draw, Plan
+from umbra.gl.narrow import find_reach
+from umbra.gl.openings import find_start
+from umbra.gl.overlap import STENCIL_MOST, bound_boxes, find_most
+from umbra.gl.projection import Projection
+from umbra.gl.selection import Choices, Selection, select
+from umbra.gl.soft.growth import Instance
+from umbra.gl.volumes import BodyVolumes, gather, make_volumes
+from umbra.scene import Light
+from umbra.soft.weng import find_growth
+from umbra.volume.adjacency import make_planes
+
+__all__ = ["LightLayers", "grow", "list_layers", "plan_layers"]
+
+_SINKS = 1e-4
+"""Of a component's radius, away from the light: a cap that grows in the plane of other
+surfaces must not lie before them, within what the depth buffer tells apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class LightLayers:
+    """
+    All layers of one light.
+
+    Parameters
+    ----------
+    source : (4,) float64
+        The light, relative to the scene's origin, a direction of length 1.
+    instances : sequence of Instance
+    growth : (n_rows, 2, 4) float64
+        As in ``GrownPoints.write``.
+    volumes : list of BodyVolumes
+        Of the parted bodies.
+    bounds : (n_things, 2, 3) float64
+        Of all bodies' things and all their layers, relative to the scene's origin [m].
+    deepest : int
+        No count of a layer can be larger.
+    """
+
+    source: NDArray[np.float64]
+    instances: Sequence[Instance]
+    growth: NDArray[np.float64]
+    volumes: list[BodyVolumes]
+    bounds: NDArray[np.float64]
+    deepest: int
+
+    def is_of(self, source: NDArray[np.float64], hard: Sequence[BodyVolumes]) -> bool:
+        """Tell whether these are still the layers of a light's hard volumes."""
+        return np.array_equal(self.source, source) and all(
+            np.array_equal(one.opened, two.opened)
+            for one, two in zip(self.volumes, hard, strict=True)
+        )
+
+
+def grow(
+    bodies: Sequence[Body],
+    instances: Sequence[Instance],
+    source: NDArray[np.float64],
+    hard: Sequence[BodyVolumes],
+    most: float,
+) -> LightLayers:
+    """
+    Find how casters grow under a light, and the volumes of all layers.
+
+    Parameters
+    ----------
+    bodies, instances
+        Of ``part_bodies``.
+    source : (4,) float64
+        The light, relative to the scene's origin, a direction of length 1.
+    hard : sequence of BodyVolumes
+        Of the bodies as they were, under this light.
+    most : float
+        By how much more than 1 the widest layer is enlarged.
+    """
+    growth, bounds, volumes, weights = [], [np.zeros((0, 2, 3))], [], [np.zeros(0, np.int64)]
+    for body, old in zip(bodies, hard, strict=True):
+        volumes.append(make_volumes(body, source, old.opened))
+        weights.append(find_most(body, old.opened))
+    for each in instances:
+        light = volumes[bodies.index(each.body)].lights[each.number]
+        centers, axes, radii = find_growth(each.body.caster, light, each.vertices, source)
+        rows = np.zeros((len(centers), 2, 4))
+        rows[:, 0, :3], rows[:, 0, 3], rows[:, 1, :3] = centers, _SINKS * radii, axes
+        growth.append(rows)
+        widest = enlarge(each, rows, most)
+        bounds.append(_bound(each, [each.vertices, widest]))
+    boxes = np.concatenate(bounds)
+    return LightLayers(
+        source=source,
+        instances=instances,
+        growth=np.concatenate([np.zeros((0, 2, 4)), *growth]),
+        volumes=volumes,
+        bounds=boxes,
+        deepest=bound_boxes(boxes, np.concatenate(weights), source) if len(boxes) else 0,
+    )
+
+
+def enlarge(each: Instance, rows: NDArray[np.float64], growing: float) -> NDArray[np.float64]:
+    """Give an instance's vertices in a layer, in the scene's frame: ``grow.glsl`` in float64."""
+    centers, axes = rows[each.component, 0], rows[each.component, 1, :3]
+    apart = each.vertices - centers[:, :3]
+    apart -= np.einsum("ij,ij->i", apart, axes)[:, None] * axes
+    grows = (axes != 0).any(1, keepdims=True)
+    return each.vertices + np.where(grows, growing * apart - centers[:, 3:] * axes, 0.0)
+
+
+def _bound(each: Instance, places: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Box the things of an instance wherever its vertices come to be, (n_things, 2, 3)."""
+    bounds = np.zeros((each.body.n_things, 2, 3))
+    bounds[:, 0], bounds[:, 1] = np.inf, -np.inf
+    thing = each.body.component_thing[each.component]
+    for vertices in places:
+        np.minimum.at(bounds[:, 0], thing, vertices)
+        np.maximum.at(bounds[:, 1], thing, vertices)
+    return bounds
+
+
+def list_layers(
+    layers: LightLayers,
+    projection: Projection,
+    light: Light,
+    origin: NDArray[np.float64],
+    floor: float,
+    choices: Choices,
+    place: int,
+) -> tuple[Selection, list[Draw], list[NDArray[np.uint32]]]:
+    """
+    Select what is drawn of a light's layers, the same for each.
+
+    Parameters
+    ----------
+    layers : LightLayers
+    projection : Projection
+    light : Light
+    origin : (3,) float64
+        Of the scene.
+    floor : float
+        z, relative to it, below every receiver [m].
+    choices : Choices
+    place : int
+        Where the triangles will begin in the index list.
+
+    Returns
+    -------
+    selection : Selection
+    draws : list of Draw
+    numbers : list of (n,) uint32
+    """
+    reach = light.range if choices.narrow else np.inf
+    corners, _ = find_reach(projection.camera, origin, layers.source, reach)
+    selection = select(
+        layers.volumes, layers.bounds, projection.camera, origin, layers.source, method="auto",
+        choices=replace(choices, ask_triangles=False), floor=floor, reach=reach, scissor=corners,
+    )  # fmt: skip
+    draws, lists = [], []
+    for z_fail in (False, True):
+        for is_cut in (False, True):
+            chosen = selection.sides & (selection.z_fail == z_fail) & (selection.is_cut == is_cut)
+            is_quad = is_cut or layers.source[3] > 0
+            found = [
+                gather(layers.volumes, "sides", chosen, is_quad=is_quad),
+                gather(layers.volumes, "light_cap", chosen),
+                gather(
+                    layers.volumes, "dark_cap", chosen & selection.dark_cap,
+                    is_fan=selection.is_fan,
+                ),
+            ]  # fmt: skip
+            count = sum(map(len, found))
+            if count:
+                draws.append(Draw(Z_FAIL if z_fail else Z_PASS, is_cut, place, count))
+                lists += found
+                place += count
+    return selection, draws, lists
+
+
+def plan_layers(
+    layers: LightLayers,
+    hard: Plan,
+    projection: Projection,
+    selection: Selection,
+    draws: Sequence[Draw],
+    steps: Sequence[float],
+) -> list[Plan]:
+    """
+    Give a plan for each layer of a light.
+
+    Parameters
+    ----------
+    layers : LightLayers
+    hard : Plan
+        Of the light.
+    projection : Projection
+        As it was asked for, without a tilt.
+    selection, draws
+        Of ``list_layers``.
+    steps : sequence of float
+        By how much more than 1 each layer is enlarged.
+    """
+    statistics = replace(
+        hard.statistics,
+        deepest=layers.deepest,
+        counts_in="stencil" if layers.deepest <= STENCIL_MOST else "float",
+    )
+    whole = replace(
+        hard, projection=projection, draws=tuple(draws), start=0, case=selection.case,
+        statistics=statistics, selection=selection, volumes=tuple(layers.volumes),
+    )  # fmt: skip
+    uncut = selection.sides & selection.z_fail & ~selection.is_cut
+    if projection.camera.is_perspective or not uncut.any():
+        return [whole] * len(steps)
+    plans = []
+    for growing in steps:
+        scaled = _scale(layers, growing)
+        start, tilt = find_start(scaled, projection.camera, layers.source, uncut)
+        plans.append(replace(whole, start=start, projection=projection.tilted(tilt)))
+    return plans
+
+
+def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
+    """Give volumes of enlarged bodies without their sides, each instance by itself."""
+    scaled = []
+    sides, things = np.zeros((0, 6), np.uint32), np.zeros(0, np.intp)
+    opened = {id(each.body): each.opened for each in layers.volumes}
+    for each in layers.instances:
+        caster, number = each.body.caster, each.number
+        rows = layers.growth[each.first_row : each.first_row + len(caster.is_closed)]
+        vertices = enlarge(each, rows, growing)
+        # Mirrored, what is lit is called unlit; far away there are as many of either.
+        planes = make_planes(vertices, caster.faces)
+        body = copy(each.body)
+        body.caster = replace(caster, vertices=vertices, planes=planes)
+        body.blocks = FaceBlocks.of(body.caster)
+        body.groups = [body.groups[number]]
+        body.place([None])
+        open_here = opened[id(each.body)][[number]]
+        scaled.append(BodyVolumes(body, layers.source[None], open_here, sides, things))
+    return scaled

@@ -1,0 +1,119 @@
+"""The methods of soft shadows of one scene, and which lights of a picture they are for."""
+
+from collections.abc import Sequence
+
+from umbra.errors import InputError
+from umbra.gl.count import Counter
+from umbra.gl.plan import Choices, Plan, Planner
+from umbra.gl.projection import Projection
+from umbra.gl.soft.samples import Samples
+from umbra.gl.soft.visibility import Visibility
+from umbra.gl.soft.weng import ScaledLayers
+from umbra.gl.state import State
+from umbra.gl.target import Target
+from umbra.scene import Light
+from umbra.soft.area import AreaLight
+from umbra.soft.samples import SAMPLES
+
+__all__ = ["NAMES", "SoftLights", "SoftMethods"]
+
+NAMES = ("samples", "weng")
+"""What draws soft shadows here; penumbra wedges run on the CPU alone."""
+
+
+class SoftLights:
+    """
+    Those of a picture's lights that have a size, and what draws their visibility.
+
+    Parameters
+    ----------
+    method : Visibility, optional
+        None if there are no such lights.
+    areas : dict of AreaLight
+        By their numbers among the picture's lights.
+    """
+
+    def __init__(self, method: Visibility | None, areas: dict[int, AreaLight]) -> None:
+        self._method, self.areas = method, areas
+        self._places = {number: place for place, number in enumerate(areas)}
+
+    def begin(self, projection: Projection, plans: Sequence[Plan | None]) -> None:
+        """Make ready for a picture; plans are the hard volumes of all its lights."""
+        found = [plan for number in self.areas if (plan := plans[number]) is not None]
+        if self._method is not None:
+            self._method.begin(projection, list(self.areas.values()), found)
+
+    def draw(self, state: State, target: Target, number: int) -> Target | None:
+        """Draw a light's visibility, as `Visibility` does; None where its shadows are hard."""
+        if self._method is None or number not in self.areas:
+            return None
+        return self._method.draw(state, target, self._places[number])
+
+
+class SoftMethods:
+    """
+    Soft shadows beside the hard ones.
+
+    Parameters
+    ----------
+    planner : Planner
+    counter : Counter
+        Of its plans.
+    samples : int
+        Points of a light that ``samples`` takes.
+    choices : Choices, optional
+        What may be left out.
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        counter: Counter,
+        *,
+        samples: int = SAMPLES,
+        choices: Choices | None = None,
+    ) -> None:
+        self._planner, self._counter = planner, counter
+        self._samples, self._choices = samples, choices
+        self._made: dict[str, Visibility] = {}
+
+    def select(self, lights: Sequence[Light | AreaLight], name: str) -> SoftLights:
+        """Find the lights with a size, and choose what draws them; raises as ``choose``."""
+        areas = {
+            number: light for number, light in enumerate(lights) if isinstance(light, AreaLight)
+        }
+        return SoftLights(self.choose(name) if areas else None, areas)
+
+    def choose(self, name: str) -> Visibility:
+        """
+        Find a method.
+
+        Parameters
+        ----------
+        name : str
+            Of ``NAMES``.
+
+        Raises
+        ------
+        InputError
+            If the gl device has none of this name.
+        """
+        if name not in NAMES:
+            msg = (
+                f"the gl device has no soft shadows by '{name}'; it has {', '.join(NAMES)}, and "
+                "the cpu has wedges: leave out --device gl"
+            )
+            raise InputError(msg, method=name)
+        if name not in self._made:
+            self._made[name] = (
+                Samples(self._planner, self._samples, self._choices)
+                if name == "samples"
+                else ScaledLayers(self._planner, self._counter, choices=self._choices)
+            )
+        return self._made[name]
+
+    def release(self) -> None:
+        """Free them; they are made anew when asked for again."""
+        for method in self._made.values():
+            method.release()
+        self._made = {}
