@@ -207,18 +207,29 @@ def test_damage_is_read_around_and_mended(tmp_path, folder, reads, damage):
     assert len(reads.files) == 2
 
 
+class Trap:
+    """A pickle that makes a folder where it is read."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.path),)
+
+
 def test_arrays_that_make_no_scene_are_read_around(tmp_path, folder, reads):
     path = save_obj(tmp_path / "town.obj", HOUSES)
     scene = umbra.read(path, cache=True)
     (file,) = folder.iterdir()
     with np.load(file) as found:
         arrays = dict(found)
-    pickled = {**arrays, "faces": np.array([{"a": 1}], object)}
+    pickled = {**arrays, "faces": np.array([Trap(tmp_path / "sprung")], object)}
     wrong = {**arrays, "faces": arrays["faces"] + 1000}
     for number, bad in enumerate((pickled, wrong, {"words": arrays["words"]}), 2):
         np.savez(file, **bad)
         check_same(scene, umbra.read(path, cache=True))
         assert len(reads.files) == number
+    assert not (tmp_path / "sprung").exists()
 
 
 def test_the_oldest_go_first(folder, monkeypatch):

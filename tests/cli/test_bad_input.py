@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -318,24 +319,64 @@ def test_the_installed_command_from_a_glb_to_pictures(umbra_alone, tmp_path):
         assert (tmp_path / name).stat().st_size > 20_000
 
 
-@on_linux
-def test_a_terminal_shows_a_bar_and_stdout_holds_results_only(tower, tmp_path):
+def run_on_a_terminal(command, folder, until=None):
+    """Run with a terminal as error stream; interrupt once it shows ``until``."""
+    import fcntl  # noqa: PLC0415
+    import struct  # noqa: PLC0415
+    import termios  # noqa: PLC0415
+
     screen, terminal = os.openpty()
-    command = [str(SCRIPT), "study", str(tower), *VIENNA, "--date", "2026-09-18", "--cell", "0.5",
-               "--out", "results"]  # fmt: skip
-    done = subprocess.run(
-        command, stdout=subprocess.PIPE, stderr=terminal, text=True, check=False, cwd=tmp_path
-    )
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 120, 0, 0))
+    environment = {**os.environ, "TERM": "xterm-256color"}
+    running = subprocess.Popen(
+        list(map(str, command)), stdout=subprocess.PIPE, stderr=terminal, text=True, cwd=folder,
+        env=environment,
+    )  # fmt: skip
     os.close(terminal)
-    shown = os.read(screen, 100_000).decode()
+    shown = ""
+    with suppress(OSError):  # which ends the reading of a terminal that no one writes to
+        while more := os.read(screen, 65536).decode():
+            shown += more
+            if until and until in shown:
+                running.send_signal(signal.SIGINT)
+                until = None
     os.close(screen)
-    assert done.returncode == 0, shown
-    assert "counting shadows" in shown
-    assert "100%" in shown
-    assert shown.rstrip().endswith("drawing and writing")
-    assert done.stdout.splitlines() == [
+    return running.wait(60), running.stdout.read(), shown
+
+
+@on_linux
+def test_a_terminal_shows_stages_and_stdout_holds_results_only(tower, tmp_path):
+    tower.write_text(f"mtllib none.mtl\n{tower.read_text()}")
+    command = [SCRIPT, "study", tower, *VIENNA, "--date", "2026-09-18", "--cell", "0.5",
+               "--every", "1min", "--out", "results"]  # fmt: skip
+    status, out, shown = run_on_a_terminal(command, tmp_path)
+    assert status == 0, shown
+    rest = shown
+    stages = [f"reading {tower}", "note: ", "preparing", "counting shadows", " of 480 suns",
+              "drawing and writing"]  # fmt: skip
+    for what in stages:
+        assert what in rest, (what, shown)
+        rest = rest.partition(what)[2]
+    assert rest.endswith("\x1b[2K")  # the bar is gone
+    assert "\x1b[?25l" not in shown  # and the cursor never was
+    assert out.splitlines() == [
         f"results/{name}" for name in ("study.nc", "hours.png", "profile.png", "study.toml")
     ]
+    status, out, shown = run_on_a_terminal([*command, "--quiet"], tmp_path)
+    assert (status, out, shown) == (0, "", "")
+
+
+@on_linux
+@pytest.mark.parametrize("stage", ["reading", "preparing", "counting", "drawing"])
+def test_ctrl_c_in_any_stage_clears_the_bar(tower, tmp_path, stage):
+    command = [SCRIPT, "study", tower, *VIENNA, "--date", "2026", "--cell", "0.5", "--every",
+               "5min", "--receivers", "top", "--out", "results"]  # fmt: skip
+    status, out, shown = run_on_a_terminal(command, tmp_path, until=stage)
+    assert status == 2, shown
+    assert not out
+    said = "umbra: interrupted; earlier results are as they were\r\n"
+    assert shown.endswith(f"\x1b[2K\r\n{said}")
+    assert not (tmp_path / "results").exists()
 
 
 def test_errors_of_the_installed_command(umbra_alone, tmp_path):

@@ -1,10 +1,6 @@
 """``umbra study``: hours of shadow around buildings."""
 
 import shlex
-import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +11,7 @@ from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
+from umbra.cli.progress import show_progress
 from umbra.cli.study_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.study_options import study_options
 
@@ -76,19 +73,25 @@ def command(
     from umbra.writers.results import replace_results  # noqa: PLC0415
 
     # The painter's process starts when all this is loaded: two that load at once take longer.
-    with replace_results(out) as unfinished, Painter() as painter:
+    with (
+        replace_results(out) as unfinished,
+        show_progress(quiet) as stages,
+        Painter() as painter,
+    ):
+        stages.begin(f"reading {files[0] if len(files) == 1 else f'{len(files)} files'}")
         scene = read_posed(files, up, time, animation)
         for note in scene.notes:
             say(f"note: {note}")
         site = find_site(scene, lat, lon, tz, north)
         options["device"] = device
-        with _progress(quiet) as progress:
-            study: Any
-            if is_raster:
-                raster = {n: v for n, v in options.items() if n not in POINTS_ONLY}
-                study = run_study(scene, site, progress=progress, **raster)
-            else:
-                study = study_points(scene, site, options, point_names, progress)
+        stages.begin("preparing")
+        study: Any
+        if is_raster:
+            raster = {n: v for n, v in options.items() if n not in POINTS_ONLY}
+            study = run_study(scene, site, progress=stages.advance, **raster)
+        else:
+            study = study_points(scene, site, options, point_names, stages.advance)
+        stages.begin("drawing and writing")
         study.facts["command"] = shlex.join(["umbra", *click.get_current_context().obj])
         if not study.sun.is_up.any():
             say(
@@ -159,37 +162,3 @@ def _check_clock(options: dict[str, Any]) -> None:
         from umbra.study.views import find_direction  # noqa: PLC0415
 
         find_direction(options["receivers"])
-
-
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Any]:
-    """Show a bar on a terminal, and say why a first run takes long; else stay silent."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda _done, _all: None
-        return
-    notice = threading.Timer(
-        2.0,
-        lambda: click.echo(
-            "preparing; a first run compiles its kernels, later ones start at once", err=True
-        ),
-    )
-    notice.daemon = True
-    notice.start()
-    bar: Any = None
-
-    def advance(done: int, everything: int) -> None:
-        nonlocal bar
-        notice.cancel()
-        if bar is None:
-            bar = click.progressbar(length=everything, label="counting shadows", file=sys.stderr)
-            bar.__enter__()
-        bar.update(done - bar.pos)
-
-    try:
-        yield advance
-    finally:
-        notice.cancel()
-        if bar is not None:
-            bar.__exit__(None, None, None)
-            if bar.finished:
-                click.echo("drawing and writing", err=True)
