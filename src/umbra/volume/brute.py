@@ -58,6 +58,9 @@ def ask_every_edge(
         Of ``lights``.
     silhouettes : Silhouettes
     """
+    if len(lights) == 1:
+        yield slice(0, 1), _ask_for_one(caster, lights)
+        return
     n_faces, n_edges = caster.planes.shape[1], len(caster.edges)
     lit = np.zeros(n_faces, np.uint64 if len(lights) > 8 else np.uint8)
     edge_on = np.zeros((n_faces + 511) // 512, np.uint64)
@@ -84,6 +87,41 @@ def ask_every_edge(
         codes, starts = _drop_edge_on(caster, batch[:n], flat, codes, starts)
         yield slice(done, done + n), Silhouettes(codes, starts)
         done += n
+
+
+def _ask_for_one(caster: Caster, light: NDArray[np.float64]) -> Silhouettes:
+    """Find the silhouette of a light that comes alone, (1, 4): nothing is there to share."""
+    n_faces, n_edges = caster.planes.shape[1], len(caster.edges)
+    lit = np.zeros(n_faces, np.uint8)
+    edge_on = np.zeros((n_faces + 511) // 512, np.uint64)
+    find_lit(caster.planes, np.ascontiguousarray(light), lit, edge_on)
+    codes = np.zeros(n_edges + 1, np.int32)
+    active = np.zeros((n_edges + _STRETCH - 1) // _STRETCH, np.int64)
+    n = _list_for_one(caster.edge_faces, caster.turn, lit, codes, active)
+    flat = int(np.bitwise_or.reduce(edge_on)) if len(edge_on) else 0
+    starts = np.array([0, n])
+    return Silhouettes(*_drop_edge_on(caster, light, flat, codes[: max(n, 1)].copy(), starts))
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _list_for_one(edge_faces, turn, lit, codes, active):
+    """List the codes of one light, stretch by stretch, then close up; give how many."""
+    for stretch in prange(active.size):
+        start = stretch * _STRETCH
+        n = start
+        for edge in range(start, min(edge_faces.shape[0], start + _STRETCH)):
+            one = lit[edge_faces[edge, 0]]
+            two = lit[edge_faces[edge, 1]]
+            codes[n] = np.int32(edge) << 2 | one
+            n += one ^ two ^ turn[edge]
+        active[stretch] = n - start
+    n = 0
+    for stretch in range(active.size):
+        start = stretch * _STRETCH
+        for i in range(start, start + active[stretch]):
+            codes[n] = codes[i]
+            n += 1
+    return n
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
