@@ -211,6 +211,7 @@ def test_an_eye_exactly_in_the_side_of_a_volume(device):
 CHOICES = [
     Choices(cull=False),
     Choices(cut=False),
+    Choices(fans=False),
     Choices(ask_triangles=False),
     Choices(cull=False, cut=False, ask_triangles=False),
 ]

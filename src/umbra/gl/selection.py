@@ -29,7 +29,7 @@ _FACES_ASKED = 50_000  # for a light; the bounds' answer is right for the rest, 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
     """
-    What may be left out; none of it changes a count where the light shines.
+    What may be left out or made simpler; none of it changes a count where the light shines.
 
     Parameters
     ----------
@@ -37,6 +37,9 @@ class Choices:
         Leave out volumes and caps that are out of view.
     cut : bool
         End volumes where no receiver can lie.
+    fans : bool
+        Close far ends by fans over silhouettes, where that is right, rather than by
+        throwing all casting faces there.
     ask_triangles : bool
         Let triangles decide the case where bounds cannot.
     narrow : bool
@@ -46,6 +49,7 @@ class Choices:
 
     cull: bool = True
     cut: bool = True
+    fans: bool = True
     ask_triangles: bool = True
     narrow: bool = True
 
@@ -125,7 +129,7 @@ def select(
     above = bool((find_near_rectangle(camera, origin)[:, 2] > floor).all())
     may_cut = choices.cut and above
     is_cut = can_end_at_floor(bounds, source) if may_cut else np.zeros(n, np.bool_)
-    is_fan = dark_cap_is_fan(bounds, source)
+    is_fan = dark_cap_is_fan(bounds, source) & choices.fans
     sides = light_cap = dark_cap = np.ones(n, np.bool_)
     if choices.cull:
         parts = find_visible_parts(
