@@ -61,24 +61,6 @@ def test_startup_measures_whole_processes():
     assert rest > 0
 
 
-def test_cases_count_triangles():
-    found = json.loads(run("cases", "--json").stdout)
-    assert found["benchmark"] == "cases"
-    assert [row["shape"] for row in found["rows"]] == ["ball", "ball", "boulder", "boulder"]
-    for row in found["rows"]:
-        edges, (one, two, three) = row["silhouette_edges"], row["triangles"]
-        assert (one, two) == (2 * edges, 3 * edges)
-        lit = three - two
-        assert 0.2 * row["faces"] < lit < 0.5 * row["faces"]  # of a ball a near light sees less
-        assert row["triangles_extruded_caps"] == one + 2 * lit
-        near, same, capped = row["triangles_directional"]
-        assert near == same < edges * 2
-        assert 0.4 * row["faces"] < capped - same < 0.6 * row["faces"]
-        assert len(row["placing_ms"]) == 3
-    assert set(found["growth"]) == {"ball", "boulder"}
-    assert "to the power of" in run("cases").stdout
-
-
 def test_a_missing_peer_is_named_with_its_remedy(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "embreex", None)
     monkeypatch.setitem(sys.modules, "embreex.mesh_construction", None)

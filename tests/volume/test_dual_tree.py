@@ -239,7 +239,7 @@ def test_boxes_leave_most_segments_alone():
     caster = make_caster(model.vertices, model.faces)
     tree = make_dual_tree(caster)
     edges, _ = find_silhouette_edges(caster, np.array([0.3, 0.2, 0.5, 0]))
-    _, unsure = tree.sift(tree.segments.fit.place(np.array([0.3, 0.2, 0.5, 0])))
+    _, unsure, _ = tree.sift(tree.segments.fit.place(np.array([0.3, 0.2, 0.5, 0])))
     assert len(edges) > 300
     assert len(unsure) < 10
     assert not len(tree.segments.always)
@@ -247,6 +247,39 @@ def test_boxes_leave_most_segments_alone():
         boxes = tree.boxes[tree.starts[level] : tree.starts[level + 1]]
         size = np.nanmean(boxes[:, 4:].max(1))
         assert size < 1.5 * 0.4**level
+
+
+def test_what_is_tested_is_counted():
+    model = make_boulder(5)
+    caster = make_caster(model.vertices, model.faces)
+    light = np.array([0.3137, 0.1771, 0.5313, 0])
+    found = len(find_codes(caster, [light], "brute")[0])
+    tree, hextree = make_dual_tree(caster), make_hextree(caster)
+    plane = tree.segments.fit.place(light)
+
+    # Boxes lie within boxes: what is asked are the blocks whose own box is cut.
+    last = tree.boxes[tree.starts[-2] :].astype(float)
+    normal = plane.normal[:, None].astype(float)
+    distance = np.abs((last[:, :4] * normal).sum(1))
+    cut = distance <= (last[:, 4:] * np.abs(normal)).sum(1)
+    assert tree.count_tested(light) == pytest.approx(16 * cut.sum(), rel=1e-3)
+    assert found < tree.count_tested(light) < 0.2 * len(caster.edges)
+
+    def ask(cell, half):
+        reach = half * np.abs(plane.normal).sum() + plane.margin  # cells may touch the plane
+        if abs(hextree.centres[cell] @ plane.normal) > reach:
+            return 0
+        low, high = hextree.owned[cell]
+        return high - low + sum(ask(child, half / 2) for child in range(*hextree.children[cell]))
+
+    assert hextree.count_tested(light) == pytest.approx(ask(0, 1.0), rel=1e-3)
+    assert tree.count_tested(light) < hextree.count_tested(light)
+    assert hextree.count_tested(np.array([1e300, 0, 0, 1.0])) is None
+
+    open_sheet = make_caster(*sheet([(0, 0, 5), (4, 0, 5), (4, 4, 5), (0, 4, 5)]))
+    assert make_dual_tree(open_sheet).count_tested(light) >= 5  # four borders are always asked
+    kept = sum(a.nbytes for a in (tree.boxes, tree.starts, tree.segments.blocks))
+    assert kept < tree.n_bytes < 1.2 * kept
 
 
 def test_a_tree_is_built_for_lights_that_keep_coming(monkeypatch):

@@ -1,27 +1,25 @@
 """How many triangles each of McGuire's three cases draws, over sizes of one shape."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.bench.report import describe_machine, lay_out_table, name_version
 from umbra.bench.scenes import Model, make_boulder
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import make_caster
 from umbra.volume.placement import find_placement
 from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
 
-__all__ = ["Cases", "Drawn", "bench_cases"]
+__all__ = ["CAMERAS", "LAMP", "Drawn", "count_cases", "find_growth"]
 
 _MIDDLE = np.array([250.0, 250.0, 110.0])
-_LIGHT = np.array([450.0, 350.0, 410.0, 1.0])
-_AWAY = (_MIDDLE - _LIGHT[:3]) / np.linalg.norm(_MIDDLE - _LIGHT[:3])
+LAMP = np.array([450.0, 350.0, 410.0, 1.0])
+_AWAY = (_MIDDLE - LAMP[:3]) / np.linalg.norm(_MIDDLE - LAMP[:3])
 _ASIDE = np.cross(_AWAY, [0.0, 0.0, 1.0])
-_CAMERAS = (
+CAMERAS = (
     # Beside the shape, which shades nothing here; in its shadow, looking on; looking back.
     Camera(_MIDDLE + 300.0 * _ASIDE, _MIDDLE),
     Camera(_MIDDLE + 90.0 * _AWAY, _MIDDLE + 200.0 * _AWAY),
@@ -58,100 +56,9 @@ class Drawn:
     placing: tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class Cases:
-    """
-    What each case draws, over shapes and sizes.
-
-    Parameters
-    ----------
-    rows : list of Drawn
-    repeat : int
-        Runs behind each median.
-    quick : bool
-        Whether sizes are too small to mean anything.
-    """
-
-    rows: list[Drawn]
-    repeat: int
-    quick: bool
-
-    def growth(self, shape: str) -> tuple[float, float, float]:
-        """
-        Give how the triangles of each case grow: the power of the number of faces.
-
-        Fitted through all sizes of a shape on logarithmic axes.
-        """
-        rows = [row for row in self.rows if row.shape == shape]
-        size = np.log([row.faces for row in rows])
-        drawn = np.log([row.drawn for row in rows])
-        slopes = np.polyfit(size, drawn, 1)[0]
-        return (float(slopes[0]), float(slopes[1]), float(slopes[2]))
-
-    def shapes(self) -> list[str]:
-        """Name the shapes, each once."""
-        return list(dict.fromkeys(row.shape for row in self.rows))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give the JSON object."""
-        return {
-            "benchmark": "cases",
-            "umbra": name_version("umbra-shadows"),
-            "machine": describe_machine(),
-            "repeat": self.repeat,
-            "quick": self.quick,
-            "rows": [
-                {
-                    "shape": row.shape,
-                    "faces": row.faces,
-                    "silhouette_edges": row.silhouette,
-                    "triangles": row.drawn,
-                    "triangles_directional": row.directional,
-                    "triangles_extruded_caps": row.extruded,
-                    "placing_ms": [1e3 * seconds for seconds in row.placing],
-                }
-                for row in self.rows
-            ],
-            "growth": {shape: self.growth(shape) for shape in self.shapes()},
-        }
-
-    def to_table(self) -> str:
-        """Give a Markdown table that can be read as it stands."""
-        head = [
-            "shape", "faces", "silhouette edges", "case 1", "case 2", "case 3",
-            "directional 1, 2, 3", "extruded caps", "placed in ms 1, 2, 3",
-        ]  # fmt: skip
-        lines = [
-            [
-                row.shape,
-                f"{row.faces:,}",
-                f"{row.silhouette:,}",
-                *(f"{count:,}" for count in row.drawn),
-                "; ".join(f"{count:,}" for count in row.directional),
-                f"{row.extruded:,}",
-                "; ".join(f"{1e3 * seconds:.3g}" for seconds in row.placing),
-            ]
-            for row in self.rows
-        ]
-        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
-        growth = "\n".join(
-            f"{shape}: triangles grow as the number of faces to the power of "
-            + ", ".join(f"{power:.2f}" for power in self.growth(shape))
-            + " in cases 1, 2, 3."
-            for shape in self.shapes()
-        )
-        return (
-            f"umbra bench cases: {describe_machine()}. Triangles drawn; times are medians of "
-            f"{self.repeat} runs.{small}\n\n{lay_out_table(head, lines)}\n\n{growth}"
-        )
-
-
-def bench_cases(
-    *,
-    repeat: int,
-    quick: bool,
-    say: Callable[[str], object] = lambda _: None,
-) -> Cases:
+def count_cases(
+    *, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
+) -> list[Drawn]:
     """
     Count what each case draws of a ball and of a boulder, from 1k to 1M triangles.
 
@@ -166,38 +73,51 @@ def bench_cases(
 
     Returns
     -------
-    cases : Cases
+    drawn : list of Drawn
+        The sizes of a shape, then those of the next.
 
     Raises
     ------
     RuntimeError
         If a camera gets another case.
     """
-    rows = []
-    for shape, make in (("ball", _make_ball), ("boulder", make_boulder)):
-        for splits in (2, 3) if quick else range(3, 9):
-            say(f"{shape}, {20 * 4**splits:,} triangles")
-            rows.append(_measure(shape, make(splits), repeat))
-    return Cases(rows, repeat, quick)
+    return [
+        _measure(shape, make(splits), repeat, say)
+        for shape, make in (("ball", _make_ball), ("boulder", make_boulder))
+        for splits in ((2, 3) if quick else range(3, 9))
+    ]
 
 
-def _measure(shape: str, model: Model, repeat: int) -> Drawn:
+def find_growth(drawn: Sequence[Drawn], shape: str) -> tuple[float, float, float]:
+    """
+    Give how the triangles of each case grow: the power of the number of faces.
+
+    Fitted through all sizes of a shape on logarithmic axes.
+    """
+    rows = [row for row in drawn if row.shape == shape]
+    size = np.log([row.faces for row in rows])
+    slopes = np.polyfit(size, np.log([row.drawn for row in rows]), 1)[0]
+    return (float(slopes[0]), float(slopes[1]), float(slopes[2]))
+
+
+def _measure(shape: str, model: Model, repeat: int, say: Callable[[str], object]) -> Drawn:
+    say(f"{shape}, {len(model.faces):,} triangles")
     caster = make_caster(model.vertices, model.faces)
     placing = []
-    for case, camera in enumerate(_CAMERAS, 1):
+    for case, camera in enumerate(CAMERAS, 1):
         seconds = []
         for _ in range(repeat):
             begun = time.perf_counter()
-            placement = find_placement(caster, camera, _LIGHT)
+            placement = find_placement(caster, camera, LAMP)
             seconds.append(time.perf_counter() - begun)
         if placement.case != case:
             msg = f"the {shape}'s camera for case {case} got case {placement.case}"
             raise RuntimeError(msg)
         placing.append(float(np.median(seconds)))
-    sides = make_sides(caster, _LIGHT)
+    sides = make_sides(caster, LAMP)
     edges = int(sides.multiplicity.sum())
-    lit = len(make_light_cap(caster, _LIGHT).multiplicity)
-    fan = int(make_dark_cap(caster, _LIGHT).multiplicity.sum())
+    lit = len(make_light_cap(caster, LAMP).multiplicity)
+    fan = int(make_dark_cap(caster, LAMP).multiplicity.sum())
     sun = np.append(-_AWAY, 0.0)
     far_edges = int(make_sides(caster, sun).multiplicity.sum())
     far_lit = len(make_light_cap(caster, sun).multiplicity)

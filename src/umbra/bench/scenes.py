@@ -8,15 +8,16 @@ from numpy.typing import NDArray
 
 from umbra.sun import Site, find_sun, make_steps
 
-__all__ = ["Model", "Spheres", "make_boulder", "make_spheres", "make_suns", "make_town"]
+__all__ = ["BOX", "Model", "Spheres", "make_boulder", "make_spheres", "make_suns", "make_town"]
 
-_BOX = np.array(
+BOX = np.array(
     [
         [0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4],
         [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7],
     ],
     np.int32,
 )  # fmt: skip
+"""Faces of a box: corners 0 to 3 go around its bottom, 4 to 7 above them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +114,7 @@ def make_town(boxes: int, side: float, seed: int) -> Model:
     vertices[:, :4, 1] = vertices[:, 4:, 1] = centre[:, 1:] + x * sin + y * cos
     vertices[:, :4, 2] = -1.0
     vertices[:, 4:, 2] = height[:, None]
-    faces = _BOX + 8 * block[:, None, None]
+    faces = BOX + 8 * block[:, None, None]
     return Model(_round(vertices.reshape(-1, 3)), faces.reshape(-1, 3).astype(np.int32), side)
 
 

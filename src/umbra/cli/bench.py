@@ -10,7 +10,7 @@ from umbra.cli.main import echo_json
 
 __all__ = ["command"]
 
-NAMES = ("study", "frame", "silhouette", "cases", "startup", "weng", "roettger")
+NAMES = ("study", "frame", "silhouette", "startup", "mcguire", "roettger", "wallner", "weng")
 PEERS = ("ogre", "workbench")
 
 
@@ -67,6 +67,13 @@ def _parse_pythons(
     type=click.Path(file_okay=False, path_type=Path),
     help="Save here what each side of gl frames draws.",
 )
+@click.option(
+    "--model",
+    "models",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    multiple=True,
+    help="Measure this file's silhouettes too; for wallner, may be repeated.",
+)
 def command(
     name: str,
     as_json: bool,
@@ -77,22 +84,29 @@ def command(
     peers: tuple[str, ...],
     pythons: dict[str, Path],
     pictures: Path | None,
+    models: tuple[Path, ...],
 ) -> None:
     """
     Measure umbra against its peers, in turn in one process.
 
     NAME is study (hours of shadow on a plan, against Embree), frame (one light in
-    one picture, against Embree), silhouette (edges, against VTK or numpy), cases (how
-    many triangles each of McGuire's cases draws), weng (soft shadows: time and error of
-    three methods), roettger (shadow masks without a stencil, on OpenGL) or startup (time
-    and memory of a whole umbra study). frame --device gl draws a hundred spheres and a
-    moving lamp, against OGRE and Blender's Workbench.
+    one picture, against Embree), silhouette (edges, against VTK or numpy) or startup
+    (time and memory of a whole umbra study). frame --device gl draws a hundred spheres
+    and a moving lamp, against OGRE and Blender's Workbench.
+
+    The papers' tables, run again: mcguire (what each of three cases draws, and frames
+    by each method), roettger (shadow masks without a stencil), wallner (silhouettes
+    from trees), weng (soft shadows: time and error of three methods).
     """
     if device == "gl" and name != "frame":
         msg = f"{name} has no gl device; frame has one"
         raise click.UsageError(msg)
     if device == "cpu" and (peers or pythons or pictures is not None):
         msg = "--peer, --peer-python and --pictures are for frame --device gl"
+        raise click.UsageError(msg)
+
+    if models and name != "wallner":
+        msg = "--model is for wallner"
         raise click.UsageError(msg)
 
     def say(text: str) -> None:
@@ -110,11 +124,9 @@ def command(
         result = bench_gl_frame(
             repeat=runs, quick=quick, peers=chosen, pythons=pythons, pictures=pictures, say=say
         )
-    elif name == "cases":
-        from umbra.bench.cases import bench_cases  # noqa: PLC0415
-
-        result = bench_cases(repeat=runs, quick=quick, say=say)
-    elif name == "roettger":
+    elif name == "wallner":
+        result = _find(name)(repeat=runs, quick=quick, models=models, say=say)
+    elif name in ("mcguire", "roettger"):
         result = _find(name)(repeat=runs, quick=quick, say=say)
     else:
         result = _find(name)(threads=threads, repeat=runs, quick=quick, say=say)

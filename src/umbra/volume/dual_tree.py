@@ -48,7 +48,7 @@ class DualTree(Tree):
 
     def sift(
         self, plane: Plane, numbers: NDArray[np.int32] | None = None
-    ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
         """Find the segments that a light's plane cuts; see ``Tree.sift``."""
         return _sift(
             self.boxes,
@@ -172,4 +172,4 @@ def _sift(boxes, starts, segments, numbers, normal, margin):
             segments[block], numbers[block], 0, WIDTH,
             normal, margin, inside, lit, codes, m, unsure, k,
         )  # fmt: skip
-    return codes[:m], unsure[:k]
+    return codes[:m], unsure[:k], n * WIDTH

@@ -77,7 +77,7 @@ class Follower:
     def _hold(self, plane: Plane, reach: float) -> None:
         """Hold the segments within reach of a plane, and those that it cuts."""
         wide = Plane(plane.normal, np.float32(plane.margin + reach))
-        codes, unsure = self.tree.sift(wide, self._places)
+        codes, unsure, _ = self.tree.sift(wide, self._places)
         places = np.sort(np.concatenate([codes >> 2, unsure]))
         numbers = np.full(((len(places) + WIDTH - 1) // WIDTH, WIDTH), -1, np.int32)
         blocks = np.full((len(numbers), 8, WIDTH), np.nan, np.float32)

@@ -47,7 +47,7 @@ class Hextree(Tree):
 
     def sift(
         self, plane: Plane, numbers: NDArray[np.int32] | None = None
-    ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
         """Find the segments that a light's plane cuts; see ``Tree.sift``."""
         return _sift(
             self.centres, self.children, self.owned, self.segments.blocks,
@@ -170,4 +170,4 @@ def _sift(centres, children, owned, segments, numbers, normal, margin):
                 normal, margin, inside, lit, codes, m, unsure, k,
             )  # fmt: skip
             place += high - low
-    return codes[:m], unsure[:k]
+    return codes[:m], unsure[:k], places

@@ -90,7 +90,7 @@ class Tree(ABC):
     @abstractmethod
     def sift(
         self, plane: Plane, numbers: NDArray[np.int32] | None = None
-    ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
         """
         Find the segments that a light's plane cuts.
 
@@ -106,7 +106,33 @@ class Tree(ABC):
             As in ``Silhouettes``.
         unsure : (k,) int32
             Edges yet to be asked.
+        tested : int
+            Places of segments that were looked at.
         """
+
+    def count_tested(self, light: NDArray[np.float64]) -> int | None:
+        """
+        Count the edges that are looked at to find the silhouette of one light.
+
+        Parameters
+        ----------
+        light : (4,) float64
+
+        Returns
+        -------
+        tested : int, optional
+            None if the light is out of the tree's range, so that all edges are.
+        """
+        plane = self.segments.fit.place(light)
+        if plane is None:
+            return None
+        return self.sift(plane)[2] + len(self.segments.always)
+
+    @property
+    def n_bytes(self) -> int:
+        """What the tree takes in memory [byte]."""
+        held = [*vars(self).values(), *vars(self.segments).values()]
+        return sum(array.nbytes for array in held if isinstance(array, np.ndarray))
 
     def find(self, caster: Caster, light: NDArray[np.float64]) -> NDArray[np.int32] | None:
         """
@@ -127,7 +153,8 @@ class Tree(ABC):
         plane = self.segments.fit.place(light)
         if plane is None:
             return None
-        return self.segments.decide(caster, light, *self.sift(plane))
+        codes, unsure, _ = self.sift(plane)
+        return self.segments.decide(caster, light, codes, unsure)
 
 
 def make_segments(caster: Caster, duals: Duals, numbers: NDArray[np.int32]) -> Segments:
