@@ -12,8 +12,7 @@ from umbra.cpu.shade import shade
 from umbra.errors import InputError
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.renderer import Renderer
-from umbra.gl.soft import NAMES
-from umbra.gl.soft.methods import SoftMethods
+from umbra.gl.soft import NAMES, SoftMethods, Softness
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.scene import (
     Camera,
@@ -29,6 +28,7 @@ from umbra.soft import METHODS, ball_light, find_method, rectangle_light, weng
 
 SIZE = (160, 120)
 SAMPLES = 24
+COARSE = Softness(samples=SAMPLES)
 TOWN_VIEWS = {
     "from above": Camera((-30, -40, 45), (25, 25, 0), size=SIZE),
     "parallel": Camera((-30, -40, 45), (25, 25, 0), size=SIZE, height=60.0),
@@ -59,9 +59,7 @@ def find_on_cpu(counter, camera, light, method):
 
 def find_on_gl(device, scene, camera, lights, method, casters=None, ground=0.0):
     with GlFrameCounter(scene, casters, ground, device=device) as counter:
-        counter.soft = SoftMethods(
-            counter.planner, counter.counter, samples=SAMPLES, choices=counter.choices
-        )
+        counter.soft = SoftMethods(counter.planner, counter.counter, COARSE, counter.choices)
         view, _ = counter.see(camera)
         return view, counter.find_visibility(view, camera, lights, method)
 
@@ -214,7 +212,7 @@ def test_the_picture_is_the_cpus(device, town, method):
         ball_light(point_light((10, 5, 25), range=40.0, attenuation=(1, 0.02, 0.001)), 1.5),
         ball_light(spot_light((10, 10, 50), (20, 20, 0), 25, (0.2, 1, 0.3), inner_angle=12), 1.0),
     ]
-    with Renderer(town, 0.0, device=device, samples=SAMPLES) as renderer:
+    with Renderer(town, 0.0, device=device, softness=COARSE) as renderer:
         ours = renderer.render(camera, lights, soft=method)
         assert len(renderer.plans) == len(lights)
         hard = renderer.render(camera, [getattr(light, "light", light) for light in lights])
@@ -252,11 +250,11 @@ def test_nothing_is_left_of_the_frame_before(device, town, method):
         (replace(cameras[0], size=(80, 60)), [moved]),
         (cameras[0], [LIGHTS["lamp"]]),
     ]
-    with Renderer(town, 0.0, device=device, samples=SAMPLES) as renderer:
+    with Renderer(town, 0.0, device=device, softness=COARSE) as renderer:
         kept = [renderer.render(camera, lights, soft=method) for camera, lights in frames]
         again = renderer.render(*frames[-1], soft=method)
     for (camera, lights), picture in zip(frames, kept, strict=True):
-        with Renderer(town, 0.0, device=device, samples=SAMPLES) as renderer:
+        with Renderer(town, 0.0, device=device, softness=COARSE) as renderer:
             np.testing.assert_array_equal(renderer.render(camera, lights, soft=method), picture)
     np.testing.assert_array_equal(again, kept[-1])
 
@@ -272,11 +270,11 @@ def test_what_moves_takes_its_soft_shadow_along(device, method):
 
     camera = Camera((-4, -9, 7), (0, 0, 0), size=SIZE)
     light = ball_light(point_light((1, -2, 8)), 0.5)
-    with Renderer(pose(0.0), 0.0, device=device, samples=SAMPLES) as renderer:
+    with Renderer(pose(0.0), 0.0, device=device, softness=COARSE) as renderer:
         first = renderer.render(camera, [light], soft=method)
         renderer.move(pose(1.5))
         found = renderer.render(camera, [light], soft=method)
-    with Renderer(pose(1.5), 0.0, device=device, samples=SAMPLES) as renderer:
+    with Renderer(pose(1.5), 0.0, device=device, softness=COARSE) as renderer:
         np.testing.assert_array_equal(found, renderer.render(camera, [light], soft=method))
     assert (found != first).any(-1).sum() > 500
 
@@ -292,7 +290,7 @@ def test_wedges_are_told_to_run_on_the_cpu(device, town):
 
 def test_lights_alone_or_nothing_that_casts(device, town):
     camera = TOWN_VIEWS["from above"]
-    with Renderer(town, 0.0, device=device, casters=[], samples=4) as renderer:
+    with Renderer(town, 0.0, device=device, casters=[], softness=COARSE) as renderer:
         plain = renderer.render(camera, [LIGHTS["lamp"].light], shadows=False)
         for method in NAMES:
             found = renderer.render(camera, [LIGHTS["lamp"]], soft=method)

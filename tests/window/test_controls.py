@@ -58,6 +58,7 @@ def test_keys(controls, view):
     assert controls.press_key(controls.press_key(view, "4"), "4").overlays == frozenset()
     assert controls.press_key(view, "g").device == "cpu"
     assert controls.press_key(view, "m").method == "z-pass"
+    assert controls.press_key(view, "h").soft == "samples"
     assert len(controls.press_key(view, "l").lights) == 1
     assert controls.press_key(view, "delete").shining() == {}
     away = replace(view, viewpoint=replace(view.viewpoint, target=(99, 0, 0)))

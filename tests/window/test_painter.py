@@ -9,7 +9,7 @@ from umbra.cpu.frame import FrameCounter
 from umbra.scene import Mesh, Part, make_scene, point_light
 from umbra.window.heat import find_colors, find_top
 from umbra.window.painter import Painter
-from umbra.window.view import METHODS, SUN, make_view
+from umbra.window.view import METHODS, SOFT, SUN, make_view
 
 SIZE = (320, 240)
 
@@ -44,6 +44,30 @@ def test_every_method_draws(painter, tower, method):
     drawn = painter.draw(view.choose_method(method).toggle("edges").toggle("edges"), SIZE)
     apart = (np.abs(painter.read() - expected).max(2) > 3).mean()
     assert apart < 0.01 or any("wrong" in warning for warning in drawn.warnings)
+
+
+@pytest.mark.parametrize("soft", SOFT["gl"][1:])
+def test_soft_shadows_are_the_same_on_both_devices(painter, tower, soft):
+    view = replace(make_view(tower, SIZE), sun_radius=4.0)
+    painter.draw(view, SIZE)
+    hard = painter.read().astype(int)
+    view = replace(view.add_light(point_light((3, -8, 9), (0.5, 0.5, 0.5))), soft=soft)
+    drawn = painter.draw(view.toggle("counts"), SIZE)
+    assert drawn.statistics.keys() == {SUN, 0}
+    painter.draw(view, SIZE)
+    of_gl = painter.read().astype(int)
+    painter.draw(view.choose_device("cpu"), SIZE)
+    of_cpu = painter.read().astype(int)
+    assert (np.abs(of_gl - of_cpu).max(2) > 4).mean() < 0.01
+    assert (np.abs(of_gl - hard).max(2) > 10).mean() > 0.01
+
+
+def test_wedges_are_drawn_on_the_cpu(painter, tower):
+    view = replace(make_view(tower, SIZE), sun_radius=4.0).choose_device("cpu")
+    painter.draw(view, SIZE)
+    hard = painter.read().astype(int)
+    painter.draw(replace(view, soft="wedges"), SIZE)
+    assert (np.abs(painter.read() - hard).max(2) > 10).sum() > 300
 
 
 def test_both_devices_show_the_same(painter, tower):

@@ -32,7 +32,7 @@ def view():
     return View(
         Viewpoint((1, 2, 3), 40, -10, 12, 35, 0.01, True),
         Sun(True, VIENNA, dt.date(2025, 12, 24), 611.5, 100, 20, False, (1, 0.9, 0.8)),
-        lights, 1, "lengyel", "gl", frozenset({"edges", "counts"}),
+        lights, 1, "lengyel", "gl", frozenset({"edges", "counts"}), "weng", 1.5, 0.25,
     )  # fmt: skip
 
 
@@ -57,6 +57,9 @@ def test_a_file_gives_back_what_was_saved(view, tmp_path):
         ({"overlays": ["fog"]}, "no overlay 'fog'"),
         ({"method": "guess"}, "no method 'guess'"),
         ({"device": "tpu"}, "no device 'tpu'"),
+        ({"soft": "fog"}, "no soft shadows 'fog'"),
+        ({"sun_radius": 90}, "lights of 90 degrees"),
+        ({"lamp_radius": "x"}, "lamp_radius is wrong"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_named(view, tmp_path, change, message):
@@ -108,6 +111,25 @@ def test_the_cpu_has_fewer_methods(view):
     while (view := view.next_method()).method not in methods:
         methods.append(view.method)
     assert set(methods) == set(METHODS)
+
+
+def test_soft_shadows_go_round_and_wedges_stay_on_the_cpu(view):
+    hard = replace(view, soft="none")
+    assert [hard.next_soft().soft, hard.next_soft().next_soft().soft] == ["samples", "weng"]
+    assert hard.next_soft().next_soft().next_soft().soft == "none"
+    wedges = replace(hard.choose_device("cpu"), soft="wedges")
+    assert wedges.soft == "wedges"
+    assert wedges.choose_device("gl").soft == "none"
+    sizes = [light.radius for light in view.size_lights()]
+    degrees = np.tan(np.radians(1.5))
+    assert sizes == pytest.approx([degrees, 0.25, 0.25, degrees])
+
+
+def test_views_of_before_have_hard_shadows(view):
+    described = to_json(view)
+    for name in ("soft", "sun_radius", "lamp_radius"):
+        del described[name]
+    assert from_json(described).soft == "none"
 
 
 def test_a_first_view_has_the_sun_at_three_or_a_light_from_the_left(tower):

@@ -1,5 +1,6 @@
 """``umbra view``: look at a model in a window, its lights and its shadows."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -7,6 +8,7 @@ import click
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.pose import pose_options, read_posed
+from umbra.cli.soft import NAMES, check_soft
 from umbra.cli.values import SIZE
 
 __all__ = ["command"]
@@ -43,6 +45,11 @@ __all__ = ["command"]
     metavar="NAME",
     help="auto, z-pass, z-fail, lengyel, mcguire, alpha, screen, max or half.",
 )
+@click.option(
+    "--soft",
+    type=click.Choice(["none", *NAMES]),
+    help="Soft shadows, as of umbra render; wedges on the cpu. Sizes are in the panel.",
+)
 @click.option("--device", type=click.Choice(["gl", "cpu"]), help="Where to count; default: gl.")
 @click.option("--size", type=SIZE, default=(1280, 800), help="Of the window; default: 1280x800.")
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
@@ -73,6 +80,7 @@ def command(
     no_ground: bool,
     axis_up: str | None,
     method: str | None,
+    soft: str | None,
     device: str | None,
     size: tuple[int, int],
     threads: int | None,
@@ -123,6 +131,9 @@ def command(
         view = view.choose_device(device)
     if method is not None:
         view = view.choose_method(method)
+    if soft is not None:
+        check_soft(soft, (), view.device)
+        view = replace(view, soft=soft)
     stem = Path(files[0]).name.split(".")[0]
     show(
         scene,

@@ -26,7 +26,7 @@ from umbra.gl.narrow import find_scissor
 from umbra.gl.plan import Choices, Plan, Planner, Statistics
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.shading import Shading
-from umbra.gl.soft import SoftLights, SoftMethods
+from umbra.gl.soft import SoftLights, SoftMethods, Softness
 from umbra.gl.state import Pass, State
 from umbra.gl.surfaces import LIGHT, PLACE, Surfaces
 from umbra.gl.targets import Targets
@@ -34,7 +34,6 @@ from umbra.gl.timers import Timers
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.look import find_exposure
 from umbra.soft.area import AreaLight
-from umbra.soft.samples import SAMPLES
 
 __all__ = ["Renderer"]
 
@@ -61,8 +60,8 @@ class Renderer:
         As in ``Counter``.
     accumulate : {'rgba16f', 'rgba8'}
         How light is summed up; 8 bits band where lights are many.
-    samples : int
-        Points that stand for a light with a size where its shadow is drawn by ``samples``.
+    softness : Softness, optional
+        How finely the shadows of lights with a size are drawn.
     warn : callable
         Told, in a line, where a forced method is wrong for a view.
 
@@ -101,13 +100,13 @@ class Renderer:
         choices: Choices | None = None,
         two_sided: bool = True,
         accumulate: str = "rgba16f",
-        samples: int = SAMPLES,
+        softness: Softness | None = None,
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
         for part in scene.parts:
             _ = part.material.texture  # what cannot be decoded is told before anything is made
         self.choices, self.accumulate, self.warn = choices, accumulate, warn
-        self._samples = samples
+        self._softness = softness
         # What is seen through is not in the depth buffer that counts rely on: it casts nothing.
         seen_through = [
             part.material.is_transparent or part.material.alpha_mode == "mask"
@@ -226,9 +225,7 @@ class Renderer:
             self.device, self.geometry, self.planner.indices, two_sided=self._two_sided
         )
         self.masks = MaskCounters(self.device, self.geometry, self.warn)
-        self.soft = SoftMethods(
-            self.planner, self.counter, samples=self._samples, choices=self.choices
-        )
+        self.soft = SoftMethods(self.planner, self.counter, self._softness, self.choices)
         solid = find_solid_faces(scene, self.planner.bodies, self._casters)
         self.surfaces = Surfaces(self.device, scene, self.geometry, solid)
 

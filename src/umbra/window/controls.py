@@ -21,6 +21,7 @@ KEYS = {
     "1 2 3 4": "volumes, cases, edges, counts",
     "M": "the next method",
     "G": "the other device",
+    "H": "hard shadows, or soft ones",
     "L": "add a light",
     "Delete": "remove the chosen light",
     "P": "screenshot",
@@ -183,6 +184,8 @@ class Controls:
             return view.next_method()
         elif key == "g":
             return view.choose_device("cpu" if view.device == "gl" else "gl")
+        elif key == "h":
+            return view.next_soft()
         elif key == "l":
             return view.add_light(point_light(place_lamp(view, self.bounds, self.size)))
         elif key == "delete":

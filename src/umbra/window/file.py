@@ -49,6 +49,9 @@ def to_json(view: View) -> dict[str, Any]:
         "method": view.method,
         "device": view.device,
         "overlays": sorted(view.overlays),
+        "soft": view.soft,
+        "sun_radius": view.sun_radius,
+        "lamp_radius": view.lamp_radius,
     }
 
 
@@ -97,11 +100,18 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> View:
                 lights[-1] = replace(lights[-1], image=source.image, up=source.up)
         place = "overlays"
         overlays = frozenset(map(str, described.get("overlays", [])))
+        place = "sun_radius or lamp_radius"
+        sizes = {
+            name: _read_number(described[name])
+            for name in ("sun_radius", "lamp_radius")
+            if name in described
+        }
         place = "method"
         return View(
             viewpoint, sun, tuple(lights), chosen=int(described.get("chosen", -1)),
             method=str(described.get("method", "auto")),
             device=str(described.get("device", "gl")), overlays=overlays,
+            soft=str(described.get("soft", "none")), **sizes,
         )  # fmt: skip
     except KeyError as error:
         msg = f"the view's {place} has no {error}"

@@ -12,14 +12,19 @@ from umbra.cpu.shade import shade
 from umbra.gl.context import Device
 from umbra.gl.drawing import Statistics
 from umbra.gl.renderer import Renderer
+from umbra.gl.soft import Softness
 from umbra.gl.state import State
 from umbra.gl.targets import Targets
 from umbra.gl.timers import Timers
 from umbra.scene import Scene
+from umbra.soft import find_method
 from umbra.window.overlays import Overlays
 from umbra.window.view import View
 
-__all__ = ["Drawn", "Painter"]
+__all__ = ["SAMPLES", "Drawn", "Painter"]
+
+SAMPLES = 32
+"""Points of each light in a window."""
 
 _TEXTURE_2D, _RGBA8, _RGBA, _BYTE, _UNPACK = 0x0DE1, 0x8058, 0x1908, 0x1401, 0x0CF5
 
@@ -75,7 +80,9 @@ class Painter:
         self.device, self.scene, self.ground, self.threads = device, scene, ground, threads
         self._warnings: list[str] = []
         warn: Callable[[str], object] = self._warnings.append
-        self.renderer = Renderer(scene, ground, device=device, warn=warn)
+        self.renderer = Renderer(
+            scene, ground, device=device, softness=Softness(samples=SAMPLES), warn=warn
+        )
         self.overlays = Overlays(self.renderer)
         self.timers = Timers(device)
         self._counter: FrameCounter | None = None
@@ -112,7 +119,8 @@ class Painter:
             self.renderer.draw(camera, [], shadows=False)
             self._put(self._shade(view, size, passes))
         else:
-            self.renderer.draw(camera, list(shining.values()), view.method)
+            lights = list(shining.values()) if view.soft == "none" else view.size_lights()
+            self.renderer.draw(camera, lights, view.method, soft=view.soft)
         statistics = {} if on_cpu else dict(zip(shining, self.renderer.statistics, strict=True))
         highest = 0
         if view.overlays and view.chosen in shining:
@@ -167,8 +175,17 @@ class Painter:
         marks = [time.perf_counter()]
         seen, frame = counter.see(camera)
         marks.append(time.perf_counter())
-        counts = [counter.count(seen, camera, light, view.method) for light in lights]
-        lit = [frame.lit(n, light) for n, light in zip(counts, lights, strict=True)]
+        lit: list[NDArray]
+        if view.soft == "none":
+            counts = [counter.count(seen, camera, light, view.method) for light in lights]
+            lit = [frame.lit(n, light) for n, light in zip(counts, lights, strict=True)]
+        else:
+            find, none = find_method(view.soft), np.zeros(frame.part.shape, np.int32)
+            more = {"samples": SAMPLES} if view.soft == "samples" else {}
+            lit = [
+                find(counter, seen, frame, camera, area, **more) * frame.lit(none, area.light)
+                for area in view.size_lights()
+            ]
         marks.append(time.perf_counter())
         picture = shade(self.scene, frame, lights, lit, seen)
         marks.append(time.perf_counter())

@@ -12,7 +12,7 @@ from umbra.window.controls import Controls
 from umbra.window.daylight import DAY, Sun, find_rise
 from umbra.window.hud import grow
 from umbra.window.overlays import CASES, EDGES, VOLUMES
-from umbra.window.view import METHODS, OVERLAYS, SUN, View
+from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, View
 
 __all__ = ["PanelState", "draw_panel"]
 
@@ -20,6 +20,7 @@ _LABELS = {"volumes": "Volumes", "cases": "Cases", "edges": "Silhouettes", "coun
 _WARNING = imgui.ImVec4(1.0, 0.72, 0.35, 1.0)
 _DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
 _SPEEDS = {"15 min/s": 15.0, "1 h/s": 60.0, "3 h/s": 180.0}
+_LOG = imgui.SliderFlags_.logarithmic.value
 _PICKER = imgui.ColorEditFlags_.no_inputs.value | imgui.ColorEditFlags_.no_alpha.value
 
 
@@ -85,6 +86,8 @@ def draw_panel(
         view = draw(view, controls)
     imgui.separator_text("Counting")
     view = _draw_counting(view)
+    imgui.separator_text("Soft shadows")
+    view = _draw_softness(view, controls)
     imgui.separator_text("Show")
     view = _draw_overlays(view)
     _, state.statistics = imgui.checkbox("Statistics", state.statistics)
@@ -227,6 +230,29 @@ def _draw_counting(view: View) -> View:
     imgui.set_next_item_width(-1)
     changed, place = imgui.combo("##method", methods.index(view.method), list(methods))
     return view.choose_method(methods[place]) if changed else view
+
+
+def _draw_softness(view: View, controls: Controls) -> View:
+    names = SOFT[view.device]
+    imgui.set_next_item_width(-1)
+    changed, place = imgui.combo("##soft", names.index(view.soft), list(names))
+    if changed:
+        view = replace(view, soft=names[place])
+    if view.soft in {"none", "weng"}:  # layers do not ask for a size
+        return view
+    lights = view.shining().values()
+    if any(not light.is_point for light in lights):
+        _label(f"sun {view.sun_radius:.2g}°")
+        changed, radius = imgui.slider_float("##sun size", view.sun_radius, 0.05, 5.0, " ", _LOG)
+        view = replace(view, sun_radius=radius) if changed else view
+    if any(light.is_point for light in lights):
+        most = 0.1 * float(np.linalg.norm(np.ptp(controls.bounds, axis=0))) or 1.0
+        _label(f"lamps {view.lamp_radius:.2g} m")
+        changed, radius = imgui.slider_float(
+            "##lamp size", view.lamp_radius, 0.01 * most, most, " ", _LOG
+        )
+        view = replace(view, lamp_radius=radius) if changed else view
+    return view
 
 
 def _draw_overlays(view: View) -> View:

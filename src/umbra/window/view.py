@@ -9,11 +9,22 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene import Light, Scene
 from umbra.scene.exposure import expose_lights
+from umbra.soft.area import SUN_RADIUS, AreaLight, ball_light
 from umbra.sun import Site
 from umbra.window.daylight import Sun
 from umbra.window.viewpoint import Viewpoint, frame_bounds
 
-__all__ = ["DEVICES", "MASKS", "METHODS", "OVERLAYS", "SUN", "View", "find_ground", "make_view"]
+__all__ = [
+    "DEVICES",
+    "MASKS",
+    "METHODS",
+    "OVERLAYS",
+    "SOFT",
+    "SUN",
+    "View",
+    "find_ground",
+    "make_view",
+]
 
 SUN = -1
 """Stands for the sun where lights are numbered."""
@@ -28,9 +39,16 @@ METHODS: dict[str, tuple[str, ...]] = {
 }
 """By device, in the order in which they are chosen."""
 
+SOFT: dict[str, tuple[str, ...]] = {
+    "gl": ("none", "samples", "weng"),
+    "cpu": ("none", "samples", "wedges", "weng"),
+}
+"""What draws soft shadows, by device."""
+
 DEVICES = tuple(METHODS)
 
 _CLEAR = 2e-4  # of the diagonal, so that no floor of the model lies in the ground
+_LAMP = 0.01  # a lamp's radius, of the diagonal
 _FROM_LEFT = 115.0  # [degrees] left of where one looks: a light from the upper left
 
 
@@ -52,6 +70,12 @@ class View:
     device : {'gl', 'cpu'}
     overlays : frozenset of str
         Of ``OVERLAYS``.
+    soft : str
+        Of ``SOFT``; ``none`` are hard shadows.
+    sun_radius : float
+        From the middle of the sun, or of another direction, to its rim [degrees].
+    lamp_radius : float
+        Of lights at a place [m].
     """
 
     viewpoint: Viewpoint
@@ -61,6 +85,9 @@ class View:
     method: str = "auto"
     device: str = "gl"
     overlays: frozenset[str] = frozenset()
+    soft: str = "none"
+    sun_radius: float = SUN_RADIUS
+    lamp_radius: float = 0.5
 
     def __post_init__(self) -> None:
         if self.device not in METHODS:
@@ -69,12 +96,23 @@ class View:
         if self.method not in METHODS["gl"]:
             msg = f"a view has no method '{self.method}'; it has {', '.join(METHODS['gl'])}"
             raise InputError(msg, method=self.method)
+        if self.soft not in SOFT["cpu"]:
+            msg = f"a view has no soft shadows '{self.soft}'; it has {', '.join(SOFT['cpu'])}"
+            raise InputError(msg, soft=self.soft)
+        if not (0 < self.sun_radius < 45 and 0 < self.lamp_radius < np.inf):
+            msg = (
+                f"lights of {self.sun_radius:g} degrees and {self.lamp_radius:g} m are none; give "
+                "sun_radius above 0 and below 45, and lamp_radius above 0"
+            )
+            raise InputError(msg)
         unknown = sorted(self.overlays.difference(OVERLAYS))
         if unknown:
             msg = f"a view has no overlay '{unknown[0]}'; it has {', '.join(OVERLAYS)}"
             raise InputError(msg, overlay=unknown[0])
         if self.method not in METHODS[self.device]:
             object.__setattr__(self, "method", "auto")
+        if self.soft not in SOFT[self.device]:
+            object.__setattr__(self, "soft", "none")
         if not SUN <= self.chosen < len(self.lights):
             object.__setattr__(self, "chosen", len(self.lights) - 1)
 
@@ -83,6 +121,13 @@ class View:
         found = dict(enumerate(self.lights))
         sun = self.sun.light()
         return found if sun is None else {SUN: sun, **found}
+
+    def size_lights(self) -> list[AreaLight]:
+        """Give the lights that shine with the sizes that soft shadows take."""
+        return [
+            ball_light(light, self.lamp_radius if light.is_point else self.sun_radius)
+            for light in self.shining().values()
+        ]
 
     def toggle(self, overlay: str) -> "View":
         """Show an overlay, or no longer."""
@@ -97,8 +142,13 @@ class View:
         methods = METHODS[self.device]
         return replace(self, method=methods[(methods.index(self.method) + 1) % len(methods)])
 
+    def next_soft(self) -> "View":
+        """Draw soft shadows by the device's next method, or hard ones."""
+        names = SOFT[self.device]
+        return replace(self, soft=names[(names.index(self.soft) + 1) % len(names)])
+
     def choose_device(self, device: str) -> "View":
-        """Count on a device; a method that it does not have becomes ``auto``."""
+        """Count on a device; a method that it does not have becomes ``auto``, or ``none``."""
         return replace(self, device=device)
 
     def add_light(self, light: Light) -> "View":
@@ -166,4 +216,5 @@ def make_view(
         altitude=42.0,
         by_clock=site is not None,
     )
-    return View(viewpoint, sun, lights, chosen=SUN if sun.shines else 0)
+    radius = float(f"{_LAMP * np.linalg.norm(np.ptp(scene.bounds(), axis=0)):.1g}") or 0.5
+    return View(viewpoint, sun, lights, chosen=SUN if sun.shines else 0, lamp_radius=radius)

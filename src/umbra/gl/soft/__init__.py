@@ -12,7 +12,7 @@ The hard volumes are the renderer's own. A light's visibility takes the stencil'
 its light pass (``shading.py``). The answers are those of ``umbra.soft`` on the CPU.
 """
 
-from umbra.gl.soft.methods import NAMES, SoftLights, SoftMethods
+from umbra.gl.soft.methods import NAMES, SoftLights, SoftMethods, Softness
 from umbra.gl.soft.visibility import Visibility
 
-__all__ = ["NAMES", "SoftLights", "SoftMethods", "Visibility"]
+__all__ = ["NAMES", "SoftLights", "SoftMethods", "Softness", "Visibility"]

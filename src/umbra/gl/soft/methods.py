@@ -1,6 +1,7 @@
 """The methods of soft shadows of one scene, and which lights of a picture they are for."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from umbra.errors import InputError
 from umbra.gl.count import Counter
@@ -14,11 +15,31 @@ from umbra.gl.target import Target
 from umbra.scene import Light
 from umbra.soft.area import AreaLight
 from umbra.soft.samples import SAMPLES
+from umbra.soft.weng import GAP, LENGTH
 
-__all__ = ["NAMES", "SoftLights", "SoftMethods"]
+__all__ = ["NAMES", "SoftLights", "SoftMethods", "Softness"]
 
 NAMES = ("samples", "weng")
 """What draws soft shadows here; penumbra wedges run on the CPU alone."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Softness:
+    """
+    How finely methods work.
+
+    Parameters
+    ----------
+    samples : int
+        Points that stand for a light.
+    length, gap : float
+        How far the widest scaled layer goes, and from each to the next, in tenths of the
+        silhouette's radius.
+    """
+
+    samples: int = SAMPLES
+    length: float = LENGTH
+    gap: float = GAP
 
 
 class SoftLights:
@@ -59,8 +80,7 @@ class SoftMethods:
     planner : Planner
     counter : Counter
         Of its plans.
-    samples : int
-        Points of a light that ``samples`` takes.
+    softness : Softness, optional
     choices : Choices, optional
         What may be left out.
     """
@@ -69,12 +89,11 @@ class SoftMethods:
         self,
         planner: Planner,
         counter: Counter,
-        *,
-        samples: int = SAMPLES,
+        softness: Softness | None = None,
         choices: Choices | None = None,
     ) -> None:
         self._planner, self._counter = planner, counter
-        self._samples, self._choices = samples, choices
+        self._softness, self._choices = softness or Softness(), choices
         self._made: dict[str, Visibility] = {}
 
     def select(self, lights: Sequence[Light | AreaLight], name: str) -> SoftLights:
@@ -105,11 +124,15 @@ class SoftMethods:
             )
             raise InputError(msg, method=name)
         if name not in self._made:
+            softness = self._softness
             self._made[name] = (
-                Samples(self._planner, self._samples, self._choices)
+                Samples(self._planner, softness.samples, self._choices)
                 if name == "samples"
-                else ScaledLayers(self._planner, self._counter, choices=self._choices)
-            )
+                else ScaledLayers(
+                    self._planner, self._counter, length=softness.length, gap=softness.gap,
+                    choices=self._choices,
+                )
+            )  # fmt: skip
         return self._made[name]
 
     def release(self) -> None:
