@@ -74,6 +74,10 @@ class StandIn:
         assert len(shadows) == len(labels)
         Path(path).write_bytes(PICTURE)
 
+    def draw_profiles(self, path, plan, days, **options):
+        assert all(len(shadows) == len(labels) for _, shadows, labels in days)
+        Path(path).write_bytes(PICTURE)
+
     def __enter__(self):
         return self
 

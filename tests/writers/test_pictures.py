@@ -14,7 +14,8 @@ from umbra.writers.contours import find_levels, trace
 from umbra.writers.hours import MISSING, draw_hours, make_hours_sheet
 from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size, shade_roofs
 from umbra.writers.png import write_png
-from umbra.writers.profile import compose_profile, draw_profile, make_profile_sheet
+from umbra.writers.overlay import compose_profile
+from umbra.writers.profile import draw_profile, make_profile_panels, make_profile_sheet
 from umbra.writers.raster import PackedMasks, resample
 from umbra.writers.sheet import make_sheet
 
@@ -94,6 +95,7 @@ def check_layout(sheet):
     return {text.get_text() for text in texts}
 
 
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 SHAPES = [(60, 80), (600, 60), (60, 600), (300, 900), (4, 4), (1, 1), (1, 40), (700, 700)]
 LARGE = (2_683_000.0, 1_247_000.0)
 
@@ -185,8 +187,8 @@ def test_overlapping_shadows_are_darker_and_roofs_lie_on_top(tmp_path):
         for x, y in [(5, 2.5), (15, 2.5), (30, 2.5), (5, 27), (20, 15)]
     )
     assert (bare == 255).all()
-    assert (both <= np.minimum(one, other)).all()
-    assert both.sum() < min(one.sum(), other.sum()) - 60
+    assert both @ LUMINANCE < min(one @ LUMINANCE, other @ LUMINANCE) - 20
+    assert np.ptp(both) < 8  # all day long is no hour's colour
     assert np.abs(one - other).max() > 60  # stamps tell apart
     assert np.ptp(roof) <= 1
     assert roof[0] > 190
@@ -218,10 +220,43 @@ def test_darkness_grows_with_every_layer_and_never_ends_in_black():
     one = np.ones((1, 1), bool)
     zero = np.zeros((1, 1), bool)
     depth = [compose_profile([one] * k + [zero] * (n - k), n, (1, 1))[0, 0] for k in range(n + 1)]
-    assert (np.diff(depth, axis=0) <= 0).all()
+    luminance = np.array(depth) @ LUMINANCE
+    assert (np.diff(luminance) < 0).all()
     assert (depth[0] == 1).all()
-    assert depth[1].mean() < 0.97
-    assert depth[-1].min() > 0.1
+    assert luminance[1] < 0.9
+    assert 0.3 < luminance[-1] < 0.45  # dark, and still a grey that lines and roofs stand out from
+    assert luminance[16] - luminance[32] > 0.05  # between high buildings counts still tell apart
+
+
+def test_a_shadow_keeps_the_hue_of_its_hours():
+    masks = np.zeros((33, 1, 3), bool)
+    masks[:6, 0, 0] = masks[-6:, 0, 2] = masks[6:-6, 0, 1] = True
+    morning, _, evening = compose_profile(masks, 33, (1, 3))[0]
+    assert morning[0] > morning[2] + 0.1  # yellow
+    assert evening[2] > evening[0] + 0.1  # blue
+
+
+@pytest.mark.parametrize(("shape", "n"), [((60, 80), 4), ((600, 60), 2), ((60, 600), 12)])
+def test_several_dates_have_a_panel_each(shape, n):
+    plan = make_plan(*shape, origin=LARGE, words=WORDS)
+    dates = [f"2026-{month + 1:02d}-21" for month in range(n)]
+    masks = np.zeros((n, 9, *shape), bool)
+    for k in range(n):
+        masks[k, :, : shape[0] // 4, : (k + 1) * shape[1] // n] = True
+    days = [(date, masks[k], clock(9)) for k, date in enumerate(dates)]
+    sheet, panels = make_profile_panels(plan, days, "CET/CEST")
+    texts = check_layout(sheet)
+    assert {*dates, "09:00", "11:00", "N", "local time (CET/CEST)"} <= texts
+    assert not {"x [m]", "y [m]"} & texts
+    assert len(panels) == len({panel.map_box[:2] for panel in panels}) == n
+    sheet.figure.canvas.draw()
+    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3]
+    for k, panel in enumerate(panels):  # each shows its own date's shadows
+        rows, cols = panel.map_size
+        left, bottom = (round(v * DOTS_PER_INCH) for v in panel.map_box[:2])
+        line = pixels[bottom + rows // 8, left : left + cols]
+        share = (line.mean(-1) < 240).mean()
+        assert share == pytest.approx((k + 1) / n, abs=0.03)
 
 
 def test_shadows_and_labels_must_match():

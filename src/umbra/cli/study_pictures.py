@@ -1,28 +1,26 @@
-"""The pictures of ``umbra study``: what is drawn, and the words around it."""
+"""The pictures of ``umbra study``: which are drawn, and of what."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cli.captions import describe, list_few
 from umbra.scene import Scene
 from umbra.study import Preview, Study, make_preview
+from umbra.study.preview import LONGEST
 from umbra.writers.painter import Painter
-from umbra.writers.plan import Plan
+from umbra.writers.plan import Plan, find_map_size
 
 __all__ = ["Sheets", "draw_pictures"]
 
 MOST_DAYS = 4
 """Of so many dates each has its own pictures besides those of all together."""
-_AXES = {
-    "x": "x [m]",
-    "y": "y [m]",
-    "along": "along the view [m]",
-    "z": "z [m]",
-    "up": "upward [m]",
-}
+MOST_PANELS = 12
+"""Dates of which profile.png has a panel; of more, every n-th."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,32 +60,102 @@ def draw_pictures(
     """
     days = study.period.days
     preview = make_preview(study)
-    plan = _describe(study, preview, scene, options, range(len(days)))
+    plan = describe(study, preview, scene, options, range(len(days)))
+    if study.receivers != "ground":
+        from umbra.writers.edges import make_look  # noqa: PLC0415
+
+        plan = replace(plan, look=make_look(study, find_map_size(plan)))
     _draw_hours(painter, folder / "hours.png", plan, study, study.shadow_hours, study.up_hours)
     names = ["hours.png", "profile.png"]
-    if "hours_lost" in study.more:
-        lost = study.more["hours_lost"][1]
-        most = float(np.nanmax(lost, initial=0.0))
-        if most > 0:
-            painter.draw_hours(
-                folder / "hours_lost.png", plan, _coarsen(lost, plan.shape), most,
-                receivers=_kind(study), what="hours of sun lost",
-            )  # fmt: skip
-            names.append("hours_lost.png")
-    by_day = study.more.get("shadow_hours_by_day")
-    each = len(days) if by_day is not None and 1 < len(days) <= MOST_DAYS else 0
-    for k in range(max(each, 1)):
-        of_day = preview if k == 0 else make_preview(study, steps=study.period.steps[k])
-        own = _describe(study, of_day, scene, options, range(k, k + 1))
-        name = f"profile_{days[k]}.png" if each else "profile.png"
-        _draw_profile(painter, folder / name, own, study, of_day, k)
-        if k == 0 and each:
-            _draw_profile(painter, folder / "profile.png", own, study, of_day, k)
-        if each and by_day is not None:
-            up = float(study.more["up_hours_by_day"][1][k])
-            _draw_hours(painter, folder / f"hours_{days[k]}.png", own, study, by_day[1][k], up)
-            names += [f"hours_{days[k]}.png", name]
+    if "hours_lost" in study.more and _draw_lost(
+        painter, folder, plan, study, scene, preview, options
+    ):
+        names.append("hours_lost.png")
+    names += _draw_days(painter, folder, plan, study, scene, preview, options)
     return Sheets(plan, preview, names)
+
+
+def _draw_lost(
+    painter: Painter,
+    folder: Path,
+    plan: Plan,
+    study: Study,
+    scene: Scene,
+    preview: Preview,
+    options: dict[str, Any],
+) -> bool:
+    """Have drawn what the proposal takes away, close up, and the proposal outlined."""
+    lost = _coarsen(study.more["hours_lost"][1], plan.shape)
+    most = float(np.nanmax(lost, initial=0.0))
+    if most <= 0:
+        return False
+    new = np.isin(preview.find_parts(), list(scene.select(options["proposed"])))
+    plan = replace(plan, proposed=new)
+    if study.is_plan and options["extent"] is None:
+        where = _find_window((np.nan_to_num(lost) > 0) | new)
+        plan, lost = plan.crop(where), lost[where]
+        if plan.look is not None:
+            from umbra.writers.edges import make_look  # noqa: PLC0415
+
+            part = study.grid.coarser(LONGEST).part(*where)
+            plan = replace(plan, look=make_look(study, find_map_size(plan), part))
+    painter.draw_hours(
+        folder / "hours_lost.png", plan, lost, most,
+        receivers=_kind(study), what=f"hours of sun lost to {list_few(options['proposed'])}",
+    )  # fmt: skip
+    return True
+
+
+def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Give the rows and columns about some cells, a quarter of their length around them."""
+    window = []
+    room = round(0.25 * max(np.ptp(np.flatnonzero(is_shown.any(axis))) for axis in (0, 1))) + 1
+    for axis in (1, 0):
+        found = np.flatnonzero(is_shown.any(axis))
+        end = min(int(found[-1]) + 1 + room, is_shown.shape[1 - axis])
+        window.append(slice(max(int(found[0]) - room, 0), end))
+    return window[0], window[1]
+
+
+def _draw_days(
+    painter: Painter,
+    folder: Path,
+    plan: Plan,
+    study: Study,
+    scene: Scene,
+    preview: Preview,
+    options: dict[str, Any],
+) -> list[str]:
+    """Have the profile drawn, a panel for each date; of few dates pictures of each, too."""
+    days = study.period.days
+    if len(days) == 1:
+        _draw_profile(painter, folder / "profile.png", plan, study, preview, 0)
+        return []
+    shown = range(0, len(days), -(-len(days) // MOST_PANELS))
+    longest = round(LONGEST / math.sqrt(len(shown)))
+    steps = study.period.steps
+    views = [make_preview(study, longest, steps[k]) for k in shown]
+    zones = dict.fromkeys(name for k in shown for name in steps[k].abbreviations())
+    whole = replace(plan, x=views[0].x, y=views[0].y, building_height=views[0].heights)  # type: ignore[arg-type]
+    if len(shown) < len(days):
+        whole = replace(whole, date=f"{len(shown)} of {plan.date}")
+    painter.draw_profiles(
+        folder / "profile.png", whole,
+        [(str(days[k]), view.shadows, steps[k].labels()) for k, view in zip(shown, views)],
+        zone="/".join(zones), receivers=_kind(study),
+    )  # fmt: skip
+    by_day = study.more.get("shadow_hours_by_day")
+    names: list[str] = []
+    if by_day is None or len(days) > MOST_DAYS:
+        return names
+    for k, day in enumerate(days):
+        of_day = preview if k == 0 else make_preview(study, steps=steps[k])
+        own = replace(describe(study, of_day, scene, options, range(k, k + 1)), look=plan.look)
+        up = float(study.more["up_hours_by_day"][1][k])
+        _draw_profile(painter, folder / f"profile_{day}.png", own, study, of_day, k)
+        _draw_hours(painter, folder / f"hours_{day}.png", own, study, by_day[1][k], up)
+        names += [f"hours_{day}.png", f"profile_{day}.png"]
+    return names
 
 
 def _kind(study: Study) -> Literal["ground", "top"]:
@@ -122,57 +190,3 @@ def _coarsen(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.f
     from umbra.writers.raster import resample  # noqa: PLC0415
 
     return resample(hours, shape)
-
-
-def _name_dates(days: tuple) -> str:
-    """Say which dates a study's hours are the sum of."""
-    if len(days) <= MOST_DAYS:
-        return " + ".join(map(str, days))
-    return f"{len(days)} days from {days[0]} to {days[-1]}"
-
-
-def _describe(
-    study: Study, preview: Preview, scene: Scene, options: dict[str, Any], which: range
-) -> Plan:
-    """Say in words what the pictures of some days show."""
-    dates = _name_dates(study.period.days[which.start : which.stop])
-    site, facts = study.site, study.facts
-    north = "N" if site.latitude >= 0 else "S"
-    east = "E" if site.longitude >= 0 else "W"
-    grid = study.grid
-    cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
-    each = [offset for k in which for offset in study.period.steps[k].offsets()]
-    offsets = "/".join(sorted(set(each)))
-    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
-    title = " + ".join(named[:3])
-    notes = [f"umbra {facts['umbra_version']}", f"cell {cell}"]
-    if study.receivers == "view":
-        title += f", seen from {study.facts['view_azimuth_deg']:g}° and above"
-    elif study.receivers == "elevation":
-        title += f", elevation from {_name_azimuth(options['receivers'])}"
-    elif study.receivers == "camera":
-        title += ", a camera\N{RIGHT SINGLE QUOTATION MARK}s view"
-        notes.pop()
-    if "exact_tolerance_seconds" in facts:
-        notes.append(f"instants solved to {facts['exact_tolerance_seconds']:g} s")
-    else:
-        notes.append(f"midpoints of {options['every']} steps")
-    notes.append(f"refraction {facts['refraction']}")
-    rows, cols = study.dims
-    return Plan(
-        preview.x,
-        preview.y,
-        preview.heights,  # type: ignore[arg-type]
-        true_north=site.true_north if study.is_plan else None,
-        title=title,
-        place=(
-            f"{abs(site.latitude):.3f}° {north}, {abs(site.longitude):.3f}° {east} · {site.zone}"
-        ),
-        date=f"{dates}, {options['start']} to {options['end']} ({offsets})",
-        note=" · ".join(notes),
-        axes=(_AXES.get(cols, "pixels"), _AXES.get(rows, "pixels")),
-    )
-
-
-def _name_azimuth(receivers: str) -> str:
-    return receivers if receivers.isalpha() else f"{float(receivers):g}°"

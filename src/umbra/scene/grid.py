@@ -40,24 +40,24 @@ class Grid:
         """Centres of the rows, (rows,) [m]."""
         return self.y0 + self.dy * np.arange(self.rows, dtype=np.float64)
 
+    def part(self, rows: slice, cols: slice) -> "Grid":
+        """Give the raster of some rows and columns."""
+        return Grid(
+            self.x0 + self.dx * cols.start,
+            self.y0 + self.dy * rows.start,
+            self.dx,
+            self.dy,
+            cols.stop - cols.start,
+            rows.stop - rows.start,
+        )
+
     def tiles(self, side: int) -> Iterator[tuple[slice, slice, "Grid"]]:
         """Cut the raster into tiles of at most ``side`` cells a side: rows, columns, grid."""
         for row in range(0, self.rows, side):
             for col in range(0, self.cols, side):
                 rows = slice(row, min(row + side, self.rows))
                 cols = slice(col, min(col + side, self.cols))
-                yield (
-                    rows,
-                    cols,
-                    Grid(
-                        self.x0 + self.dx * col,
-                        self.y0 + self.dy * row,
-                        self.dx,
-                        self.dy,
-                        cols.stop - cols.start,
-                        rows.stop - rows.start,
-                    ),
-                )
+                yield rows, cols, self.part(rows, cols)
 
     def coarser(self, longest: int) -> "Grid":
         """Give a raster of the same extent with larger cells, at most ``longest`` a side."""
@@ -67,6 +67,14 @@ class Grid:
         cols, rows = max(round(self.cols / times), 1), max(round(self.rows / times), 1)
         dx, dy = self.dx * self.cols / cols, self.dy * self.rows / rows
         return Grid(self.x0 + (dx - self.dx) / 2, self.y0 + (dy - self.dy) / 2, dx, dy, cols, rows)
+
+    def finer(self, times: int) -> "Grid":
+        """Give a raster of the same extent, each cell cut into ``times`` a side."""
+        dx, dy = self.dx / times, self.dy / times
+        return Grid(
+            self.x0 + (dx - self.dx) / 2, self.y0 + (dy - self.dy) / 2, dx, dy,
+            self.cols * times, self.rows * times,
+        )  # fmt: skip
 
     def to_cells(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Give x and y of points (..., 3) in cells, where centres are whole numbers; z stays."""

@@ -24,7 +24,7 @@ _BASE = 0.4e9  # what the program and the one that draws hold without any cell [
 
 
 def lay_out(
-    bounds: NDArray[np.float64],
+    points: NDArray[np.float64],
     suns: NDArray[np.float64],
     ground: float,
     *,
@@ -40,8 +40,8 @@ def lay_out(
 
     Parameters
     ----------
-    bounds : (2, 3) float64
-        Of the model, in its own coordinates [m].
+    points : (n, 3) float64
+        Corners of the model, in its own coordinates [m].
     suns : (n, 3) float64
         Directions toward the sun that the default extent shall hold the shadows of.
     ground : float
@@ -82,7 +82,7 @@ def lay_out(
         msg = f"a raster needs at least 1x1 cells; got {size[0]}x{size[1]}"
         raise InputError(msg, size=size)
     if extent is None:
-        low, high = _reach(bounds, suns, ground)
+        low, high = _reach(points, suns, ground)
     else:
         low, high = np.array(extent[:2], np.float64), np.array(extent[2:], np.float64)
         with np.errstate(all="ignore"):
@@ -112,17 +112,33 @@ def lay_out(
 
 
 def _reach(
-    bounds: NDArray[np.float64], suns: NDArray[np.float64], ground: float
+    points: NDArray[np.float64], suns: NDArray[np.float64], ground: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the corners of the model and its shadows, the longest ones cut short."""
-    tall = max(float(bounds[1, 2]) - ground, 0.0)
-    flat = np.hypot(suns[:, 0], suns[:, 1])
-    length = tall * np.minimum(flat / np.maximum(suns[:, 2], 1e-9), LONGEST_SHADOW)
-    away = -suns[:, :2] / np.maximum(flat, 1e-12)[:, None] * length[:, None]
-    away = np.concatenate([np.zeros((1, 2)), away])
-    low, high = bounds[0, :2] + away.min(0), bounds[1, :2] + away.max(0)
+    """Give the corners of the model and its shadows on the ground, the longest ones cut short."""
+    low, high = points[:, :2].min(0), points[:, :2].max(0)
+    tall = np.maximum(points[:, 2] - ground, 0.0)
+    longest = LONGEST_SHADOW * float(tall.max())
+    flat = np.maximum(np.hypot(suns[:, 0], suns[:, 1]), 1e-12)
+    for axis in (0, 1):
+        edges, top = _find_skyline(points[:, axis], tall)
+        reach = top / np.maximum(suns[:, 2:], 1e-9)
+        reach = -np.minimum(reach, longest / flat[:, None]) * suns[:, axis : axis + 1]
+        low[axis] = min(low[axis], (edges[:-1] + reach).min(initial=math.inf))
+        high[axis] = max(high[axis], (edges[1:] + reach).max(initial=-math.inf))
     margin = 0.02 * float(max(high - low)) + 1e-3
     return low - margin, high + margin
+
+
+def _find_skyline(
+    along: NDArray[np.float64], tall: NDArray[np.float64], bins: int = 256
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give the highest point over each piece of an axis, and the pieces' edges."""
+    edges = np.linspace(along.min(), along.max(), bins + 1)
+    wide = max(float(np.ptp(along)), 1e-300)
+    piece = np.minimum((along - edges[0]) / wide * bins, bins - 1).astype(np.intp)
+    top = np.zeros(bins)
+    np.maximum.at(top, piece, tall)
+    return edges, top
 
 
 def _round_up(value: float, tolerance: float = 0.999) -> float:

@@ -37,12 +37,15 @@ class Preview:
         z of the topmost surface above the ground [m]; in other views 1 where anything is seen.
     count : function of () -> (n_stamps, rows, cols) bool
         Counts ``shadows``.
+    find_parts : function of () -> (rows, cols) int
+        Finds the part that is seen in each cell; -1 for the ground and where there is none.
     """
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     heights: NDArray[np.float64]
     count: Callable[[], NDArray[np.bool_]]
+    find_parts: Callable[[], NDArray[np.intp]]
 
     @cached_property
     def shadows(self) -> NDArray[np.bool_]:
@@ -106,4 +109,4 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Steps | None = Non
 
     # From local coordinates to the model's own, as the study's cells went.
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
-    return Preview(grid.x + shift_x, grid.y + shift_y, tile.relief, count)
+    return Preview(grid.x + shift_x, grid.y + shift_y, tile.relief, count, tile.find_parts)

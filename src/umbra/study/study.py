@@ -91,10 +91,11 @@ def _run_plan(
 ) -> Study:
     """Run a study of the ground or of whatever is topmost."""
     scene = setup.scene
-    grid, x, y = lay_out(scene.bounds(), find_reaching_suns(setup.period), level, **raster)
     origin = scene.origin
-    local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
     model = prepare_model(scene, setup.casters, receivers, level - origin[2], setup.threads)
+    corners = model.soup.vertices + origin
+    grid, x, y = lay_out(corners, find_reaching_suns(setup.period), level, **raster)
+    local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
     heights = np.zeros((grid.rows, grid.cols))
     side = min(TILE, STREAMED_TILE) if setup.wanted.is_streamed else TILE
 

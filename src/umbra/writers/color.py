@@ -1,9 +1,9 @@
-"""Colour paths of even steps, made in OKLab, where equal distances look equal."""
+"""Colours made in OKLab, where equal distances look equal: paths of even steps, overlays."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["make_ramp", "make_stamp_tints", "shade_ramp"]
+__all__ = ["make_ramp", "make_stamp_path", "make_stamp_tints", "shade_ramp", "to_srgb"]
 
 # Björn Ottosson, "A perceptual color space for image processing" (2020): OKLab to the
 # cube roots of cone responses, and cone responses to linear sRGB.
@@ -44,6 +44,13 @@ STAMP_STOPS = [
 ]
 
 
+# Linear light to sRGB; a step is less than one of 255 even in the dark.
+_LINEAR = np.linspace(0, 1, 8192)
+_GAMMA = np.where(
+    _LINEAR <= 0.0031308, 12.92 * _LINEAR, 1.055 * np.maximum(_LINEAR, 1e-9) ** (1 / 2.4) - 0.055
+)
+
+
 def make_ramp(stops: list[tuple[float, float, float]], positions: ArrayLike) -> NDArray[np.float64]:
     """
     Take colours from a path through stops, at equal perceptual steps.
@@ -60,6 +67,11 @@ def make_ramp(stops: list[tuple[float, float, float]], positions: ArrayLike) -> 
     colors : (n, 3) float64
         sRGB in [0, 1].
     """
+    return to_srgb(follow(stops, positions))
+
+
+def follow(stops: list[tuple[float, float, float]], positions: ArrayLike) -> NDArray[np.float64]:
+    """Take OKLab colours (n, 3) from a path through stops; same parameters as ``make_ramp``."""
     lightness, chroma, hue = np.array(stops, np.float64).T
     hue = np.unwrap(np.radians(hue))
     knots = np.linspace(0, 1, len(stops))
@@ -70,9 +82,14 @@ def make_ramp(stops: list[tuple[float, float, float]], positions: ArrayLike) -> 
     steps = np.linalg.norm(np.diff(lab, axis=0), axis=1)
     length = np.concatenate([[0.0], np.cumsum(steps)])
     wanted = np.clip(np.asarray(positions, np.float64), 0, 1) * length[-1]
-    lab = np.column_stack([np.interp(wanted, length, c) for c in lab.T])
-    linear = np.clip((lab @ LAB_TO_CONES.T) ** 3 @ CONES_TO_RGB.T, 0, 1)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.column_stack([np.interp(wanted, length, c) for c in lab.T])
+
+
+def to_srgb(lab: NDArray) -> NDArray:
+    """Turn OKLab colours (..., 3) into sRGB in [0, 1]; what sRGB cannot show is cut."""
+    cones = lab @ LAB_TO_CONES.T.astype(lab.dtype)
+    linear = np.clip((cones * cones * cones) @ CONES_TO_RGB.T.astype(lab.dtype), 0, 1)
+    return _GAMMA.astype(lab.dtype)[(linear * (len(_GAMMA) - 1) + 0.5).astype(np.intp)]
 
 
 def shade_ramp(n: int = 256) -> NDArray[np.float64]:
@@ -82,4 +99,9 @@ def shade_ramp(n: int = 256) -> NDArray[np.float64]:
 
 def make_stamp_tints(n: int) -> NDArray[np.float64]:
     """Give one tint for each of n stamps, (n, 3) sRGB, from the first to the last."""
-    return make_ramp(STAMP_STOPS, np.linspace(0, 1, n) if n != 1 else [0.5])
+    return to_srgb(make_stamp_path(n))
+
+
+def make_stamp_path(n: int) -> NDArray[np.float64]:
+    """Give the same tints in OKLab, (n, 3)."""
+    return follow(STAMP_STOPS, np.linspace(0, 1, n) if n != 1 else [0.5])

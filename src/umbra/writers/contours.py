@@ -7,8 +7,9 @@ import contourpy
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.writers.lettering import SMALL, measure
+from umbra.writers.paper import Panel
 from umbra.writers.raster import resample
-from umbra.writers.sheet import SMALL, Sheet, measure
 
 __all__ = ["draw_contours", "find_levels", "trace"]
 
@@ -31,7 +32,7 @@ def find_levels(max_hours: float, most: int = 8) -> list[int]:
 
 
 def trace(
-    sheet: Sheet, is_inside: NDArray[np.bool_], is_hidden: NDArray[np.bool_] | None = None
+    panel: Panel, is_inside: NDArray[np.bool_], is_hidden: NDArray[np.bool_] | None = None
 ) -> list[NDArray[np.float64]]:
     """
     Trace the border of a region of cells.
@@ -51,7 +52,7 @@ def trace(
     lines : list of (n, 2) float64
         On the sheet [inch].
     """
-    x, y, w, h = sheet.map_box
+    x, y, w, h = panel.map_box
     size = rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))
     share = _smooth(resample(is_inside if is_hidden is None else is_inside & ~is_hidden, size))
     if is_hidden is not None:
@@ -74,7 +75,7 @@ def _smooth(share: NDArray) -> NDArray:
 
 
 def draw_contours(
-    sheet: Sheet,
+    panel: Panel,
     hours: NDArray[np.float32],
     levels: list[int],
     colors: list[tuple[str, str]],
@@ -85,7 +86,7 @@ def draw_contours(
 
     Parameters
     ----------
-    sheet : Sheet
+    panel : Panel
     hours : (rows, cols) float32
     levels : list of int
     colors : list of (line, halo)
@@ -93,15 +94,15 @@ def draw_contours(
     blocked : (rows, cols) bool
         Cells whose hours do not count: no line runs there, and no label covers them.
     """
-    finder = _LabelFinder(sheet, hours, blocked)
+    finder = _LabelFinder(panel, hours, blocked)
     for level, (color, halo) in zip(levels, colors, strict=True):
         # Hours are sums of float32 steps: a cell of exactly the level lies inside.
-        lines = trace(sheet, hours >= level - 1e-3, blocked if blocked.any() else None)
+        lines = trace(panel, hours >= level - 1e-3, blocked if blocked.any() else None)
         text = f"{level} h"
         lines, places = finder.find(lines, text)
-        sheet.rule(lines, color, 0.5, on_map=True)
+        panel.rule_map(lines, color, 0.5)
         for x, y, angle in places:
-            sheet.write(
+            panel.write(
                 x, y, text, LABEL, color=color, halo=halo, rotation=angle,
                 rotation_mode="anchor", ha="center", va="center_baseline",
             )  # fmt: skip
@@ -111,9 +112,9 @@ class _LabelFinder:
     """Finds straight, free places on lines, away from labels found before."""
 
     def __init__(
-        self, sheet: Sheet, hours: NDArray[np.float32], blocked: NDArray[np.bool_]
+        self, panel: Panel, hours: NDArray[np.float32], blocked: NDArray[np.bool_]
     ) -> None:
-        self.box = sheet.map_box
+        self.box = panel.map_box
         self.taken: list[tuple[float, ...]] = []
         _, _, w, h = self.box
         # Small rasters of what matters to a label.

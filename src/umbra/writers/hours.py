@@ -9,14 +9,17 @@ from numpy.typing import NDArray
 from umbra.writers.color import shade_ramp
 from umbra.writers.contours import draw_contours, find_levels, trace
 from umbra.writers.keys import draw_color_bar
+from umbra.writers.lettering import wrap
+from umbra.writers.look import draw_look
+from umbra.writers.paper import INK, QUIET
 from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.raster import resample
-from umbra.writers.sheet import INK, QUIET, Sheet, make_sheet
+from umbra.writers.sheet import KEY_WIDTH, Sheet, make_sheet
 
 __all__ = ["draw_hours", "make_hours_sheet"]
 
 MISSING = 0.93  # grey of cells without a value
-OUTLINE = "#55555e"
+OUTLINE, PROPOSED = "#55555e", "#d0312d"
 
 
 def draw_hours(
@@ -74,11 +77,13 @@ def make_hours_sheet(
     is_missing = np.isnan(seen)
     index = np.nan_to_num(seen) * ((len(ramp) - 1) / (max_hours if has_scale else 1)) + 0.5
     image = ramp.astype(np.float32)[np.clip(index, 0, len(ramp) - 1).astype(np.intp)]
-    image[is_missing] = MISSING
     is_building = np.zeros(plan.shape, bool)
     if plan.building_height is not None:
         is_building = np.nan_to_num(plan.building_height) > 0
-    if receivers == "ground":
+    image[is_missing] = MISSING
+    if plan.look is not None:
+        draw_look(image, plan.look, sheet.map_size)
+    elif receivers == "ground":
         grey, coverage = shade_roofs(plan, sheet.map_size)
         image += coverage[..., None] * (grey[..., None] - image)
     sheet.paste(image, *sheet.map_box[:2])
@@ -86,16 +91,24 @@ def make_hours_sheet(
     is_ground = receivers == "ground"
     levels = find_levels(max_hours)
     colors = [_find_line_color(level / max_hours) for level in levels]
-    # Under a roof the ground's hours mean nothing.
-    blocked = np.isnan(hours) | is_building if is_ground else np.isnan(hours)
+    blocked = np.isnan(hours)
+    if plan.look is not None:
+        blocked |= plan.look.find_breaks(plan.shape)
+    elif is_ground:  # under a roof the ground's hours mean nothing
+        blocked |= is_building
     draw_contours(sheet, hours, levels, colors, blocked)
-    sheet.rule(trace(sheet, is_building), OUTLINE, 0.6 if is_ground else 0.7, on_map=True)
+    if plan.look is None:
+        sheet.rule_map(trace(sheet, is_building), OUTLINE, 0.6 if is_ground else 0.7)
+    if plan.proposed is not None:
+        sheet.rule_map(trace(sheet, plan.proposed), PROPOSED, 1.3)
     if is_missing.all():
         x, y, w, h = sheet.map_box
         reason = "no values here" if has_scale else "the sun stays below the horizon"
         sheet.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
     if has_scale:
-        draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), [what])
+        title = [what] if sheet.is_wide else wrap(what, 8.0, KEY_WIDTH)
+        remark = "" if plan.proposed is None else "outlined in red: proposed"
+        draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), title, remark)
     return sheet
 
 

@@ -3,8 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.writers.lettering import SMALL
+from umbra.writers.paper import INK, QUIET, RULE
 from umbra.writers.plan import DOTS_PER_INCH
-from umbra.writers.sheet import INK, QUIET, RULE, SMALL, Sheet
+from umbra.writers.sheet import Sheet
 
 __all__ = ["draw_color_bar", "draw_swatches"]
 

@@ -71,6 +71,17 @@ class Painter:
         args = (path, plan, PackedMasks(shadows), list(labels))
         return self._submit(MODULES[1], "draw_profile", args, options)
 
+    def draw_profiles(
+        self,
+        path: os.PathLike[str],
+        plan: Plan,
+        days: Iterable[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str]]],
+        **options: Any,
+    ) -> Future[None]:
+        """Have ``umbra.writers.profile.draw_profiles`` called; takes all shadows here."""
+        packed = [(date, PackedMasks(shadows), list(labels)) for date, shadows, labels in days]
+        return self._submit(MODULES[1], "draw_profiles", (path, plan, packed), options)
+
     def wait(self) -> None:
         """Wait until every picture that was asked for is a complete file."""
         for future in self._futures:

@@ -1,11 +1,15 @@
 """What every picture of a plan shares: where it lies, what stands on it, what to say of it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.raster import resample
+
+if TYPE_CHECKING:
+    from umbra.writers.look import Look
 
 __all__ = ["DOTS_PER_INCH", "Plan", "find_map_size", "shade_roofs"]
 
@@ -17,7 +21,7 @@ LONGEST, SHORTEST = 9.5, 0.3  # sides of the map [inch]
 @dataclass(frozen=True, eq=False)
 class Plan:
     """
-    A raster seen from above, and the words around it.
+    A raster, seen from above or otherwise, and the words around it.
 
     Parameters
     ----------
@@ -27,11 +31,20 @@ class Plan:
     building_height : (rows, cols) float32, optional
         Of roofs above the ground [m]; NaN or 0 where nothing stands.
     true_north : float, optional
-        Degrees clockwise from the picture's upward direction; None: no arrow is drawn.
+        Degrees clockwise from the picture's upward direction, before it is foreshortened; None:
+        no arrow is drawn.
+    upward : float
+        How long a level metre away from the viewer looks: 1 from straight above.
     title, place, date, note : str
         A headline, "48.200° N, 16.370° E · Europe/Vienna", a day, and how it was made.
     axes : (str, str)
-        Names of the horizontal and the vertical axis, with their unit.
+        Names of the horizontal and the vertical axis, with their unit; none has no ticks.
+    has_scale : bool
+        Whether lengths are true across the picture, so that there is a scale bar.
+    look : Look, optional
+        Shade and lines of what is seen: of views, and of the topmost surface.
+    proposed : (rows, cols) bool, optional
+        What is not there yet, to be outlined.
 
     Raises
     ------
@@ -48,6 +61,10 @@ class Plan:
     date: str = ""
     note: str = ""
     axes: tuple[str, str] = ("x [m]", "y [m]")
+    has_scale: bool = True
+    upward: float = 1.0
+    look: "Look | None" = field(default=None, repr=False)
+    proposed: NDArray[np.bool_] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for axis in ("x", "y"):
@@ -67,6 +84,18 @@ class Plan:
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return len(self.y), len(self.x)
+
+    def crop(self, where: tuple[slice, slice]) -> "Plan":
+        """Give a part of it, by rows and columns; its look stays that of the whole."""
+        rows, cols = where
+        kept = {
+            name: None if array is None else array[where]
+            for name, array in (
+                ("building_height", self.building_height),
+                ("proposed", self.proposed),
+            )
+        }
+        return replace(self, x=self.x[cols], y=self.y[rows], **kept)  # type: ignore[arg-type]
 
     @property
     def cell(self) -> tuple[float, float]:
@@ -126,12 +155,14 @@ def shade_roofs(
         return np.ones(size, np.float32), np.zeros(size, np.float32)
     stands = np.nan_to_num(plan.building_height)
     coverage = resample(stands > 0, size)
-    height = resample(stands, size)
-
+    # Slopes are those from cell to cell: between the pixels of one large cell there are none.
+    is_coarse = plan.shape[0] < size[0] and plan.shape[1] < size[1]
+    height = stands if is_coarse else resample(stands, size)
     x0, x1, _, _ = plan.extent
-    pixel = (x1 - x0) / size[1]
+    pixel = (x1 - x0) / height.shape[1]
     slope_y = np.diff(height, axis=0, prepend=height[:1]) / pixel
     slope_x = np.diff(height, axis=1, prepend=height[:, :1]) / pixel
     # Rows ascend northward: a roof that falls toward upper left (-x, +y) is bright.
     toward_light = (slope_x - slope_y) / np.sqrt(2 * (1 + slope_x**2 + slope_y**2))
-    return (0.855 + 0.075 * toward_light).astype(np.float32), coverage
+    grey = (0.855 + 0.075 * toward_light).astype(np.float32)
+    return (resample(grey, size) if is_coarse else grey), coverage

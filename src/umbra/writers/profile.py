@@ -2,92 +2,25 @@
 
 import os
 from collections.abc import Iterable, Sequence
-from itertools import islice
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.color import make_stamp_tints
 from umbra.writers.contours import trace
 from umbra.writers.keys import draw_color_bar, draw_swatches
+from umbra.writers.look import draw_look
+from umbra.writers.overlay import compose_profile, find_tints
+from umbra.writers.panels import make_panels
+from umbra.writers.paper import Panel
 from umbra.writers.plan import Plan, shade_roofs
-from umbra.writers.raster import resample
 from umbra.writers.sheet import Sheet, make_sheet
 
-__all__ = ["compose_profile", "draw_profile", "make_profile_sheet"]
+__all__ = ["draw_profile", "draw_profiles", "make_profile_panels", "make_profile_sheet"]
 
 MOST_SWATCHES = 12
 OVERLAPS = "darker where they overlap"
 OUTLINE = "#55555e"
-# Optical density adds up where shadows overlap; past this it is bent, so that the
-# deepest overlap of a long day stays dark blue or brown and never turns solid black.
-DEEPEST = 1.6
-
-
-def compose_profile(
-    shadows: Iterable[NDArray[np.bool_]], n: int, size: tuple[int, int]
-) -> NDArray[np.float32]:
-    """
-    Multiply the tints of n stamps where their shadows fall.
-
-    Parameters
-    ----------
-    shadows : iterable of (rows, cols) bool
-        One a stamp; taken one by one, so an iterator does.
-    n : int
-        How many there are.
-    size : (rows, cols)
-        Of the result.
-
-    Returns
-    -------
-    transmission : (rows, cols, 3) float32
-        What the stamps leave of white, in sRGB: 1 where no shadow falls.
-
-    Raises
-    ------
-    ValueError
-        If ``shadows`` does not hold n masks.
-    """
-    densities = -np.log(_find_tints(n)).astype(np.float32)
-    stamps = iter(shadows)
-    total: NDArray[np.float32] | None = None
-    given = 0
-    while batch := list(islice(stamps, 8)):
-        # Eight stamps are the bits of one byte, and a table adds up what they absorb.
-        absorbed = np.zeros((256, 3), np.float32)
-        bits = np.zeros(batch[0].shape, np.uint8)
-        for bit, mask in enumerate(batch):
-            bits |= np.asarray(mask, bool).view(np.uint8) << np.uint8(bit)
-            if given + bit < n:
-                absorbed[np.arange(256) >> bit & 1 == 1] += densities[given + bit]
-        given += len(batch)
-        if total is None:
-            total = np.zeros((3, *bits.shape), np.float32)
-        for channel in range(3):
-            total[channel] += absorbed[:, channel][bits]
-    if given != n:
-        msg = f"{given} shadows for {n} labels"
-        raise ValueError(msg)
-    if total is None:
-        return np.ones((*size, 3), np.float32)
-    return np.exp(_bend(np.dstack([resample(channel, size) for channel in total])))
-
-
-def _find_tints(n: int) -> NDArray[np.float64]:
-    """Give each stamp's tint, paler where many may overlap."""
-    strength = float(np.clip(5.0 / max(n, 1), 0.26, 0.85))
-    tints = 1 - strength * (1 - make_stamp_tints(n))
-    # Where all overlap, no channel wins by much: shadow is a dark grey, not a brown.
-    densities = -np.log(tints)
-    balance = densities.sum() / 3 / densities.sum(axis=0)
-    return np.exp(-densities * balance**0.6) if n > 3 else tints
-
-
-def _bend(density: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Bend density down toward ``DEEPEST``, hardly at all where it is small; negate it."""
-    return -DEEPEST * np.tanh(density / DEEPEST)
 
 
 def draw_profile(
@@ -124,6 +57,29 @@ def draw_profile(
     make_profile_sheet(plan, shadows, labels, zone, receivers).save(path)
 
 
+def draw_profiles(
+    path: str | os.PathLike[str],
+    plan: Plan,
+    days: Sequence[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str]]],
+    zone: str = "",
+    receivers: Literal["ground", "top"] = "ground",
+) -> None:
+    """
+    Draw the shadow profiles of several dates as a PNG, a panel for each.
+
+    Parameters
+    ----------
+    path : path
+    plan : Plan
+        Its words are those of all dates.
+    days : sequence of (date, shadows, labels)
+        Of each as ``draw_profile`` takes them.
+    zone : str
+    receivers : {'ground', 'top'}
+    """
+    make_profile_panels(plan, days, zone, receivers)[0].save(path)
+
+
 def make_profile_sheet(
     plan: Plan,
     shadows: Iterable[NDArray[np.bool_]],
@@ -132,26 +88,54 @@ def make_profile_sheet(
     receivers: Literal["ground", "top"] = "ground",
 ) -> Sheet:
     """Lay out what ``draw_profile`` writes; same parameters, less the path."""
-    n = len(labels)
     sheet = make_sheet(plan, key_height=0.62)
-    image = compose_profile(shadows, n, sheet.map_size)
-    grey, coverage = shade_roofs(plan, sheet.map_size)
-    if receivers == "ground":
-        image += coverage[..., None] * (grey[..., None] - image)
-    else:
-        image *= (1 - coverage * (1 - grey))[..., None]
-    sheet.paste(image, *sheet.map_box[:2])
-    if plan.building_height is not None:
-        is_building = np.nan_to_num(plan.building_height) > 0
-        sheet.rule(trace(sheet, is_building), OUTLINE, 0.6, on_map=True)
+    _fill_map(sheet, shadows, len(labels), receivers)
+    _draw_key(sheet, labels, zone)
+    return sheet
 
-    tints = _find_tints(n)
+
+def make_profile_panels(
+    plan: Plan,
+    days: Sequence[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str]]],
+    zone: str = "",
+    receivers: Literal["ground", "top"] = "ground",
+) -> tuple[Sheet, list[Panel]]:
+    """Lay out what ``draw_profiles`` writes; same parameters, less the path."""
+    sheet, panels = make_panels(plan, [day for day, _, _ in days])
+    for panel, (_, shadows, labels) in zip(panels, days, strict=True):
+        _fill_map(panel, shadows, len(labels), receivers)
+    _draw_key(sheet, max((labels for _, _, labels in days), key=len), zone)
+    return sheet, panels
+
+
+def _fill_map(
+    panel: Panel, shadows: Iterable[NDArray[np.bool_]], n: int, receivers: Literal["ground", "top"]
+) -> None:
+    """Draw the shadows of n stamps, and what stands there."""
+    plan = panel.plan
+    image = compose_profile(shadows, n, panel.map_size)
+    if plan.look is not None:
+        draw_look(image, plan.look, panel.map_size)
+    else:
+        grey, coverage = shade_roofs(plan, panel.map_size)
+        if receivers == "ground":
+            image += coverage[..., None] * (grey[..., None] - image)
+        else:
+            image *= (1 - coverage * (1 - grey))[..., None]
+    panel.paste(image, *panel.map_box[:2])
+    if plan.building_height is not None and plan.look is None:
+        is_building = np.nan_to_num(plan.building_height) > 0
+        panel.rule_map(trace(panel, is_building), OUTLINE, 0.6)
+
+
+def _draw_key(sheet: Sheet, labels: Sequence[str], zone: str) -> None:
+    n = len(labels)
+    tints = find_tints(n)
     title = ["shadows at", f"local time ({zone})" if zone else "local time"]
     if n <= MOST_SWATCHES:
         draw_swatches(sheet, tints, list(labels), title, OVERLAPS if n > 1 else "")
     else:
         draw_color_bar(sheet, tints, _find_bar_ticks(labels), title, OVERLAPS)
-    return sheet
 
 
 def _find_bar_ticks(labels: Sequence[str], most: int = 9) -> list[tuple[float, str]]:

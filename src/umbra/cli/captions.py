@@ -1,0 +1,158 @@
+"""The words around the pictures of ``umbra study``: site, dates, method, accuracy, casters."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from umbra.scene import Scene
+from umbra.study import Preview, Study
+from umbra.writers.plan import Plan
+
+__all__ = ["describe", "describe_method", "describe_place", "list_few", "name_dates", "name_files"]
+
+FEW = 4  # dates that are named one by one
+_AXES = {"x": "x [m]", "y": "y [m]", "along": "along the facade [m]", "z": "z [m]"}
+
+
+def describe(
+    study: Study, preview: Preview, scene: Scene, options: dict[str, Any], which: range
+) -> Plan:
+    """
+    Say in words what the pictures of some days show.
+
+    Parameters
+    ----------
+    study : Study
+    preview : Preview
+    scene : Scene
+    options : dict
+        Of the command.
+    which : range
+        Of the study's days.
+    """
+    period, facts = study.period, study.facts
+    dates = name_dates(period.days[which.start : which.stop])
+    each = [offset for k in which for offset in period.steps[k].offsets()]
+    offsets = "/".join(sorted(set(each)))
+    rows, cols = study.dims
+    north, upward = _find_north(study)
+    return Plan(
+        preview.x,
+        preview.y,
+        preview.heights,  # type: ignore[arg-type]
+        true_north=north,
+        upward=upward,
+        title=name_files(scene) + _name_view(study, options),
+        place=describe_place(study.site),
+        date=f"{dates}, {options['start']} to {options['end']} ({offsets})",
+        note=" · ".join(
+            [f"umbra {facts['umbra_version']}", _describe_cells(study)]
+            + describe_method(study, options)
+        ),
+        axes=(_AXES[cols], _AXES[rows]) if rows in _AXES else ("", ""),
+        has_scale=study.receivers != "camera",
+    )
+
+
+def name_files(scene: Scene) -> str:
+    """Name the files of a scene, the first three."""
+    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
+    return " + ".join(named[:3]) + (f" and {len(named) - 3} more" if len(named) > 3 else "")
+
+
+def name_dates(days: Sequence) -> str:
+    """Say which dates a study's hours are the sum of."""
+    if len(days) <= FEW:
+        return " + ".join(map(str, days))
+    return f"{len(days)} days from {days[0]} to {days[-1]}"
+
+
+def describe_place(site: Any) -> str:
+    """Say where a site is, and by which clock."""
+    north = "N" if site.latitude >= 0 else "S"
+    east = "E" if site.longitude >= 0 else "W"
+    return f"{abs(site.latitude):.3f}° {north}, {abs(site.longitude):.3f}° {east} · {site.zone}"
+
+
+def describe_method(study: Any, options: dict[str, Any]) -> list[str]:
+    """
+    Say how instants were judged and how exact hours are, what casts, and what is proposed.
+
+    Parameters
+    ----------
+    study : Study or PointStudy
+    options : dict
+        Of the command.
+    """
+    facts = study.facts
+    if "exact_tolerance_seconds" in facts:
+        notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
+    else:
+        half = float(study.period.hours.max()) * 30
+        notes = [
+            f"midpoints of {options['every']} steps",
+            f"hours ± {half:.3g} min for each edge of shadow that passes",
+        ]
+    notes.append(f"the sun a point, refraction {facts['refraction']}")
+    chosen, left_out = options.get("cast") or (), options.get("no_cast") or ()
+    casters = f"only {list_few(chosen)} casts" if chosen else "every part casts"
+    notes.append(casters + (f" but {list_few(left_out)}" if left_out else ""))
+    if options.get("proposed"):
+        notes.append(f"proposed: {list_few(options['proposed'])}")
+    return notes
+
+
+def list_few(names: Sequence[str], most: int = 3) -> str:
+    """List names, the rest by their number."""
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
+
+
+def _describe_cells(study: Study) -> str:
+    grid, facts = study.grid, study.facts
+    if study.receivers == "camera":
+        eye, target = (
+            ", ".join(f"{float(v):.6g}" for v in np.asarray(facts[name]).ravel())
+            for name in ("eye", "target")
+        )
+        return f"from {eye} toward {target}, {facts['fov_deg']:g}° high"
+    cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
+    return f"cells of {cell}, exact at their centres"
+
+
+def _name_view(study: Study, options: dict[str, Any]) -> str:
+    """Say from where the model is seen, if not from above."""
+    if study.receivers == "view":
+        azimuth, tilt = (study.facts[f"view_{name}_deg"] for name in ("azimuth", "tilt"))
+        return f", seen from azimuth {azimuth:g}°, looking down {tilt:g}°"
+    if study.receivers == "elevation":
+        receivers = options["receivers"]
+        name = "the " + receivers if receivers.isalpha() else f"azimuth {float(receivers):g}°"
+        return f", elevation from {name}"
+    if study.receivers == "camera":
+        return ", a camera\N{RIGHT SINGLE QUOTATION MARK}s view"
+    return ""
+
+
+def _find_north(study: Study) -> tuple[float | None, float]:
+    """Give where true north points in the picture, and how foreshortened the ground is."""
+    facts, true_north = study.facts, study.site.true_north
+    if study.is_plan:
+        return true_north, 1.0
+    if study.receivers == "elevation":
+        return None, 1.0
+    if study.receivers == "view":
+        azimuth, tilt = (
+            float(facts[f"view_{name}_deg"])  # type: ignore[arg-type]
+            for name in ("azimuth", "tilt")
+        )
+        return 180.0 - azimuth, math.sin(math.radians(tilt))
+    way = np.asarray(facts["target"]) - np.asarray(facts["eye"])
+    level = math.hypot(way[0], way[1])
+    if level < 1e-9:
+        return None, 1.0
+    toward = math.degrees(math.atan2(way[0], way[1]))
+    return true_north - toward, abs(way[2]) / math.hypot(level, way[2])

@@ -1,0 +1,161 @@
+"""
+Finding how a view's surfaces look: a soft shade, and their edges.
+
+The shade darkens what turns from a lamp at the viewer's upper left, in luminance only; level
+ground, and in an elevation the facade itself, keep the legend's colours. Lines are drawn where
+one surface ends before another, and, finer, where two meet at an angle or two parts meet.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.depth import NOTHING
+from umbra.scene.grid import Grid
+from umbra.study import Study
+from umbra.study.views import ViewTile
+from umbra.writers.look import Look
+from umbra.writers.raster import resample
+
+__all__ = ["make_look"]
+
+DARKEST = 0.74
+"""Of what turns from the lamp."""
+JUMP, CREASE = 0.92, 0.5  # how much of a line's ink there is
+BEND = math.cos(math.radians(20.0))  # normals further apart than this make a crease
+STEP = 2.0  # pixels that a surface must stand before another, of those that are looked at
+CROWDED = 0.22  # share of pixels with creases, above which they fade: leaves of a tree
+FINER = 2  # pixels looked at for one of the picture, along each side
+RELIEF = 1.0  # least step in a plan's heights that is an edge [m]
+
+
+def make_look(study: Study, size: tuple[int, int], grid: Grid | None = None) -> Look | None:
+    """
+    Look at a study's receivers at the resolution of a picture.
+
+    Parameters
+    ----------
+    study : Study
+    size : (rows, cols)
+        Pixels of the map.
+    grid : Grid, optional
+        What of the study is looked at; all of it by default.
+
+    Returns
+    -------
+    look : Look, optional
+        None of the ground plane, which is level.
+    """
+    if study.receivers == "ground":
+        return None
+    grid = grid or study.grid
+    times = max(1, math.ceil(FINER * max(size) / max(grid.rows, grid.cols)))
+    fine = grid.coarser(2 * FINER * max(size)).finer(times)
+    tile = study.model.make_tile(fine)
+    if isinstance(tile, ViewTile):
+        return _look_at(tile, size)
+    return _look_down(tile.relief, min(fine.dx, fine.dy), size)
+
+
+def _look_at(tile: ViewTile, size: tuple[int, int]) -> Look:
+    """Find the look of what a camera sees."""
+    frame, camera = tile.frame, tile.camera
+    position = np.nan_to_num(frame.position[::-1] - camera.eye)
+    normal = np.nan_to_num(frame.normal[::-1])
+    part, is_seen = frame.part[::-1], frame.part[::-1] != NOTHING
+    right, up, forward = camera.axes()
+    pixel: NDArray | float = float(camera.height or 0.0) / camera.size[1]
+    if camera.is_perspective:
+        across = 2 * math.tan(math.radians(camera.fov) / 2) / camera.size[1]
+        pixel = across * (position @ forward)
+    jumps, creases = _find_edges(position, normal, part, is_seen, pixel * STEP)
+    is_level = abs(forward[2]) < 1e-9
+    reference = -forward if is_level else np.array([0.0, 0.0, 1.0])
+    lamp = -0.5 * right + 0.6 * up - 0.62 * forward
+    facing = normal @ (lamp / (lamp @ reference))
+    shade = np.where(is_seen, _darken(facing), 1)
+    width = max(1, round(len(part) / size[0] / FINER))
+    return _compose(shade, _widen(jumps, width), creases, size, ~is_seen)
+
+
+def _darken(facing: NDArray) -> NDArray:
+    """
+    Shade by how much more or less than its reference a surface faces the lamp.
+
+    Nothing is brighter than the legend: what faces the lamp more is shaded too, so that a roof
+    stands out from the ground whichever way it slopes.
+    """
+    return np.clip(1 - (1 - DARKEST) * np.abs(1 - facing), DARKEST, 1)
+
+
+def _find_edges(
+    position: NDArray, normal: NDArray, part: NDArray, is_seen: NDArray, step: NDArray | float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Tell which pixels lie at a jump from surface to surface, and which at a crease."""
+    jumps, creases = np.zeros((2, *part.shape), np.bool_)
+    least = np.broadcast_to(step, part.shape)
+    for a, b in (
+        (np.s_[:-1], np.s_[1:]),
+        (np.s_[:, :-1], np.s_[:, 1:]),
+    ):
+        gap = position[b] - position[a]
+        # How far each of two neighbours stands off the other's plane: on one plane, 0 at any slant.
+        off = np.minimum(
+            np.abs(np.einsum("ijk,ijk->ij", gap, normal[a])),
+            np.abs(np.einsum("ijk,ijk->ij", gap, normal[b])),
+        )
+        both = is_seen[a] & is_seen[b]
+        jump = (both & (off > least[a])) | (is_seen[a] != is_seen[b])
+        bend = np.einsum("ijk,ijk->ij", normal[a], normal[b]) < BEND
+        jumps[a] |= jump
+        jumps[b] |= jump
+        creases[a] |= both & ~jump & (bend | (part[a] != part[b]))
+    return jumps, creases & ~jumps
+
+
+def _look_down(heights: NDArray[np.float64], cell: float, size: tuple[int, int]) -> Look:
+    """Find the look of a plan's heights above the ground."""
+    down, across = np.gradient(heights, cell) if min(heights.shape) > 1 else (0 * heights,) * 2
+    steep = np.sqrt(1 + down**2 + across**2)
+    # Rows ascend northward: what falls toward the upper left (-x, +y) faces the lamp.
+    facing = ((across - down) * 0.5 / math.sqrt(2) + 1) / steep
+    shade = _darken(facing)
+    jumps = np.zeros(heights.shape, np.bool_)
+    for a, b in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        jump = np.abs(heights[b] - heights[a]) > max(RELIEF, 2 * cell)
+        jumps[a] |= jump
+        jumps[b] |= jump
+    shade[jumps] = 1  # a wall seen from above is no roof in the shade
+    width = max(1, round(len(heights) / size[0] / FINER))
+    return _compose(shade, _widen(jumps, width), np.zeros_like(jumps), size)
+
+
+def _widen(mask: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
+    """Make lines of two pixels twice as many pixels wide as they were."""
+    for _ in range(width - 1):
+        wide = np.pad(mask, 1)
+        mask = wide[1:-1, 1:-1] | wide[:-2, 1:-1] | wide[1:-1, :-2]
+    return mask
+
+
+def _compose(
+    shade: NDArray,
+    jumps: NDArray[np.bool_],
+    creases: NDArray[np.bool_],
+    size: tuple[int, int],
+    sky: NDArray[np.bool_] | None = None,
+) -> Look:
+    """Bring shade and lines to a picture's size."""
+    ink, fine = resample(jumps, size), resample(creases, size)
+    crowd = resample(resample(creases, (max(1, size[0] // 8), max(1, size[1] // 8))), size)
+    fine = fine * np.clip(2 - crowd / CROWDED, 0.15, 1)
+    lines = np.maximum(JUMP * ink, CREASE * fine)
+    bright = resample(shade.astype(np.float32), size)
+
+    def pack(values: NDArray) -> NDArray[np.uint8]:
+        return (np.clip(values, 0, 1) * 255 + 0.5).astype(np.uint8)
+
+    return Look(
+        pack(bright), pack(lines), pack(ink), None if sky is None else pack(resample(sky, size))
+    )

@@ -1,0 +1,59 @@
+"""How a picture's surfaces look under the colours of hours: a shade of luminance, and lines."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageFilter
+
+from umbra.writers.raster import resample
+
+__all__ = ["Look", "draw_look"]
+
+SKY = (0.94, 0.952, 0.968)  # where a view sees nothing
+INK = np.array([0.11, 0.11, 0.135], np.float32)
+CHALK = np.array([0.62, 0.66, 0.76], np.float32)
+DARK = 0.3  # luminance below which lines are of chalk
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """
+    Shade and lines of a picture's surfaces.
+
+    Parameters
+    ----------
+    shade : (rows, cols) uint8
+        Brightness, 255 where the legend's colours stay; rows ascend.
+    lines : (rows, cols) uint8
+        How much ink there is.
+    jumps : (rows, cols) uint8
+        How much of each pixel holds an edge beyond which another surface begins.
+    sky : (rows, cols) uint8, optional
+        How much of each pixel shows nothing; None of plans.
+    """
+
+    shade: NDArray[np.uint8]
+    lines: NDArray[np.uint8]
+    jumps: NDArray[np.uint8]
+    sky: NDArray[np.uint8] | None = None
+
+    def find_breaks(self, shape: tuple[int, int]) -> NDArray[np.bool_]:
+        """Tell which cells of a raster an edge runs through, so that no contour crosses it."""
+        # A contour is smoothed over two pixels each way, and would run along the edge itself.
+        near = np.asarray(Image.fromarray(self.jumps).filter(ImageFilter.MaxFilter(5)), np.float32)
+        return resample(near, shape) > 0.2 * 255
+
+
+def draw_look(image: NDArray[np.float32], look: Look, size: tuple[int, int]) -> None:
+    """Put sky, shade and lines on an image (rows, cols, 3), in [0, 1]."""
+    shade, lines = (
+        resample(values.astype(np.float32), size)[..., None] / 255
+        for values in (look.shade, look.lines)
+    )
+    if look.sky is not None:
+        image[resample(look.sky.astype(np.float32), size) > 0.5 * 255] = SKY
+    image *= shade
+    ink = np.where((image @ LUMINANCE)[..., None] < DARK, CHALK, INK)
+    image += lines * (ink - image)

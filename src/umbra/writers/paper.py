@@ -1,0 +1,149 @@
+"""
+The paper of a picture and the maps on it.
+
+Everything is placed in inches from the lower left corner, by measured text, with
+matplotlib's figure and its Agg canvas alone: no pyplot, no axes, no style that a user's
+matplotlibrc could turn, and no pixel of the map resampled once more.
+"""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.writers.lettering import SMALL, find_font
+from umbra.writers.plan import DOTS_PER_INCH, Plan
+from umbra.writers.png import write_png
+
+__all__ = ["INK", "QUIET", "RULE", "Panel", "Paper", "make_figure", "to_pixels"]
+
+INK, QUIET, RULE = "#1c1c22", "#5a5a64", "#8c8c96"
+
+
+class _Pixels(Artist):
+    """An image whose pixels are those of the paper; matplotlib's own are resampled."""
+
+    def __init__(self, image: NDArray[np.uint8], place: tuple[int, int]) -> None:
+        super().__init__()
+        self.place = place
+        self.image = np.full((*image.shape[:2], 4), 255, np.uint8)
+        self.image[..., :3] = image
+
+    def draw(self, renderer: RendererBase) -> None:
+        renderer.draw_image(renderer.new_gc(), *self.place, self.image)
+
+
+def make_figure(width: float, height: float) -> Figure:
+    """Give white paper of whole pixels [inch]."""
+    figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, facecolor="white")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def to_pixels(length: float) -> float:
+    """Round a length up to whole pixels, so that maps lie on them [inch]."""
+    return float(np.ceil(length * DOTS_PER_INCH - 1e-9) / DOTS_PER_INCH)
+
+
+@dataclass(frozen=True, eq=False)
+class Paper:
+    """
+    What is drawn on.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure
+    """
+
+    figure: Figure
+
+    def write(self, x: float, y: float, text: str, size: float = SMALL, **style: object) -> Text:
+        """Write one line of type at a place [inch]."""
+        weight = str(style.pop("weight", "normal"))
+        halo = style.pop("halo", None)
+        style = {"color": INK, "ha": "left", "va": "baseline", "usetex": False, **style}
+        written = Text(x, y, text, fontproperties=find_font(size, weight), **style)  # type: ignore[arg-type]
+        written.set_parse_math(False)  # a dollar in a file's name is a dollar
+        written.set_transform(self.figure.dpi_scale_trans)
+        if halo is not None:
+            written.set_path_effects([withStroke(linewidth=2.2, foreground=halo)])
+        self.figure.add_artist(written)
+        return written
+
+    def rule(self, lines: list, color: object = INK, width: float = 0.6) -> LineCollection:
+        """Draw polylines, each (n, 2) [inch]."""
+        artist = LineCollection(
+            lines, colors=color, linewidths=width, transform=self.figure.dpi_scale_trans
+        )
+        artist.set_capstyle("butt")
+        self.figure.add_artist(artist)
+        return artist
+
+    def fill(
+        self, polygons: list, colors: object, edge: object = INK, width: float = 0.5
+    ) -> PolyCollection:
+        """Fill polygons, each (n, 2) [inch]."""
+        artist = PolyCollection(
+            polygons,
+            facecolors=colors,
+            edgecolors=edge,
+            linewidths=width,
+            transform=self.figure.dpi_scale_trans,
+        )
+        self.figure.add_artist(artist)
+        return artist
+
+    def paste(self, image: NDArray, x: float, y: float) -> None:
+        """Put an sRGB image (rows, cols, 3), in [0, 1] or uint8, its row 0 lowest."""
+        if image.dtype != np.uint8:
+            image = (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
+        place = (round(x * DOTS_PER_INCH), round(y * DOTS_PER_INCH))
+        self.figure.add_artist(_Pixels(image, place))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Draw it all and write a PNG."""
+        canvas = self.figure.canvas
+        canvas.draw()
+        write_png(path, np.asarray(canvas.buffer_rgba())[..., :3], DOTS_PER_INCH)  # type: ignore[attr-defined]
+
+
+@dataclass(frozen=True, eq=False)
+class Panel(Paper):
+    """
+    A map on the paper, which may hold others.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure
+    plan : Plan
+    map_box : (x, y, width, height)
+        Of the map [inch].
+    map_size : (rows, cols)
+        Pixels of the map.
+    """
+
+    plan: Plan
+    map_box: tuple[float, float, float, float]
+    map_size: tuple[int, int]
+
+    def place(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Turn points (n, 2) in model coordinates [m] into places on the paper [inch]."""
+        x0, x1, y0, y1 = self.plan.extent
+        x, y, width, height = self.map_box
+        scale = (width / (x1 - x0), height / (y1 - y0))
+        return (np.asarray(points, np.float64) - (x0, y0)) * scale + (x, y)
+
+    def rule_map(self, lines: list, color: object = INK, width: float = 0.6) -> None:
+        """Draw polylines, each (n, 2) [inch], that end at the map's frame."""
+        x, y, w, h = self.map_box
+        artist = self.rule(lines, color, width)
+        artist.set_clip_path(Rectangle((x, y), w, h, transform=self.figure.dpi_scale_trans))
