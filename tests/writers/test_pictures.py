@@ -12,9 +12,9 @@ from PIL import Image
 from umbra.writers.color import SHADE_STOPS, make_ramp, make_stamp_tints, shade_ramp
 from umbra.writers.contours import find_levels, trace
 from umbra.writers.hours import MISSING, draw_hours, make_hours_sheet
+from umbra.writers.overlay import compose_profile
 from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size, shade_roofs
 from umbra.writers.png import write_png
-from umbra.writers.overlay import compose_profile
 from umbra.writers.profile import draw_profile, make_profile_panels, make_profile_sheet
 from umbra.writers.raster import PackedMasks, resample
 from umbra.writers.sheet import make_sheet
