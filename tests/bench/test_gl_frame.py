@@ -178,7 +178,7 @@ def test_an_interpreter_that_is_none_is_named(tmp_path):
     ("arguments", "part"),
     [
         (["study", "--device", "gl"], "study has no gl device"),
-        (["frame", "--peer", "ogre"], "are for frame --device gl"),
+        (["frame", "--peer", "ogre"], "the peer ogre is for frame --device gl"),
         (["frame", "--device", "gl", "--peer-python", "gimp=x"], "give PEER=PATH"),
         (["frame", "--device", "gl", "--peer-python", "ogre"], "give PEER=PATH"),
     ],

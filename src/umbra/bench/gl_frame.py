@@ -172,7 +172,8 @@ class GlReport:
             lines.insert(-2, [*alone, "", "", "", "", scene])
             for peer in row.peers:
                 ratios = [f"{ratio:.2f}" for ratio in row.compare(peer).values()]
-                lines.append(["", peer.name, *_show(peer.timing), *ratios, f"{peer.kind.mark:g}"])
+                mark = "" if peer.kind.mark is None else f"{peer.kind.mark:g}"
+                lines.append(["", peer.name, *_show(peer.timing), *ratios, mark])
         small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         drivers = {row.driver for row in self.rows}
         drivers |= {peer.driver for row in self.rows for peer in row.peers}

@@ -1,4 +1,4 @@
-"""Peers that draw frames, each in a child process of its own interpreter."""
+"""Peers in child processes of their own interpreters: those that draw frames, and all others."""
 
 import json
 import os
@@ -10,13 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from umbra.bench.measure import Spent
 from umbra.bench.scenes import Spheres
 from umbra.errors import InputError, UmbraError
 
-__all__ = ["PEERS", "Peer", "PeerKind", "find_python"]
+__all__ = ["PEERS", "Child", "Peer", "PeerKind", "find_python"]
 
 _PATIENCE = 120.0
 """Seconds until a child that does not answer is given up."""
@@ -27,7 +27,7 @@ _FOREIGN = ("PYTHONHOME", "PYTHONPATH")  # would lead another Python to this one
 @dataclass(frozen=True)
 class PeerKind:
     """
-    A renderer that can be measured against.
+    A program that can be measured against.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class PeerKind:
         What its package is imported as.
     install : str
         How to get it.
-    mark : float
+    mark : float or None
         How many times longer than umbra it should take.
     script : Path
         Its side of the pipe.
@@ -48,7 +48,7 @@ class PeerKind:
     title: str
     module: str
     install: str
-    mark: float
+    mark: float | None
     script: Path
 
 
@@ -103,32 +103,27 @@ def find_python(kind: PeerKind, pythons: Mapping[str, Path]) -> Path:
     raise InputError(msg, peer=kind.name)
 
 
-class Peer:
+class Child:
     """
-    A peer's process, alive and waiting until it is asked for frames.
+    A peer's process, alive and waiting until it is asked for something.
 
     Parameters
     ----------
     kind : PeerKind
     python : Path
         The interpreter to run it in.
-    scene : Spheres
-    size : int
-        Pixels a side.
-
-    Attributes
-    ----------
-    name, driver : str
-        Product and version; what draws for it.
+    patience : float, optional
+        Seconds until it is given up if it does not answer.
 
     Raises
     ------
     UmbraError
-        If it does not start; its own words are in the message.
+        If it fails; its own words are in the message.
     """
 
-    def __init__(self, kind: PeerKind, python: Path, scene: Spheres, size: int) -> None:
+    def __init__(self, kind: PeerKind, python: Path, patience: float | None = None) -> None:
         self.kind = kind
+        self._patience = _PATIENCE if patience is None else patience
         # What it says is read only if it fails.
         self._said = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115
         environment = {key: value for key, value in os.environ.items() if key not in _FOREIGN}
@@ -137,29 +132,14 @@ class Peer:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said,
             text=True, encoding="utf-8", env=environment,
         )  # fmt: skip
+
+    def open(self, **request: object) -> dict[str, Any]:
+        """Give it its scene; a child that cannot take it is ended."""
         try:
-            answer = self._ask(do="open", scene=scene.to_dict(), size=size)
+            return self.ask(do="open", **request)
         except BaseException:
             self.close()
             raise
-        self.name, self.driver = str(answer["name"]), str(answer["driver"])
-
-    def render(self, lights: Sequence[Sequence[float]]) -> Spent:
-        """
-        Draw a frame for each place of the lamp.
-
-        Returns
-        -------
-        spent : Spent
-            On one frame, the mean; the child's own clocks, without the pipe.
-        """
-        places = [list(map(float, place)) for place in lights]
-        answer = self._ask(do="render", lights=places)
-        return Spent(float(answer["seconds"]), float(answer["processor_seconds"]))
-
-    def save(self, light: Sequence[float], path: Path) -> None:
-        """Draw a frame into a PNG file."""
-        self._ask(do="save", light=list(map(float, light)), path=str(path.resolve()))
 
     def close(self) -> None:
         """End the process."""
@@ -172,16 +152,17 @@ class Peer:
         self._end()
         self._said.close()
 
-    def __enter__(self) -> "Peer":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _ask(self, **request: object) -> dict[str, Any]:
+    def ask(self, **request: object) -> dict[str, Any]:
+        """Send a request and wait for its answer."""
         assert self._child.stdin is not None
         assert self._child.stdout is not None
-        patience = threading.Timer(_PATIENCE, self._child.kill)
+        patience = threading.Timer(self._patience, self._child.kill)
         patience.start()
         try:
             self._child.stdin.write(json.dumps(request) + "\n")
@@ -219,3 +200,50 @@ class Peer:
         self._said.seek(0)
         lines = self._said.read().strip().splitlines()
         return lines[-1] if lines else f"exit status {self._child.returncode}"
+
+
+class Peer(Child):
+    """
+    A renderer's process.
+
+    Parameters
+    ----------
+    kind : PeerKind
+    python : Path
+        The interpreter to run it in.
+    scene : Spheres
+    size : int
+        Pixels a side.
+
+    Attributes
+    ----------
+    name, driver : str
+        Product and version; what draws for it.
+
+    Raises
+    ------
+    UmbraError
+        If it does not start; its own words are in the message.
+    """
+
+    def __init__(self, kind: PeerKind, python: Path, scene: Spheres, size: int) -> None:
+        super().__init__(kind, python)
+        answer = self.open(scene=scene.to_dict(), size=size)
+        self.name, self.driver = str(answer["name"]), str(answer["driver"])
+
+    def render(self, lights: Sequence[Sequence[float]]) -> Spent:
+        """
+        Draw a frame for each place of the lamp.
+
+        Returns
+        -------
+        spent : Spent
+            On one frame, the mean; the child's own clocks, without the pipe.
+        """
+        places = [list(map(float, place)) for place in lights]
+        answer = self.ask(do="render", lights=places)
+        return Spent(float(answer["seconds"]), float(answer["processor_seconds"]))
+
+    def save(self, light: Sequence[float], path: Path) -> None:
+        """Draw a frame into a PNG file."""
+        self.ask(do="save", light=list(map(float, light)), path=str(path.resolve()))

@@ -10,8 +10,11 @@ from umbra.cli.main import echo_json
 
 __all__ = ["command"]
 
-NAMES = ("study", "frame", "silhouette", "startup", "mcguire", "roettger", "wallner", "weng")
+NAMES = (
+    "study", "frame", "silhouette", "startup", "tools", "mcguire", "roettger", "wallner", "weng"
+)  # fmt: skip
 PEERS = ("ogre", "workbench")
+TOOLS = ("ladybug", "pybdshadow", "umep", "solweig")
 
 
 def _parse_pythons(
@@ -21,8 +24,8 @@ def _parse_pythons(
     pythons = {}
     for value in values:
         name, is_there, path = value.partition("=")
-        if name not in PEERS or not is_there or not path:
-            msg = f"give PEER=PATH with a peer of {', '.join(PEERS)}; got '{value}'"
+        if name not in PEERS + TOOLS or not is_there or not path:
+            msg = f"give PEER=PATH with a peer of {', '.join(PEERS + TOOLS)}; got '{value}'"
             raise click.BadParameter(msg)
         pythons[name] = Path(path)
     return pythons
@@ -50,9 +53,9 @@ def _parse_pythons(
 @click.option(
     "--peer",
     "peers",
-    type=click.Choice((*PEERS, "none")),
+    type=click.Choice((*PEERS, *TOOLS, "none")),
     multiple=True,
-    help="Measure gl frames against this one only; may be repeated. [default: all]",
+    help="Measure tools or gl frames against this one only; may be repeated. [default: all]",
 )
 @click.option(
     "--peer-python",
@@ -90,9 +93,10 @@ def command(
     Measure umbra against its peers, in turn in one process.
 
     NAME is study (hours of shadow on a plan, against Embree), frame (one light in
-    one picture, against Embree), silhouette (edges, against VTK or numpy) or startup
-    (time and memory of a whole umbra study). frame --device gl draws a hundred spheres
-    and a moving lamp, against OGRE and Blender's Workbench.
+    one picture, against Embree), silhouette (edges, against VTK or numpy), startup
+    (time and memory of a whole umbra study) or tools (a day's study of a town against
+    Ladybug, pybdshadow, UMEP and SOLWEIG: time, and error). frame --device gl draws a
+    hundred spheres and a moving lamp, against OGRE and Blender's Workbench.
 
     The papers' tables, run again: mcguire (what each of three cases draws, and frames
     by each method), roettger (shadow masks without a stencil), wallner (silhouettes
@@ -101,8 +105,17 @@ def command(
     if device == "gl" and name != "frame":
         msg = f"{name} has no gl device; frame has one"
         raise click.UsageError(msg)
-    if device == "cpu" and (peers or pythons or pictures is not None):
-        msg = "--peer, --peer-python and --pictures are for frame --device gl"
+    known = TOOLS if name == "tools" else PEERS if device == "gl" else ()
+    strangers = ({*peers} | {*pythons}) - {*known, "none"}
+    if pictures is not None and device == "cpu":
+        msg = "--pictures is for frame --device gl"
+        raise click.UsageError(msg)
+    if strangers or (peers and not known):
+        first = min(strangers, default="")
+        who = f"the peer {first}" if first else "--peer"
+        places = {"frame --device gl": PEERS, "tools": TOOLS}
+        where = [place for place, its in places.items() if not first or first in its]
+        msg = f"{who} is for {' and '.join(where)}"
         raise click.UsageError(msg)
 
     if models and name != "wallner":
@@ -124,6 +137,12 @@ def command(
         result = bench_gl_frame(
             repeat=runs, quick=quick, peers=chosen, pythons=pythons, pictures=pictures, say=say
         )
+    elif name == "tools":
+        from umbra.bench.tools import bench_tools  # noqa: PLC0415
+
+        wanted = [peer for peer in TOOLS if peer in peers] if peers else None
+        turns = repeat or (2 if quick else 3)
+        result = bench_tools(repeat=turns, quick=quick, peers=wanted, pythons=pythons, say=say)
     elif name == "wallner":
         result = _find(name)(repeat=runs, quick=quick, models=models, say=say)
     elif name in ("mcguire", "roettger"):

@@ -27,7 +27,7 @@ class Renderer(Protocol):
 
 def serve(make: Callable[[dict[str, Any], int], Renderer]) -> None:
     """
-    Answer requests until the pipe is closed.
+    Draw frames until the pipe is closed.
 
     ``open`` makes the renderer; ``render`` draws a frame for each of ``lights`` and
     says how many seconds one took, by the clock and of processors; ``save`` writes a picture.
@@ -37,27 +37,53 @@ def serve(make: Callable[[dict[str, Any], int], Renderer]) -> None:
     make : callable
         Gives the renderer of a scene (``Spheres.to_dict``) at so many pixels a side.
     """
+
+    def open_scene(request: dict[str, Any]) -> tuple[Renderer, dict[str, object]]:
+        renderer = make(request["scene"], request["size"])
+        return renderer, {"name": renderer.name, "driver": renderer.driver}
+
+    answer_requests(open_scene, _draw)
+
+
+def answer_requests(
+    open_peer: Callable[[dict[str, Any]], tuple[Any, dict[str, object]]],
+    ask: Callable[[Any, dict[str, Any]], dict[str, object]],
+) -> None:
+    """
+    Answer requests until the pipe is closed.
+
+    Parameters
+    ----------
+    open_peer : callable
+        Makes what is asked from the request ``open``, and the answer to it.
+    ask : callable
+        Answers any other request.
+    """
     # Libraries print what they like: standard output is kept for the answers.
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    renderer: Renderer | None = None
+    peer = None
     for line in sys.stdin:
         request = json.loads(line)
         answer: dict[str, object] = {}
         try:
             if request["do"] == "open":
-                renderer = make(request["scene"], request["size"])
-                answer = {"name": renderer.name, "driver": renderer.driver}
-            elif renderer is None:
+                peer, answer = open_peer(request)
+            elif peer is None:
                 answer = {"error": "nothing is open"}
-            elif request["do"] == "render":
-                answer = _time(renderer, request["lights"])
             else:
-                renderer.save(request["light"], request["path"])
+                answer = ask(peer, request)
         except Exception as error:  # noqa: BLE001  (told to the other side, whatever it is)
             answer = {"error": f"{type(error).__name__}: {error}"}
         answers.write(json.dumps(answer) + "\n")
         answers.flush()
+
+
+def _draw(renderer: Renderer, request: dict[str, Any]) -> dict[str, object]:
+    if request["do"] == "render":
+        return _time(renderer, request["lights"])
+    renderer.save(request["light"], request["path"])
+    return {}
 
 
 def _time(renderer: Renderer, lights: Sequence[Place]) -> dict[str, object]:
