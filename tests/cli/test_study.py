@@ -308,3 +308,20 @@ def test_a_study_from_the_cache_is_the_same_to_the_bit(study, tmp_path, monkeypa
         for name in cold.variables:
             np.testing.assert_array_equal(cold[name], other[name], strict=True)
         assert other.attrs["source"] == cold.attrs["source"]
+
+
+def test_a_dataset_in_python_knows_its_units_as_the_file_does(study, tower, tmp_path):
+    more = ["--masks", "--spells", "--date", "2026-09-19"]
+    assert study(*HALF_DAY, *more).status == 0
+    written = open_result(tmp_path / "out")
+    scene, site = umbra.read(tower), umbra.Site(48.2, 16.37, "Europe/Vienna")
+    made = umbra.shadow_study(
+        scene, site, date=["2026-09-18", "2026-09-19"], start="10:30", end="14:30", every="1h",
+        cell=1, masks=True, spells=True,
+    )  # fmt: skip
+    assert set(made.variables) == set(written.variables)
+    for name in written.variables:
+        assert written[name].attrs.items() >= made[name].attrs.items(), name
+    assert made.shadow_hours.attrs == {"long_name": "hours in shadow", "units": "h"}
+    assert made.sun_spells_by_day.attrs["long_name"].endswith(", on the day")
+    assert made.shadow_hours.plot().colorbar.ax.get_ylabel() == "hours in shadow [h]"

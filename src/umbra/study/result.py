@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from umbra.cpu.memory import find_memory
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
+from umbra.study.attributes import find_attributes
 from umbra.study.masks import Masks
 from umbra.study.model import Model
 from umbra.study.period import Period, Refraction
@@ -170,8 +171,10 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
         )
         raise InputError(msg, bytes=packed)
 
-    arrays = {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
-    for name, (dims, array) in arrays.items():
+    arrays = {}
+    for name, (dims, packed_array) in variables.items():
+        array = np.asarray(packed_array)
         if array.dtype.kind == "M":
-            arrays[name] = (dims, array.astype("datetime64[ns]"))
+            array = array.astype("datetime64[ns]")
+        arrays[name] = (dims, array, find_attributes(name))
     return xr.Dataset(arrays, attrs=facts)

@@ -1,0 +1,37 @@
+"""The notebook of the docs runs from a clean kernel, and is kept without what it puts out."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+NOTEBOOK = Path(__file__).parents[2] / "docs" / "study.ipynb"
+
+
+@pytest.fixture(scope="module")
+def notebook():
+    nbformat = pytest.importorskip("nbformat")
+    return nbformat.read(NOTEBOOK, as_version=4)
+
+
+def test_it_is_kept_without_outputs(notebook):
+    for cell in notebook.cells:
+        assert not cell.get("outputs")
+        assert cell.get("execution_count") is None
+
+
+def test_it_runs(notebook):
+    nbclient = pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    # This Python, whatever kernels are installed.
+    manager = pytest.importorskip("jupyter_client").AsyncKernelManager(kernel_name="python3")
+    manager.kernel_spec.argv[0] = sys.executable
+    folder = {"metadata": {"path": str(NOTEBOOK.parent)}}
+    done = nbclient.NotebookClient(notebook, km=manager, timeout=600, resources=folder).execute()
+    outputs = [output for cell in done.cells for output in cell.get("outputs", ())]
+    pictures = [one for one in outputs if "image/png" in one.get("data", {})]
+    assert len(pictures) == 5
+    printed = "".join(one.text for one in outputs if one.output_type == "stream")
+    assert "131 parts, 3476 triangles" in printed
+    assert "half an hour is lost on" in printed
+    assert not [one for one in outputs if one.get("name") == "stderr"], printed
