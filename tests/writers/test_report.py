@@ -1,12 +1,10 @@
 """The report, in a real browser: what it shows is what the study found."""
 
-import datetime as dt
 import re
-import zoneinfo
 
 import numpy as np
 import pytest
-from support.chromium import Chromium, Page, find_chromium
+from support.pages import FIGURES, INK, READY, expect, place_of, say, words
 from support.shapes import box, moved
 
 from umbra.scene import Mesh, Part, make_scene
@@ -23,11 +21,6 @@ HOUSES = {
     "bar": moved(box((0, 0, 0), (3, 3, 25)), (-20, -12, 0)),
 }
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
-RECT = (
-    "(r => [r.left, r.top, r.width, r.height])"
-    "(document.getElementById('map').getBoundingClientRect())"
-)
-READY = "document.documentElement.dataset.ready == 'yes'"
 NASTY = "<b>Haus</b> & \"Söhne\" </script><script>document.title='broken'</script> {{data}}"
 
 
@@ -55,68 +48,6 @@ def save(path, study, title="Houses", **more):
 @pytest.fixture(scope="module")
 def study():
     return make_study()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if find_chromium() is None:
-        pytest.skip("there is no Chromium on this machine")
-    with Chromium() as started:
-        yield started
-
-
-@pytest.fixture
-def page(browser):
-    browser.events.clear()
-    page = Page(browser)
-    page.resize(1280, 900)
-    yield page
-    assert not page.named("Runtime.exceptionThrown")
-    said = [event["entry"] for event in page.named("Log.entryAdded")]
-    assert not [entry for entry in said if entry["level"] == "error"]
-    asked = {event["request"]["url"].partition(":")[0] for event in
-             page.named("Network.requestWillBeSent")}  # fmt: skip
-    assert asked <= {"file", "data", "blob"}
-
-
-def place_of(page, study, row, col):
-    """Give where a cell is in the window."""
-    page.ask("document.getElementById('map').scrollIntoView({block: 'center'})")
-    box = page.ask(RECT)
-    rows, cols = study.shadow_hours.shape
-    return box[0] + (col + 0.5) / cols * box[2], box[1] + (rows - row - 0.5) / rows * box[3]
-
-
-def words(page, *names):
-    return [page.ask(f"document.getElementById('{name}').textContent") for name in names]
-
-
-def say(hours):
-    minutes = round(hours * 60)
-    h, m = divmod(minutes, 60)
-    return f"{m} min" if not h and m else f"{h} h" + (f" {m} min" if m else "")
-
-
-def expect(study, row, col):
-    """Tell a cell's day by the study's own masks, in the words of the page."""
-    zone = zoneinfo.ZoneInfo(study.steps.zone)
-    stamps = [t.replace(tzinfo=dt.UTC).astimezone(zone) for t in study.steps.stamps.tolist()]
-    lit = study.sun.is_up & (np.asarray(study.masks)[:, row, col] == 0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], lit, [0]])))
-    spells = edges.reshape(-1, 2)
-    lengths = [study.steps.hours[a:b].sum() for a, b in spells]
-    clock = [when.strftime("%H:%M") for when in stamps]
-    return [
-        say(float(study.sun_hours[row, col])),
-        say(float(study.shadow_hours[row, col])),
-        clock[spells[0][0]] if len(spells) else "none",
-        clock[spells[-1][1]] if len(spells) else "none",
-        str(len(spells)),
-        say(max(lengths)) if lengths else "none",
-    ]
-
-
-FIGURES = ("in-sun", "in-shadow", "first", "last", "spells", "longest")
 
 
 def test_what_a_reader_hovers_is_what_the_study_found(page, study, tmp_path):
@@ -154,11 +85,6 @@ def test_a_click_keeps_the_point_and_keys_move_it(page, study, tmp_path):
 
 def test_the_slider_moves_the_shadows(page, study, tmp_path):
     page.open(save(tmp_path / "report.html", study)[0], READY)
-    ink = (
-        "(([x, y]) => {{ const m = document.getElementById('map'), b = m.getBoundingClientRect();"
-        "const d = m.getContext('2d').getImageData((x - b.left) / b.width * m.width,"
-        "(y - b.top) / b.height * m.height, 1, 1).data; return [...d]; }})([{}, {}])"
-    )
     rows, cols = study.shadow_hours.shape
     tested = 0
     for step in (3, 9, 16, 22):
@@ -173,7 +99,7 @@ def test_the_slider_moves_the_shadows(page, study, tmp_path):
         for row, col in np.random.default_rng(step).integers((8, 8), (rows - 8, cols - 8), (40, 2)):
             near = study.masks[step][row - 3 : row + 4, col - 3 : col + 4]
             high = study.heights[row - 3 : row + 4, col - 3 : col + 4]
-            pixel = page.ask(ink.format(*place_of(page, study, row, col)))
+            pixel = page.ask(INK.format(*place_of(page, study, row, col)))
             if np.ptp(near) or high.max() > 0 or pixel[0] not in {251, 118, 117, 119}:
                 continue  # an edge, a roof, or what is drawn over the plan
             assert (pixel[0] < 200) == bool(near[0, 0]), (step, row, col, pixel)
@@ -309,7 +235,52 @@ def test_days_have_a_row_each(page, tmp_path):
     page.press("Home")
     assert words(page, "clock") == ["2026-03-21 10:00\u201310:30 CET"]
     page.press("End")
+    assert words(page, "clock") == ["2026-03-21 15:30\u201316:00 CET"]
+    page.press("ArrowRight")
+    assert words(page, "clock") == ["2026-03-21 15:30\u201316:00 CET"]
+
+
+def test_a_date_is_chosen_beside_the_slider(page, tmp_path):
+    days = make_study(date=["2026-03-21", "2026-06-21"], start="10:00", end="16:00")
+    page.open(save(tmp_path / "report.html", days)[0], READY)
+    page.ask("(s => { s.value = 3; s.dispatchEvent(new Event('input')); })(time)")
+    page.ask("(s => { s.value = 1; s.dispatchEvent(new Event('change')); })(day)")
+    # The same clock time on the other date, and its own sun.
+    assert words(page, "clock") == ["2026-06-21 11:30\u201312:00 CEST"]
+    altitude = float(re.search(r"sun ([\d.]+)°", words(page, "sun")[0])[1])
+    assert altitude == pytest.approx(days.sun.altitude[15], abs=0.051)
+    page.ask("document.activeElement.blur()")
+    page.press("End")
     assert words(page, "clock") == ["2026-06-21 15:30\u201316:00 CEST"]
+    page.press("PageUp")
+    assert words(page, "clock") == ["2026-03-21 15:30\u201316:00 CET"]
+    assert page.ask("[...day.options].map(o => o.text)") == ["2026-03-21", "2026-06-21"]
+    # Hours of one date: each colour is that of the date's own hours.
+    page.ask("document.querySelector('input[value=day]').click()")
+    page.press("PageDown")
+    assert words(page, "key-high") == ["6 h"]
+    by_day = np.asarray(days.more["shadow_hours_by_day"][1])
+    ramp = page.ask("JSON.parse(document.getElementById('data').textContent).ramp")
+    tested = 0
+    for k, key in enumerate(("PageUp", "PageDown")):
+        page.press(key)
+        for row, col in ((20, 30), (60, 100), (75, 82), (120, 20), (100, 130)):
+            near = by_day[k][row - 2 : row + 3, col - 2 : col + 3]
+            if np.ptp(near) or days.heights[row, col] > 0:
+                continue
+            spot = place_of(page, days, row, col)
+            pixel = page.ask(INK.format(*spot))
+            expected = ramp[round(float(by_day[k][row, col]) / 6 * (len(ramp) - 1))]
+            assert pixel[:3] == pytest.approx(expected, abs=2)
+            tested += 1
+    assert tested > 4
+    assert page.ask("day.hidden") is False
+
+
+def test_one_date_has_no_chooser(page, study, tmp_path):
+    page.open(save(tmp_path / "report.html", study)[0], READY)
+    assert page.ask("getComputedStyle(day).display") == "none"
+    assert page.ask("getComputedStyle(document.querySelector('label.of-days')).display") == "none"
 
 
 @pytest.mark.parametrize("receivers", ["south", "camera"])
@@ -349,8 +320,11 @@ def test_of_very_many_days_some_are_shown_whole(page, tmp_path):
     page.mouse("mouseMoved", *place_of(page, year, 9, 11))
     mine = np.isin(year.period.day_of_step, np.arange(0, 365, 3)) & year.sun.is_up
     mask = np.asarray(year.masks)[:, 9, 11]
-    assert words(page, "in-shadow") == [say(float(mask[mine].sum()))]
-    assert words(page, "in-sun") == [say(float((1 - mask[mine]).sum()))]
+    # Hours are those of the whole year, spells those of the days that are shown.
+    assert words(page, "in-shadow") == [say(float(mask.sum()))]
+    assert words(page, "in-sun") == [say(float((1 - mask[year.sun.is_up]).sum()))]
+    starts = np.diff(np.concatenate([[0], mine & (mask == 0)]).astype(int)) == 1
+    assert words(page, "spells") == [str(int(starts.sum()))]
 
 
 def test_of_very_many_steps_some_stand_for_all(tmp_path):

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from umbra.study import PointStudy, Study
     from umbra.writers.painter import Painter
     from umbra.writers.plan import Plan
+    from umbra.writers.report import Table
     from umbra.writers.rules import Rules
 
 __all__ = ["Outputs", "output_options", "take_outputs"]
@@ -116,7 +117,12 @@ class Outputs:
         return names
 
     def write_points(
-        self, folder: Path, study: "PointStudy", scene: "Scene", options: dict[str, Any]
+        self,
+        folder: Path,
+        study: "PointStudy",
+        scene: "Scene",
+        options: dict[str, Any],
+        painter: "Painter",
     ) -> list[str]:
         """Write what is asked of surfaces and points; ``options`` are the study's."""
         names: list[str] = []
@@ -124,14 +130,26 @@ class Outputs:
             from umbra.writers.tables import write_samples  # noqa: PLC0415
 
             names += write_samples(folder, study)
+        tables = []
         if self.rules:
-            names.append(_judge_points(folder, study, scene, self.rules, options))
+            tables.append(_judge_points(folder, study, scene, self.rules, options))
+            names.append(VERDICTS)
+        if self.report:
+            painter.wait()
+            from umbra.cli.study_points import describe_points  # noqa: PLC0415
+            from umbra.writers.report import write_point_report  # noqa: PLC0415
+
+            write_point_report(
+                folder / REPORT, study, describe_points(study, scene, options),
+                _find_sheets(folder), tables=tables, casters=self.casters, notes=scene.notes,
+            )  # fmt: skip
+            names.append(REPORT)
         return names
 
 
 def _judge_points(folder: Path, study: "PointStudy", scene: "Scene", rules: "Rules",
-                  options: dict[str, Any]) -> str:  # fmt: skip
-    """Write the verdicts of a study of points."""
+                  options: dict[str, Any]) -> "Table":  # fmt: skip
+    """Write the verdicts of a study of points, and give them."""
     from umbra.cpu.threads import count_cores  # noqa: PLC0415
     from umbra.writers.rules import judge_points, make_verdict_table  # noqa: PLC0415
     from umbra.writers.tables import write_table  # noqa: PLC0415
@@ -141,7 +159,7 @@ def _judge_points(folder: Path, study: "PointStudy", scene: "Scene", rules: "Rul
     verdicts = judge_points(study, rules, scene, casters, threads)
     table = make_verdict_table(rules, verdicts)
     write_table(folder / VERDICTS, table.columns, table.rows)
-    return VERDICTS
+    return table
 
 
 def _find_sheets(folder: Path) -> list[tuple[str, Path]]:
@@ -185,20 +203,15 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
 
         rules = read_rules(path)
     report = options.pop("report")
-    _check_receivers(options.get("receivers", "ground"), report, formats, rules is not None)
+    _check_receivers(options.get("receivers", "ground"), formats, rules is not None)
     return Outputs(report, formats, tuple(casters), rules)
 
 
-def _check_receivers(
-    receivers: str, report: bool, formats: tuple[str, ...], has_rules: bool
-) -> None:
+def _check_receivers(receivers: str, formats: tuple[str, ...], has_rules: bool) -> None:
     """Refuse what is not made of some receivers."""
     if receivers in {"ground", "top"}:
         return
     is_raster = receivers not in {"surfaces", "points"}
-    if report and not is_raster:
-        msg = f"--report is for plans and views; leave it out with --receivers {receivers}"
-        raise InputError(msg)
     if formats and (is_raster or formats != ("csv",)):
         msg = (
             "--write is for plans, csv also for surfaces and points; leave it out, or choose "

@@ -114,7 +114,7 @@ def command(
             write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
             is_drawn = options["receivers"] == "surfaces"
             names = draw_surfaces(scene, site, options, painter, unfinished) if is_drawn else []
-            more = outputs.write_points(unfinished, study, scene, options)
+            more = outputs.write_points(unfinished, study, scene, options, painter)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
     written = [out / name for name in ("study.nc", *names, OPTIONS_FILE, *more)]
     if as_json:

@@ -3,13 +3,19 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from umbra.cli.captions import describe_method, describe_place, name_dates, name_files
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study import PointStudy, read_points, run_point_study, run_study
 from umbra.study.setup import Progress
 from umbra.sun import Site
+from umbra.writers.plan import Plan
 
-__all__ = ["POINTS_ONLY", "RASTER_ONLY", "draw_surfaces", "study_points", "take_points"]
+__all__ = [
+    "POINTS_ONLY", "RASTER_ONLY", "describe_points", "draw_surfaces", "study_points", "take_points",
+]  # fmt: skip
 
 RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
 POINTS_ONLY = ("spacing", "points")
@@ -99,3 +105,33 @@ def draw_surfaces(
     kept = {n: v for n, v in view.items() if n not in {*POINTS_ONLY, *_QUESTIONS}}
     study = run_study(scene, site, by_day=False, **kept)
     return draw_pictures(study, scene, view, painter, folder).names
+
+
+def describe_points(study: PointStudy, scene: Scene, options: dict[str, Any]) -> Plan:
+    """
+    Say in words what a report of surfaces or points shows.
+
+    Parameters
+    ----------
+    study : PointStudy
+    scene : Scene
+    options : dict
+        Of the command.
+    """
+    what, spot = "points", f"{len(study.shadow_hours):,} points"
+    if study.samples is not None:
+        what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
+    steps = study.period.steps
+    offsets = "/".join(sorted({offset for day in steps for offset in day.offsets()}))
+    dates = name_dates(study.period.days)
+    nowhere = np.zeros(1)
+    return Plan(
+        nowhere,
+        nowhere,
+        title=f"{name_files(scene)}, {what}",
+        place=describe_place(study.site),
+        date=f"{dates}, {options['start']} to {options['end']} ({offsets})",
+        note=" · ".join(
+            [f"umbra {study.facts['umbra_version']}", spot, *describe_method(study, options)]
+        ),
+    )

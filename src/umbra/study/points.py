@@ -1,6 +1,6 @@
 """Studies of single points: samples of surfaces, and windows or sensors from a table."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.masks import Masks
 from umbra.study.model import Casting, prepare_casting
-from umbra.study.period import Period
+from umbra.study.period import Period, Refraction
 from umbra.study.point_table import check_points
 from umbra.study.receivers import Places
 from umbra.study.result import Variables, make_dataset, time_variables
@@ -103,6 +103,10 @@ class PointStudy:
     masks : (n_steps, n) Masks, optional
     facts : dict
         What the result's attributes say.
+    model : Casting
+        What cast.
+    samples : Samples, optional
+        How surfaces were laid out; none of points.
     more : dict
         Further arrays by name, each with its dimensions.
     """
@@ -113,7 +117,14 @@ class PointStudy:
     places: Places
     masks: Masks | None
     facts: dict[str, object]
+    model: Casting
+    samples: Samples | None = None
     more: Variables = field(default_factory=dict)
+
+    @property
+    def site(self) -> Site:
+        """Where it is."""
+        return self.period.site
 
     @property
     def sun(self) -> SunPath:
@@ -126,9 +137,25 @@ class PointStudy:
         return str(self.facts["receivers"])
 
     @property
+    def refraction(self) -> Refraction:
+        """Where the sun was taken to stand: 'standard' or 'none'."""
+        return self.period.refraction
+
+    @property
     def sun_hours(self) -> NDArray[np.float32]:
         """Hours in the sun, (n,) float32."""
         return np.float32(self.up_hours) - self.shadow_hours
+
+    def make_tiles(self) -> Iterator[tuple[slice, PointTile]]:
+        """Give the receivers piece by piece, and where each piece lies among them."""
+        origin = self.model.scene.origin
+        part = np.full(len(self.shadow_hours), -1)
+        if self.samples is not None:
+            part = self.samples.part[self.samples.surface]
+        places = Places(self.places.points - origin, self.places.normals)
+        for at in range(0, len(part), CHUNK):
+            some = slice(at, at + CHUNK)
+            yield some, _make_tile(self.model, places, part, some)()
 
     def variables(self) -> Variables:
         """Give the arrays of ``study.nc`` by name, each with its dimensions."""
@@ -184,8 +211,8 @@ def run_point_study(
     setup = Setup.of(scene, site, **options)
     origin = scene.origin
     casting = prepare_casting(scene, setup.casters, setup.threads)
-    if receivers == "surfaces":
-        samples = sample_surfaces(scene, spacing, on)
+    samples = sample_surfaces(scene, spacing, on) if receivers == "surfaces" else None
+    if samples is not None:
         places = Places(samples.points, samples.normals)
         part, area = samples.part[samples.surface], samples.area
         facts: dict[str, object] = {"spacing_m": float(spacing)}
@@ -216,9 +243,11 @@ def run_point_study(
         Places(places.points + origin, places.normals),
         ledger.masks,
         setup.describe(receivers, done.seconds, **facts),
+        casting,
+        samples,
         more,
     )
-    if receivers == "surfaces":
+    if samples is not None:
         more |= _summarise(samples, study.sun_hours, scene, site)
     elif names:
         more["name"] = (DIMS, np.array(names))

@@ -47,6 +47,18 @@ class Samples:
     surface_area : (n_surfaces,) float64
         [m2]
     surface_normal : (n_surfaces, 3) float64
+    corners : (n_triangles, 3, 3) float64
+        Of the triangles that were sampled, surface after surface; local frame [m].
+    owner : (n_triangles,) int64
+        The surface of each.
+    axes : (n_surfaces, 2, 3) float64
+        Horizontal and upward axis of each surface's squares.
+    start : (n_surfaces, 2) float64
+        The first square's centre along these axes [m].
+    cells : (n_surfaces, 2) int64
+        Squares along them.
+    spacing : float
+        The squares' side [m].
     """
 
     points: NDArray[np.float64]
@@ -56,6 +68,12 @@ class Samples:
     part: NDArray[np.int32]
     surface_area: NDArray[np.float64]
     surface_normal: NDArray[np.float64]
+    corners: NDArray[np.float64]
+    owner: NDArray[np.int64]
+    axes: NDArray[np.float64]
+    start: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    spacing: float
 
 
 def sample_surfaces(scene: Scene, spacing: float, on: Sequence[str] = ()) -> Samples:
@@ -134,6 +152,12 @@ def sample_surfaces(scene: Scene, spacing: float, on: Sequence[str] = ()) -> Sam
         part[order][first].astype(np.int32),
         surface_area,
         normals[largest],
+        corners,
+        owner.astype(np.int64),
+        axes,
+        start,
+        cells.astype(np.int64),
+        float(spacing),
     )
 
 

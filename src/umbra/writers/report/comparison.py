@@ -1,9 +1,12 @@
 """Before against after, whose sun is lost, and who casts the shadow, as tables."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import Study
+from umbra.study import PointStudy, Study
+from umbra.writers.report.counted import Counted, find_counted
 from umbra.writers.report.table import Table
 
 __all__ = ["find_comparisons"]
@@ -12,74 +15,66 @@ _MOST_ROWS = 40
 _SLACK = 1e-3  # of hours in float32 [h]
 
 
-def find_comparisons(study: Study) -> list[Table]:
+def find_comparisons(study: Study | PointStudy) -> list[Table]:
     """
     Lay out what ``--proposed``, ``--by`` and ``--who`` have found.
 
     Parameters
     ----------
-    study : Study
-        A plan.
+    study : Study or PointStudy
 
     Returns
     -------
     tables : list of Table
         None where nothing was asked.
     """
-    if not study.is_plan:
-        return []
-    arrays = {name: np.asarray(array) for name, (_, array) in study.more.items()}
+    # In-shadow masks are packed, and large: nothing here asks for them.
+    arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if n != "in_shadow"}
+    counted = find_counted(study)
     tables = []
-    if "hours_lost" in arrays:
-        tables.append(_compare(study, arrays["hours_lost"]))
-    if arrays.get("neighbour", np.zeros(0)).size:
+    if "hours_lost" in arrays and counted is not None:
+        tables.append(_compare(study, arrays["hours_lost"], counted))
+    if arrays.get("neighbour", np.zeros(0)).size and study.receivers != "points":
         tables.append(_list_neighbours(study, arrays))
-    if arrays.get("caster", np.zeros(0)).size:
-        tables.append(_list_casters(study, arrays))
+    if arrays.get("caster", np.zeros(0)).size and counted is not None:
+        tables.append(_list_casters(arrays, counted))
     return tables
 
 
-def _find_counted(study: Study) -> tuple[NDArray[np.bool_], str]:
-    """Choose the cells whose hours mean something: not the ground under buildings."""
-    counted = np.isfinite(study.shadow_hours)
-    if study.receivers != "ground":
-        return counted, "all that is seen from above"
-    return counted & (study.heights <= study.ground + 1e-6), "open ground"
-
-
-def _compare(study: Study, lost: NDArray[np.float32]) -> Table:
-    counted, what = _find_counted(study)
-    counted &= np.isfinite(lost)
-    after = study.sun_hours[counted].astype(np.float64)
-    before = after + lost[counted]
-    area = study.grid.dx * study.grid.dy
+def _compare(study: Study | PointStudy, lost: NDArray[np.float32], counted: Counted) -> Table:
+    both = replace(counted, which=counted.which & np.isfinite(lost))
+    after = study.sun_hours.astype(np.float64)
+    before = after + np.nan_to_num(lost)
+    unit = counted.unit
     under = float(study.facts.get("under_hours", 2.0))  # type: ignore[arg-type]
     rows: list[tuple[object, ...]] = []
 
-    if after.size:
-        means = float(before.mean()), float(after.mean())
+    if both.which.any():
+        means = both.average(before), both.average(after)
         change = means[1] - means[0]
         rows.append(("mean sun [h]", *(round(v, 2) + 0.0 for v in (*means, change))))
     for name, test in (
-        (f"at least {under:g} h of sun [m²]", lambda sun: sun >= under - _SLACK),
-        (f"less than {under:g} h of sun [m²]", lambda sun: sun < under - _SLACK),
-        ("no sun at all [m²]", lambda sun: sun <= _SLACK),
-        ("no shadow at all [m²]", lambda sun: sun >= study.up_hours - _SLACK),
+        (f"at least {under:g} h of sun [{unit}]", lambda sun: sun >= under - _SLACK),
+        (f"less than {under:g} h of sun [{unit}]", lambda sun: sun < under - _SLACK),
+        (f"no sun at all [{unit}]", lambda sun: sun <= _SLACK),
+        (f"no shadow at all [{unit}]", lambda sun: sun >= study.up_hours - _SLACK),
     ):
-        old, new = (round(np.count_nonzero(test(sun)) * area) for sun in (before, after))
+        old, new = (round(both.add_up(test(sun))) for sun in (before, after))
         rows.append((name, old, new, new - old))
+    touched = both.add_up(np.nan_to_num(lost) > _SLACK)
     return Table(
         "Before and after",
-        (what, "before", "after", "change"),
+        (counted.what.partition(",")[0], "before", "after", "change"),
         rows,
-        f"Of {after.size * area:,.0f} m² that are there before and after; "
-        f"{float(np.count_nonzero(lost[counted] > _SLACK) * area):,.0f} m² lose sun.",
+        f"Of {both.whole:,.0f} {unit} that are there before and after; "
+        f"{touched:,.0f} {unit} lose sun.",
     )
 
 
-def _list_neighbours(study: Study, arrays: dict[str, NDArray]) -> Table:
+def _list_neighbours(study: Study | PointStudy, arrays: dict[str, NDArray]) -> Table:
     under = study.facts.get("under_hours", 2.0)
     names = arrays["neighbour"].tolist()
+    where = "here" if isinstance(study, PointStudy) else "in this picture"
     columns = {
         "area [m²]": ("neighbour_area", 1),
         "loses sun [m²]": ("neighbour_area_touched", 1),
@@ -96,22 +91,20 @@ def _list_neighbours(study: Study, arrays: dict[str, NDArray]) -> Table:
         "Who loses sun",
         ("neighbour", *columns),
         rows,
-        f"Those first who lose most hours over most of their area in this plan.{more}",
+        f"Those first who lose most hours over most of their area {where}.{more}",
     )
 
 
-def _list_casters(study: Study, arrays: dict[str, NDArray]) -> Table:
-    counted, what = _find_counted(study)
+def _list_casters(arrays: dict[str, NDArray], counted: Counted) -> Table:
     rows = []
     for k, name in enumerate(arrays["caster"].tolist()[:_MOST_ROWS]):
-        cast, sole = (arrays[key][k][counted] for key in ("cast_hours", "sole_hours"))
-        if cast.size:
-            figures = (cast.mean(), sole.mean(), cast.max())
-            rows.append((name, *(round(float(v), 2) for v in figures)))
+        cast, sole = arrays["cast_hours"][k], arrays["sole_hours"][k]
+        figures = (counted.average(cast), counted.average(sole), cast[counted.which].max())
+        rows.append((name, *(round(float(v), 2) for v in figures)))
     return Table(
         "Who casts the shadow",
         ("caster", "mean cast [h]", "mean of it alone [h]", "most cast [h]"),
         rows,
-        f"Over the {what}. Alone: hours that would be sun without this caster; hours that "
-        "several cast count for each, but for none alone.",
+        f"Over {counted.what.partition(',')[0]}. Alone: hours that would be sun without this "
+        "caster; hours that several cast count for each, but for none alone.",
     )

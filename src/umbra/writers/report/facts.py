@@ -6,14 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from umbra.study import Study
+from umbra.study import PointStudy, Study
+from umbra.writers.report.counted import find_counted
 from umbra.writers.report.table import Table
 
 __all__ = ["find_facts", "find_sun_areas"]
 
 _PENUMBRA = 0.0093  # the sun's disc of 0.53 degrees [rad]: a blur per length
 _ACCURACY = (
-    "at each cell's centre and step's midpoint the answer is exact for these triangles and this "
+    "at each {spot} and step's midpoint the answer is exact for these triangles and this "
     "sun, but for rounding (some 10⁻⁹ m at a shadow's edge). A first or last hour is known to half "
     "a step each way, and hours may be off by part of {step} min each time a shadow's edge passes. "
     "The sun's true disc blurs edges by 0.9 % of the distance to what casts them: {blur:.2g} m "
@@ -27,14 +28,14 @@ _RECEIVERS = {
 
 
 def find_facts(
-    study: Study, casters: Sequence[str] = (), notes: Sequence[str] = ()
+    study: Study | PointStudy, casters: Sequence[str] = (), notes: Sequence[str] = ()
 ) -> list[tuple[str, str]]:
     """
     List what the study assumed and how exact it is.
 
     Parameters
     ----------
-    study : Study
+    study : Study or PointStudy
     casters : sequence of str
         The patterns by which casters were chosen, as typed.
     notes : sequence of str
@@ -45,7 +46,7 @@ def find_facts(
     facts : list of (str, str)
         A heading and what is to be said under it.
     """
-    site, facts, grid = study.site, study.facts, study.grid
+    site, facts = study.site, study.facts
     north = "N" if site.latitude >= 0 else "S"
     east = "E" if site.longitude >= 0 else "W"
     every = study.period.steps
@@ -54,10 +55,7 @@ def find_facts(
     n_soup, n_cast = len(study.model.soup.faces), len(study.model.caster.faces)
     lengths = np.unique(np.round(study.period.hours * 60, 3))
     step = " or ".join(f"{length:g}" for length in lengths[::-1][:2])
-    z = study.model.soup.vertices[:, 2]
-    tall = float(np.ptp(z))
-    cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
-    size = "" if study.receivers == "camera" else f" of {cell}"
+    tall = float(np.ptp(study.model.soup.vertices[:, 2]))
     rows = [
         (
             "Site",
@@ -89,17 +87,28 @@ def find_facts(
             (f"the parts chosen by {' '.join(casters)}: " if casters else "every part: ")
             + f"{n_cast:,} of {n_soup:,} triangles, as the file has them, opaque",
         ),
-        (
-            "Cells",
-            f"{len(study.x):,} x {len(study.y):,}{size}, judged at their centres",
-        ),
+        _tell_places(study),
         (
             "Steps",
-            f"{len(study.period.hours):,} of {step} min, judged at their midpoints",
+            f"{len(study.period.hours):,} of {step} min, judged at their midpoints"
+            + (
+                f"; between them beginnings and ends are solved to {tolerance:g} s"
+                if (tolerance := facts.get("exact_tolerance_seconds"))
+                else ""
+            ),
         ),
         (
             "Accuracy",
-            _ACCURACY.format(step=step, blur=_PENUMBRA * tall, tall=tall),
+            _ACCURACY.format(
+                step=step,
+                blur=_PENUMBRA * tall,
+                tall=tall,
+                spot="point"
+                if study.receivers == "points"
+                else "sample"
+                if study.receivers == "surfaces"
+                else "cell's centre",
+            ),
         ),
         (
             "Coordinates",
@@ -113,13 +122,13 @@ def find_facts(
     return rows
 
 
-def find_sun_areas(study: Study) -> Table | None:
+def find_sun_areas(study: Study | PointStudy) -> Table | None:
     """
     Tell how much of the open ground, or of all surfaces, gets at least so many hours of sun.
 
     Parameters
     ----------
-    study : Study
+    study : Study or PointStudy
 
     Returns
     -------
@@ -127,35 +136,52 @@ def find_sun_areas(study: Study) -> Table | None:
         None where the sun is not up for an hour.
     """
     whole = int(study.up_hours + 1e-6)
-    if whole < 1:
+    counted = find_counted(study)
+    if whole < 1 or counted is None:
         return None
-    counted = np.isfinite(study.shadow_hours)
-    if study.receivers == "camera":
-        return None  # pixels of a perspective have no area
-    if study.receivers == "ground":
-        counted &= study.heights <= study.ground + 1e-6
-    sun = study.sun_hours[counted]
-    if not sun.size:
-        return None
-    area = study.grid.dx * study.grid.dy
+    sun, all_of_it = study.sun_hours, counted.whole
     step = max(1, -(-whole // 8))
     rows = []
     for hours in range(step, whole + 1, step):
-        n = int(np.count_nonzero(sun >= hours - 1e-3))
-        rows.append((f"{hours} h", round(n * area, 1), round(100 * n / sun.size, 1)))
-    what = {
-        "top": "all that is seen from above",
-        "ground": "open ground, not under buildings",
-    }.get(study.receivers, "all that is seen, as it is seen")
-    return Table(
-        "Area in the sun",
-        ("at least", "area [m²]", "share [%]"),
-        rows,
-        f"Of {sun.size * area:,.0f} m² of {what} here; areas follow the extent.",
+        some = counted.add_up(sun >= hours - 1e-3)
+        figure = round(some, 1) if counted.unit == "m²" else round(some)
+        rows.append((f"{hours} h", figure, round(100 * some / all_of_it, 1)))
+    if counted.unit == "points":
+        note = f"Of {all_of_it:,.0f} points."
+        return Table("Points in the sun", ("at least", "points", "share [%]"), rows, note)
+    note = f"Of {all_of_it:,.0f} m² of {counted.what} here"
+    note += "." if study.receivers == "surfaces" else "; areas follow the extent."
+    return Table("Area in the sun", ("at least", "area [m²]", "share [%]"), rows, note)
+
+
+def _tell_places(study: Study | PointStudy) -> tuple[str, str]:
+    """Say how many receivers there are, and how far apart."""
+    if isinstance(study, Study):
+        grid = study.grid
+        cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
+        size = "" if study.receivers == "camera" else f" of {cell}"
+        return "Cells", f"{len(study.x):,} x {len(study.y):,}{size}, judged at their centres"
+    count = len(study.shadow_hours)
+    if study.samples is None:
+        free = int(np.isnan(study.places.normals).any(1).sum())
+        words = f"{count:,}, {count - free:,} with a normal" if free else f"{count:,}, with normals"
+        return "Points", words + ("; the others are turned to every sun" if free else "")
+    return "Samples", (
+        f"{count:,}, {study.samples.spacing:g} m apart in their planes, each standing for an equal "
+        "share of its surface; a surface too small for one has one in its middle"
     )
 
 
-def _tell_receivers(study: Study) -> str:
+def _tell_receivers(study: Study | PointStudy) -> str:
+    if isinstance(study, PointStudy):
+        if study.samples is None:
+            return "the points that were given"
+        surfaces, parts = len(study.samples.part), len(study.more["part"][1])
+        return (
+            f"{surfaces:,} surface{'s' if surfaces > 1 else ''} of {parts:,} "
+            f"thing{'s' if parts > 1 else ''}: walls and roofs, on the side that their winding "
+            "calls outward; what faces straight down never sees the sun and is left out"
+        )
     if study.receivers in _RECEIVERS:
         return _RECEIVERS[study.receivers].format(ground=study.ground)
     facts = study.facts
@@ -173,14 +199,14 @@ def _list(numbers: object) -> str:
     return ", ".join(f"{float(v):g}" for v in np.asarray(numbers).ravel())
 
 
-def _tell_days(study: Study) -> str:
+def _tell_days(study: Study | PointStudy) -> str:
     days = study.period.days
     if len(days) <= 12:
         return ", ".join(map(str, days))
     return f"{len(days)} days from {days[0]} to {days[-1]}"
 
 
-def _tell_daylight_saving(study: Study) -> str:
+def _tell_daylight_saving(study: Study | PointStudy) -> str:
     zone = zoneinfo.ZoneInfo(study.site.zone)
 
     stamps = np.concatenate([steps.stamps for steps in study.period.steps])

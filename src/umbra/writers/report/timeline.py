@@ -1,4 +1,4 @@
-"""Every instant of a study at the resolution of a web page, packed to bits."""
+"""Every instant of a study, so many of them and so fine as a web page holds, packed to bits."""
 
 import math
 from dataclasses import dataclass
@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene.grid import Grid
-from umbra.study import Study
+from umbra.study import PointStudy, Study
 
-__all__ = ["LONGEST", "LONGEST_VIEW", "MOST_BYTES", "MOST_INSTANTS", "Timeline", "make_timeline"]
+__all__ = [
+    "LONGEST", "LONGEST_VIEW", "MOST_BYTES", "MOST_INSTANTS", "Instants", "Timeline",
+    "make_point_timeline", "make_timeline",
+]  # fmt: skip
 
 LONGEST = 800
 """Cells along the longer side: a plan as wide as a page shows no more."""
@@ -20,27 +23,73 @@ MOST_BYTES = 16_000_000
 """Of all masks at a bit a cell, before they are compressed; else cells grow."""
 MOST_INSTANTS = 2000
 """Of a longer study every n-th day is shown; of a longer day every n-th step."""
+_FEWEST = 24  # instants that are kept of however many points
 _SMALLEST = 120  # cells along the longer side that are kept whatever the instants
 
 
 @dataclass(frozen=True, eq=False)
-class Timeline:
+class Instants:
     """
-    Which cells are in shadow at the middle of each step.
+    Which receivers are in shadow at the middle of each step that is shown.
 
     Parameters
     ----------
-    x : (cols,) float64
-    y : (rows,) float64
-        Cell centres in the model's own coordinates, ascending [m].
     which : (n,) int64
         The steps of the study that are shown.
     last : (n,) int64
         The last step that each one stands for: itself, or a later one of its day.
     strides : (int, int)
         Of days and of a day's steps: (1, 1) where all are shown.
-    bits : (n, (rows * cols + 7) // 8) uint8
-        A bit for each cell, the first in the highest bit; 1 in shadow, 0 at night.
+    bits : (n, (receivers + 7) // 8) uint8
+        A bit for each receiver, the first in the highest bit; 1 in shadow, 0 at night.
+    """
+
+    which: NDArray[np.int64]
+    last: NDArray[np.int64]
+    strides: tuple[int, int]
+    bits: NDArray[np.uint8]
+
+    def is_summed(self, study: Study | PointStudy) -> bool:
+        """Tell whether the steps shown add up to the study's own hours of these receivers."""
+        period, count = study.period, study.shadow_hours.size
+        total = np.zeros(count)
+        lengths = (period.ends[self.last] - period.starts[self.which]) / 3.6e9
+        for k in np.flatnonzero(period.sun.is_up[self.which]):
+            total += lengths[k] * np.unpackbits(self.bits[k], count=count)
+        known = np.isfinite(study.shadow_hours.ravel())
+        return bool(np.allclose(total[known], study.shadow_hours.ravel()[known], atol=1e-3))
+
+    def tell_steps(self, study: Study | PointStudy, own_hours: bool = False) -> str:
+        """Say which instants are shown, as the end of a sentence about the receivers."""
+        days, steps = self.strides
+        words = ""
+        if days > 1:
+            words += (
+                f". Of the study's {len(study.period.days)} days it shows one in {days}; "
+                + ("times" if own_hours else "the figures")
+                + " at a point are of these days"
+            )
+        if steps > 1:
+            words += f". Of a day's steps one in {steps} is judged for all"
+        if own_hours:
+            words += ". Hours are the study's own"
+            if "exact_tolerance_seconds" in study.facts:
+                words += f", solved to {study.facts['exact_tolerance_seconds']:g} s"
+        return words + ". First, last and longest are those of whole steps."
+
+
+@dataclass(frozen=True, eq=False)
+class Timeline(Instants):
+    """
+    The instants of a raster's cells.
+
+    Parameters
+    ----------
+    which, last, strides, bits
+        As in ``Instants``.
+    x : (cols,) float64
+    y : (rows,) float64
+        Cell centres in the model's own coordinates, ascending [m].
     surface : (rows, cols) float64
         z of the topmost surface above the ground [m]; in a view that is no plan 0 where
         anything is seen, NaN elsewhere.
@@ -52,10 +101,6 @@ class Timeline:
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
-    which: NDArray[np.int64]
-    last: NDArray[np.int64]
-    strides: tuple[int, int]
-    bits: NDArray[np.uint8]
     surface: NDArray[np.float64]
     shade: NDArray[np.float32] | None
     is_study: bool
@@ -89,7 +134,8 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     -------
     timeline : Timeline
     """
-    which, last, strides = _choose_steps([len(steps.hours) for steps in study.period.steps])
+    lengths = [len(steps.hours) for steps in study.period.steps]
+    which, last, strides = _choose_steps(lengths, MOST_INSTANTS)
     if longest is None:
         longest = LONGEST if study.is_plan else LONGEST_VIEW
     grid = _choose_grid(study.grid, len(which), longest)
@@ -103,18 +149,52 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
         bits[some] = np.packbits(masks.reshape(len(some), -1), axis=1)
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
-        grid.x + shift_x, grid.y + shift_y, which, last, strides, bits,
+        which, last, strides, bits, grid.x + shift_x, grid.y + shift_y,
         *_find_looks(tile), grid == study.grid and strides == (1, 1),
     )  # fmt: skip
 
 
+def make_point_timeline(study: PointStudy) -> Instants:
+    """
+    Give every step's middle at single points, or of so many steps as fit a page.
+
+    Masks that the study kept are used; else these steps are counted again.
+
+    Parameters
+    ----------
+    study : PointStudy
+
+    Returns
+    -------
+    instants : Instants
+    """
+    count = len(study.shadow_hours)
+    is_up = study.sun.is_up
+    lengths = [len(steps.hours) for steps in study.period.steps]
+    fit = 8 * MOST_BYTES / max(count, 1) / (is_up.mean() or 1.0)  # steps at night take no bits
+    which, last, strides = _choose_steps(lengths, int(max(min(MOST_INSTANTS, fit), _FEWEST)))
+    bits = np.zeros((len(which), (count + 7) // 8), np.uint8)
+    shown = np.flatnonzero(is_up[which])
+    if study.masks is not None:
+        for k in shown:
+            bits[k] = np.packbits(study.masks[int(which[k])])
+    else:
+        suns = study.sun.direction[which[shown]]
+        for first in range(0, len(shown), 16):
+            masks = np.zeros((len(suns[first : first + 16]), count), np.uint8)
+            for where, tile in study.make_tiles():
+                masks[:, where] = tile.masks(suns[first : first + 16])
+            bits[shown[first : first + 16]] = np.packbits(masks, axis=1)
+    return Instants(which, last, strides, bits)
+
+
 def _choose_steps(
-    lengths: list[int],
+    lengths: list[int], most: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[int, int]]:
     """Choose days, whole if they can be, until no more steps are left than are shown."""
-    days = max(1, -(-sum(lengths) // MOST_INSTANTS)) if len(lengths) > 1 else 1
+    days = max(1, -(-sum(lengths) // most)) if len(lengths) > 1 else 1
     kept = list(range(0, len(lengths), days))
-    steps = max(1, -(-sum(lengths[day] for day in kept) // MOST_INSTANTS))
+    steps = max(1, -(-sum(lengths[day] for day in kept) // most))
     firsts = np.cumsum([0, *lengths])
     which = [np.arange(firsts[day], firsts[day + 1], steps) for day in kept]
     last = [np.append(some[1:] - 1, firsts[day + 1] - 1) for day, some in zip(kept, which)]

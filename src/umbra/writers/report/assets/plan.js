@@ -1,0 +1,137 @@
+// A plan, an elevation or a camera's picture: a raster that is pointed at.
+
+const makePlan = async () => {
+  const { rows, cols } = data;
+  const cells = rows * cols;
+  const masks = await makeMasks(cells);
+  const heights = new Float32Array(await inflate(data.heights));
+  const roofs = await load(data.roofs);
+  const hours = data.hours ? new Float32Array(await inflate(data.hours)) : null;
+  const exists = (cell) => !Number.isNaN(heights[cell]);
+
+  const map = $("map"), pen = map.getContext("2d");
+  const signs = makeSigns(pen, map);
+  const layer = document.createElement("canvas");
+  layer.width = cols; layer.height = rows;
+  const layerPen = layer.getContext("2d");
+  const image = layerPen.createImageData(cols, rows);
+  const pixels = new Uint32Array(image.data.buffer);
+  const SHADE = color(57, 69, 107, 175), CLEAR = 0;
+
+  const shown = { key: "", hours: null, most: 0 };
+  const chooseHours = (view) => {
+    const [first, last] = view.mode === "day" ? [days[view.day].first, days[view.day].last] : [0, n - 1];
+    const key = `${first} ${last}`;
+    if (shown.key !== key) {
+      const isAll = view.mode !== "day" && hours;
+      Object.assign(shown, {
+        key, hours: isAll ? hours : masks.sumHours(first, last), most: isAll ? data.up_hours : hoursUp(first, last),
+      });
+    }
+    return shown;
+  };
+  const paintLayer = (view) => {
+    const found = view.mode === "shadow" ? null : chooseHours(view);
+    for (let row = 0; row < rows; row++) {
+      const out = (rows - 1 - row) * cols;  // rows of the data run north, those of a picture south
+      for (let col = 0; col < cols; col++) {
+        const cell = row * cols + col;
+        pixels[out + col] = !exists(cell) ? CLEAR
+          : found ? colorOf(found.hours[cell], found.most)
+          : masks.isDark(view.now, cell) ? SHADE : CLEAR;
+      }
+    }
+    layerPen.putImageData(image, 0, 0);
+  };
+  const drawSun = (view, dot) => {
+    // A small sun on the plan's rim, where the light comes from.
+    if (view.mode !== "shadow" || !steps.up[view.now]) return;
+    const a = ((steps.azimuth[view.now] + data.north) * Math.PI) / 180;
+    const dx = Math.sin(a), dy = -Math.cos(a);
+    const w = map.width / 2 - 14 * dot, h = map.height / 2 - 14 * dot;
+    const reach = Math.min(dx ? w / Math.abs(dx) : Infinity, dy ? h / Math.abs(dy) : Infinity);
+    signs.sun(map.width / 2 + dx * reach, map.height / 2 + dy * reach, dot);
+  };
+  const draw = (view) => {
+    const scale = map.width / cols;
+    const dot = map.width / (map.clientWidth || map.width);  // device pixels of one CSS pixel
+    const isNight = !steps.up[view.now] && view.mode === "shadow";
+    pen.imageSmoothingEnabled = scale < 2;
+    pen.fillStyle = !data.is_plan ? "#ffffff" : isNight ? "#d9d9e0" : "#fbf8f0";
+    pen.fillRect(0, 0, map.width, map.height);
+    const lay = (what) => pen.drawImage(what, 0, 0, map.width, map.height);
+    if (data.receivers === "ground") { lay(layer); lay(roofs); }
+    else if (view.mode === "shadow") { lay(roofs); lay(layer); }
+    else {  // a little of the surfaces' shading, so that their forms show
+      lay(layer);
+      pen.globalCompositeOperation = "multiply";
+      pen.globalAlpha = 0.5;
+      lay(roofs);
+      pen.globalCompositeOperation = "source-over";
+      pen.globalAlpha = 1;
+    }
+    if (data.has_scale) signs.scale(map.width / (cols * data.dx), dot);
+    if (data.is_plan) { signs.north(data.north, dot); drawSun(view, dot); }
+    const row = Math.floor(view.chosen / cols);
+    signs.ring(((view.chosen % cols) + 0.5) * scale, (rows - 0.5 - row) * (map.height / rows), dot);
+  };
+  const fit = () => {
+    const wide = Math.max(1, map.parentElement.clientWidth);
+    // A tall plan is held to the window's height, so that the slider stays in view.
+    const most = Math.max(320, window.innerHeight * 0.82);
+    const shownWide = Math.min(wide, (most * cols * data.dx) / (rows * data.dy));
+    const dot = Math.min(window.devicePixelRatio || 1, 3);
+    map.style.width = shownWide + "px";
+    map.style.margin = "0 auto";
+    map.width = Math.round(shownWide * dot);
+    map.height = Math.max(1, Math.round((map.width * rows * data.dy) / (cols * data.dx)));
+  };
+
+  // ---- reading a point
+
+  const cellAt = (event) => {
+    const box = map.getBoundingClientRect();
+    const col = Math.floor(((event.clientX - box.left) / box.width) * cols);
+    const row = rows - 1 - Math.floor(((event.clientY - box.top) / box.height) * rows);
+    return col < 0 || row < 0 || col >= cols || row >= rows ? -1 : row * cols + col;
+  };
+  const where = (cell) => {
+    const row = Math.floor(cell / cols), col = cell % cols;
+    const [up, across] = data.axes;
+    return `${across} ${number(data.x0 + col * data.dx)}, ${up} ${number(data.y0 + row * data.dy)}` +
+      (data.has_scale ? " m" : "") +
+      (!exists(cell) ? ": nothing is seen here" : "") +
+      (heights[cell] > 0.005
+        ? data.receivers === "top"
+          ? `, ${heights[cell].toFixed(1)} m above the ground`
+          : ", on the ground under a building"
+        : "");
+  };
+  const move = (key, isFar, cell) => {
+    const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
+    if (!arrow) return null;
+    const times = isFar ? 10 : 1;
+    const col = Math.max(0, Math.min(cols - 1, (cell % cols) + arrow[0] * times));
+    const row = Math.max(0, Math.min(rows - 1, Math.floor(cell / cols) + arrow[1] * times));
+    return row * cols + col;
+  };
+  const listen = ({ hover, pick }) => {
+    map.addEventListener("pointermove", (event) => { if (event.pointerType === "mouse") hover(cellAt(event)); });
+    map.addEventListener("pointerleave", () => hover(-1));
+    map.addEventListener("click", (event) => { const cell = cellAt(event); if (cell >= 0) pick(cell); });
+  };
+  const choose = () => {
+    // An open place near the middle, with about half the day's sun.
+    const all = masks.sumHours(0, n - 1);
+    let best = Infinity, chosen = 0;
+    for (let cell = 0; cell < cells; cell++) {
+      if (heights[cell] > 0.005 || !exists(cell)) continue;
+      const dc = (cell % cols) / cols - 0.5, dr = Math.floor(cell / cols) / rows - 0.5;
+      const off = Math.abs(all[cell] / (upHours || 1) - 0.5) + 0.5 * Math.hypot(dc, dr);
+      if (off < best) { best = off; chosen = cell; }
+    }
+    return chosen;
+  };
+  return { ...masks, hours, exists, where, move, listen, choose, paint: paintLayer, draw, fit,
+    mostHours: (view) => (view.mode === "shadow" ? upHours : chooseHours(view).most) };
+};

@@ -1,0 +1,102 @@
+// What the file carries, unpacked, and how numbers and instants are said.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const $ = (id) => document.getElementById(id);
+const { steps, ramp } = data;
+const n = steps.start.length;
+
+const inflate = async (text) => {
+  const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream).arrayBuffer();
+};
+const unpack = async (text) => {
+  // Whole numbers, each as its difference to the one before.
+  const values = new Int32Array(await inflate(text));
+  for (let i = 1; i < values.length; i++) values[i] += values[i - 1];
+  return values;
+};
+const load = (address) =>
+  new Promise((done, failed) => {
+    const image = new Image();
+    image.onload = () => done(image);
+    image.onerror = failed;
+    image.src = address;
+  });
+
+// ---- words
+
+const two = (v) => String(v).padStart(2, "0");
+const clockAt = (seconds, offset) => {
+  const t = new Date((seconds + offset) * 1000);
+  const s = t.getUTCSeconds();
+  return two(t.getUTCHours()) + ":" + two(t.getUTCMinutes()) + (s ? ":" + two(s) : "");
+};
+const say = (hours) => {
+  const minutes = Math.round(hours * 60);
+  const h = Math.floor(minutes / 60), m = minutes % 60;
+  if (hours > 0 && minutes === 0) return Math.round(hours * 3600) + " s";
+  return h === 0 && m ? m + " min" : h + " h" + (m ? " " + m + " min" : "");
+};
+const number = (v, decimals = data.decimals) => v.toFixed(decimals).replace("-", "\u2212");
+const length = (i) => (steps.end[i] - steps.start[i]) / 3600;
+const startOf = (i) => clockAt(steps.start[i], steps.offset[i]);
+const endOf = (i) => {
+  const text = clockAt(steps.end[i], steps.offset[i]);
+  return text === "00:00" ? "24:00" : text;
+};
+
+// Steps of one local day make a row of the timeline.
+const days = [];
+for (let i = 0; i < n; i++) {
+  if (!i || steps.day[i] !== steps.day[i - 1]) days.push({ day: data.days[steps.day[i]], first: i });
+  days[days.length - 1].last = i;
+}
+const dayOf = (step) => days.findIndex((d) => step <= d.last);
+const hoursUp = (first, last) => {
+  let sum = 0;
+  for (let i = first; i <= last; i++) if (steps.up[i]) sum += length(i);
+  return sum;
+};
+const upHours = hoursUp(0, n - 1);
+const withDay = (i, text) => (days.length > 1 ? data.days[steps.day[i]] + " " : "") + text;
+
+// ---- masks: a bit for each receiver, of the steps with the sun up
+
+const makeMasks = async (count) => {
+  const bits = new Uint8Array(await inflate(data.bits));
+  const perMask = Math.ceil(count / 8);
+  // Each is kept as what changes since the one before: shadows move slowly.
+  for (let i = perMask; i < bits.length; i++) bits[i] ^= bits[i - perMask];
+  const place = [];
+  let rows = 0;
+  for (let i = 0; i < n; i++) place.push(steps.up[i] ? rows++ : -1);
+  const isDark = (step, k) =>
+    place[step] >= 0 && (bits[place[step] * perMask + (k >> 3)] >> (7 - (k & 7))) & 1;
+  const sumHours = (first, last) => {
+    const hours = new Float32Array(count);
+    for (let i = first; i <= last; i++) {
+      if (place[i] < 0) continue;
+      const base = place[i] * perMask, h = length(i);
+      for (let byte = 0; byte < perMask; byte++) {
+        const value = bits[base + byte];
+        if (!value) continue;
+        for (let k = 0; k < 8; k++) {
+          const receiver = byte * 8 + k;
+          if (value & (128 >> k) && receiver < count) hours[receiver] += h;
+        }
+      }
+    }
+    return hours;
+  };
+  return { isDark, sumHours };
+};
+
+// ---- colours of pixels, as a canvas keeps them
+
+const little = new Uint8Array(new Uint32Array([1]).buffer)[0] === 1;
+const color = (r, g, b, a = 255) =>
+  (little ? (a << 24) | (b << 16) | (g << 8) | r : (r << 24) | (g << 16) | (b << 8) | a) >>> 0;
+const rampColors = ramp.map(([r, g, b]) => color(r, g, b));
+const colorOf = (hours, most) =>
+  rampColors[Math.min(ramp.length - 1, Math.round((hours / (most || 1)) * (ramp.length - 1)))];

@@ -1,0 +1,143 @@
+// The stage: one picture, the clock and the date, a place that is read, and the keys.
+
+const makeStage = (picture) => {
+  const mode = document.querySelector("input[name=mode]:checked").value;
+  const view = { now: 0, day: 0, mode, chosen: 0 };
+  let pinned = 0, hovered = -1, timer = 0;
+  const slider = $("time"), chooser = $("day");
+
+  const draw = () => {
+    view.chosen = hovered < 0 ? pinned : hovered;
+    picture.draw(view);
+  };
+  const read = () => {
+    view.chosen = hovered < 0 ? pinned : hovered;
+    showFigures(picture, view.chosen);
+    drawLine(picture.isDark, view.chosen, view.now);
+  };
+  const recolor = () => {
+    picture.paint(view);
+    $("key-high").textContent = say(picture.mostHours(view));
+    draw();
+  };
+
+  // ---- moving through time
+
+  const go = (step) => {
+    const was = view.day;
+    view.now = Math.max(0, Math.min(n - 1, step));
+    view.day = dayOf(view.now);
+    const { first, last } = days[view.day];
+    slider.max = last - first;
+    slider.value = view.now - first;
+    chooser.value = view.day;
+    const span = withDay(view.now, startOf(view.now) + "\u2013" + endOf(view.now)) + " " + steps.name[view.now];
+    $("clock").textContent = span;
+    $("sun").textContent = steps.up[view.now]
+      ? `sun ${steps.altitude[view.now].toFixed(1)}° high, azimuth ${steps.azimuth[view.now].toFixed(1)}°, as at ` +
+        clockAt(steps.mid[view.now], steps.offset[view.now])
+      : "the sun is below the horizon";
+    slider.setAttribute("aria-valuetext", span);
+    if (view.mode === "shadow" || (view.mode === "day" && was !== view.day)) recolor();
+    else draw();
+    drawLine(picture.isDark, view.chosen, view.now);
+  };
+  const goToDay = (day) => {
+    // The same clock time on the other date, as nearly as it has one.
+    const clock = steps.mid[view.now] + steps.offset[view.now] - Date.parse(days[view.day].day) / 1000;
+    const { first, last } = days[Math.max(0, Math.min(days.length - 1, day))];
+    let best = first;
+    const off = (i) => Math.abs(steps.mid[i] + steps.offset[i] - Date.parse(data.days[steps.day[i]]) / 1000 - clock);
+    for (let i = first; i <= last; i++) if (off(i) < off(best)) best = i;
+    go(best);
+  };
+  const stop = () => {
+    clearInterval(timer);
+    timer = 0;
+    $("play-icon").setAttribute("d", "M4 2v12l10-6z");
+    $("play").setAttribute("aria-label", "Play the day");
+  };
+  const play = () => {
+    if (timer) return stop();
+    const { first, last } = days[view.day];
+    if (view.now === last) go(first);
+    const stride = Math.max(1, Math.round((last - first + 1) / 240));
+    timer = setInterval(() => (view.now >= last ? stop() : go(Math.min(last, view.now + stride))), 120);
+    $("play-icon").setAttribute("d", "M3 2h4v12H3zM9 2h4v12H9z");
+    $("play").setAttribute("aria-label", "Pause");
+  };
+  $("play").addEventListener("click", play);
+  slider.addEventListener("input", () => { stop(); go(days[view.day].first + Number(slider.value)); });
+  chooser.addEventListener("change", () => { stop(); goToDay(Number(chooser.value)); });
+  for (const choice of document.getElementsByName("mode")) {
+    choice.addEventListener("change", () => {
+      view.mode = choice.value;
+      $("key").hidden = view.mode === "shadow";
+      recolor();
+    });
+  }
+
+  // ---- reading a place
+
+  const hover = (receiver) => {
+    if (receiver === hovered) return;
+    hovered = receiver;
+    read();
+    draw();
+  };
+  const pick = (receiver) => {
+    pinned = receiver;
+    hovered = -1;
+    read();
+    draw();
+  };
+  picture.listen({ hover, pick, draw, view });
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const at = document.activeElement, { first, last } = days[view.day];
+    if (at === $("map")) {
+      const moved = picture.move(event.key, event.shiftKey, pinned);
+      if (moved !== null) {
+        event.preventDefault();
+        return moved === pinned ? draw() : pick(moved);
+      }
+    }
+    const isTyped = at && /^(INPUT|SELECT|TEXTAREA)$/.test(at.tagName);
+    if (at === slider || isTyped || (at && at.tagName === "BUTTON" && event.key === " ")) {
+      if (at !== slider || !/^Page/.test(event.key)) return;
+    }
+    if (event.key === " ") play();
+    else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
+      stop();
+      go(Math.max(first, Math.min(last, view.now + (event.key === "ArrowLeft" ? -1 : 1))));
+    } else if (event.key === "Home") { stop(); go(first); }
+    else if (event.key === "End") { stop(); go(last); }
+    else if (/^Page(Up|Down)$/.test(event.key) && (days.length > 1 || at === slider)) {
+      stop();
+      goToDay(view.day + (event.key === "PageUp" ? -1 : 1));
+    } else return;
+    event.preventDefault();
+  });
+
+  // ---- begin: when the sun stands highest
+
+  const strip = $("ramp").getContext("2d");
+  $("ramp").width = ramp.length;
+  ramp.forEach(([r, g, b], i) => { strip.fillStyle = `rgb(${r},${g},${b})`; strip.fillRect(i, 0, 1, 1); });
+  days.forEach((d, k) => chooser.add(new Option(d.day, k)));
+  chooser.hidden = days.length < 2;
+  for (const part of document.querySelectorAll(".of-days")) part.hidden = days.length < 2;
+  pinned = picture.choose();
+  let noon = days[0].first;
+  for (let i = 0; i <= days[0].last; i++) if (steps.altitude[i] > steps.altitude[noon]) noon = i;
+  $("stage").hidden = false;
+  $("key").hidden = view.mode === "shadow";
+  const fit = () => { picture.fit(); draw(); };
+  picture.fit();
+  go(noon);
+  recolor();
+  read();
+  window.addEventListener("resize", fit);
+  window.addEventListener("beforeprint", fit);
+  return { pick, view, draw };
+};

@@ -1,0 +1,91 @@
+"""Tables, figures and pictures as HTML, words escaped."""
+
+import base64
+import html
+from collections.abc import Sequence
+from pathlib import Path
+
+from umbra.writers.report.table import Table
+
+__all__ = ["make_address", "make_facts", "make_sheets", "make_summary", "make_table"]
+
+
+def make_address(png: bytes) -> str:
+    """Give a picture as an address that holds it."""
+    return f"data:image/png;base64,{base64.b64encode(png).decode()}"
+
+
+def make_summary(figures: Sequence[tuple[str, str]]) -> str:
+    """Give the figures at the top."""
+    cells = "".join(
+        f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)}</dd></div>"
+        for name, value in figures
+    )
+    return f'<dl class="summary">{cells}</dl>'
+
+
+def make_facts(facts: Sequence[tuple[str, str]]) -> str:
+    """Give headings with what is said under them."""
+    return "\n".join(
+        f'<tr><th scope="row">{html.escape(name)}</th><td>{html.escape(words)}</td></tr>'
+        for name, words in facts
+    )
+
+
+def make_sheets(sheets: Sequence[tuple[str, Path]]) -> str:
+    """Give pictures with their captions as alternative texts; nothing where there are none."""
+    if not sheets:
+        return ""
+    figures = "\n".join(
+        f'<figure><div class="wide"><img src="{make_address(path.read_bytes())}" '
+        f'alt="{html.escape(caption)}"></div></figure>'
+        for caption, path in sheets
+    )
+    return f'<section aria-label="Sheets">\n<h2>Sheets</h2>\n{figures}\n</section>'
+
+
+def make_table(table: Table) -> str:
+    """Turn a table into HTML; numbers stand to the right."""
+    text = html.escape
+    numeric = [_is_numeric([row[k] for row in table.rows]) for k in range(len(table.columns))]
+    marks = ["number" if is_number else "" for is_number in numeric]
+    places = [_count_decimals([row[k] for row in table.rows]) for k in range(len(table.columns))]
+
+    def cell(value: object, mark: str, decimals: int) -> str:
+        shown = "" if value is None else str(value)
+        if isinstance(value, int | float):
+            digits = decimals if isinstance(value, float) else 0
+            shown = f"{value:,.{digits}f}".replace("-", "\u2212")
+        word = str(value).partition(" ")[0].strip(":,") if isinstance(value, str) else ""
+        mark = word if word in {"pass", "fail"} else mark
+        return f'<td class="{mark}">{text(shown)}</td>' if mark else f"<td>{text(shown)}</td>"
+
+    def line(n: int, row: Sequence[object]) -> str:
+        cells = list(map(cell, row, marks, places))
+        if not table.kind:
+            return f"<tr>{''.join(cells)}</tr>"
+        name = f'<button type="button" class="goto">{text(str(row[0]))}</button>'
+        cells[0] = f"<td>{name}</td>"
+        return f'<tr data-kind="{table.kind}" data-index="{table.index[n]}">{"".join(cells)}</tr>'
+
+    head = "".join(
+        f'<th scope="col" class="{mark}">{text(name)}</th>'
+        for name, mark in zip(table.columns, marks, strict=True)
+    )
+    body = "\n".join(line(n, row) for n, row in enumerate(table.rows))
+    note = f'<p class="quiet note">{text(table.note)}</p>' if table.note else ""
+    return (
+        f'<section class="sortable">\n<h2>{text(table.title)}</h2>\n<div class="wide"><table>'
+        f"<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>{note}\n</section>"
+    )
+
+
+def _is_numeric(values: Sequence[object]) -> bool:
+    known = [value for value in values if value is not None]
+    return bool(known) and all(isinstance(value, int | float) for value in known)
+
+
+def _count_decimals(values: Sequence[object]) -> int:
+    """Give the decimals, at most three, that a column's numbers need."""
+    numbers = [value for value in values if isinstance(value, float)]
+    return next((k for k in range(3) if all(round(v, k) == v for v in numbers)), 3)

@@ -1,0 +1,157 @@
+"""What the page's script reads of surfaces and points: the model, and each receiver's day."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.study import PointStudy
+from umbra.study.surfaces import Samples
+from umbra.writers.color import shade_ramp
+from umbra.writers.report.packed import make_steps, pack, pack_differences, pack_masks
+from umbra.writers.report.timeline import Instants
+from umbra.writers.unfold import unfold
+
+__all__ = ["MOST_SQUARES", "MOST_TRIANGLES", "make_model_data", "tell_model"]
+
+MOST_SQUARES = 1_500_000
+"""Of all surfaces together; finer samples are not all shown."""
+MOST_TRIANGLES = 400_000
+"""Of the model; what is not sampled is left out first, then the smallest."""
+_GROUND, _CONTEXT = -2, -1  # as a triangle's surface
+_MARGIN = 0.15  # of the model's size, by which the ground reaches farther
+
+
+def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
+    """
+    Gather what the script reads.
+
+    Parameters
+    ----------
+    study : PointStudy
+    instants : Instants
+        Of all its receivers.
+    """
+    scene = study.model.scene
+    middle = np.round(scene.bounds().mean(0)) - scene.origin
+    samples = study.samples
+    kept = np.arange(len(study.shadow_hours))
+    bits = instants.bits[study.sun.is_up[instants.which]]
+    more: dict[str, object]
+    if samples is None:
+        given = study.more.get("name")
+        named = [] if given is None else np.asarray(given[1]).tolist()
+        more = {
+            "names": [name or f"point {k + 1}" for k, name in enumerate(named)]
+            or [f"point {k + 1}" for k in kept],
+            "normals": pack(study.places.normals.astype("<f4").tobytes()),
+        }
+    else:
+        grids, kept = _pack_grids(samples, middle)
+        more = {**grids, **_list_surfaces(study)}
+        if len(kept) < len(study.shadow_hours):
+            flat = np.unpackbits(bits, axis=1, count=len(study.shadow_hours))
+            bits = np.packbits(flat[:, kept], axis=1)
+    places = study.places.points[kept] - scene.origin - middle
+    return {
+        "kind": "model",
+        "receivers": study.receivers,
+        "count": len(kept),
+        "decimals": 2,
+        "origin": (scene.origin + middle).tolist(),
+        "north": study.site.true_north,
+        "up_hours": study.up_hours,
+        "days": [day.isoformat() for day in study.period.days],
+        "steps": make_steps(study.period, instants.which, instants.last),
+        "bits": pack_masks(bits),
+        "hours": pack(study.shadow_hours[kept].astype("<f4").tobytes()),
+        "positions": pack_differences(_to_millimetres(places).T),
+        "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
+        **_pack_triangles(study, middle),
+        **more,
+    }
+
+
+def tell_model(study: PointStudy, instants: Instants, data: dict[str, object]) -> str:
+    """Say which receivers and instants the page shows."""
+    what, count = ("points", "samples")[study.samples is not None], len(study.shadow_hours)
+    shown = int(str(data["count"]))
+    if shown < count:
+        words = f"This picture shows {shown:,} of the study's {count:,} {what}; study.nc has all"
+    else:
+        words = f"This picture shows all {count:,} {what} of the study"
+    return words + instants.tell_steps(study, own_hours=True)
+
+
+def _to_millimetres(points: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.rint(points * 1000).astype(np.int64)
+
+
+def _pack_grids(
+    samples: Samples, middle: NDArray[np.float64]
+) -> tuple[dict[str, object], NDArray[np.int64]]:
+    """Pack each surface's squares; give also the samples that any of them shows."""
+    unfolded = unfold(samples, MOST_SQUARES)
+    kept, table = np.unique(unfolded.sample, return_inverse=True)
+    floats = np.zeros((len(samples.part), 9), "<f4")
+    floats[:, :6] = samples.axes.reshape(-1, 6)
+    # Coordinates in the plane from the first square's corner, of places about the middle.
+    floats[:, 6:8] = samples.axes @ middle - samples.start + samples.spacing / 2
+    floats[:, 8] = unfolded.side
+    return {
+        "grids": pack(floats.tobytes()),
+        "grid_shape": pack_differences(unfolded.shape),
+        "grid_samples": pack_differences(table),
+        "sample_surface": pack_differences(samples.surface[kept]),
+    }, kept
+
+
+def _list_surfaces(study: PointStudy) -> dict[str, object]:
+    """Name parts and say how surfaces lie."""
+    arrays = {name: array for name, (_, array) in study.more.items() if name != "in_shadow"}
+    azimuth = np.round(arrays["surface_azimuth"], 1)
+    return {
+        "parts": arrays["part"].tolist(),
+        "surfaces": {
+            "part": arrays["surface_part"].tolist(),
+            "kind": arrays["surface_kind"].tolist(),
+            "azimuth": [None if np.isnan(v) else v for v in azimuth.tolist()],
+            "tilt": np.round(arrays["surface_tilt"], 1).tolist(),
+        },
+    }
+
+
+def _pack_triangles(study: PointStudy, middle: NDArray[np.float64]) -> dict[str, object]:
+    """Pack the model: what is sampled, what stands around it, and a ground."""
+    scene, soup = study.model.scene, study.model.soup
+    around = np.ones(len(soup.faces), np.bool_)
+    corners, surface = np.zeros((0, 3, 3)), np.zeros(0, np.int64)
+    if study.samples is not None:
+        corners, surface = study.samples.corners, study.samples.owner
+        around = ~np.isin(soup.part, study.samples.part)
+    rest = soup.vertices[soup.faces[around]]
+    low, high = scene.bounds() - scene.origin
+    level = low[2] if scene.ground is None else min(scene.ground - scene.origin[2], high[2])
+    reach = _MARGIN * max(high[0] - low[0], high[1] - low[1])
+    (west, south), (east, north) = low[:2] - reach, high[:2] + reach
+    square = np.array([(west, south), (east, south), (east, north), (west, north)])
+    plane = np.column_stack([square, np.full(4, level - 0.02)])[[[0, 1, 2], [0, 2, 3]]]
+    if len(corners) + len(rest) > MOST_TRIANGLES:
+        if len(corners) > MOST_TRIANGLES:
+            kept = _find_largest(corners, MOST_TRIANGLES)
+            corners, surface = corners[kept], surface[kept]
+        rest = rest[_find_largest(rest, MOST_TRIANGLES - len(corners))]
+    triangles = np.concatenate([corners, rest, plane])
+    owner = np.concatenate([surface, np.full(len(rest), _CONTEXT), [_GROUND, _GROUND]])
+    flat = _to_millimetres(triangles.reshape(-1, 3) - middle)
+    vertices, faces = np.unique(flat, axis=0, return_inverse=True)
+    return {
+        "vertices": pack_differences(vertices.T),
+        "faces": pack_differences(faces.ravel()),
+        "face_surface": pack_differences(owner),
+    }
+
+
+def _find_largest(corners: NDArray[np.float64], count: int) -> NDArray[np.intp]:
+    """Give the largest triangles, in their order."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    largest = np.argsort(-np.linalg.norm(normal, axis=1), kind="stable")[:count]
+    return np.sort(largest)
