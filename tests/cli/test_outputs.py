@@ -142,3 +142,11 @@ def test_an_elevation_has_no_maps_and_rules(study, tmp_path, options):
     (tmp_path / "rules.yaml").write_text(RULES)
     options = [str(tmp_path / "rules.yaml") if o == "RULES" else o for o in options]
     assert "plans" in study("--receivers", "south", *options).refusal()
+
+
+def test_formats_that_a_view_has_not_are_refused_by_name(study):
+    said = study("--receivers", "south", "--write", "csv,geotiff,mp4").refusal()
+    assert "--write geotiff,mp4 is not for --receivers south" in said
+    assert "dxf" in study("--receivers", "215/35", "--write", "glb").refusal()
+    camera = ["--receivers", "camera", "--eye", "9,9,9", "--target", "0,0,0"]
+    assert "--write dxf is not" in study(*camera, "--write", "dxf").refusal()

@@ -17,6 +17,7 @@ from umbra.scene.grid import Grid
 from umbra.study import run_study
 from umbra.sun import Site
 from umbra.volume.adjacency import make_caster
+from umbra.writers.formats import Job, write_formats
 from umbra.writers.vectors.hour_lines import find_hour_lines
 from umbra.writers.vectors.loops import trace_loops
 
@@ -290,3 +291,52 @@ def test_a_real_town():
         shape = make_outline_layer([outline]).geometries[0]
         shapely.prepare(shape)
         np.testing.assert_array_equal(shapely.contains_xy(shape, x, y), delft.masks[k] > 0)
+
+
+@pytest.fixture(scope="module")
+def facade():
+    """Two houses seen from the south, the high one before the low one's western end."""
+    shapes = {"low": box((0, 10, 0), (20, 14, 6)), "high": box((2, 0, 0), (8, 4, 12))}
+    scene = make_scene(parts=[Part(name, "house", Mesh(*mesh)) for name, mesh in shapes.items()])
+    return run_study(
+        scene, VIENNA, receivers="south", cell=0.1, date="2026-03-21", start="13:00", end="17:00",
+        every="15min",
+    )  # fmt: skip
+
+
+def test_lines_of_an_elevation_lie_on_it_and_cross_no_edge(facade):
+    hour_lines = list(find_hour_lines(facade))
+    assert 1.0 in [line.shadow_hours for line in hour_lines]
+    hours = facade.shadow_hours
+    for hour_line in hour_lines:
+        for x, z in np.concatenate(hour_line.lines):
+            # In the shadow of the high house on the low one's wall, off the corner at x = 8.
+            assert 8.05 < x < 20
+            assert 0 <= z < 6
+            col, row = (x - facade.x[0]) / 0.1, (z - facade.y[0]) / 0.1
+            near = hours[
+                int(np.floor(row)) : int(np.ceil(row)) + 1,
+                int(np.floor(col)) : int(np.ceil(col)) + 1,
+            ]
+            assert near.min() < hour_line.shadow_hours <= near.max()
+
+
+def test_an_elevation_in_cad_is_placed_by_what_is_seen(facade, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    job = Job(facade, tmp_path, "two houses", lambda _: None)
+    names = write_formats(job, ["dxf", "geojson", "csv"])
+    assert {"study.dxf", "seen.geojson", "hour_lines.geojson", "cells.csv"} <= set(names)
+    assert "shadow_outlines.geojson" not in names
+    drawing = ezdxf.readfile(tmp_path / "study.dxf")
+    assert "seen from azimuth 180" in dict(drawing.header.custom_vars)["umbra"]
+    seen = [line for line in drawing.modelspace() if line.dxf.layer == "SEEN"]
+    assert len(seen) == 1
+    corners = np.array([point[:2] for point in seen[0].get_points()])
+    np.testing.assert_allclose(corners.min(0), (0, 0), atol=0.06)
+    np.testing.assert_allclose(corners.max(0), (20, 12), atol=0.06)
+    assert any(line.dxf.layer == "HOURS_01" for line in drawing.modelspace())
+    found = json.loads((tmp_path / "seen.geojson").read_text())
+    assert found["coordinates_note"].startswith("along and z in metres, seen from azimuth 180")
+    table = (tmp_path / "cells.csv").read_text().splitlines()
+    assert table[0].startswith("along,z,sun_hours,shadow_hours")
+    assert len(table) == 1 + facade.shadow_hours.size

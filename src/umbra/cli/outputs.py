@@ -212,15 +212,30 @@ def _check_receivers(receivers: str, formats: tuple[str, ...], has_rules: bool) 
     if receivers in {"ground", "top"}:
         return
     is_raster = receivers not in {"surfaces", "points"}
-    if formats and (is_raster or formats != ("csv",)):
-        msg = (
-            "--write is for plans, csv also for surfaces and points; leave it out, or choose "
-            "--receivers ground or top"
-        )
-        raise InputError(msg)
+    if formats:
+        _check_formats(receivers, formats)
     if has_rules and is_raster:
         msg = "--rules judge plans, surfaces and points; choose one of them for --receivers"
         raise InputError(msg)
+
+
+def _check_formats(receivers: str, formats: tuple[str, ...]) -> None:
+    """Refuse the formats that receivers other than plans are not written in."""
+    from umbra.writers.formats import FORMATS  # noqa: PLC0415
+
+    written = [name for name, each in FORMATS.items() if each.of_views]
+    if receivers in {"surfaces", "points"}:
+        written = ["csv"]
+    if receivers == "camera":
+        written = []
+    refused = [name for name in formats if name not in written]
+    if refused:
+        there = f"{', '.join(written)} can be, the others are" if written else "all files are"
+        msg = (
+            f"--write {','.join(refused)} is not for --receivers {receivers}: {there} for plans; "
+            "leave it out, or choose --receivers ground or top"
+        )
+        raise InputError(msg, formats=refused)
 
 
 def _parse_formats(given: tuple[str, ...]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from umbra.study.views import ViewTile
 from umbra.writers.look import Look
 from umbra.writers.raster import resample
 
-__all__ = ["make_look"]
+__all__ = ["find_breaks", "make_look"]
 
 DARKEST = 0.74
 """Of what turns from the lamp."""
@@ -58,18 +58,20 @@ def make_look(study: Study, size: tuple[int, int], grid: Grid | None = None) -> 
     return _look_down(tile.relief, min(fine.dx, fine.dy), size)
 
 
+def find_breaks(study: Study) -> NDArray[np.bool_]:
+    """Tell which of a view's own pixels lie at a jump from surface to surface, (rows, cols)."""
+    tile = study.model.make_tile(study.grid)
+    if not isinstance(tile, ViewTile):
+        return np.zeros(study.shadow_hours.shape, np.bool_)
+    return _find_edges(*_read(tile))[0]
+
+
 def _look_at(tile: ViewTile, size: tuple[int, int]) -> Look:
     """Find the look of what a camera sees."""
-    frame, camera = tile.frame, tile.camera
-    position = np.nan_to_num(frame.position[::-1] - camera.eye)
-    normal = np.nan_to_num(frame.normal[::-1])
-    part, is_seen = frame.part[::-1], frame.part[::-1] != NOTHING
+    camera = tile.camera
+    position, normal, part, is_seen, step = _read(tile)
+    jumps, creases = _find_edges(position, normal, part, is_seen, step)
     right, up, forward = camera.axes()
-    pixel: NDArray | float = float(camera.height or 0.0) / camera.size[1]
-    if camera.is_perspective:
-        across = 2 * math.tan(math.radians(camera.fov) / 2) / camera.size[1]
-        pixel = across * (position @ forward)
-    jumps, creases = _find_edges(position, normal, part, is_seen, pixel * STEP)
     is_level = abs(forward[2]) < 1e-9
     reference = -forward if is_level else np.array([0.0, 0.0, 1.0])
     lamp = -0.5 * right + 0.6 * up - 0.62 * forward
@@ -77,6 +79,18 @@ def _look_at(tile: ViewTile, size: tuple[int, int]) -> Look:
     shade = np.where(is_seen, _darken(facing), 1)
     width = max(1, round(len(part) / size[0] / FINER))
     return _compose(shade, _widen(jumps, width), creases, size, ~is_seen)
+
+
+def _read(tile: ViewTile) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray | float]:
+    """Give positions from the eye, normals, parts, where anything is seen, and what is a step."""
+    frame, camera = tile.frame, tile.camera
+    position = np.nan_to_num(frame.position[::-1] - camera.eye)
+    part = frame.part[::-1]
+    pixel: NDArray | float = float(camera.height or 0.0) / camera.size[1]
+    if camera.is_perspective:
+        across = 2 * math.tan(math.radians(camera.fov) / 2) / camera.size[1]
+        pixel = across * (position @ camera.axes()[2])
+    return position, np.nan_to_num(frame.normal[::-1]), part, part != NOTHING, pixel * STEP
 
 
 def _darken(facing: NDArray) -> NDArray:

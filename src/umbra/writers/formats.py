@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from umbra.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
     from PIL.Image import Image
 
     from umbra.study import Study
@@ -43,8 +45,17 @@ class Job:
 
     @property
     def crs(self) -> object:
-        """What the study says of its coordinates' system."""
-        return self.study.facts.get("crs")
+        """What the study says of its coordinates' system; a view has its own."""
+        return self.study.facts.get("crs") if self.study.is_plan else None
+
+    @property
+    def frame(self) -> str:
+        """What coordinates are where they are no map's."""
+        if self.study.is_plan:
+            return ""
+        azimuth = self.study.facts["view_azimuth_deg"]
+        axes = " and ".join(self.study.dims[::-1])
+        return f"{axes} in metres, seen from azimuth {azimuth:g}\N{DEGREE SIGN}"
 
     @property
     def has_outlines(self) -> bool:
@@ -64,9 +75,10 @@ class Job:
         from umbra.writers.vectors.outlines import MOST, find_outlines  # noqa: PLC0415
 
         if not self.has_outlines:
+            other = self.study.receivers if self.study.is_plan else "views"
             self.say(
-                "note: shadow outlines are drawn on level ground only; with --receivers "
-                f"{self.study.receivers} there are lines of equal hours"
+                f"note: shadow outlines are exact on level ground only; of {other} there are lines "
+                "of equal hours"
             )
             return []
         up = int(self.study.sun.is_up.sum())
@@ -82,11 +94,20 @@ class Job:
         return list(find_hour_lines(self.study))
 
     @cached_property
+    def seen(self) -> "list[NDArray[np.float64]]":
+        """The border of what a view sees; nothing of a plan."""
+        from umbra.writers.vectors.hour_lines import find_seen  # noqa: PLC0415
+
+        return [] if self.study.is_plan else find_seen(self.study)
+
+    @cached_property
     def layers(self) -> "list[Layer]":
-        """Both, as simple features."""
+        """All of them, as simple features."""
         from umbra.writers.vectors import shapes  # noqa: PLC0415
 
         layers = [shapes.make_line_layer(self.hour_lines)]
+        if self.seen:
+            layers.insert(0, shapes.make_seen_layer(self.seen, self.frame))
         if self.has_outlines or self.outlines:
             layers.insert(0, shapes.make_outline_layer(self.outlines))
         return layers
@@ -105,11 +126,14 @@ class Format:
         That it imports beyond umbra's own.
     extra : str
         By which they are installed.
+    of_views : bool
+        Whether elevations and views from above are written, too.
     """
 
     write: Callable[[Job], list[str]]
     packages: tuple[str, ...] = ()
     extra: str = ""
+    of_views: bool = False
 
 
 def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
@@ -154,7 +178,7 @@ def _write_geojson(job: Job) -> list[str]:
     from umbra.writers.vectors.geojson import write_geojson  # noqa: PLC0415
 
     for layer in job.layers:
-        write_geojson(job.folder / f"{layer.name}.geojson", layer, job.crs)
+        write_geojson(job.folder / f"{layer.name}.geojson", layer, job.crs, job.frame)
     return [f"{layer.name}.geojson" for layer in job.layers]
 
 
@@ -169,9 +193,11 @@ def _write_dxf(job: Job) -> list[str]:
     from umbra.writers.vectors.dxf import write_dxf  # noqa: PLC0415
     from umbra.writers.vectors.places import find_crs, name_crs  # noqa: PLC0415
 
+    height = job.study.ground if job.study.is_plan else 0.0
+    coordinates = job.frame or name_crs(find_crs(job.crs))
     write_dxf(
-        job.folder / "study.dxf", job.outlines, job.hour_lines, height=job.study.ground,
-        up_hours=job.study.up_hours, note=f"{job.title}; {name_crs(find_crs(job.crs))}",
+        job.folder / "study.dxf", job.outlines, job.hour_lines, height=height, seen=job.seen,
+        up_hours=job.study.up_hours, note=f"{job.title}; {coordinates}",
     )  # fmt: skip
     return ["study.dxf"]
 
@@ -186,7 +212,7 @@ def _write_csv(job: Job) -> list[str]:
     study, timeline = job.study, job.timeline
     write_cells(job.folder / names[0], study)
     areas = None
-    if timeline.strides == (1, 1):
+    if study.is_plan and timeline.strides == (1, 1):
         is_counted = np.ones(timeline.shape, bool)
         if study.receivers == "ground":
             is_counted = timeline.surface <= 1e-6
@@ -236,10 +262,10 @@ def _write_film(kind: str) -> Callable[[Job], list[str]]:
 _POLYGONS: tuple[Any, ...] = ("pyclipr", "shapely")
 FORMATS = {
     "geotiff": Format(_write_geotiff, ("rasterio",), "gis"),
-    "geojson": Format(_write_geojson, _POLYGONS, "gis"),
-    "gpkg": Format(_write_geopackage, (*_POLYGONS, "pyogrio"), "gis"),
-    "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf"),
-    "csv": Format(_write_csv),
+    "geojson": Format(_write_geojson, _POLYGONS, "gis", of_views=True),
+    "gpkg": Format(_write_geopackage, (*_POLYGONS, "pyogrio"), "gis", of_views=True),
+    "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf", of_views=True),
+    "csv": Format(_write_csv, of_views=True),
     "glb": Format(_write_glb),
     "gif": Format(_write_film("gif")),
     "mp4": Format(_write_film("mp4"), ("av",), "video"),

@@ -31,20 +31,23 @@ def write_cells(path: str | os.PathLike[str], study: Study) -> None:
     ----------
     path : path
     study : Study
-        Every (y, x) array of its result becomes a column; instants are UTC.
+        Every (y, x) array of its result becomes a column, of a view those of its own axes;
+        instants are UTC.
     """
     arrays = {
         name: np.asarray(array)
         for name, (dimensions, array) in study.variables().items()
-        if dimensions == ("y", "x")
+        if dimensions == study.dims
     }
-    order = ["receiver_z", "sun_hours", "shadow_hours"]
+    order: list[str] = [
+        name for name in ("receiver_z", "sun_hours", "shadow_hours") if name in arrays
+    ]
     order += [name for name in arrays if name not in order]
     digits = {name: 3 if name == "receiver_z" else 4 for name in order}
     rows, cols = study.shadow_hours.shape
     xs, ys = ([f"{v:.3f}" for v in axis] for axis in (study.x, study.y))
     with Path(path).open("w", encoding="utf-8", newline="") as file:
-        file.write(",".join(["x", "y", *order]) + "\n")
+        file.write(",".join([*study.dims[::-1], *order]) + "\n")
         for row in range(rows):
             columns = [xs, [ys[row]] * cols]
             columns += [_to_text(arrays[name][row], digits[name]) for name in order]

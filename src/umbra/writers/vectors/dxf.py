@@ -20,6 +20,7 @@ def write_dxf(
     height: float,
     up_hours: float,
     note: str = "",
+    seen: Sequence[np.ndarray] = (),
 ) -> None:
     """
     Write outlines and lines as lightweight polylines in metres.
@@ -39,6 +40,8 @@ def write_dxf(
         The end of the colour scale [h].
     note : str
         Kept in the drawing's properties, with its CRS.
+    seen : sequence of (k, 2) float64
+        Closed borders of what a view sees, for the layer ``SEEN``.
 
     Raises
     ------
@@ -68,6 +71,11 @@ def write_dxf(
                 space.add_lwpolyline(
                     ring, close=True, dxfattribs={"layer": name, "elevation": height}
                 )
+    for border in seen:
+        name = add_layer("SEEN", np.zeros(3))
+        space.add_lwpolyline(
+            border[:-1], close=True, dxfattribs={"layer": name, "elevation": height}
+        )
     ramp = shade_ramp()
     for hour_line in hour_lines:
         share = hour_line.shadow_hours / max(up_hours, 1e-9)

@@ -15,7 +15,9 @@ __all__ = ["write_geojson"]
 _DEGREES, _METRES = 9, 6  # decimals: a tenth of a millimetre, and a thousandth
 
 
-def write_geojson(path: str | os.PathLike[str], layer: Layer, crs: object = None) -> None:
+def write_geojson(
+    path: str | os.PathLike[str], layer: Layer, crs: object = None, note: str = ""
+) -> None:
     """
     Write a layer as a FeatureCollection.
 
@@ -27,6 +29,8 @@ def write_geojson(path: str | os.PathLike[str], layer: Layer, crs: object = None
     crs : str, optional
         Theirs. Without it they stay as they are, and the member ``coordinates_note``
         says so: the file is then no map, but programs can still place it.
+    note : str
+        What coordinates are where they are no map's.
 
     Raises
     ------
@@ -44,7 +48,7 @@ def write_geojson(path: str | os.PathLike[str], layer: Layer, crs: object = None
     collection["coordinates_note"] = (
         f"longitude, latitude on WGS 84, reprojected from {name_crs(system)}"
         if system is not None
-        else f"{name_crs(system)}: not longitude and latitude"
+        else f"{note or name_crs(system)}: not longitude and latitude"
     )
     collection["features"] = [
         {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.study import Study
 
-__all__ = ["HourLine", "find_hour_lines"]
+__all__ = ["HourLine", "find_hour_lines", "find_seen"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class HourLine:
     shadow_hours, sun_hours : float
         On the line's deeper side at least, and at most [h].
     lines : list of (k, 2) float64
-        In the model's own coordinates [m].
+        In the study's own coordinates: of a plan the model's, of a view along it and upward [m].
     """
 
     shadow_hours: float
@@ -36,7 +36,8 @@ def find_hour_lines(study: Study) -> Iterator[HourLine]:
 
     Hours grow by whole steps from cell to cell. A line runs half a step below its hour, so
     midway between the last cell that has less and the first that has as much. On the
-    ground, lines end at buildings: what is under them does not count.
+    ground, lines end at buildings: what is under them does not count. In a view they end where
+    one surface ends before another.
 
     Parameters
     ----------
@@ -54,6 +55,10 @@ def find_hour_lines(study: Study) -> Iterator[HourLine]:
     hours = np.ma.masked_invalid(study.shadow_hours.astype(np.float64))
     if study.receivers == "ground":
         hours = np.ma.masked_where(study.heights > study.ground + 1e-6, hours)
+    elif not study.is_plan:
+        from umbra.writers.edges import find_breaks  # noqa: PLC0415
+
+        hours = np.ma.masked_where(find_breaks(study), hours)
     if min(hours.shape) < 2 or hours.mask.all():
         return
     generator = contourpy.contour_generator(study.x, study.y, hours)
@@ -63,3 +68,27 @@ def find_hour_lines(study: Study) -> Iterator[HourLine]:
         lines = [line for line in traced if len(line) > 1]
         if lines:
             yield HourLine(float(level), study.up_hours - level, lines)
+
+
+def find_seen(study: Study) -> list[NDArray[np.float64]]:
+    """
+    Trace the border of what a view sees, half a cell exact.
+
+    Parameters
+    ----------
+    study : Study
+        Of an elevation or a view from above.
+
+    Returns
+    -------
+    lines : list of (k, 2) float64
+        Along the view and upward [m]; closed.
+    """
+    import contourpy  # noqa: PLC0415
+
+    seen = np.pad(np.isfinite(study.shadow_hours).astype(np.float64), 1)
+    grid = study.grid
+    x = np.concatenate([[study.x[0] - grid.dx], study.x, [study.x[-1] + grid.dx]])
+    y = np.concatenate([[study.y[0] - grid.dy], study.y, [study.y[-1] + grid.dy]])
+    traced: Any = contourpy.contour_generator(x, y, seen).lines(0.5)
+    return [line for line in traced if len(line) > 2]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.writers.vectors.hour_lines import HourLine
 from umbra.writers.vectors.outlines import Outline
 
-__all__ = ["Layer", "make_line_layer", "make_outline_layer"]
+__all__ = ["Layer", "make_line_layer", "make_outline_layer", "make_seen_layer"]
 
 To = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
@@ -87,4 +87,13 @@ def make_line_layer(hour_lines: Iterable[HourLine]) -> Layer:
             "shadow_hours": [hour_line.shadow_hours for hour_line in found],
             "sun_hours": [hour_line.sun_hours for hour_line in found],
         },
+    )
+
+
+def make_seen_layer(lines: list[NDArray[np.float64]], receivers: str) -> Layer:
+    """Make a layer of the border of what a view sees, so that its lines have a place."""
+    import shapely  # noqa: PLC0415
+
+    return Layer(
+        "seen", "MultiLineString", [shapely.MultiLineString(lines)], {"receivers": [receivers]}
     )
