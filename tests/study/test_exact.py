@@ -1,12 +1,14 @@
 """Instants solved to a second: against finer and finer steps, and by hand."""
 
+import datetime as dt
+
 import numpy as np
 import pytest
 from support.days import EQUINOX, find_noon, wall
-from support.shapes import city
+from support.shapes import box, city, moved
 
 import umbra
-from umbra.scene import make_scene
+from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study import study as study_module
 from umbra.study.exact import find_runs
@@ -45,8 +47,8 @@ def test_finer_and_finer_steps_come_to_the_exact_answer(town, receivers):
             apart = np.abs(steps[name].values - exact[name].values)[known]
             assert (apart <= (every / 2 + 0.6) * 1e9 * np.timedelta64(1, "ns")).all()
     assert mean < 0.6  # [s]
-    # The rest had spells shorter than the exact study's half step of 2.5 minutes.
-    assert same.mean() > 0.97
+    # The rest had spells of less than the minute within which nothing is looked for.
+    assert same.mean() > 0.99
     assert exact.sun_spells.values.max() >= 3
 
 
@@ -54,10 +56,12 @@ def test_coarse_steps_solve_the_same_instants(town):
     options = {**HOURS, **PLACE, "receivers": "top", "spells": True, "exact": True}
     fine = umbra.shadow_study(town, VIENNA, every="5min", **options)
     coarse = umbra.shadow_study(town, VIENNA, every="30min", **options)
-    same = fine.sun_spells.values == coarse.sun_spells.values
-    assert same.mean() > 0.85
-    apart = np.abs(fine.sun_hours.values - coarse.sun_hours.values)[same] * 3600
-    assert (apart <= 0.5 * 2 * fine.sun_spells.values[same] + 0.2).all()
+    apart = np.abs(fine.sun_hours.values - coarse.sun_hours.values) * 3600
+    solved = apart <= 0.5 * 2 * fine.sun_spells.values + 0.2
+    assert solved.mean() > 0.99
+    assert apart.max() < 60  # one spell of less than a minute
+    assert fine.attrs["exact_least_spell_seconds"] == 50
+    assert coarse.attrs["exact_least_spell_seconds"] == 60
     np.testing.assert_allclose(fine.sun_hours + fine.shadow_hours, 7.5, rtol=1e-6)
 
 
@@ -98,8 +102,11 @@ def test_runs_hold_steps_ends_midpoints_sunrise_and_sunset():
     assert (altitude > 0).all()
     assert altitude[0] < 1e-5
     assert altitude[-1] < 1e-5
-    assert len(run) == 24 + 2  # 7:00 to 18:30 by half hours, and both ends
-    assert np.diff(run).max() == 1.8e9
+    # Each minute, and both ends; the half hours are the steps' ends and midpoints.
+    minutes = (altitude > 0).sum() - 2
+    assert np.diff(run).max() == 6e7
+    assert len(run) == minutes + 2 == (run[-2] - run[1]) // 6e7 + 3
+    assert set(period.instants.astype(np.int64)[3:-3]) <= set(run.tolist())
     night = make_period("2026-09-18", "22:00", "23:00", "1h", VIENNA)
     assert find_runs(night, 0) == []
     # The midnight sun dips below the horizon: two runs.
@@ -131,3 +138,52 @@ def test_threads_tiles_and_masks_change_nothing(town, monkeypatch):
 def test_a_tolerance_out_of_reach_is_refused(town):
     with pytest.raises(umbra.InputError, match="to 60 s"):
         umbra.shadow_study(town, VIENNA, every="1h", exact=1e-6, **HOURS, **PLACE)
+
+
+def test_a_pole_s_shadow_between_two_steps_is_found():
+    # At noon on the equator the sun goes 15 degrees an hour: the shadow of a pole 0.2 m wide,
+    # 10 m up, passes a place below in 0.2 / 10 rad, 275 s; one of 0.1 m in 137 s.
+    noon = find_noon()
+    start = noon.astype("datetime64[m]").item() - dt.timedelta(minutes=31)
+    for side, seconds in ((0.2, 275.0), (0.1, 137.5)):
+        bar = make_scene(*box((-side / 2, -50, 10), (side / 2, 50, 10.01)))
+        result = umbra.shadow_study(
+            bar, EQUATOR, date=start.date(), start=start.time(),
+            end=(start + dt.timedelta(hours=1)).time(), every="60min", exact=True,
+            refraction="none", extent=(0.45, -1, 0.55, 1), size=(1, 1), ground=0.0, spells=True,
+        )  # fmt: skip
+        # A step of an hour, whose ends and middle are in the sun.
+        assert float(result.shadow_hours[0, 0]) * 3600 == pytest.approx(seconds, rel=0.01)
+        assert int(result.sun_spells[0, 0]) == 2
+
+
+@pytest.mark.parametrize("receivers", ["ground", "surfaces"])
+def test_who_casts_is_as_exact_as_the_whole(receivers):
+    made = [
+        Part(name, "", Mesh(*moved(city(1, seed=seed), place)))
+        for seed, (name, place) in enumerate(
+            {"old": (0, 0, 0), "new": (-9, -8, 0), "far": (14, -3, 0)}.items()
+        )
+    ]
+    where = {**PLACE, "ground": 0.0} if receivers == "ground" else {"spacing": 2.0, "on": ["old"]}
+    options = {**HOURS, **where, "every": "1h", "receivers": receivers, "exact": True}
+    found = umbra.shadow_study(
+        make_scene(made), VIENNA, by="part", proposed=["new"], under="4h", **options
+    )
+    for name in ("new", "far"):
+        without = umbra.shadow_study(make_scene(made), VIENNA, no_cast=[name], **options)
+        np.testing.assert_allclose(
+            found.sole_hours.sel(caster=name), without.sun_hours - found.sun_hours, atol=1e-6
+        )
+        alone = umbra.shadow_study(make_scene(made), VIENNA, cast=[name], **options)
+        cast = found.cast_hours.sel(caster=name)
+        if receivers == "ground":
+            np.testing.assert_allclose(cast, alone.shadow_hours, atol=1e-6)
+        assert float(cast.max()) > 0.05
+    known = np.isfinite(found.hours_lost.values)
+    np.testing.assert_array_equal(
+        found.hours_lost.values[known], found.sole_hours.sel(caster="new").values[known]
+    )
+    # The map of what is newly under agrees with the hours beside it.
+    newly = (found.sun_hours < 4 - 1e-4) & (found.sun_hours + found.hours_lost >= 4 - 1e-4)
+    np.testing.assert_array_equal(found.newly_under, newly)

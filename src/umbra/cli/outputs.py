@@ -204,6 +204,9 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
         rules = read_rules(path)
     report = options.pop("report")
     _check_receivers(options.get("receivers", "ground"), formats, rules is not None)
+    if report and options.get("canopy"):
+        msg = "--report tells light from shadow alone; leave it out with --canopy"
+        raise InputError(msg)
     return Outputs(report, formats, tuple(casters), rules)
 
 

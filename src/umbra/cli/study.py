@@ -149,6 +149,7 @@ def _sum_up(study: Any) -> dict[str, Any]:
 
 def _check_clock(options: dict[str, Any]) -> None:
     """Find slips in the dates before anything is read."""
+    from umbra.study.canopy import check_transmissivity  # noqa: PLC0415
     from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
     from umbra.sun.clock import parse_duration  # noqa: PLC0415
 
@@ -158,6 +159,7 @@ def _check_clock(options: dict[str, Any]) -> None:
     if options["min_spell"] is not None:
         parse_duration(options["min_spell"], "least spell")
     parse_duration(options["under"], "least sun")
+    check_transmissivity(options["canopy"], options["transmissivity"], options["leaf_on"])
     if options["receivers"] not in {"ground", "top", "camera", "surfaces", "points"}:
         from umbra.study.views import find_direction  # noqa: PLC0415
 

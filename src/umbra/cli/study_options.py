@@ -157,6 +157,23 @@ _CASTERS = [
         metavar="PATTERN",
         help="Those of parts that do not; repeatable.",
     ),
+    click.option(
+        "--canopy",
+        multiple=True,
+        metavar="PATTERN",
+        help="Parts that let a share of the light through, such as trees: names, kinds or layers; "
+        "repeatable.",
+    ),
+    click.option(
+        "--transmissivity",
+        metavar="SHARE",
+        help="What share of the light that is; ON:OFF with leaves and without; default: 0.03.",
+    ),
+    click.option(
+        "--leaf-on",
+        metavar="MM-DD..MM-DD",
+        help="When leaves are on, with two shares: 04-15..10-31.",
+    ),
     click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis."),
 ]
 _RESULTS = [

@@ -9,7 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.face_tree import FaceTree
 from umbra.scene import Scene
+from umbra.study.canopy import Canopy
 from umbra.study.compare import find_losses, read_hours
 from umbra.study.counting import Counter
 from umbra.study.ledger import Ledger
@@ -34,11 +36,18 @@ class Tile(Protocol):
     def places(self) -> Places:
         """The receivers as points."""
 
+    @property
+    def tree(self) -> FaceTree:
+        """What casts, for ways that start anywhere."""
+
     def make_counter(self) -> Counter:
         """Count all that casts, and attached shadow."""
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: where they can be, and the masks there."""
+
+    def with_casters(self, parts: Sequence[int] | None = None) -> "Tile":
+        """Give the same receivers with other parts casting; all but canopies by default."""
 
     def find_parts(self) -> NDArray[np.intp]:
         """Give each receiver's part; -1 where it has none."""
@@ -75,14 +84,16 @@ class Asked:
         by: str | None,
         proposed: Sequence[str],
         under: str | float | dt.timedelta,
+        canopy: Canopy | None = None,
     ) -> "Asked":
         """Read the options, see ``umbra.shadow_study``."""
-        groups = find_groups(scene, casters, who, by) if who or by else None
+        weak = () if canopy is None else canopy.casting
+        groups = find_groups(scene, casters, who, by, weak) if who or by else None
         if not proposed:
             return cls(groups, len(groups.names) if groups else 0)
         parts = tuple(sorted(set().union(*(scene.select([pattern]) for pattern in proposed))))
-        new = find_groups(scene, casters, proposed)  # refuses those that do not cast
-        whole = Groups(("proposed",), new.pieces, np.atleast_2d(new.member.any(0)))
+        new = find_groups(scene, casters, proposed, None, weak)  # refuses those that do not cast
+        whole = Groups(("proposed",), new.pieces, np.atleast_2d(new.member.any(0)), new.is_weak)
         shown = len(groups.names) if groups else 0
         return cls(_join(groups, whole), shown, parts, read_hours(under))
 
@@ -140,9 +151,49 @@ class Answer:
             tile.shape,
             self.model.threads,
             progress,
+            self.ledger.shares,
         )
         inside = where if isinstance(where, tuple) else (where,)
         self.cast[:, *inside], self.sole[:, *inside] = shares.cast, shares.sole
+        self._keep_owner(tile, where)
+
+    def add_exactly(
+        self,
+        tile: Tile,
+        where: Any,
+        solve: Callable[[Sequence[int]], NDArray[np.float32]],
+        progress: Callable[[int], object],
+    ) -> None:
+        """
+        Solve a tile: whatever a group casts is the difference of two exact studies.
+
+        Parameters
+        ----------
+        tile : Tile
+        where : index
+            Where the tile's receivers lie among all.
+        solve : callable
+            Gives the hours in shadow of the tile if only some parts cast [h].
+        progress : callable
+        """
+        groups = self.asked.groups
+        if groups is None:
+            return
+        up = int(self.ledger.period.sun.is_up.sum())
+        everything = sorted(part for piece in groups.pieces for part in piece)
+        attached = solve([])
+        inside = where if isinstance(where, tuple) else (where,)
+        for k, row in enumerate(groups.member):
+            mine = {p for piece, is_mine in zip(groups.pieces, row) if is_mine for p in piece}
+            without = solve([part for part in everything if part not in mine])
+            lost = self.ledger.shadow_hours[where] - without
+            self.sole[k, *inside] = np.maximum(lost, 0)
+            if k < self.asked.shown:
+                self.cast[k, *inside] = np.maximum(solve(sorted(mine)) - attached, 0)
+            progress(up * (k + 1) // len(groups.names) - up * k // len(groups.names))
+        self._keep_owner(tile, where)
+
+    def _keep_owner(self, tile: Tile, where: Any) -> None:
         if self.asked.proposed:
             self.owner[where] = tile.find_parts()
 
@@ -193,4 +244,5 @@ def _join(some: Groups | None, more: Groups) -> Groups:
     keys = np.array(list(pieces))
     member = np.concatenate([some.member[:, keys[:, 0]], more.member[:, keys[:, 1]]])
     listed = tuple(tuple(parts) for parts in pieces.values())
-    return Groups(some.names + more.names, listed, np.ascontiguousarray(member))
+    is_weak = some.is_weak[keys[:, 0]]
+    return Groups(some.names + more.names, listed, np.ascontiguousarray(member), is_weak)

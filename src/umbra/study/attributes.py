@@ -21,6 +21,12 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
     },
     "sun_direction": {"long_name": "unit vector toward the sun in the model's axes", "units": "1"},
     "in_shadow": {"long_name": "whether the cell is in shadow", "units": "1"},
+    "canopy_hours": {"long_name": "hours behind canopies alone", "units": "h"},
+    "canopy_transmissivity": {
+        "long_name": "share of the light that canopies let through",
+        "units": "1",
+    },
+    "under_canopy": {"long_name": "whether the cell is behind canopies alone", "units": "1"},
     "day": {"long_name": "local date"},
     "up_hours_by_day": {"long_name": "hours with the sun up on the day", "units": "h"},
     "first_sun": {"long_name": "when the first spell of sun begins, UTC", "standard_name": "time"},

@@ -1,15 +1,17 @@
 """
 When each receiver enters and leaves shadow, solved to a tolerance.
 
-The instants at the steps' ends and midpoints are counted as ever. Where two that follow
-one another differ at a receiver, the instant of the change is bisected: the sun's place
-is found in between, and the way to it is tried face by face, in float64, with the same
-rules. Between two instants that agree a receiver is taken to stay as it is, so a spell
-shorter than half a step can be missed; a smaller step finds it. Sunrise and sunset are
-solved too.
+Instants are counted as ever, a minute apart at most, the steps' ends and midpoints among
+them. Where two that follow one another differ at a receiver, the instant of the change is
+bisected: the sun's place is found in between, and the way to it is tried face by face, in
+float64, with the same rules. Between two instants that agree a receiver is taken to stay
+as it is, so that sun or shadow of more than a minute is surely found, whatever the step;
+with a smaller step also what is longer than half of it. Sunrise and sunset are solved too.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,9 +27,33 @@ from umbra.study.receivers import Places
 from umbra.study.spells import BEGAN, BLOCK, Spells, SpellState, end_spell, join_days
 from umbra.sun import find_sun
 
-__all__ = ["count_exactly", "find_runs"]
+__all__ = ["Caught", "count_exactly", "find_least_spell", "find_runs"]
 
-_NODE = 30_000_000  # the sun's path is straight between instants so far apart, to 0.01 s [us]
+_LOOK = 60_000_000
+"""Instants are at most so far apart, so that nothing longer is missed [us]."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """
+    Instants with the sun up, one after another, and the sun.
+
+    Parameters
+    ----------
+    times : (n,) int64
+        UTC [us since 1970].
+    suns : (n, 3) float64
+        At these.
+    paths : (n - 1, 3, 3) float64
+        From each to the next: at its beginning, middle and end. Within half a minute
+        the path is straight, to 0.01 s.
+    """
+
+    times: NDArray[np.int64]
+    suns: NDArray[np.float64]
+    paths: NDArray[np.float64]
+
+
 _SECOND = 1_000_000
 
 
@@ -43,12 +69,11 @@ def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
     Returns
     -------
     runs : list of (n,) int64
-        UTC [us since 1970]: the steps' ends and midpoints with the sun up, and sunrise
-        and sunset where they fall into the period.
+        UTC [us since 1970]: the steps' ends and midpoints with the sun up, instants
+        between them at most a minute apart, and sunrise and sunset where they fall into
+        the period.
     """
-    steps = period.steps[day]
-    times = np.zeros(2 * len(steps.hours) + 1, np.int64)
-    times[::2], times[1::2] = steps.stamps.astype(np.int64), steps.instants.astype(np.int64)
+    times = _find_times(period, day)
     is_up = _find_up(period, times)
     change = np.flatnonzero(is_up[1:] != is_up[:-1])
     low, high = times[change], times[change + 1]
@@ -71,10 +96,35 @@ def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
     return [run for run in runs if len(run) > 1]
 
 
+def find_least_spell(period: Period) -> float:
+    """Give the length from which no spell of sun or shadow is missed [s]."""
+    return max(
+        float(np.diff(_find_times(period, day)).max()) / _SECOND for day in range(len(period.days))
+    )
+
+
+@dataclass(eq=False)
+class Caught:
+    """
+    Receivers and what casts on them, followed from instant to instant.
+
+    Parameters
+    ----------
+    counter : Counter
+        Of these receivers.
+    tree : FaceTree
+        Of what casts in it.
+    """
+
+    counter: Counter
+    tree: FaceTree
+    state: SpellState = field(init=False)
+    before: NDArray[np.uint8] | None = None
+
+
 def count_exactly(
-    counter: Counter,
+    caught: Sequence[Caught],
     places: Places,
-    tree: FaceTree,
     shape: tuple[int, ...],
     ledger: Ledger,
     where: Any = ...,
@@ -85,12 +135,10 @@ def count_exactly(
 
     Parameters
     ----------
-    counter : Counter
-        Of these receivers.
+    caught : sequence of Caught
+        All that casts; if there are canopies, then without them.
     places : Places
         The same receivers, flat.
-    tree : FaceTree
-        Of what casts.
     shape : tuple of int
     ledger : Ledger
         Written to.
@@ -104,35 +152,30 @@ def count_exactly(
     everything = 0
     days: list[Spells] = []
     for day in range(len(period.days)):
-        state = SpellState(shape, wanted.min_spell)
-        runs = find_runs(period, day)
-        up = sum(int(run[-1] - run[0]) for run in runs)
+        for one in caught:
+            one.state = SpellState(shape, wanted.min_spell)
+        runs = _follow_sun(period, day, wanted.tolerance)
+        up = sum(int(run.times[-1] - run.times[0]) for run in runs)
         told, steps = 0, int(period.sun.is_up[owner == day].sum())
         for run in runs:
-            before = None
-            for first in range(0, len(run), 8):
-                masks = counter.masks(_find_directions(period, run, first, wanted.tolerance))
-                _keep(ledger, run[first : first + 8], masks, where)
-                for i, mask in enumerate(masks.reshape(len(masks), -1), first):
-                    if before is None:
-                        _begin(mask, run[0], state.state)
-                    else:
-                        _advance(
-                            before, mask, run[i - 1], run[i],
-                            _find_path(period, run[i - 1], run[i]),
-                            round(wanted.tolerance * _SECOND), places.points, places.normals,
-                            tree.boxes, tree.links, tree.corners, tree.ids, tree.normals,
-                            wanted.min_spell, state.state,
-                        )  # fmt: skip
-                    before = mask
-                done = min(steps, steps * (first + 8) // len(run)) - told
+            for one in caught:
+                one.before = None
+            count = len(run.times)
+            for first in range(0, count, 8):
+                masks = [one.counter.masks(run.suns[first : first + 8]) for one in caught]
+                _keep(ledger, run.times[first : first + 8], masks, where)
+                for i in range(first, min(first + 8, count)):
+                    for one, mask in zip(caught, masks):
+                        _follow(one, mask[i - first].ravel(), run, i, places, ledger)
+                done = min(steps, steps * (first + 8) // count) - told
                 if done > 0:
                     progress(done)
                     told += done
-            state.end_all(int(run[-1]))
+            for one in caught:
+                one.state.end_all(int(run.times[-1]))
         if told < steps:
             progress(steps - told)
-        spells = state.finish()
+        spells = _weigh([one.state.finish() for one in caught], ledger, day)
         ledger.up_hours_by_day[day] = up / 3.6e9
         enter_day(ledger, spells, up, where, day)
         days = [join_days([*days, spells])]
@@ -140,14 +183,64 @@ def count_exactly(
     enter_period(ledger, days[0], everything, where)
 
 
-def _keep(ledger: Ledger, times: NDArray[np.int64], masks: NDArray[np.uint8], where: Any) -> None:
+def _follow(
+    one: Caught,
+    mask: NDArray[np.uint8],
+    run: _Run,
+    i: int,
+    places: Places,
+    ledger: Ledger,
+) -> None:
+    """Go on to the next instant of a run."""
+    if one.before is None:
+        _begin(mask, run.times[0], one.state.state)
+    else:
+        tree = one.tree
+        _advance(
+            one.before, mask, run.times[i - 1], run.times[i], run.paths[i - 1],
+            round(ledger.wanted.tolerance * _SECOND), places.points, places.normals, tree.boxes,
+            tree.links, tree.corners, tree.ids, tree.normals, ledger.wanted.min_spell,
+            one.state.state,
+        )  # fmt: skip
+    one.before = mask
+
+
+def _weigh(found: list[Spells], ledger: Ledger, day: int) -> Spells:
+    """Give the spells of a day with the time behind canopies, if there are any."""
+    if ledger.shares is None:
+        return found[0]
+    weakened, solid = found
+    spells = solid if ledger.lets_all_through(day) else weakened
+    return spells.add_behind(np.maximum(solid.sun - weakened.sun, 0), float(ledger.shares[day]))
+
+
+def _find_times(period: Period, day: int) -> NDArray[np.int64]:
+    """Give a day's steps' ends and midpoints, and what lies evenly between them."""
+    steps = period.steps[day]
+    times = np.zeros(2 * len(steps.hours) + 1, np.int64)
+    times[::2], times[1::2] = steps.stamps.astype(np.int64), steps.instants.astype(np.int64)
+    gaps = np.diff(times)
+    parts = -(-gaps // _LOOK)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    place = np.arange(len(first)) - first
+    between = np.repeat(times[:-1], parts) + np.repeat(gaps, parts) * place // np.repeat(
+        parts, parts
+    )
+    return np.append(between, times[-1])
+
+
+def _keep(
+    ledger: Ledger, times: NDArray[np.int64], masks: list[NDArray[np.uint8]], where: Any
+) -> None:
     """Keep the masks of the instants that are steps' midpoints, if masks are asked for."""
     if ledger.masks is None:
         return
     instants = ledger.period.instants.astype(np.int64)
     place = np.minimum(np.searchsorted(instants, times), len(instants) - 1)
     is_middle = instants[place] == times
-    ledger.masks.keep(place[is_middle], masks[is_middle], where)
+    dark = masks[-1][is_middle]
+    behind = masks[0][is_middle] & ~dark if len(masks) > 1 else None
+    ledger.keep_masks(place[is_middle], dark, behind, where)
 
 
 def _find_up(period: Period, times: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -155,24 +248,23 @@ def _find_up(period: Period, times: NDArray[np.int64]) -> NDArray[np.bool_]:
     return path.is_up
 
 
-def _find_directions(
-    period: Period, run: NDArray[np.int64], first: int, tolerance: float
-) -> NDArray[np.float64]:
-    """Give the sun at the next few instants; at sunrise and sunset a moment within the run."""
+@lru_cache(maxsize=32)
+def _follow_sun(period: Period, day: int, tolerance: float) -> list[_Run]:
+    """Find the sun along a day's runs, once for all that is counted on it."""
+    found = []
     inside = round(tolerance * _SECOND / 2)
-    some = np.clip(run[first : first + 8], run[0] + inside, max(run[-1] - inside, run[0] + inside))
-    return find_sun(
-        period.site, some.view("datetime64[us]"), refraction=period.refraction
-    ).direction
-
-
-def _find_path(period: Period, start: int, end: int) -> NDArray[np.float64]:
-    """Give the sun at equal distances from one instant to another, (n, 3)."""
-    count = -(-int(end - start) // _NODE) + 1
-    times = np.linspace(start, end, max(count, 2)).astype(np.int64)
-    return find_sun(
-        period.site, times.view("datetime64[us]"), refraction=period.refraction
-    ).direction
+    for times in find_runs(period, day):
+        # At sunrise and sunset a moment within the run.
+        seen = np.clip(times, times[0] + inside, max(times[-1] - inside, times[0] + inside))
+        between = (times[:-1] + times[1:]) // 2
+        sun = find_sun(
+            period.site,
+            np.concatenate([seen, times, between]).view("datetime64[us]"),
+            refraction=period.refraction,
+        ).direction
+        suns, ends, middle = np.split(sun, [len(times), 2 * len(times)])
+        found.append(_Run(times, suns, np.stack([ends[:-1], middle, ends[1:]], 1)))
+    return found
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.study.canopy import Canopy
 from umbra.study.masks import Masks
 from umbra.study.period import Period
 from umbra.study.spells import Spells, to_hours
@@ -74,18 +75,35 @@ class Ledger:
     shape : tuple of int
         Of the receivers.
     wanted : Wanted
+    canopy : Canopy, optional
+
+    Attributes
+    ----------
+    shares : (n_days,) float64, optional
+        Of the light that canopies let through.
     """
 
-    def __init__(self, period: Period, shape: tuple[int, ...], wanted: Wanted) -> None:
+    def __init__(
+        self,
+        period: Period,
+        shape: tuple[int, ...],
+        wanted: Wanted,
+        canopy: Canopy | None = None,
+    ) -> None:
         self.period, self.shape, self.wanted = period, shape, wanted
         self.shadow_hours = np.zeros(shape, np.float32)
         self.masks = Masks(period.sun.is_up, shape) if wanted.masks else None
+        self.shares = None if canopy is None else canopy.find_shares(period.days)
+        self.canopy_masks = Masks(period.sun.is_up, shape) if canopy and wanted.masks else None
         self.up_hours_by_day = period.up_hours_by_day
         days = len(period.days)
         self._whole = {name: np.zeros(shape, t) for name, t in wanted._spell_types().items()}
         self._by_day: dict[str, NDArray] = {}
+        types = {"shadow_hours": np.dtype(np.float32), **wanted._spell_types()}
+        if canopy is not None:
+            self._whole["canopy_hours"] = np.zeros(shape, np.float32)
+            types["canopy_hours"] = np.dtype(np.float32)
         if wanted.by_day:
-            types = {"shadow_hours": np.dtype(np.float32), **wanted._spell_types()}
             self._by_day = {name: np.zeros((days, *shape), t) for name, t in types.items()}
 
     @property
@@ -93,12 +111,38 @@ class Ledger:
         """How long the sun is up in the whole period [h]."""
         return float(self.up_hours_by_day.sum())
 
+    def lets_all_through(self, day: int) -> bool:
+        """Tell whether canopies weaken nothing on a day."""
+        return self.shares is not None and self.shares[day] >= 1
+
+    def keep_masks(
+        self,
+        instants: NDArray[np.intp],
+        masks: NDArray[np.uint8],
+        behind: NDArray[np.uint8] | None,
+        where: Any = ...,
+    ) -> None:
+        """Store some instants, if they are asked for: shadow, and what is behind canopies alone."""
+        if self.masks is not None:
+            self.masks.keep(instants, masks, where)
+        if self.canopy_masks is not None and behind is not None:
+            self.canopy_masks.keep(instants, behind, where)
+
     def keep_hours(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
         """Store hours in shadow of a tile: of the whole period, or of one day."""
         if day is None:
             self.shadow_hours[where] = hours
         elif self._by_day:
             self._by_day["shadow_hours"][day][where] = hours
+
+    def keep_behind(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
+        """Store the hours behind canopies alone: of the whole period, or of one day."""
+        if self.shares is None:
+            return
+        if day is None:
+            self._whole["canopy_hours"][where] = hours
+        elif self._by_day:
+            self._by_day["canopy_hours"][day][where] = hours
 
     def keep_spells(self, spells: Spells, where: Any = ..., day: int | None = None) -> None:
         """Store the spells of a tile: of the whole period, or of one day."""
@@ -149,4 +193,9 @@ class Ledger:
             found |= {f"{name}_by_day": (("day", *dims), array) for name, array in by_day.items()}
         if self.masks is not None:
             found["in_shadow"] = (("time", *dims), self.masks)  # type: ignore[assignment]
+        if self.shares is not None:
+            found["canopy_transmissivity"] = (("time",), self.shares[self.period.day_of_step])
+        if self.canopy_masks is not None:
+            masks: Any = self.canopy_masks
+            found["under_canopy"] = (("time", *dims), masks)
         return found

@@ -1,8 +1,9 @@
 """A scene made ready for study: who casts, who receives, and how that is counted."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from umbra.cpu.rays import find_hidden
 from umbra.cpu.sweep import Sweep
 from umbra.scene import Scene, Triangles
 from umbra.scene.grid import Grid
+from umbra.study.beneath import BeneathSweep
+from umbra.study.canopy import Canopy
 from umbra.study.receivers import Places, Surface, find_surface
 from umbra.volume.adjacency import Caster, make_caster
 
@@ -31,19 +34,32 @@ class Casting:
     soup : Triangles
         All that is seen.
     caster : Caster
-        What casts.
+        What casts, canopies as if they were solid.
     threads : int
+    canopy : Canopy, optional
+        What of it lets light through.
     """
 
     scene: Scene
     soup: Triangles
     caster: Caster
     threads: int
+    canopy: Canopy | None = field(default=None, kw_only=True)
 
     @cached_property
     def tree(self) -> FaceTree:
         """What casts, for ways that start anywhere."""
         return make_face_tree(self.caster)
+
+    @cached_property
+    def solid(self) -> Self:
+        """The same without the canopies."""
+        parts = () if self.canopy is None else self.canopy.solid
+        return self if self.canopy is None else self.with_casters(parts)
+
+    def with_casters(self, parts: Sequence[int]) -> Self:
+        """Give the same receivers with other parts casting, all of them solid."""
+        return replace(self, caster=_make_caster(self.scene, parts), canopy=None)
 
     @cached_property
     def _trees(self) -> dict[int, tuple[Caster, FaceTree]]:
@@ -69,16 +85,20 @@ class Casting:
         masks : (n, k) uint8
             Of those.
         """
-        key = id(caster)  # which stays its own, since the caster is kept beside the tree
-        if key not in self._trees:
-            self._trees[key] = caster, make_face_tree(caster)
         corners = caster.vertices[caster.faces.ravel()]
         which = places.find_reached(corners.min(0), corners.max(0), suns)
         masks = find_hidden(
-            self._trees[key][1], places.points[which], places.normals[which], suns, self.threads,
-            attached=False,
+            self.find_tree(caster), places.points[which], places.normals[which], suns,
+            self.threads, attached=False,
         )  # fmt: skip
         return which, masks
+
+    def find_tree(self, caster: Caster) -> FaceTree:
+        """Give the tree of one of ``make_casters``, made once."""
+        key = id(caster)  # which stays its own, since the caster is kept beside the tree
+        if key not in self._trees:
+            self._trees[key] = caster, make_face_tree(caster)
+        return self._trees[key][1]
 
     def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
         """Make casters of some parts each, as if they stood alone."""
@@ -102,7 +122,7 @@ class Model(Casting):
     receivers: str
     ground: float
 
-    def make_sweep(self, grid: Grid) -> tuple[Surface, Sweep]:
+    def make_sweep(self, grid: Grid) -> tuple[Surface, Sweep | BeneathSweep]:
         """
         Look at a raster from above and make ready to count on it.
 
@@ -121,7 +141,13 @@ class Model(Casting):
 
     def make_tile(self, grid: Grid) -> "PlanTile":
         """Look at a raster from above."""
-        return PlanTile(self, grid, find_surface(self.soup, grid, self.ground, self.threads))
+        surface = find_surface(self.soup, grid, self.ground, self.threads)
+        beneath = np.zeros(0, np.intp)
+        if self.canopy is not None and self.receivers == "top":
+            crowns = self.scene.triangles(self.canopy.casting)
+            above = find_surface(crowns, grid, self.ground, self.threads)
+            beneath = np.flatnonzero(above.heights > surface.heights)
+        return PlanTile(self, grid, surface, beneath)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +162,14 @@ class PlanTile:
         Local frame.
     surface : Surface
         Of the grid.
+    beneath : (n,) int
+        Flat indices of the cells over which canopies hang.
     """
 
     model: Model
     grid: Grid
     surface: Surface
+    beneath: NDArray[np.intp]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -148,16 +177,24 @@ class PlanTile:
         return self.grid.rows, self.grid.cols
 
     @property
+    def tree(self) -> FaceTree:
+        """What casts, for ways that start anywhere."""
+        return self.model.tree
+
+    @property
     def relief(self) -> NDArray[np.float64]:
         """What stands above the ground, (rows, cols) float64 [m]."""
         return self.surface.heights - self.model.ground
 
-    def make_counter(self) -> Sweep:
+    def make_counter(self) -> Sweep | BeneathSweep:
         """Make ready to count: on a plane by crossings, on anything else by spans."""
         model, surface = self.model, self.surface
         if model.receivers == "ground":
             return PlaneSweep(model.caster, self.grid, model.ground, model.threads)
-        return FieldSweep(model.caster, self.grid, surface.heights, model.threads, surface.slopes)
+        sweep = FieldSweep(model.caster, self.grid, surface.heights, model.threads, surface.slopes)
+        if not len(self.beneath):
+            return sweep
+        return BeneathSweep(sweep, self.beneath, model.tree, self._place(self.beneath))
 
     def find_cast(
         self, caster: Caster, suns: NDArray[np.float64]
@@ -186,7 +223,18 @@ class PlanTile:
             return window, np.zeros((len(suns), max(grid.rows, 0), max(grid.cols, 0)), np.uint8)
         if is_plane:
             return window, PlaneSweep(caster, grid, floor, model.threads).masks(suns)
-        return window, FieldSweep(caster, grid, heights[window], model.threads).masks(suns)
+        sweep = FieldSweep(caster, grid, heights[window], model.threads)
+        inside = np.zeros(self.shape, np.bool_)
+        inside.ravel()[self.beneath] = True
+        if not inside[window].any():
+            return window, sweep.masks(suns)
+        places = self._place(np.flatnonzero(inside & _fill(self.shape, window)))
+        cells, tree = np.flatnonzero(inside[window]), model.find_tree(caster)
+        return window, BeneathSweep(sweep, cells, tree, places, attached=False).masks(suns)
+
+    def _place(self, cells: NDArray[np.intp]) -> Places:
+        """Give some cells' centres."""
+        return Places(self.places.points[cells], self.places.normals[cells])
 
     @cached_property
     def places(self) -> Places:
@@ -201,6 +249,11 @@ class PlanTile:
             normals[slopes.cells] = slopes.planes[:3, slopes.face].T
         return Places(np.stack([x, y, z], -1).reshape(-1, 3), normals)
 
+    def with_casters(self, parts: Sequence[int] | None = None) -> "PlanTile":
+        """Give the same receivers with other parts casting; all but canopies by default."""
+        model = self.model.solid if parts is None else self.model.with_casters(parts)
+        return replace(self, model=model)
+
     def find_parts(self) -> NDArray[np.intp]:
         """Give the part that is topmost in each cell, (rows, cols); -1 on the ground."""
         face = self.surface.face
@@ -208,7 +261,12 @@ class PlanTile:
 
 
 def prepare_model(
-    scene: Scene, casters: list[int], receivers: str, ground: float, threads: int
+    scene: Scene,
+    casters: list[int],
+    receivers: str,
+    ground: float,
+    threads: int,
+    canopy: Canopy | None = None,
 ) -> Model:
     """
     Find the adjacency of what casts.
@@ -222,21 +280,35 @@ def prepare_model(
     ground : float
         Local frame [m].
     threads : int
+    canopy : Canopy, optional
     """
-    cast = prepare_casting(scene, casters, threads)
-    return Model(scene, cast.soup, cast.caster, threads, receivers, ground)
+    cast = prepare_casting(scene, casters, threads, canopy)
+    return Model(scene, cast.soup, cast.caster, threads, receivers, ground, canopy=canopy)
 
 
-def prepare_casting(scene: Scene, casters: list[int], threads: int) -> Casting:
+def prepare_casting(
+    scene: Scene, casters: list[int], threads: int, canopy: Canopy | None = None
+) -> Casting:
     """Find the adjacency of what casts, for any receivers; same parameters."""
     soup = scene.triangles()
     caster = _make_caster(scene, casters, soup if len(casters) == len(scene.parts) else None)
-    return Casting(scene, soup, caster, threads)
+    if canopy is not None:
+        seen = np.ones(len(scene.parts), np.bool_)
+        seen[list(canopy.parts)] = False
+        soup = scene.triangles(np.flatnonzero(seen).tolist())
+    return Casting(scene, soup, caster, threads, canopy=canopy)
 
 
 def _make_caster(scene: Scene, parts: Sequence[int], soup: Triangles | None = None) -> Caster:
     soup = scene.triangles(parts) if soup is None else soup
     return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
+
+
+def _fill(shape: tuple[int, ...], window: tuple[slice, ...]) -> NDArray[np.bool_]:
+    """Give where a window lies among all cells."""
+    where = np.zeros(shape, np.bool_)
+    where[window] = True
+    return where
 
 
 def _crop(

@@ -10,6 +10,7 @@ from umbra.cpu.threads import count_cores
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.device import DEVICES
+from umbra.study.exact import find_least_spell
 from umbra.study.ledger import FEW_DAYS, Wanted
 from umbra.study.period import Period
 from umbra.sun import find_sun
@@ -88,6 +89,7 @@ def describe_period(period: Period, wanted: Wanted) -> dict[str, object]:
         facts["min_spell_minutes"] = wanted.min_spell / 6e7
     if wanted.tolerance:
         facts["exact_tolerance_seconds"] = wanted.tolerance
+        facts["exact_least_spell_seconds"] = find_least_spell(period)
     return facts
 
 

@@ -1,12 +1,13 @@
 """Studies of single points: samples of surfaces, and windows or sensors from a table."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.cpu.face_tree import FaceTree
 from umbra.cpu.memory import find_memory
 from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
@@ -55,6 +56,11 @@ class PointTile:
         """Number of points."""
         return (len(self.places.points),)
 
+    @property
+    def tree(self) -> FaceTree:
+        """What casts, for ways that start anywhere."""
+        return self.casting.tree
+
     def make_counter(self) -> "PointTile":
         """Give what counts these receivers: this."""
         return self
@@ -81,6 +87,11 @@ class PointTile:
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
         """Find the shadows of one caster alone: where they can be, and the masks there."""
         return self.casting.find_cast(self.places, caster, suns)
+
+    def with_casters(self, parts: Sequence[int] | None = None) -> "PointTile":
+        """Give the same receivers with other parts casting; all but canopies by default."""
+        casting = self.casting.solid if parts is None else self.casting.with_casters(parts)
+        return replace(self, casting=casting)
 
     def find_parts(self) -> NDArray[np.intp]:
         """Give each point's part; -1 for none."""
@@ -210,8 +221,12 @@ def run_point_study(
     """
     setup = Setup.of(scene, site, **options)
     origin = scene.origin
-    casting = prepare_casting(scene, setup.casters, setup.threads)
-    samples = sample_surfaces(scene, spacing, on) if receivers == "surfaces" else None
+    canopy = setup.canopy
+    casting = prepare_casting(scene, setup.casters, setup.threads, canopy)
+    samples = None
+    if receivers == "surfaces":
+        left = None if canopy is None else canopy.find_receivers(scene, on)
+        samples = sample_surfaces(scene, spacing, on, left)
     if samples is not None:
         places = Places(samples.points, samples.normals)
         part, area = samples.part[samples.surface], samples.area

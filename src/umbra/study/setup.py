@@ -5,16 +5,20 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import umbra
+from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.asked import Answer, Asked, Tile
+from umbra.study.canopy import Canopy
 from umbra.study.counting import count_period
 from umbra.study.device import Counters
-from umbra.study.exact import count_exactly
+from umbra.study.exact import Caught, count_exactly
 from umbra.study.ledger import Ledger, Wanted
 from umbra.study.model import Casting
 from umbra.study.options import (
@@ -69,6 +73,7 @@ class Setup:
         Indices of the parts that cast.
     threads : int
     device : {'auto', 'cpu', 'gl'}
+    canopy : Canopy, optional
     begun : float
         Clock when the work began [s].
     """
@@ -81,6 +86,7 @@ class Setup:
     casters: list[int]
     threads: int
     device: str = "auto"
+    canopy: Canopy | None = None
     begun: float = field(default_factory=time.perf_counter)
 
     @classmethod
@@ -104,6 +110,9 @@ class Setup:
         under: str | float | dt.timedelta = "2h",
         cast: Sequence[str] = (),
         no_cast: Sequence[str] = (),
+        canopy: Sequence[str] = (),
+        transmissivity: str | float | Sequence[float] | None = None,
+        leaf_on: str | None = None,
         masks: bool = False,
         refraction: Refraction = "standard",
         device: str = "auto",
@@ -111,6 +120,9 @@ class Setup:
     ) -> "Setup":
         """Read and check the options, see ``umbra.shadow_study``."""
         threads = check_device(device, threads)
+        if canopy and device == "gl":
+            msg = "the gl device does not weaken light; leave --device out, or --canopy"
+            raise InputError(msg, device=device)
         period = make_period(
             date, start, end, every, site, every_days=every_days, refraction=refraction
         )
@@ -118,18 +130,23 @@ class Setup:
             period, by_day=by_day, spells=spells, min_spell=min_spell, masks=masks, exact=exact
         )
         casters = select_casters(scene, cast, no_cast)
-        asked = Asked.of(scene, casters, who, by, proposed, under)
-        return cls(scene, site, period, wanted, asked, casters, threads, device)
+        canopies = Canopy.of(scene, casters, canopy, transmissivity, leaf_on)
+        asked = Asked.of(scene, casters, who, by, proposed, under, canopies)
+        device = "cpu" if canopies else device
+        return cls(scene, site, period, wanted, asked, casters, threads, device, canopies)
 
     @property
     def bytes_of_masks(self) -> int:
         """What masks take of each receiver [byte]."""
-        return (int(self.period.sun.is_up.sum()) + 7) // 8 if self.wanted.masks else 0
+        each = (int(self.period.sun.is_up.sum()) + 7) // 8 if self.wanted.masks else 0
+        return 2 * each if self.canopy else each
 
     @property
     def bytes_kept(self) -> int:
         """What else is kept of each receiver besides hours [byte]."""
-        return self.wanted.bytes_kept(len(self.period.days)) + self.asked.bytes_kept
+        days = len(self.period.days)
+        behind = (4 + 4 * days * self.wanted.by_day) if self.canopy else 0
+        return self.wanted.bytes_kept(days) + self.asked.bytes_kept + behind
 
     def count(
         self,
@@ -152,7 +169,7 @@ class Setup:
             Told how many instants are done, and of how many.
         """
         period, wanted, asked = self.period, self.wanted, self.asked
-        ledger = Ledger(period, shape, wanted)
+        ledger = Ledger(period, shape, wanted, self.canopy)
         answer = Answer(asked, casting, ledger)
         suns = period.sun.direction[period.sun.is_up]
         works = len(suns) * (2 if asked.groups else 1)
@@ -161,19 +178,39 @@ class Setup:
             for n, (where, make_tile) in enumerate(tiles):
                 tile = make_tile()
                 counter = counters.make(tile)
+                solid = tile.with_casters() if self.canopy else None
                 if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes buffers
                     counter.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
                 advance = make_advance(progress, n * works, len(tiles) * works)
                 started = time.perf_counter()
                 if wanted.tolerance:
-                    count_exactly(
-                        counter, tile.places, casting.tree, tile.shape, ledger, where, advance
-                    )
+                    caught = [Caught(counter, tile.tree)]
+                    if solid is not None:
+                        caught.append(Caught(solid.make_counter(), solid.tree))
+                    count_exactly(caught, tile.places, tile.shape, ledger, where, advance)
                 else:
-                    count_period(counter, tile.shape, ledger, where, advance)
-                answer.add(tile, where, advance)
+                    through = None if solid is None else solid.make_counter()
+                    count_period(counter, tile.shape, ledger, where, advance, through)
+                if wanted.tolerance:
+                    answer.add_exactly(tile, where, partial(self._solve, tile), advance)
+                else:
+                    answer.add(tile, where, advance)
                 seconds += time.perf_counter() - started
         return Result(ledger, answer, seconds, counters.device)
+
+    def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
+        """Give the exact hours in shadow on a tile if only some parts cast [h]."""
+        chosen = [parts]
+        if self.canopy is not None:
+            solid = set(self.canopy.solid)
+            chosen.append([part for part in parts if part in solid])
+        tiles = [tile.with_casters(some) for some in chosen]
+        caught = [Caught(one.make_counter(), one.tree) for one in tiles]
+        ledger = Ledger(
+            self.period, tile.shape, Wanted(tolerance=self.wanted.tolerance), self.canopy
+        )
+        count_exactly(caught, tile.places, tile.shape, ledger)
+        return ledger.shadow_hours
 
     def describe(self, receivers: str, seconds: float, **more: object) -> dict[str, object]:
         """Give the attributes of a result; those that are None are left out."""
@@ -194,6 +231,7 @@ class Setup:
             "refraction": self.period.refraction,
             **describe_period(self.period, self.wanted),
             **self.asked.facts,
+            **(self.canopy.facts if self.canopy else {}),
             "prepare_seconds": time.perf_counter() - self.begun - seconds,
             "count_seconds": seconds,
         }

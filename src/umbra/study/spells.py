@@ -7,7 +7,8 @@ end with steps; `umbra.study.exact` moves these ends to where they are. A spell 
 with its day's period, and when the sun sets.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numba import njit, prange
@@ -40,6 +41,10 @@ class Spells:
         Longest unbroken spell [us].
     counted : (...) int64
         Time in spells of at least the least length [us].
+    behind : (...) int64, optional
+        Time behind canopies alone, which is in no spell [us].
+    light : (...) float64, optional
+        With canopies: ``sun`` and the share of ``behind`` that they let through [us].
     """
 
     sun: NDArray[np.int64]
@@ -48,6 +53,17 @@ class Spells:
     count: NDArray[np.int32]
     longest: NDArray[np.int64]
     counted: NDArray[np.int64]
+    behind: NDArray[np.int64] | None = None
+    light: NDArray[np.float64] | None = None
+
+    def add_behind(self, behind: NDArray[np.int64], share: float) -> "Spells":
+        """
+        Give the same with the time behind canopies, which let a share of the light through.
+
+        With a share of 1 it is in spells already, as if there were no canopy.
+        """
+        light = self.sun + (share * behind if share < 1 else 0.0)
+        return replace(self, behind=behind, light=light)
 
 
 def join_days(days: list[Spells]) -> Spells:
@@ -63,7 +79,13 @@ def join_days(days: list[Spells]) -> Spells:
         np.sum([day.count for day in days], axis=0, dtype=np.int32),
         np.max([day.longest for day in days], axis=0),
         np.sum([day.counted for day in days], axis=0),
+        _sum([day.behind for day in days]),
+        _sum([day.light for day in days]),
     )
+
+
+def _sum(arrays: list[Any]) -> Any:
+    return None if any(array is None for array in arrays) else np.sum(arrays, axis=0)
 
 
 class SpellState:
@@ -124,7 +146,7 @@ class SpellState:
         )
 
 
-def to_hours(duration: NDArray[np.int64]) -> NDArray[np.float32]:
+def to_hours(duration: NDArray) -> NDArray[np.float32]:
     """Give microseconds as hours, float32."""
     return (duration / _HOUR).astype(np.float32)
 

@@ -65,6 +65,8 @@ def run_study(
         msg = f"the ground's height must be a finite number; got {level:g}"
         raise InputError(msg, ground=ground)
     shown = scene.select(on) if on else None
+    if setup.canopy is not None and receivers not in PLANS:
+        shown = setup.canopy.find_receivers(scene, on)
     if shown and receivers in PLANS:
         msg = "--on is for elevations, cameras and surfaces; a plan shows all parts"
         raise InputError(msg, on=on)
@@ -92,8 +94,12 @@ def _run_plan(
     """Run a study of the ground or of whatever is topmost."""
     scene = setup.scene
     origin = scene.origin
-    model = prepare_model(scene, setup.casters, receivers, level - origin[2], setup.threads)
+    model = prepare_model(
+        scene, setup.casters, receivers, level - origin[2], setup.threads, setup.canopy
+    )
     corners = model.soup.vertices + origin
+    if setup.canopy is not None:
+        corners = np.concatenate([corners, model.caster.vertices + origin])
     grid, x, y = lay_out(corners, find_reaching_suns(setup.period), level, **raster)
     local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
     heights = np.zeros((grid.rows, grid.cols))
@@ -187,6 +193,14 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
         Side of a cell [m]; or ``size``, (columns, rows).
     cast, no_cast : sequences of str
         Shell patterns of the names or kinds of parts that cast, or do not.
+    canopy : sequence of str
+        Shell patterns of casters that weaken the light instead of blocking it, such as
+        trees; they receive nothing.
+    transmissivity : float, str or (float, float), optional
+        Share of the light that they let through, 0.03 by default; ``"0.03:0.5"`` with
+        leaves and without.
+    leaf_on : str, optional
+        When leaves are on, both dates included: ``"04-15..10-31"``.
     masks : bool
         Keep every instant as ``in_shadow``.
     refraction : {'standard', 'none'}

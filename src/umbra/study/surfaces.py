@@ -76,7 +76,9 @@ class Samples:
     spacing: float
 
 
-def sample_surfaces(scene: Scene, spacing: float, on: Sequence[str] = ()) -> Samples:
+def sample_surfaces(
+    scene: Scene, spacing: float, on: Sequence[str] = (), parts: Sequence[int] | None = None
+) -> Samples:
     """
     Sample the surfaces of some parts.
 
@@ -90,6 +92,8 @@ def sample_surfaces(scene: Scene, spacing: float, on: Sequence[str] = ()) -> Sam
         Between samples [m].
     on : sequence of str
         Shell patterns of names, kinds, layers or tags; all parts by default.
+    parts : sequence of int, optional
+        Indices of the parts, instead of ``on``.
 
     Raises
     ------
@@ -100,7 +104,7 @@ def sample_surfaces(scene: Scene, spacing: float, on: Sequence[str] = ()) -> Sam
     if not 0 < spacing < np.inf:
         msg = f"the spacing must be larger than 0 m; got {spacing:g}"
         raise InputError(msg, spacing=spacing)
-    parts = scene.select(on)
+    parts = scene.select(on) if parts is None else parts
     soup = scene.triangles(parts)
     faces = _turn_outward(scene, parts)
     corners = soup.vertices[faces]

@@ -68,10 +68,10 @@ def run_elevation(
     )
     if size is not None:
         grid = _make_square(grid)
-    casting = prepare_casting(scene, setup.casters, setup.threads)
+    casting = prepare_casting(scene, setup.casters, setup.threads, setup.canopy)
     model = ViewModel(
         scene, casting.soup, casting.caster, setup.threads, setup.casters,
-        lambda part: frame.make_camera(part, bounds), shown=shown,
+        lambda part: frame.make_camera(part, bounds), shown=shown, canopy=setup.canopy,
     )  # fmt: skip
     facts = {"ground_z": level, "view_azimuth_deg": azimuth}
     if frame.is_level:
@@ -114,14 +114,14 @@ def run_camera(
         raise InputError(msg)
     cols, rows = size or _PIXELS
     whole = Camera(np.array(eye), np.array(target), size=(cols, rows), fov=fov)
-    casting = prepare_casting(setup.scene, setup.casters, setup.threads)
+    casting = prepare_casting(setup.scene, setup.casters, setup.threads, setup.canopy)
 
     def make_camera(grid: Grid) -> Camera:
         return Camera(whole.eye, whole.target, size=(grid.cols, grid.rows), fov=fov)
 
     model = ViewModel(
         setup.scene, casting.soup, casting.caster, setup.threads, setup.casters, make_camera,
-        level, shown,
+        level, shown, canopy=setup.canopy,
     )  # fmt: skip
     kept = _PIXEL_BYTES + setup.bytes_kept + setup.bytes_of_masks
     if cols * rows * kept > find_memory():

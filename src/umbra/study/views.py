@@ -7,7 +7,7 @@ the same holds for every view that looks level or down from infinity; from an ey
 hand counting starts at the eye's own count.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.depth import NOTHING, View
+from umbra.cpu.face_tree import FaceTree
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.rays import find_hidden
 from umbra.cpu.visible import Frame
@@ -170,6 +171,11 @@ class ViewModel(Casting):
     ground: float | None = None
     shown: list[int] | None = None
 
+    def with_casters(self, parts: Sequence[int]) -> "ViewModel":
+        """Give the same receivers with other parts casting, which need not be seen."""
+        shown = range(len(self.scene.parts)) if self.shown is None else self.shown
+        return replace(super().with_casters(parts), shown=list(shown))
+
     @cached_property
     def counter(self) -> FrameCounter:
         """What counts frames of the scene, or shows the chosen parts."""
@@ -215,6 +221,11 @@ class ViewTile:
     def is_seen(self) -> NDArray[np.bool_]:
         """Where anything is seen, (rows, cols) bool."""
         return self.frame.part[::-1] != NOTHING
+
+    @property
+    def tree(self) -> FaceTree:
+        """What casts, for ways that start anywhere."""
+        return self.model.tree
 
     @property
     def relief(self) -> NDArray[np.float64]:
@@ -266,6 +277,11 @@ class ViewTile:
         """Find the shadows of one caster alone: where they can be, and the masks there."""
         which, masks = self.model.find_cast(self.places, caster, suns)
         return np.unravel_index(which, self.shape), masks
+
+    def with_casters(self, parts: Sequence[int] | None = None) -> "ViewTile":
+        """Give the same receivers with other parts casting; all but canopies by default."""
+        model = self.model.solid if parts is None else self.model.with_casters(parts)
+        return replace(self, model=model)
 
     def find_parts(self) -> NDArray[np.intp]:
         """Give each pixel's part; -1 for the ground and where there is none."""

@@ -5,7 +5,7 @@ Casters are cut into *pieces*, such that each group is made of whole pieces; eve
 is counted by itself, and what each instant's pieces do at a receiver tells two numbers
 for each group: the hours in its shadow, whatever else casts there too, and its *sole*
 hours, which would be sun if it were gone. Neither counts while the surface is turned
-from the sun, which is no one's doing.
+from the sun, which is no one's doing. Canopies count as much as they weaken the light.
 """
 
 from collections.abc import Callable, Sequence
@@ -46,11 +46,14 @@ class Groups:
         Parts of each piece; all casting parts are in one.
     member : (n_groups, n_pieces) bool
         Which pieces make up each group.
+    is_weak : (n_pieces,) bool
+        Which pieces are canopies.
     """
 
     names: tuple[str, ...]
     pieces: tuple[tuple[int, ...], ...]
     member: NDArray[np.bool_]
+    is_weak: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +74,11 @@ class Shares:
 
 
 def find_groups(
-    scene: Scene, casters: Sequence[int], who: Sequence[str] = (), by: str | None = None
+    scene: Scene,
+    casters: Sequence[int],
+    who: Sequence[str] = (),
+    by: str | None = None,
+    weak: Sequence[int] = (),
 ) -> Groups:
     """
     Group casting parts by patterns, or by what they are.
@@ -86,6 +93,8 @@ def find_groups(
     by : {'part', 'kind', 'layer'}, optional
         One group for each name, kind or layer, of all casters or of those that ``who``
         matches.
+    weak : sequence of int
+        Indices of those that are canopies.
 
     Raises
     ------
@@ -114,13 +123,14 @@ def find_groups(
             "with --who"
         )
         raise InputError(msg, count=len(chosen))
-    member = np.zeros((len(scene.parts), len(chosen)), np.bool_)
+    member = np.zeros((len(scene.parts), len(chosen) + 1), np.bool_)
     for group, parts in enumerate(chosen.values()):
         member[parts, group] = True
+    member[list(weak), -1] = True  # no piece is of both sorts
     listed = np.array(sorted(casting))
     kinds, piece = np.unique(member[listed], axis=0, return_inverse=True)
     pieces = tuple(tuple(listed[piece.ravel() == k].tolist()) for k in range(len(kinds)))
-    return Groups(tuple(chosen), pieces, np.ascontiguousarray(kinds.T))
+    return Groups(tuple(chosen), pieces, np.ascontiguousarray(kinds.T[:-1]), kinds[:, -1])
 
 
 def count_shares(
@@ -131,6 +141,7 @@ def count_shares(
     shape: tuple[int, ...],
     threads: int = 1,
     progress: Callable[[int], object] = lambda _: None,
+    shares: NDArray[np.float64] | None = None,
 ) -> Shares:
     """
     Find the hours due to each group on some receivers.
@@ -148,6 +159,8 @@ def count_shares(
     threads : int
     progress : callable
         Told how many instants were done, now and then.
+    shares : (n_days,) float64, optional
+        Of the light that canopies let through.
     """
     cells = int(np.prod(shape, dtype=np.int64))
     cast = np.zeros((len(groups.names), cells), np.float32)
@@ -157,6 +170,7 @@ def count_shares(
     first = np.cumsum([0, *groups.member.sum(1)])
     listed = np.nonzero(groups.member)[1]
     hours = period.hours
+    through = np.zeros(len(hours)) if shares is None else shares[period.day_of_step]
     for start in range(0, len(up), 8):
         some = up[start : start + 8]
         suns = period.sun.direction[some]
@@ -169,18 +183,21 @@ def count_shares(
             row.reshape(shape)[window] = packed
         use_threads(threads)
         lengths = hours[some].astype(np.float32)
-        _share(bits, suns, places.normals, lengths, first, listed, cast, sole)
+        _share(
+            bits, suns, places.normals, lengths, through[some], first, listed, groups.is_weak,
+            cast, sole,
+        )  # fmt: skip
         progress(len(some))
     return Shares(cast.reshape(-1, *shape), sole.reshape(-1, *shape))
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _share(bits, suns, normals, lengths, first, listed, cast, sole):
+def _share(bits, suns, normals, lengths, through, first, listed, is_weak, cast, sole):
     """Add up to eight instants, one bit each, to the hours of every group."""
     cells = bits.shape[1]
     n = lengths.size
     for block in prange((cells + _BLOCK - 1) // _BLOCK):
-        total = np.empty(8, np.int64)
+        total = np.empty((2, 8), np.int64)  # solid pieces and canopies in the way
         for c in range(block * _BLOCK, min(cells, (block + 1) * _BLOCK)):
             total[:] = 0
             some = np.uint8(0)
@@ -189,7 +206,7 @@ def _share(bits, suns, normals, lengths, first, listed, cast, sole):
                 some |= b
                 if b:
                     for k in range(n):
-                        total[k] += (b >> k) & 1
+                        total[np.int64(is_weak[a]), k] += (b >> k) & 1
             if some == 0:
                 continue
             for k in range(n):
@@ -197,7 +214,7 @@ def _share(bits, suns, normals, lengths, first, listed, cast, sole):
                 for j in range(3):
                     facing += normals[c, j] * suns[k, j]
                 if facing <= 0.0:
-                    total[k] = -1  # turned away: no one else's fault
+                    total[0, k] = -1  # turned away: no one else's fault
             for g in range(first.size - 1):
                 mine = np.uint8(0)
                 for q in range(first[g], first[g + 1]):
@@ -205,11 +222,26 @@ def _share(bits, suns, normals, lengths, first, listed, cast, sole):
                 if mine == 0:
                     continue
                 for k in range(n):
-                    if (mine >> k) & 1 == 0 or total[k] < 0:
+                    if (mine >> k) & 1 == 0 or total[0, k] < 0:
                         continue
-                    cast[g, c] += lengths[k]
-                    own = 0
+                    solid = 0
+                    weak = 0
                     for q in range(first[g], first[g + 1]):
-                        own += (bits[listed[q], c] >> k) & 1
-                    if own == total[k]:
-                        sole[g, c] += lengths[k]
+                        bit = (bits[listed[q], c] >> k) & 1
+                        if is_weak[listed[q]]:
+                            weak += bit
+                        else:
+                            solid += bit
+                    cast[g, c] += lengths[k] * (1.0 - _pass(solid, weak, through[k]))
+                    sole[g, c] += lengths[k] * (
+                        _pass(total[0, k] - solid, total[1, k] - weak, through[k])
+                        - _pass(total[0, k], total[1, k], through[k])
+                    )
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _pass(solid, weak, through):
+    """Give the share of the light past so many solid pieces and so many canopies."""
+    if solid > 0:
+        return 0.0
+    return through if weak > 0 else 1.0

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 from umbra.study import Study
+from umbra.study.canopy import Canopy
 from umbra.study.period import Period, make_period
 from umbra.study.spells import Spells, SpellState, to_hours
 from umbra.writers.report.table import Table
 from umbra.writers.rules.read import Check, Place, Rules
 
 __all__ = ["Verdict", "judge", "make_verdict_table"]
+
+Finder = Callable[[NDArray[np.float64]], NDArray[np.uint8]]
 
 _TILE = 2048
 _SLACK = 1e-4  # of sums of microseconds kept as float32 hours [h]
@@ -125,14 +128,19 @@ def find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -
 def _measure(study: Study, check: Check, period: Period, grid: Grid) -> Spells:
     """Let the instants that count pass over some cells."""
     tile = study.model.make_tile(grid)
-    return measure(check, period, (grid.rows, grid.cols), tile.make_counter().masks)
+    canopy = study.model.canopy
+    solid = None if canopy is None else tile.with_casters().make_counter().masks
+    shape = (grid.rows, grid.cols)
+    return measure(check, period, shape, tile.make_counter().masks, canopy, solid)
 
 
 def measure(
     check: Check,
     period: Period,
     shape: tuple[int, ...],
-    find_masks: Callable[[NDArray[np.float64]], NDArray[np.uint8]],
+    find_masks: Finder,
+    canopy: Canopy | None = None,
+    find_solid: Finder | None = None,
 ) -> Spells:
     """
     Let the instants that a check counts pass over some receivers.
@@ -146,6 +154,11 @@ def measure(
         Of the receivers.
     find_masks : callable
         Tells for (n, 3) suns which receivers are in shadow, (n, ...) uint8.
+    canopy : Canopy, optional
+        What lets light through; hours behind it alone count by its share, and are in no
+        spell.
+    find_solid : callable, optional
+        As ``find_masks``, without canopies.
 
     Returns
     -------
@@ -153,24 +166,33 @@ def measure(
     """
     least = check.min_spell // dt.timedelta(microseconds=1)
     state = SpellState(shape, least)
+    share = 0.0 if canopy is None else canopy.season.find_share(period.days[0])
+    behind = np.zeros(shape, np.int64)
     counted = np.flatnonzero(period.sun.is_up & (period.sun.altitude >= check.min_altitude))
     starts, ends = period.starts, period.ends
     for first in range(0, len(counted), 8):
         some = counted[first : first + 8]
-        state.add_steps(find_masks(period.sun.direction[some]), starts[some], ends[some])
-    return state.finish()
+        masks = find_masks(period.sun.direction[some])
+        if find_solid is not None:
+            solid = find_solid(period.sun.direction[some])
+            behind += np.tensordot((ends - starts)[some], masks & ~solid, 1)
+            masks = solid if share >= 1 else masks
+        state.add_steps(masks, starts[some], ends[some])
+    spells = state.finish()
+    return spells if find_solid is None else spells.add_behind(behind, share)
 
 
 def pick_hours(check: Check, period: Period, spells: Spells) -> NDArray[np.float32]:
     """Give what the check measures [h]."""
+    light = spells.sun if spells.light is None else spells.light
     if check.measure == "longest_sun_hours":
         return to_hours(spells.longest)
     if check.measure == "sun_hours_in_spells":
         return to_hours(spells.counted)
     if check.measure == "shadow_hours":
         is_counted = period.sun.is_up & (period.sun.altitude >= check.min_altitude)
-        return (period.hours[is_counted].sum() - to_hours(spells.sun)).astype(np.float32)
-    return to_hours(spells.sun)
+        return (period.hours[is_counted].sum() - to_hours(light)).astype(np.float32)
+    return to_hours(light)
 
 
 def meets_limit(check: Check, hours: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -271,13 +293,16 @@ def say_how(check: Check) -> str:
 def say_spells(zone: str, spells: Spells, place: tuple[int, ...]) -> str:
     """Say when one receiver has sun."""
     first, last = spells.first[place], spells.last[place]
+    behind = ""
+    if spells.behind is not None and spells.behind[place] > 0:
+        behind = f", {say_hours(float(to_hours(spells.behind)[place]))} more behind canopies"
     if np.isnat(first):
-        return "no sun"
+        return f"no sun{behind}"
     n = int(spells.count[place])
     hours = float(to_hours(spells.sun)[place])
     return (
         f"{say_hours(hours)} of sun in {n} spell{'s' if n > 1 else ''}, "
-        f"from {read_clock(zone, first)} to {read_clock(zone, last)}"
+        f"from {read_clock(zone, first)} to {read_clock(zone, last)}{behind}"
     )
 
 

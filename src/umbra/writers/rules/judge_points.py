@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.face_tree import FaceTree
 from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
 from umbra.scene import Scene
@@ -13,6 +14,7 @@ from umbra.study.model import Casting, prepare_casting
 from umbra.study.period import Period, make_period
 from umbra.study.spells import Spells
 from umbra.writers.rules.judge import (
+    Finder,
     Verdict,
     find_day,
     measure,
@@ -58,7 +60,7 @@ def judge_points(
     InputError
         If a check names places or roofs, which are for plans.
     """
-    casting = prepare_casting(scene, list(casters), threads)
+    casting = prepare_casting(scene, list(casters), threads, study.model.canopy)
     points = study.places.points - scene.origin
     verdicts: list[Verdict] = []
     for check in rules.checks:
@@ -86,10 +88,11 @@ def judge_points(
 def _measure(
     casting: Casting, points: NDArray, normals: NDArray, check: Check, period: Period
 ) -> Spells:
-    def find_masks(suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        return find_hidden(casting.tree, points, normals, suns, casting.threads)
+    def look_through(tree: FaceTree) -> Finder:
+        return lambda suns: find_hidden(tree, points, normals, suns, casting.threads)
 
-    return measure(check, period, (len(points),), find_masks)
+    solid = None if casting.canopy is None else look_through(casting.solid.tree)
+    return measure(check, period, (len(points),), look_through(casting.tree), casting.canopy, solid)
 
 
 def _judge_each(

@@ -1,0 +1,94 @@
+"""Canopies on the command line."""
+
+import csv
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.model_files import save_obj
+from support.shapes import box
+
+RULES = """
+format: 1
+name: r
+version: "1"
+source: here
+checks:
+  - name: sun
+    dates: 09-18
+    from: 10:00
+    to: 14:00
+    every: 1h
+    at_least: 1h
+    measure: {measure}
+    where: [{{name: bench, x: 0, y: 3}}]
+"""
+
+
+@pytest.fixture
+def garden(tmp_path):
+    """A house, and a crown of 8 x 8 m that hangs 4 m over the ground beside it."""
+    return save_obj(
+        tmp_path / "garden.obj",
+        {"house": box((-20, -2, 0), (-10, 2, 8)), "crown": box((-6, -4, 4), (6, 4, 9))},
+    )
+
+
+def read(path):
+    with xr.open_dataset(path / "study.nc") as found:
+        return found.load()
+
+
+def test_a_study_with_leaves_and_without(study, garden, tmp_path):
+    summer, winter = tmp_path / "summer", tmp_path / "winter"
+    leaves = ["--canopy", "crown", "--transmissivity", "0.03:50%", "--leaf-on", "04-15..10-31"]
+    assert study(*leaves, "--masks", files=[garden], out=summer).status == 0
+    assert study(*leaves, files=[garden], out=winter, day="2026-12-18").status == 0
+    found = read(summer)
+    light = (1 - found.in_shadow) * (1 - (1 - found.canopy_transmissivity) * found.under_canopy)
+    np.testing.assert_allclose(found.sun_hours, light.sum("time") * 0.25, atol=1e-4)
+    assert float(found.canopy_hours.max()) > 3
+    assert found.attrs["leaf_on"] == "04-15..10-31"
+    assert "units" in found.canopy_hours.attrs
+    assert set(np.unique(read(winter).canopy_transmissivity)) == {0.5}
+    # What was typed comes back from study.toml.
+    again = tmp_path / "again"
+    options = ["--options", summer / "study.toml"]
+    assert study(*options, files=[garden], out=again).status == 0
+    np.testing.assert_array_equal(read(again).sun_hours, found.sun_hours)
+
+
+@pytest.mark.parametrize("receivers", ["ground", "points"])
+def test_rules_weigh_what_comes_through(study, garden, tmp_path, receivers):
+    table = tmp_path / "p.csv"
+    table.write_text("x,y,z\n0,3,0\n")
+    measured = {}
+    for measure in ("sun_hours", "shadow_hours", "longest_sun_hours"):
+        rules = tmp_path / "rules.yaml"
+        text = RULES.format(measure=measure)
+        rules.write_text(text if receivers == "ground" else text.split("    where")[0])
+        options = ["--rules", rules, "--canopy", "crown", "--transmissivity", "0.5"]
+        options += ["--receivers", receivers, "--from", "10:00", "--to", "14:00", "--every", "1h"]
+        options += ["--points", table] if receivers == "points" else []
+        cell = "1" if receivers == "ground" else None
+        assert study(*options, files=[garden], cell=cell).status == 0
+        with (tmp_path / "out" / "verdicts.csv").open(encoding="utf-8") as file:
+            (row,) = csv.DictReader(file)
+        measured[measure] = row["measured"]
+        assert "behind canopies" in row["evidence"]
+    # The bench lies behind the crown all the time.
+    assert measured == {"sun_hours": "2 h", "shadow_hours": "2 h", "longest_sun_hours": "0 h"}
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--canopy", "crow"], "'crow' matches no part; the file has crown, house"),
+        (["--transmissivity", "0.03"], "say which parts they are with --canopy PATTERN"),
+        (["--canopy", "crown", "--transmissivity", "3"], "for 3 % write 0.03 or 3%"),
+        (["--canopy", "crown", "--report"], "leave it out with --canopy"),
+        (["--canopy", "crown", "--device", "gl"], "the gl device does not weaken light"),
+    ],
+)
+def test_slips_are_told_in_a_line(study, garden, options, said):
+    assert said in study(*options, files=[garden]).refusal()
