@@ -99,7 +99,7 @@ class Counter:
         self._mark = Program(device, "picture.vert.glsl", "mask.frag.glsl")
         self._floats: Target | None = None
 
-    def count(self, state: State, target: Target, plan: Plan) -> None:
+    def count(self, state: State, target: Target, plan: Plan, *, is_clear: bool = False) -> None:
         """
         Count, in the stencil, the shadow volumes that hold each visible surface.
 
@@ -113,13 +113,17 @@ class Counter:
         state : State
         target : Target
         plan : Plan
+        is_clear : bool
+            The target is in use, and its stencil 0.
         """
         if plan.statistics.counts_in == "float":
             self.count_in_floats(state, target, plan)
             self._mark_shadow(state, target)
             return
-        target.use()
-        state.clear(stencil=plan.start & 0xFF, scissor=plan.scissor)
+        start = plan.start & 0xFF
+        if start or not is_clear:
+            target.use()
+            state.clear(stencil=start, scissor=plan.scissor)
         for draw in plan.draws:
             program = self._prepare(self._in_stencil, plan, draw)
             passes = [self._narrow(IN_STENCIL[draw.kind], plan)]

@@ -48,6 +48,7 @@ _ARGUMENTS = {
     "Enable": "e",
     "EndQuery": "e",
     "Finish": "",
+    "Flush": "",
     "FramebufferRenderbuffer": "eeee",
     "FramebufferTexture2D": "eeeei",
     "GenFramebuffers": "ip",

@@ -30,7 +30,7 @@ from umbra.scene import Camera, Light, Scene
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Plan", "Planner", "Statistics"]
 
-_BELOW = 0.01  # volumes end so much of the scene's size below the lowest receiver
+_BELOW = 0.002  # volumes end so much of the scene's size below the lowest receiver
 _FEW_FACES = 300_000  # one thread finds their silhouettes before a second is awake
 
 

@@ -259,13 +259,14 @@ class Renderer:
                 state, projection, self.ground, lamp, cull=self._may_cull(projection)
             )
             self.shading.draw_sky(state, target)
+        self.device.gl.Flush()  # a device in software draws while volumes are planned
         if not shadows:
             return
         for plan, scissor in zip(self._plan(projection, lights, method), scissors, strict=True):
             if scissor is not None and 0 in scissor[2:]:
                 continue
             with self._timed("shadows"):
-                counter.count(state, target, plan)
+                counter.count(state, target, plan, is_clear=True)
             with self._timed("light"):
                 targets.picture.use()
                 self.shading.darken(state, targets.both, scissor)
@@ -284,6 +285,7 @@ class Renderer:
         """Draw surfaces, add one light after the other, then what is transparent, and the sky."""
         with self._timed("surfaces"):
             self.draw_surface(state)
+        self.device.gl.Flush()
         plans = self._plan(projection, lights, method) if shadows else [None] * len(lights)
         softened.begin(projection, plans)
         targets.light.use()

@@ -9,12 +9,12 @@ again, so textures are looked up once, however many lights there are (McGuire et
 pixel's colours in its light and in its shadow are drawn *at once*.
 """
 
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.batches import Batch, make_batches
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry, TextureBuffer
 from umbra.gl.indices import Indices, draw_plain
@@ -23,7 +23,7 @@ from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.state import Pass, State
 from umbra.gl.textures import Texture
-from umbra.scene import Material, Scene
+from umbra.scene import Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR
 
 __all__ = [
@@ -43,31 +43,6 @@ _RGBA32F, _RG32F, _RGBA8 = 0x8814, 0x8230, 0x8058
 def find_surface_formats(accumulate: str) -> tuple[str, ...]:
     """Give the formats of a surface target's attachments; light is summed in ``accumulate``."""
     return accumulate, "rgba32f", "rgba8"
-
-
-@dataclass(frozen=True, eq=False)
-class _Batch:
-    """
-    Faces of one material that are drawn together.
-
-    Parameters
-    ----------
-    first, count : int
-        In the face list.
-    material : Material
-    image : Texture, optional
-    is_solid : bool
-        Outward faces of closed things, whose backs nobody outside sees.
-    center : (3,) float64
-        Of what is transparent.
-    """
-
-    first: int
-    count: int
-    material: Material
-    image: Texture | None
-    is_solid: bool
-    center: NDArray[np.float64]
 
 
 class Surfaces:
@@ -97,17 +72,12 @@ class Surfaces:
         is_solid: NDArray[np.bool_] | None = None,
     ) -> None:
         self._device, self._geometry = device, geometry
-        # What no mesh has is not fetched for every vertex.
-        meshes = [part.mesh for part in scene.parts]
-        has = {
-            "HAS_NORMALS": any(mesh.normals is not None for mesh in meshes),
-            "HAS_UV": any(mesh.uv is not None for mesh in meshes),
-            "HAS_TINTS": any(mesh.colors is not None for mesh in meshes),
-        }
-        self._has = tuple(name for name, needed in has.items() if needed)
         self._programs: dict[tuple[str, ...], Program] = {}
         self._images: dict[int, Texture] = {}
-        order, self._batches = self._sort_faces(scene, is_solid)
+        for image in (part.material.image for part in scene.parts):
+            if image is not None and id(image) not in self._images:
+                self._images[id(image)] = Texture(device, image)
+        order, self._batches = make_batches(scene, is_solid)
         self._indices = Indices(device, 2 * geometry.n_points)
         self._indices.write(geometry.faces[order].ravel())
         self._tables = self._make_tables(scene)
@@ -177,11 +147,15 @@ class Surfaces:
     ) -> None:
         both = Pass(depth_test="less", depth_write=True, color_write=True)
         fronts = replace(both, cull="back")
-        program = self._set_up(projection, needs, lamp)
+        programs: dict[tuple[str, ...], Program] = {}
         for batch in self._batches:
-            if not batch.material.is_transparent:
-                state.use(fronts if batch.is_solid and cull else both)
-                self._draw_batch(program, batch)
+            if batch.material.is_transparent:
+                continue
+            carried = (*batch.has, "IS_SOUND") if batch.is_sound and cull else batch.has
+            if carried not in programs:
+                programs[carried] = self._set_up(projection, (*carried, *needs), lamp)
+            state.use(fronts if batch.is_solid and cull else both)
+            self._draw_batch(programs[carried], batch)
         if ground is not None:
             state.use(both)
             plane = self._find_program("ground", needs)
@@ -206,8 +180,8 @@ class Surfaces:
         forward = projection.camera.axes()[2]
         glass.sort(key=lambda batch: -float(forward @ batch.center))
         state.use(Pass(depth_test="less", color_write=True, blend="premultiplied"))
-        program = self._set_up(projection, ("IS_TRANSPARENT",))
         for batch in glass:
+            program = self._set_up(projection, (*batch.has, "IS_TRANSPARENT"))
             self._draw_batch(program, batch)
 
     def release(self) -> None:
@@ -232,7 +206,7 @@ class Surfaces:
     def _set_up(
         self, projection: Projection, needs: tuple[str, ...], lamp: Lamp | None = None
     ) -> Program:
-        program = self._find_program("surface", (*self._has, *needs))
+        program = self._find_program("surface", needs)
         self._geometry.bind(program)
         if lamp is not None:
             lamp.set(program)
@@ -244,49 +218,17 @@ class Surfaces:
         )  # fmt: skip
         return program
 
-    def _draw_batch(self, program: Program, batch: _Batch) -> None:
-        if batch.image is not None:
-            batch.image.bind(_IMAGE)
+    def _draw_batch(self, program: Program, batch: Batch) -> None:
         material = batch.material
+        if material.image is not None:
+            self._images[id(material.image)].bind(_IMAGE)
         program.set(
             color=np.array(material.color), opacity=material.opacity,
             emission=np.array(material.emission), is_unlit=int(material.is_unlit),
-            has_image=int(batch.image is not None), is_mask=int(material.alpha_mode == "mask"),
+            is_mask=int(material.alpha_mode == "mask"),
             is_blend=int(material.alpha_mode == "blend"), cutoff=material.alpha_cutoff,
         )  # fmt: skip
         self._indices.draw(program, 3 * batch.first, 3 * batch.count)
-
-    def _sort_faces(
-        self, scene: Scene, is_solid: NDArray[np.bool_] | None
-    ) -> tuple[NDArray[np.intp], list[_Batch]]:
-        """Put faces of one material together, those of a transparent part by themselves."""
-        numbers: dict[tuple, int] = {}
-        materials: list[Material] = []
-        batch_of_part = []
-        for index, part in enumerate(scene.parts):
-            material, image = part.material, part.material.image
-            # Transparent parts are drawn far to near, so each is a batch.
-            key = (_describe(material), index if material.is_transparent else -1)
-            batch_of_part.append(numbers.setdefault(key, len(numbers)))
-            if len(materials) < len(numbers):
-                materials.append(material)
-            if image is not None and id(image) not in self._images:
-                self._images[id(image)] = Texture(self._device, image)
-        soup = scene.triangles()
-        solid = np.zeros(len(soup.faces), np.bool_) if is_solid is None else is_solid
-        batch = 2 * np.array(batch_of_part)[soup.part] + solid
-        order = np.argsort(batch, kind="stable")
-        starts = np.searchsorted(batch[order], np.arange(2 * len(materials) + 1)).tolist()
-        batches = []
-        for kind, (first, end) in enumerate(pairwise(starts)):
-            if first == end:
-                continue
-            material = materials[kind // 2]
-            corners = soup.vertices[soup.faces[order[first:end]]]
-            center = corners.mean((0, 1)) if material.is_transparent else np.zeros(3)
-            texture = self._images.get(id(material.image))
-            batches.append(_Batch(first, end - first, material, texture, kind % 2 == 1, center))
-        return order, batches
 
     def _make_tables(self, scene: Scene) -> list[TextureBuffer]:
         """Upload for each point its normal, uv and tint."""
@@ -307,14 +249,6 @@ class Surfaces:
             TextureBuffer(self._device, uvs, _RG32F),
             TextureBuffer(self._device, tints, _RGBA8),
         ]
-
-
-def _describe(material: Material) -> tuple:
-    """Give what must be equal for two materials to be drawn together."""
-    return (
-        material.color, id(material.image), material.opacity, material.emission,
-        material.is_unlit, material.alpha_mode, material.alpha_cutoff,
-    )  # fmt: skip
 
 
 def find_rays(projection: Projection) -> dict[str, object]:

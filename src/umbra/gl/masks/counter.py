@@ -102,7 +102,7 @@ class MaskCounter:
             )
         return lines
 
-    def count(self, state: State, target: Target, plan: Plan) -> None:
+    def count(self, state: State, target: Target, plan: Plan, *, is_clear: bool = False) -> None:
         """
         Count the shadow volumes that hold each visible surface, and mark where there are any.
 
@@ -115,6 +115,8 @@ class MaskCounter:
         target : Target
         plan : Plan
             By the method ``auto``.
+        is_clear : bool
+            The target's stencil is 0.
         """
         self.painter.tally.clear()
         mask = self._find_mask(target)
@@ -123,7 +125,8 @@ class MaskCounter:
         mask.clear_color(self.method.start * self._factor**plan.start)
         self.draw(state, plan)
         target.use()
-        state.clear(stencil=0, scissor=plan.scissor)
+        if not is_clear:
+            state.clear(stencil=0, scissor=plan.scissor)
         state.use(_MARK)
         self._device.gl.ActiveTexture(_TEXTURE0)
         self._device.gl.BindTexture(_TEXTURE_2D, mask.textures[0])

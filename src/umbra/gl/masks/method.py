@@ -16,7 +16,7 @@ __all__ = ["DOUBLE", "HALVE", "Counts", "Method", "Step"]
 class Counts(Protocol):
     """What frames and pictures ask of whatever counts: the stencil's ``Counter``, or a mask's."""
 
-    def count(self, state: State, target: Target, plan: Plan) -> None:
+    def count(self, state: State, target: Target, plan: Plan, *, is_clear: bool = False) -> None:
         """Count in a target whose depth holds the scene; after, stencil 0 means lit."""
 
     def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:

@@ -1,5 +1,6 @@
 // What is seen: normal, depth key, reflectance, and what shows before any light is switched
-// on; or, of a transparent surface, its colour over what lies behind.
+// on; or, of a transparent surface, its colour over what lies behind. IS_SOUND: the normals lean
+// to the only side that can be seen.
 
 #ifndef IS_TRANSPARENT
 #include "seen.glsl"
@@ -11,7 +12,6 @@ uniform vec3 emission;
 uniform bool is_unlit, is_mask, is_blend;
 uniform float cutoff;      // of a mask's alpha
 uniform sampler2D image;   // sRGB, decoded when fetched
-uniform bool has_image;
 uniform vec3 forward;
 uniform bool is_perspective;
 
@@ -37,7 +37,7 @@ const float EVEN_LIGHT = 0.7;  // on transparent surfaces
 void main() {
     vec4 texel = vec4(1.0);
 #ifdef HAS_UV
-    texel = has_image ? texture(image, uv) : texel;
+    texel = texture(image, uv);
     if (is_mask && texel.a * opacity < cutoff) {
         discard;
     }
@@ -47,6 +47,9 @@ void main() {
     reflectance *= tint;
 #endif
 
+#ifdef IS_SOUND
+    vec3 seen_normal = normalize(normal);
+#else
     // The side that is seen counts, however the face is wound.
     vec3 flat_normal = cross(dFdx(at), dFdy(at));
     vec3 toward = is_perspective ? -at : -forward;
@@ -57,6 +60,7 @@ void main() {
     seen_normal *= dot(seen_normal, flat_normal) < 0.0 ? -1.0 : 1.0;
 #endif
     seen_normal = normalize(seen_normal);
+#endif
 
 #ifdef IS_TRANSPARENT
     float alpha = opacity * (is_blend ? texel.a : 1.0);
