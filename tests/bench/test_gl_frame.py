@@ -126,6 +126,21 @@ def test_all_sides_draw_the_same_places_of_the_lamp(pretend):
         assert np.allclose([json.loads(line) for line in notes], asked)
 
 
+def test_a_peer_that_is_missing_is_told_of_and_the_others_measured(pretend, monkeypatch):
+    monkeypatch.setattr(peer, "find_spec", lambda _: None)
+    call = ["frame", "--device", "gl", "--quick", "--repeat", "3"]
+    only = [*call, "--peer-python", f"workbench={sys.executable}"]
+    result = CliRunner().invoke(command, only)
+    assert result.exception is None, result.output
+    told = "OGRE is not installed and not measured; pip install 'ogre-python"
+    assert told in result.stderr
+    assert told in result.stdout.splitlines()[-1]
+    assert result.stdout.count("Fake 1.0") == 1
+    found = json.loads(CliRunner().invoke(command, [*call, "--json"]).stdout)
+    assert [each["peer"] for each in found["missing"]] == ["ogre", "workbench"]
+    assert found["rows"][0]["peers"] == []
+
+
 def test_a_table_is_for_people(pretend):
     text = run().stdout
     assert "too small to mean anything" in text

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.bench.measure import Spent, Timing, run_in_turn
 from umbra.bench.ours_gl import OursGl
-from umbra.bench.peer import PEERS, Peer, PeerKind, find_python
+from umbra.bench.peer import PEERS, Peer, PeerKind, find_python, is_installed
 from umbra.bench.report import describe_machine, lay_out_table, name_version, show_timing
 from umbra.bench.scenes import Spheres, make_spheres
 
@@ -133,12 +133,15 @@ class GlReport:
     quick : bool
         Whether sizes are too small to mean anything.
     rows : sequence of GlRow
+    missing : sequence of PeerKind
+        Not installed, and so not measured.
     """
 
     repeat: int
     frames: int
     quick: bool
     rows: Sequence[GlRow]
+    missing: Sequence[PeerKind] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Give the JSON object."""
@@ -151,6 +154,7 @@ class GlReport:
             "frames": self.frames,
             "quick": self.quick,
             "rows": [row.to_dict() for row in self.rows],
+            "missing": [{"peer": kind.name, "install": kind.install} for kind in self.missing],
         }
 
     def to_table(self) -> str:
@@ -181,6 +185,7 @@ class GlReport:
             f"umbra bench frame --device gl: {describe_machine()}; {', '.join(sorted(drivers))}. "
             f"Medians of {self.repeat} turns of {self.frames} frames, each finished.{small}\n\n"
             f"{lay_out_table(head, lines)}"
+            + "".join(f"\n\n{_explain_missing(kind)}." for kind in self.missing)
         )
 
 
@@ -196,11 +201,18 @@ def _show(timing: Timing) -> list[str]:
     return [show_timing(timing), f"{1e3 * (timing.processor or 0.0):.3g}"]
 
 
+def _explain_missing(kind: PeerKind) -> str:
+    return (
+        f"{kind.title} is not installed and not measured; {kind.install} and name it with "
+        f"--peer-python {kind.name}=PATH"
+    )
+
+
 def bench_gl_frame(
     *,
     repeat: int,
     quick: bool,
-    peers: Iterable[str] = tuple(PEERS),
+    peers: Iterable[str] | None = None,
     pythons: Mapping[str, Path] | None = None,
     pictures: Path | None = None,
     say: Callable[[str], object] = lambda _: None,
@@ -212,8 +224,8 @@ def bench_gl_frame(
     ----------
     repeat : int
     quick : bool
-    peers : iterable of str
-        Names of ``PEERS``.
+    peers : iterable of str, optional
+        Names of ``PEERS``; by default all that are installed or named in ``pythons``.
     pythons : dict of Path, optional
         Interpreters that have a peer's package, by the peer's name.
     pictures : Path, optional
@@ -228,11 +240,24 @@ def bench_gl_frame(
     Raises
     ------
     InputError
-        If no interpreter has a peer's package.
+        If no interpreter has the package of a peer that was asked for.
     UmbraError
         If there is no OpenGL, or a peer fails.
     """
-    found = {PEERS[name]: find_python(PEERS[name], pythons or {}) for name in peers}
+    pythons = pythons or {}
+    asked = list(PEERS) if peers is None else list(peers)
+    missing = [
+        PEERS[name]
+        for name in asked
+        if peers is None and name not in pythons and not is_installed(PEERS[name])
+    ]
+    for kind in missing:
+        say(_explain_missing(kind))
+    found = {
+        PEERS[name]: find_python(PEERS[name], pythons)
+        for name in asked
+        if PEERS[name] not in missing
+    }
     scene = make_spheres(3, 8, 12) if quick else make_spheres()
     frames = 2 if quick else _FRAMES
     balls, faces = len(scene.centres), len(scene.faces)
@@ -243,7 +268,7 @@ def bench_gl_frame(
         work = f"{balls} spheres of {faces} triangles, {size}²"
         say(work)
         rows.append(_compare(work, scene, size, found, repeat, frames, pictures))
-    return GlReport(repeat, frames, quick, rows)
+    return GlReport(repeat, frames, quick, rows, missing)
 
 
 def _compare(

@@ -16,7 +16,7 @@ from umbra.bench.measure import Spent
 from umbra.bench.scenes import Spheres
 from umbra.errors import InputError, UmbraError
 
-__all__ = ["PEERS", "Child", "Peer", "PeerKind", "find_python"]
+__all__ = ["PEERS", "Child", "Peer", "PeerKind", "find_python", "is_installed"]
 
 _PATIENCE = 120.0
 """Seconds until a child that does not answer is given up."""
@@ -68,6 +68,11 @@ PEERS = {
 """The peers by name."""
 
 
+def is_installed(kind: PeerKind) -> bool:
+    """Tell whether this interpreter has a peer's package."""
+    return find_spec(kind.module) is not None
+
+
 def find_python(kind: PeerKind, pythons: Mapping[str, Path]) -> Path:
     """
     Find an interpreter that has a peer's package.
@@ -94,7 +99,7 @@ def find_python(kind: PeerKind, pythons: Mapping[str, Path]) -> Path:
             msg = f"--peer-python {kind.name}={named}: there is no interpreter at that path"
             raise InputError(msg, path=named)
         return named
-    if find_spec(kind.module) is not None:
+    if is_installed(kind):
         return Path(sys.executable)
     msg = (
         f"this benchmark compares with {kind.title}, which is not installed; {kind.install} and "

@@ -133,7 +133,7 @@ def command(
     elif device == "gl":
         from umbra.bench.gl_frame import bench_gl_frame  # noqa: PLC0415
 
-        chosen = [peer for peer in PEERS if not peers or peer in peers]
+        chosen = [peer for peer in PEERS if peer in peers] if peers else None
         result = bench_gl_frame(
             repeat=runs, quick=quick, peers=chosen, pythons=pythons, pictures=pictures, say=say
         )
