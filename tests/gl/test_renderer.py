@@ -248,6 +248,44 @@ def test_what_bends_casts_as_it_is_drawn(device):
     assert count_differences(after, shade_on_cpu(bent, CAMERA, [LIGHTS["sun"]])) <= 6
 
 
+def soup_of(vertices, faces):
+    """Give every triangle corners of its own."""
+    return vertices[faces].reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3)
+
+
+CRATE, CRATE_FACES = soup_of(*box((10, 10, 0), (16, 16, 12)))
+IN_LID = (CRATE[CRATE_FACES][:, :, 2] == 12).all(1).repeat(3)
+AJAR = CRATE + np.where(IN_LID[:, None], (0, 0, 0.5), 0)
+POSES = {
+    "bends": (CRATE, CRATE + CRATE[:, 2:] * (0.6, 0.3, 0), True),
+    "turns inside out": (CRATE, CRATE * (-1, 1, 1) + (26, 0, 0), True),
+    "a corner folds onto another": (
+        CRATE, np.where((CRATE == (16, 16, 12)).all(1)[:, None], (10, 10, 12), CRATE), True,
+    ),
+    "the lid shuts": (AJAR, CRATE, True),
+    "the lid lifts": (CRATE, AJAR, False),
+    "faces lie in one another": (AJAR, AJAR - np.where(IN_LID[:, None], (0, 0, 6.5), 0), True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("pose", POSES)
+@pytest.mark.parametrize("name", ["sun", "point"])
+def test_adjacency_is_kept_while_corners_stay_together(device, pose, name):
+    before, after, is_kept = POSES[pose]
+    first, posed = (
+        make_scene([Part("crate", "", Mesh(vertices, CRATE_FACES))]) for vertices in (before, after)
+    )
+    with Renderer(first, 0.0, device=device) as renderer:
+        renderer.render(CAMERA, [LIGHTS[name]])
+        (old,) = renderer.planner.bodies
+        renderer.move(posed)
+        ours = renderer.render(CAMERA, [LIGHTS[name]])
+        (body,) = renderer.planner.bodies
+    assert (body.caster.edges is old.caster.edges) == is_kept
+    assert count_differences(ours, render(device, posed, CAMERA, [LIGHTS[name]]), 0) == 0
+    assert count_differences(ours, shade_on_cpu(posed, CAMERA, [LIGHTS[name]]), 2) <= 6
+
+
 @pytest.mark.parametrize("glass", [Material(opacity=0.5), Material(alpha_mode="mask")])
 def test_what_is_seen_through_casts_nothing(device, glass):
     floor = Part("floor", "", quad(size=60.0))

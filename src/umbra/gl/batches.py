@@ -1,16 +1,18 @@
 """Which of a scene's triangles are drawn together: those of one material that carry the same."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.casters import Body
 from umbra.gl.geometry import is_mirrored
 from umbra.scene import Material, Part, Scene
 from umbra.scene.mesh import transform_points
 
-__all__ = ["Batch", "make_batches"]
+__all__ = ["Batch", "find_solid_faces", "make_batches"]
 
 _OPEN, _SOLID, _SOUND = range(3)
 
@@ -138,3 +140,36 @@ def _describe(material: Material) -> tuple:
         material.color, id(material.image), material.opacity, material.emission,
         material.is_unlit, material.alpha_mode, material.alpha_cutoff,
     )  # fmt: skip
+
+
+def find_solid_faces(
+    scene: Scene, bodies: Sequence[Body], casters: Sequence[int] | None = None
+) -> NDArray[np.bool_]:
+    """
+    Find the faces of closed things wound outward: from outside, their backs are never seen.
+
+    Parameters
+    ----------
+    scene : Scene
+    bodies : sequence of Body
+        Of ``make_bodies``.
+    casters : sequence of int, optional
+        As given there.
+
+    Returns
+    -------
+    is_solid : (n_faces,) bool
+        In the order of ``scene.triangles()``; False for what does not cast.
+    """
+    chosen = set(range(len(scene.parts)) if casters is None else casters)
+    counts = np.array([part.triangles for part in scene.parts])
+    starts = np.cumsum(counts) - counts
+    solid = np.zeros(counts.sum(), np.bool_)
+    for body in bodies:
+        caster = body.caster
+        for group in body.groups:
+            mine = [index for index in group.parts if index in chosen]
+            # The caster's faces are those of the group's parts, one part after another.
+            faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in mine])
+            solid[faces[caster.source]] = (caster.is_closed & ~body.is_inward)[caster.component]
+    return solid

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from umbra.cpu.anchor import FaceBlocks
 from umbra.gl.geometry import Geometry, Group, is_mirrored
 from umbra.scene import Scene
-from umbra.volume.adjacency import Caster, make_caster
+from umbra.volume.adjacency import Caster, make_caster, make_planes
 from umbra.volume.bounds import find_box_points
 
-__all__ = ["Body", "find_solid_faces", "make_bodies"]
+__all__ = ["Body", "make_bodies"]
 
 MOST_THINGS = 4096
 """More are put together, neighbour with neighbour, in one body."""
@@ -43,6 +43,10 @@ class Body:
         In the mesh's own frame [m].
     groups : list of Group
         The instances.
+    soup : (n, 3) int32
+        The faces of which the caster was made.
+    is_ball : (n_components,) bool
+        Faces join as on a ball's surface.
 
     Attributes
     ----------
@@ -65,6 +69,8 @@ class Body:
     component_thing: NDArray[np.intp]
     bounds: NDArray[np.float64]
     groups: list[Group]
+    soup: NDArray[np.int32]
+    is_ball: NDArray[np.bool_]
     blocks: FaceBlocks = field(init=False)
     component_bounds: NDArray[np.float64] = field(init=False)
     is_inward: NDArray[np.bool_] = field(init=False)
@@ -80,7 +86,7 @@ class Body:
         a, b, c = corners.transpose(1, 0, 2)
         volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
         self.is_inward = (volume < 0) & caster.is_closed
-        self.is_convex = _find_convex(caster)
+        self.is_convex = self.is_ball & ~_find_dented(caster)
         self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
         self.first = np.array([group.first for group in self.groups], np.int64)
         self.place([group.transform for group in self.groups])
@@ -89,6 +95,40 @@ class Body:
         """Move the instances, in the order of the groups."""
         self.mirrored = np.array([is_mirrored(transform) for transform in transforms])
         self.transforms = np.array([np.eye(4) if t is None else t for t in transforms])
+
+    def pose(self, soup: NDArray[np.int32], groups: list[Group]) -> "Body | None":
+        """
+        Give the mesh other vertices, and keep which faces meet.
+
+        Adjacency is that of the first pose. Where corners that were apart come to one place,
+        the two borders there throw the same sides with opposite signs, so counts stay right.
+        Where corners that were at one place part, it holds no longer.
+
+        Parameters
+        ----------
+        soup : (n, 3) int32
+            The faces of the parts that cast.
+        groups : list of Group
+            With the new vertices.
+
+        Returns
+        -------
+        body : Body, optional
+            None where faces must be joined anew.
+        """
+        vertices, caster = groups[0].vertices, self.caster
+        if not np.array_equal(soup, self.soup) or len(caster.faces) < len(soup):
+            return None
+        if not np.array_equal(vertices[soup[caster.source]], vertices[caster.faces]):
+            return None
+        planes = make_planes(vertices, caster.faces)
+        thing = self.component_thing[caster.component]
+        return replace(
+            self,
+            caster=replace(caster, vertices=vertices, planes=planes),
+            bounds=_bound(vertices[caster.faces], thing, self.n_things),
+            groups=groups,
+        )
 
     @property
     def n_things(self) -> int:
@@ -125,7 +165,10 @@ class Body:
 
 
 def make_bodies(
-    scene: Scene, geometry: Geometry, casters: Sequence[int] | None = None
+    scene: Scene,
+    geometry: Geometry,
+    casters: Sequence[int] | None = None,
+    before: Sequence[Body] = (),
 ) -> list[Body]:
     """
     Make the casters of a scene.
@@ -140,11 +183,14 @@ def make_bodies(
         Of this scene.
     casters : sequence of int, optional
         Indices of the parts that cast; all by default.
+    before : sequence of Body
+        Of the same parts in another pose, whose adjacency is kept where it holds.
 
     Returns
     -------
     bodies : list of Body
     """
+    known = {tuple(group.parts for group in body.groups): body for body in before}
     chosen = set(range(len(scene.parts)) if casters is None else casters)
     names = scene.groups()
     alike: dict[tuple, list[Group]] = {}
@@ -162,13 +208,17 @@ def make_bodies(
                 lists.append(scene.parts[index].mesh.faces + offset)
                 things.append(np.full(len(lists[-1]), names[index]))
         faces = np.concatenate(lists).astype(np.int32, copy=False)
-        caster = make_caster(group.vertices, faces, np.concatenate(things))
-        if len(caster.faces):
-            bodies.append(_make_body(caster, groups))
+        last = known.get(tuple(group.parts for group in groups))
+        body = None if last is None else last.pose(faces, groups)
+        if body is None:
+            caster = make_caster(group.vertices, faces, np.concatenate(things))
+            body = _make_body(caster, groups, faces) if len(caster.faces) else None
+        if body is not None:
+            bodies.append(body)
     return bodies
 
 
-def _make_body(caster: Caster, groups: list[Group]) -> Body:
+def _make_body(caster: Caster, groups: list[Group], soup: NDArray[np.int32]) -> Body:
     component_thing = _find_things(caster)
     thing = component_thing[caster.component]
     edge_thing = thing[caster.edge_faces[:, 0]].astype(np.int32)
@@ -189,6 +239,8 @@ def _make_body(caster: Caster, groups: list[Group]) -> Body:
         component_thing=component_thing,
         bounds=_bound(caster.vertices[caster.faces], thing, n_things),
         groups=groups,
+        soup=soup,
+        is_ball=_find_balls(caster),
     )
 
 
@@ -218,21 +270,16 @@ def _bound(corners: NDArray[np.float64], owner: NDArray, n: int) -> NDArray[np.f
     """Give the boxes around triangles (n_faces, 3, 3) of each owner, (n, 2, 3)."""
     order = np.argsort(owner, kind="stable")
     starts = np.searchsorted(owner[order], np.arange(n))
-    low = np.minimum.reduceat(corners.min(1)[order], starts)
-    high = np.maximum.reduceat(corners.max(1)[order], starts)
+    a, b, c = corners[order].transpose(1, 0, 2)  # thrice as fast as the least along an axis of 3
+    low = np.minimum.reduceat(np.minimum(np.minimum(a, b), c), starts)
+    high = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), starts)
     return np.stack([low, high], 1)
 
 
-def _find_convex(caster: Caster) -> NDArray[np.bool_]:
-    """Tell which components are convex: closed, a ball's surface, bent outward everywhere."""
+def _find_balls(caster: Caster) -> NDArray[np.bool_]:
+    """Tell which components are closed and join as on a ball's surface."""
     n = len(caster.is_closed)
     a, b = caster.edge_faces.T
-    across = caster.faces[b].sum(1) - caster.edges.sum(1)  # the corner that is not on the edge
-    across = np.clip(across, 0, len(caster.vertices) - 1)
-    height = np.einsum("ji,ij->i", caster.planes[:3, a], caster.vertices[across])
-    height += caster.planes[3, a]
-    size = np.linalg.norm(caster.planes[:3, a], axis=0) * np.abs(caster.vertices).max(initial=1.0)
-    bent = height > 1e-6 * size  # files in float32 dent what was meant flat
     corner = caster.component[:, None] * np.int64(len(caster.vertices)) + caster.faces
     vertices = np.bincount(np.unique(corner) // len(caster.vertices), minlength=n)
     edges = np.bincount(caster.component[a], minlength=n)
@@ -242,39 +289,18 @@ def _find_convex(caster: Caster) -> NDArray[np.bool_]:
     _, same, times = np.unique(
         ends[:, 0] * len(caster.vertices) + ends[:, 1], return_inverse=True, return_counts=True
     )
-    bent |= (times > 1)[same.ravel()]
-    bad = np.bincount(caster.component[a], bent | (caster.component[a] != caster.component[b]), n)
+    shared = (times > 1)[same.ravel()] | (caster.component[a] != caster.component[b])
+    bad = np.bincount(caster.component[a], shared, n)
     return np.asarray(caster.is_closed & (vertices - edges + faces == 2) & (bad == 0))
 
 
-def find_solid_faces(
-    scene: Scene, bodies: Sequence[Body], casters: Sequence[int] | None = None
-) -> NDArray[np.bool_]:
-    """
-    Find the faces of closed things wound outward: from outside, their backs are never seen.
-
-    Parameters
-    ----------
-    scene : Scene
-    bodies : sequence of Body
-        Of ``make_bodies``.
-    casters : sequence of int, optional
-        As given there.
-
-    Returns
-    -------
-    is_solid : (n_faces,) bool
-        In the order of ``scene.triangles()``; False for what does not cast.
-    """
-    chosen = set(range(len(scene.parts)) if casters is None else casters)
-    counts = np.array([part.triangles for part in scene.parts])
-    starts = np.cumsum(counts) - counts
-    solid = np.zeros(counts.sum(), np.bool_)
-    for body in bodies:
-        caster = body.caster
-        for group in body.groups:
-            mine = [index for index in group.parts if index in chosen]
-            # The caster's faces are those of the group's parts, one part after another.
-            faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in mine])
-            solid[faces[caster.source]] = (caster.is_closed & ~body.is_inward)[caster.component]
-    return solid
+def _find_dented(caster: Caster) -> NDArray[np.bool_]:
+    """Tell which components bend inward at any edge."""
+    a, b = caster.edge_faces.T
+    across = caster.faces[b].sum(1) - caster.edges.sum(1)  # the corner that is not on the edge
+    across = np.clip(across, 0, len(caster.vertices) - 1)
+    height = np.einsum("ji,ij->i", caster.planes[:3, a], caster.vertices[across])
+    height += caster.planes[3, a]
+    size = np.linalg.norm(caster.planes[:3, a], axis=0) * np.abs(caster.vertices).max(initial=1.0)
+    bent = height > 1e-6 * size  # files in float32 dent what was meant flat
+    return np.asarray(np.bincount(caster.component[a], bent, len(caster.is_closed)) > 0)

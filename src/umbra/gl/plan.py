@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.threads import count_cores, use_threads
 from umbra.errors import InputError
-from umbra.gl.casters import make_bodies
+from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
 from umbra.gl.drawing import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan, Statistics
 from umbra.gl.geometry import Geometry
@@ -59,6 +59,8 @@ class Planner:
         depth buffer when counts are made.
     ground : float, optional
         z, relative to the scene's origin, of a plane that receives too [m].
+    before : sequence of Body
+        Of the same parts in another pose.
 
     Attributes
     ----------
@@ -76,12 +78,14 @@ class Planner:
     geometry: Geometry
     casters: Sequence[int] | None = None
     ground: float | None = None
+    before: Sequence[Body] = ()
     _kept: list[_Kept] = field(default_factory=list)
     _last: tuple[bytes, list[Plan]] | None = None
     _moves: int = 0
 
     def __post_init__(self) -> None:
-        self.bodies = make_bodies(self.scene, self.geometry, self.casters)
+        self.bodies = make_bodies(self.scene, self.geometry, self.casters, self.before)
+        self.before = ()
         self.indices = Indices(self.device, 2 * self.geometry.n_points)
         self._measure()
 

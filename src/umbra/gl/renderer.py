@@ -15,7 +15,8 @@ from contextlib import AbstractContextManager, nullcontext
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.casters import find_solid_faces
+from umbra.gl.batches import find_solid_faces
+from umbra.gl.casters import Body
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry, Group, is_flat, is_mirrored
@@ -133,7 +134,8 @@ class Renderer:
 
         Parts that move as a whole only get another transform, and only their volumes are
         made anew. Where a mesh bends, the geometry of the scene is made anew from the very
-        vertices that are then drawn: the silhouette is that of the mesh in the picture.
+        vertices that are then drawn: the silhouette is that of the mesh in the picture. Which
+        faces meet is kept, unless corners part.
 
         Parameters
         ----------
@@ -144,8 +146,9 @@ class Renderer:
             self.planner.move(scene)
             self.soft.release()
         else:
+            bodies = self.planner.bodies
             self._release_scene()
-            self._build(scene)
+            self._build(scene, bodies)
 
     def render(
         self,
@@ -215,12 +218,14 @@ class Renderer:
             return np.zeros((0, 0, 3), np.uint8)
         return np.ascontiguousarray(self.targets.picture.read()[..., :3])
 
-    def _build(self, scene: Scene) -> None:
+    def _build(self, scene: Scene, before: Sequence[Body] = ()) -> None:
         self.scene = scene
         ground = self._ground_z
         self.ground = None if ground is None else float(ground - scene.origin[2])
         self.geometry = Geometry(self.device, scene)
-        self.planner = Planner(self.device, scene, self.geometry, self._casters, self.ground)
+        self.planner = Planner(
+            self.device, scene, self.geometry, self._casters, self.ground, before
+        )
         self.counter = Counter(
             self.device, self.geometry, self.planner.indices, two_sided=self._two_sided
         )
