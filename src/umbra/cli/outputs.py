@@ -127,9 +127,9 @@ class Outputs:
         """Write what is asked of surfaces and points; ``options`` are the study's."""
         names: list[str] = []
         if self.formats:
-            from umbra.writers.tables import write_samples  # noqa: PLC0415
+            from umbra.writers.point_formats import write_point_formats  # noqa: PLC0415
 
-            names += write_samples(folder, study)
+            names += write_point_formats(folder, study, self.formats)
         tables = []
         if self.rules:
             tables.append(_judge_points(folder, study, scene, self.rules, options))
@@ -228,7 +228,10 @@ def _check_formats(receivers: str, formats: tuple[str, ...]) -> None:
 
     written = [name for name, each in FORMATS.items() if each.of_views]
     if receivers in {"surfaces", "points"}:
-        written = ["csv"]
+        from umbra.writers import point_formats  # noqa: PLC0415
+
+        is_points = receivers == "points"
+        written = list(point_formats.OF_POINTS if is_points else point_formats.OF_SURFACES)
     if receivers == "camera":
         written = []
     refused = [name for name in formats if name not in written]

@@ -1,11 +1,8 @@
 """The model as GLB, its surfaces coloured by their hours in shadow."""
 
-import json
 import os
-import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +10,9 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.study import Study
 from umbra.writers.color import shade_ramp
+from umbra.writers.glb import Glb, turn_up
 
-__all__ = ["write_model_glb"]
+__all__ = ["make_legend", "write_model_glb"]
 
 MOST_TRIANGLES = 400_000
 """Of coloured surfaces: they are divided no finer."""
@@ -165,60 +163,30 @@ def _write(
     bounds = np.concatenate([[mesh.positions.min(0), mesh.positions.max(0)] for mesh in meshes])
     middle = np.round((bounds.min(0) + bounds.max(0)) / 2)
     middle[2] = _find_ground(study)
-    data, views, accessors = bytearray(), [], []
-
-    def add(array: NDArray, kind: str, code: int, target: int, **more: object) -> int:
-        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes,
-                      "target": target})  # fmt: skip
-        data.extend(array.tobytes())
-        data.extend(b"\0" * (-len(data) % 4))
-        accessors.append({"bufferView": len(views) - 1, "componentType": code,
-                          "count": len(array), "type": kind, **more})  # fmt: skip
-        return len(accessors) - 1
-
-    nodes, shapes = [], []
-    for mesh in meshes:
-        turned = (mesh.positions - middle)[:, [0, 2, 1]] * (1, 1, -1)
-        points = np.ascontiguousarray(turned, "<f4")
-        colors = np.full((len(points), 4), 255, np.uint8)
-        colors[:, :3] = np.rint(mesh.colors * 255)
-        limits = {"min": points.min(0).tolist(), "max": points.max(0).tolist()}
-        attributes = {
-            "POSITION": add(points, "VEC3", 5126, 34962, **limits),
-            "COLOR_0": add(colors, "VEC4", 5121, 34962, normalized=True),
-        }
-        indices = add(np.ascontiguousarray(mesh.faces, "<u4").ravel(), "SCALAR", 5125, 34963)
-        shapes.append({"primitives": [
-            {"attributes": attributes, "indices": indices, "material": 0}]})  # fmt: skip
-        nodes.append({"name": mesh.name, "mesh": len(shapes) - 1})
     shift = [*(middle[:2] + origin), study.ground]
-    tree = {
-        "asset": {
-            "version": "2.0",
-            "generator": f"umbra {study.facts['umbra_version']}",
-            "extras": {
-                "origin": [float(v) for v in shift],
-                "crs": study.facts.get("crs"),
-                "hours_of_darkest": study.up_hours,
-            },
-        },
-        "scene": 0,
-        "scenes": [{"nodes": list(range(len(nodes)))}],
-        "nodes": nodes,
-        "meshes": shapes,
-        "materials": [
-            {
-                "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 1},
-                "doubleSided": True,
-            }
-        ],
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{"byteLength": len(data)}],
+    extras = {
+        "origin": [float(v) for v in shift],
+        "crs": study.facts.get("crs"),
+        "hours_of_darkest": study.up_hours,
+        "legend": make_legend(study.up_hours),
     }
-    text = json.dumps(tree).encode()
-    text += b" " * (-len(text) % 4)
-    with Path(path).open("wb") as file:
-        file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(data)))
-        file.write(struct.pack("<I4s", len(text), b"JSON") + text)
-        file.write(struct.pack("<I4s", len(data), b"BIN\0") + data)
+    glb = Glb(f"umbra {study.facts['umbra_version']}", extras)
+    material = glb.add_material()
+    for mesh in meshes:
+        colors = np.full((len(mesh.positions), 4), 255, np.uint8)
+        colors[:, :3] = np.rint(mesh.colors * 255)
+        points = turn_up(mesh.positions - middle)
+        glb.add_mesh(mesh.name, mesh.faces, material, POSITION=points, COLOR_0=colors)
+    glb.write(path)
+
+
+def make_legend(up_hours: float) -> list[dict[str, object]]:
+    """Say which colours hours in shadow have, sRGB in hex, at even steps."""
+    ramp = np.rint(shade_ramp() * 255).astype(int)
+    return [
+        {
+            "shadow_hours": round(share * up_hours, 3),
+            "color": "#{:02x}{:02x}{:02x}".format(*ramp[round(share * (len(ramp) - 1))]),
+        }
+        for share in np.linspace(0, 1, 9).tolist()
+    ]

@@ -97,6 +97,7 @@ def _list_neighbours(study: Study | PointStudy, arrays: dict[str, NDArray]) -> T
 
 def _list_casters(arrays: dict[str, NDArray], counted: Counted) -> Table:
     rows = []
+    what = "all points" if counted.unit == "points" else counted.what.partition(",")[0]
     for k, name in enumerate(arrays["caster"].tolist()[:_MOST_ROWS]):
         cast, sole = arrays["cast_hours"][k], arrays["sole_hours"][k]
         figures = (counted.average(cast), counted.average(sole), cast[counted.which].max())
@@ -105,6 +106,6 @@ def _list_casters(arrays: dict[str, NDArray], counted: Counted) -> Table:
         "Who casts the shadow",
         ("caster", "mean cast [h]", "mean of it alone [h]", "most cast [h]"),
         rows,
-        f"Over {counted.what.partition(',')[0]}. Alone: hours that would be sun without this "
+        f"Over {what}. Alone: hours that would be sun without this "
         "caster; hours that several cast count for each, but for none alone.",
     )

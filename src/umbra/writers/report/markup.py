@@ -9,6 +9,8 @@ from umbra.writers.report.table import Table
 
 __all__ = ["make_address", "make_facts", "make_sheets", "make_summary", "make_table"]
 
+_SHORT, _NAME = 14, 32  # letters of a cell that is not broken: a date; a name in the first column
+
 
 def make_address(png: bytes) -> str:
     """Give a picture as an address that holds it."""
@@ -58,6 +60,8 @@ def make_table(table: Table) -> str:
             shown = f"{value:,.{digits}f}".replace("-", "\u2212")
         word = str(value).partition(" ")[0].strip(":,") if isinstance(value, str) else ""
         mark = word if word in {"pass", "fail"} else mark
+        if not mark and len(shown) <= _SHORT:
+            mark = "short"
         return f'<td class="{mark}">{text(shown)}</td>' if mark else f"<td>{text(shown)}</td>"
 
     def line(n: int, row: Sequence[object]) -> str:
@@ -65,7 +69,7 @@ def make_table(table: Table) -> str:
         if not table.kind:
             return f"<tr>{''.join(cells)}</tr>"
         name = f'<button type="button" class="goto">{text(str(row[0]))}</button>'
-        cells[0] = f"<td>{name}</td>"
+        cells[0] = f'<td class="{"short" if len(str(row[0])) <= _NAME else ""}">{name}</td>'
         return f'<tr data-kind="{table.kind}" data-index="{table.index[n]}">{"".join(cells)}</tr>'
 
     head = "".join(

@@ -63,6 +63,8 @@ def write_geojson(
 
 def _describe(geometry: Any, kind: str, decimals: int) -> dict[str, Any]:
     """Give a geometry as GeoJSON does, rings closed and counter-clockwise outside."""
+    if kind == "Point":
+        return {"type": kind, "coordinates": _round(geometry, decimals)[0]}
     if kind == "MultiPolygon":
         coordinates: list = [
             [_round(ring, decimals) for ring in (part.exterior, *part.interiors)]

@@ -23,7 +23,7 @@ class Layer:
     Parameters
     ----------
     name : str
-    kind : {'MultiPolygon', 'MultiLineString'}
+    kind : {'MultiPolygon', 'MultiLineString', 'Point'}
     geometries : list of shapely geometries
     values : dict of str to list
         Attributes by name, one of each for each geometry.

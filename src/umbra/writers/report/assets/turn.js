@@ -103,6 +103,14 @@ const makeModel = async () => {
       }
     }
     pen.globalAlpha = 1;
+    if (count > 40) return;
+    const taken = [];  // a name that would lie over another is left out
+    for (let k = 0; k < count; k++) {
+      const [x, y] = spotOf(k), wide = 7 * dot * data.names[k].length;
+      if (taken.some(([tx, ty, tw]) => x < tx + tw && x + wide > tx && Math.abs(y - ty) < 14 * dot)) continue;
+      taken.push([x, y, wide]);
+      signs.halo(data.names[k], x + 9 * dot, y + 4 * dot, dot);
+    }
   };
   const drawSun = (view, dot) => {
     if (view.mode !== "shadow" || !steps.up[view.now]) return;
@@ -145,7 +153,7 @@ const makeModel = async () => {
     return [low, high];
   };
   const everything = boxOf(Array.from({ length: count }, (_, k) => k));
-  const whole = () => eye.frame(everything, map.clientWidth, map.clientHeight, isSampled ? 2 : 40);
+  const whole = () => eye.frame(everything, map.clientWidth, map.clientHeight, isSampled ? 2 : 12);
   const fit = () => {
     const wide = Math.max(1, map.parentElement.clientWidth), was = map.clientWidth;
     const high = Math.round(Math.min(Math.max(300, wide * 0.7), Math.max(300, window.innerHeight * 0.78)));

@@ -1,0 +1,150 @@
+"""Sampled surfaces as GLB: their hours are a picture that is folded back around the model."""
+
+import io
+import os
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from umbra.errors import InputError
+from umbra.study import PointStudy
+from umbra.study.surfaces import Samples
+from umbra.writers.color import shade_ramp
+from umbra.writers.glb import Glb, turn_up
+from umbra.writers.model_glb import make_legend
+from umbra.writers.unfold import Unfolded, unfold
+
+__all__ = ["write_surfaces_glb"]
+
+MOST_SQUARES = 1_000_000
+"""Of all surfaces together; finer samples are not all shown."""
+LARGEST = 4096
+"""Side of the picture in pixels that any viewer takes."""
+_RIM = 1  # pixels around each surface, of its own colours, for viewers that blend
+_GREY = (0.80, 0.80, 0.80, 1.0)  # of what is not sampled
+
+
+def write_surfaces_glb(path: str | os.PathLike[str], study: PointStudy) -> None:
+    """
+    Write the sampled parts, a node each, coloured by hours in shadow; the rest is grey.
+
+    Parameters
+    ----------
+    path : path
+    study : PointStudy
+        Of surfaces.
+
+    Raises
+    ------
+    InputError
+        If the study is of points.
+    OSError
+        If the file cannot be written.
+    """
+    samples = study.samples
+    if samples is None:
+        msg = f"surfaces are coloured, and this study has --receivers {study.receivers}"
+        raise InputError(msg)
+    scene, soup = study.model.scene, study.model.soup
+    unfolded = unfold(samples, MOST_SQUARES)
+    picture, corner, scale = _draw(unfolded, study.shadow_hours / max(study.up_hours, 1e-9))
+    middle = np.round(scene.bounds().mean(0)) - scene.origin
+    middle[2] = scene.bounds()[0, 2] - scene.origin[2]
+    glb = Glb(
+        f"umbra {study.facts['umbra_version']}",
+        {
+            "origin": (scene.origin + middle).tolist(),
+            "crs": study.facts.get("crs"),
+            "hours_of_darkest": study.up_hours,
+            "legend": make_legend(study.up_hours),
+        },
+    )
+    stream = io.BytesIO()
+    picture.save(stream, "PNG", optimize=True)
+    texture = {"index": glb.add_texture(stream.getvalue())}
+    colored = glb.add_material(baseColorTexture=texture)
+    flat = _find_places(samples, unfolded)
+    size = np.array(picture.size)
+    where = (corner[samples.owner][:, None] + scale * flat) / size
+    names = np.asarray(study.more["part"][1])
+    owner = np.asarray(study.more["surface_part"][1])[samples.owner]
+    for k, name in enumerate(names.tolist()):
+        mine = owner == k
+        points = turn_up((samples.corners[mine] - middle).reshape(-1, 3))
+        if len(points):
+            glb.add_mesh(
+                name, _count_up(points), colored, _tell(study, k), POSITION=points,
+                TEXCOORD_0=np.ascontiguousarray(where[mine].reshape(-1, 2), "<f4"),
+            )  # fmt: skip
+    rest = soup.vertices[soup.faces[~np.isin(soup.part, samples.part)]]
+    if len(rest):
+        points = turn_up((rest - middle).reshape(-1, 3))
+        grey = glb.add_material(baseColorFactor=_GREY)
+        glb.add_mesh("not sampled", _count_up(points), grey, POSITION=points)
+    glb.write(path)
+
+
+def _count_up(points: NDArray) -> NDArray[np.uint32]:
+    """Give each triangle corners of its own."""
+    return np.arange(len(points), dtype=np.uint32).reshape(-1, 3)
+
+
+def _tell(study: PointStudy, part: int) -> dict[str, object]:
+    """Give a part's figures."""
+    keys = ("area", "mean_sun_hours", "least_sun_hours", "most_sun_hours")
+    return {key: round(float(study.more[f"part_{key}"][1][part]), 3) for key in keys}
+
+
+def _find_places(samples: Samples, unfolded: Unfolded) -> NDArray[np.float64]:
+    """Give each corner's place in its surface's squares, (n_triangles, 3, 2)."""
+    axes = samples.axes[samples.owner]
+    flat = np.einsum("fij,fkj->fik", samples.corners, axes)
+    flat -= (samples.start - samples.spacing / 2)[samples.owner][:, None]
+    flat /= unfolded.side[samples.owner][:, None, None]
+    return np.clip(flat, 0, unfolded.shape[samples.owner][:, None])
+
+
+def _draw(
+    unfolded: Unfolded, shares: NDArray[np.floating]
+) -> tuple[Image.Image, NDArray[np.int64], int]:
+    """
+    Lay all surfaces side by side into one picture.
+
+    Returns
+    -------
+    picture : Image
+        Colours of ``hours.png``; rows of surfaces run down.
+    corner : (n_surfaces, 2) int64
+        Pixel at which each surface's first square begins.
+    scale : int
+        Pixels along a square.
+    """
+    for scale in (4, 2, 1):
+        corner, size = _arrange(unfolded.shape * scale + 2 * _RIM)
+        if max(size) <= LARGEST:
+            break
+    pixels = np.zeros((size[1], size[0]), np.uint8)
+    shade = np.clip(np.nan_to_num(shares) * 255 + 0.5, 0, 255).astype(np.uint8)
+    for surface, (cols, rows) in enumerate(unfolded.shape.tolist()):
+        first = unfolded.first[surface]
+        own = shade[unfolded.sample[first : first + cols * rows]].reshape(rows, cols)
+        x, y = corner[surface]
+        drawn = np.pad(own.repeat(scale, 0).repeat(scale, 1), _RIM, mode="edge")
+        pixels[y : y + drawn.shape[0], x : x + drawn.shape[1]] = drawn
+    picture = Image.fromarray(pixels, "P")
+    picture.putpalette(np.rint(shade_ramp() * 255).astype(np.uint8).tobytes())
+    return picture, corner + _RIM, scale
+
+
+def _arrange(sizes: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[int, int]]:
+    """Put rectangles on shelves, the highest first; give their corners and the picture's size."""
+    wide = int(max(sizes[:, 0].max(), np.ceil(np.sqrt(sizes.prod(1).sum()) * 1.02)))
+    corner = np.zeros_like(sizes)
+    x = y = high = 0
+    for k in np.argsort(-sizes[:, 1], kind="stable").tolist():
+        if x + sizes[k, 0] > wide:
+            x, y, high = 0, y + high, 0
+        corner[k] = x, y
+        x, high = x + int(sizes[k, 0]), max(high, int(sizes[k, 1]))
+    return corner, (wide, y + high)

@@ -1,0 +1,131 @@
+"""Files of surfaces and points: what is read back is what the study found."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+from support.shapes import box, moved, turned
+
+import umbra
+from umbra.scene import Mesh, Part, make_scene
+from umbra.study import run_point_study
+from umbra.writers.color import shade_ramp
+from umbra.writers.point_formats import write_point_formats
+
+VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
+HOUSES = {
+    "house": turned(box((-6, -4, 0), (4, 6, 14)), 25),
+    "shed": moved(box((0, 0, 0), (6, 3, 4)), (14, -9, 0)),
+    "bar": moved(box((0, 0, 0), (3, 3, 25)), (-20, -12, 0)),
+}
+
+
+def run(**options):
+    parts = [Part(name, "", Mesh(*mesh)) for name, mesh in HOUSES.items()]
+    east = np.array([(3000.0, 340000.0, 170.0)])
+    parts = [Part(p.name, "", Mesh(p.mesh.vertices + east, p.mesh.faces)) for p in parts]
+    scene = make_scene(parts, crs="EPSG:31256")
+    chosen = {"date": "2026-09-18", "start": "06:00", "end": "20:00", "every": "1h"} | options
+    return run_point_study(scene, VIENNA, **chosen)
+
+
+def read_glb(path):
+    data = path.read_bytes()
+    size = int.from_bytes(data[12:16], "little")
+    tree = json.loads(data[20 : 20 + size])
+    binary = data[28 + size :]
+
+    def get(k):
+        accessor = tree["accessors"][k]
+        view = tree["bufferViews"][accessor["bufferView"]]
+        kind = {5126: "<f4", 5125: "<u4"}[accessor["componentType"]]
+        raw = binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
+        return np.frombuffer(raw, kind).reshape(accessor["count"], -1)
+
+    view = tree["bufferViews"][tree["images"][0]["bufferView"]]
+    png = binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
+    return tree, get, Image.open(io.BytesIO(png))
+
+
+def test_each_sample_has_its_colour_on_the_model(tmp_path):
+    study = run(spacing=1.0, on=["house", "bar"])
+    assert write_point_formats(tmp_path, study, ["glb"]) == ["hours.glb"]
+    tree, get, picture = read_glb(tmp_path / "hours.glb")
+    assert [node["name"] for node in tree["nodes"]] == ["bar", "house", "not sampled"]
+    pixels = np.asarray(picture.convert("RGB"))
+    origin = np.array(tree["asset"]["extras"]["origin"])
+    ramp = np.rint(shade_ramp() * 255)
+    checked = 0
+    for node in tree["nodes"][:2]:
+        attributes = tree["meshes"][node["mesh"]]["primitives"][0]["attributes"]
+        corners = get(attributes["POSITION"]).astype(float)[:, [0, 2, 1]] * (1, -1, 1) + origin
+        triangles, where = (
+            corners.reshape(-1, 3, 3),
+            get(attributes["TEXCOORD_0"]).reshape(-1, 3, 2),
+        )
+        for point, hours in zip(study.places.points, study.shadow_hours):
+            inside, weights = hold(triangles, point)
+            for k in np.flatnonzero(inside)[:1]:
+                u, v = weights[k] @ where[k]
+                found = pixels[int(v * pixels.shape[0]), int(u * pixels.shape[1])]
+                expected = ramp[int(hours / study.up_hours * 255 + 0.5)]
+                assert np.abs(found - expected).max() <= 1
+                checked += 1
+        extras = node["extras"]
+        part = np.asarray(study.more["part"][1]).tolist().index(node["name"])
+        mean = float(study.more["part_mean_sun_hours"][1][part])
+        assert extras["mean_sun_hours"] == pytest.approx(mean, abs=1e-3)
+    assert checked == len(study.shadow_hours)
+    assert len(np.unique(study.shadow_hours)) > 5
+    legend = tree["asset"]["extras"]["legend"]
+    assert legend[0]["shadow_hours"] == 0
+    assert legend[-1]["shadow_hours"] == pytest.approx(study.up_hours)
+
+
+def hold(triangles, point):
+    """Tell which triangles a point lies on, and its weights there."""
+    everywhere = np.broadcast_to(point, (len(triangles), 3))
+    weights = trimesh.triangles.points_to_barycentric(triangles, everywhere)
+    apart = np.linalg.norm(np.einsum("nk,nkj->nj", weights, triangles) - point, axis=1)
+    return (apart < 2e-3) & (weights > -1e-4).all(1), weights
+
+
+def test_the_model_loads_elsewhere_and_stands_where_it_did(tmp_path):
+    study = run(spacing=2.0)
+    write_point_formats(tmp_path, study, ["glb"])
+    scene = trimesh.load(tmp_path / "hours.glb")
+    assert set(scene.geometry) == set(HOUSES)
+    low, high = scene.bounds
+    size = study.model.scene.bounds()
+    np.testing.assert_allclose(
+        (high - low)[[0, 2, 1]], size[1] - size[0], atol=1e-3
+    )  # glTF's y is up
+
+
+def test_points_go_into_maps(tmp_path):
+    pytest.importorskip("shapely", reason="the extra gis is not installed")
+    pytest.importorskip("pyogrio", reason="the extra gis is not installed")
+    points = np.array([(3000, 339991, 171), (3014, 339989, 172), (2995, 340012, 171.0)])
+    study = run(receivers="points", points=points, names=["a", "b", "c"], spells=True)
+    names = write_point_formats(tmp_path, study, ["geojson", "gpkg", "csv"])
+    assert names == ["points.geojson", "study.gpkg", "points.csv"]
+    found = json.loads((tmp_path / "points.geojson").read_text())
+    assert [f["properties"]["name"] for f in found["features"]] == ["a", "b", "c"]
+    for feature, hours, z in zip(found["features"], study.sun_hours, points[:, 2]):
+        assert feature["properties"]["sun_hours"] == pytest.approx(hours, abs=1e-4)
+        assert feature["properties"]["receiver_z"] == z
+        assert feature["properties"]["first_sun"].endswith("Z")
+        longitude, latitude = feature["geometry"]["coordinates"]
+        assert (longitude, latitude) == pytest.approx((16.37, 48.2), abs=0.02)
+    import pyogrio.raw  # noqa: PLC0415
+
+    info, _, shapes, fields = pyogrio.raw.read(tmp_path / "study.gpkg", layer="points")
+    assert "31256" in info["crs"]
+    hours = fields[list(info["fields"]).index("sun_hours")]
+    np.testing.assert_allclose(hours, study.sun_hours, atol=1e-4)
+    import shapely  # noqa: PLC0415
+
+    np.testing.assert_allclose(shapely.get_coordinates(shapely.from_wkb(shapes)), points[:, :2])
