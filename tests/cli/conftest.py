@@ -78,6 +78,11 @@ class StandIn:
         assert all(len(shadows) == len(labels) for _, shadows, labels in days)
         Path(path).write_bytes(PICTURE)
 
+    def draw_points(self, path, plan, points, normals, hours, *args):
+        assert len(points) == len(normals) == len(hours)
+        assert plan.shape[0] > 1
+        Path(path).write_bytes(PICTURE)
+
     def __enter__(self):
         return self
 

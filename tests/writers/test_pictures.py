@@ -11,6 +11,7 @@ from PIL import Image
 
 from umbra.writers.color import SHADE_STOPS, make_ramp, make_stamp_tints, shade_ramp
 from umbra.writers.contours import find_levels, trace
+from umbra.writers.dots import draw_points, make_points_sheet
 from umbra.writers.hours import MISSING, draw_hours, make_hours_sheet
 from umbra.writers.overlay import compose_profile
 from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size, shade_roofs
@@ -447,3 +448,42 @@ def test_frames_are_written_top_row_first(tmp_path):
         with pytest.raises(ValueError, match="uint8"):
             write_png(tmp_path / "wrong.png", wrong)
     assert not (tmp_path / "wrong.png").exists()
+
+
+def test_points_have_the_colours_of_their_hours_and_their_names(tmp_path):
+    plan = make_plan(300, 400)  # a house from x = 66.5 to 133.5 m, y = 50 to 100 m
+    points = np.array([(20, 20, 1.5), (180, 20, 1.5), (134, 75, 8), (134, 75, 2), (134, 75, 5)])
+    normals = np.full((5, 3), np.nan)
+    normals[2:] = (1, 0, 0)
+    hours = np.array([0.0, 8.0, 2.0, 6.0, 4.0], np.float32)
+    names = ["garden", "yard", "third", "ground", "first"]
+    draw_points(tmp_path / "points.png", plan, points, normals, hours, 8.0, names)
+    sheet = make_points_sheet(plan, points, normals, hours, 8.0, names)
+    texts = check_layout(sheet)
+    assert {"garden: 0 h", "yard: 8 h", "ground: 6 h", "first: 4 h", "third: 2 h", "N"} <= texts
+    ramp = shade_ramp() * 255
+    for (x, y, _), index in ((points[0], 0), (points[1], -1)):
+        found = read_pixel(tmp_path / "points.png", sheet, x, y)
+        np.testing.assert_allclose(found, ramp[index], atol=2)
+    discs = next(
+        artist for artist in sheet.figure.artists
+        if isinstance(artist, PolyCollection) and len(artist.get_paths()) == 5
+    )  # fmt: skip
+    middles = np.array([path.vertices[:-1].mean(0) for path in discs.get_paths()])
+    wall = sheet.place((134, 75))
+    # Three floors side by side, outward from the wall, the lowest first.
+    assert wall[0] < middles[3, 0] < middles[4, 0] < middles[2, 0]
+    np.testing.assert_allclose(middles[2:, 1], wall[1], atol=1e-6)
+    gaps = np.diff(sorted(middles[2:, 0]))
+    width = np.ptp(discs.get_paths()[0].vertices[:, 0])
+    assert (gaps >= width).all()
+
+
+def test_many_points_have_no_labels():
+    plan = make_plan(300, 400)
+    points = np.random.default_rng(0).random((500, 3)) * [190, 140, 3]
+    normals = np.full((500, 3), np.nan)
+    sheet = make_points_sheet(plan, points, normals, np.ones(500, np.float32), 8.0)
+    assert not any(": 1 h" in text for text in (t.get_text() for t in sheet.figure.findobj(Text)))
+    few = make_points_sheet(plan, points[:9], normals[:9], np.ones(9, np.float32), 8.0)
+    assert {f"{k + 1}: 1 h" for k in range(9)} <= check_layout(few)

@@ -65,7 +65,12 @@ def command(
             click.echo(line, err=True)
 
     from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
-    from umbra.cli.study_points import POINTS_ONLY, draw_surfaces, study_points  # noqa: PLC0415
+    from umbra.cli.study_points import (  # noqa: PLC0415
+        POINTS_ONLY,
+        draw_plan_of_points,
+        draw_surfaces,
+        study_points,
+    )
     from umbra.study import run_study  # noqa: PLC0415
     from umbra.sun import find_site  # noqa: PLC0415
     from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
@@ -112,8 +117,10 @@ def command(
             more = outputs.write(unfinished, study, scene, sheets.plan, painter)
         else:
             write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
-            is_drawn = options["receivers"] == "surfaces"
-            names = draw_surfaces(scene, site, options, painter, unfinished) if is_drawn else []
+            if options["receivers"] == "surfaces":
+                names = draw_surfaces(scene, site, options, painter, unfinished)
+            else:
+                names = draw_plan_of_points(study, scene, options, painter, unfinished)
             more = outputs.write_points(unfinished, study, scene, options, painter)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
     written = [out / name for name in ("study.nc", *names, OPTIONS_FILE, *more)]

@@ -1,5 +1,6 @@
 """``umbra study`` on sampled surfaces and on single points."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,18 +9,23 @@ import numpy as np
 from umbra.cli.captions import describe_method, describe_place, name_dates, name_files
 from umbra.errors import InputError
 from umbra.scene import Scene
+from umbra.scene.grid import Grid
 from umbra.study import PointStudy, read_points, run_point_study, run_study
+from umbra.study.receivers import find_surface
 from umbra.study.setup import Progress
 from umbra.sun import Site
 from umbra.writers.plan import Plan
 
 __all__ = [
-    "POINTS_ONLY", "RASTER_ONLY", "describe_points", "draw_surfaces", "study_points", "take_points",
+    "POINTS_ONLY", "RASTER_ONLY", "describe_points", "draw_plan_of_points", "draw_surfaces",
+    "study_points", "take_points",
 ]  # fmt: skip
 
 RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
 POINTS_ONLY = ("spacing", "points")
 _TILT = 35
+_ROOM = 12.0  # about points, at least [m]
+_CELLS = 1200  # along the plan of points
 _QUESTIONS = {"masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact"}
 
 
@@ -105,6 +111,51 @@ def draw_surfaces(
     kept = {n: v for n, v in view.items() if n not in {*POINTS_ONLY, *_QUESTIONS}}
     study = run_study(scene, site, by_day=False, **kept)
     return draw_pictures(study, scene, view, painter, folder).names
+
+
+def draw_plan_of_points(
+    study: PointStudy, scene: Scene, options: dict[str, Any], painter: Any, folder: Path
+) -> list[str]:
+    """
+    Have the points drawn on a plan of what stands about them, in the colours of their hours.
+
+    Parameters
+    ----------
+    study : PointStudy
+    scene : Scene
+    options : dict
+        Of the command.
+    painter : Painter
+    folder : Path
+
+    Returns
+    -------
+    names : list of str
+        Of the file.
+    """
+    points, origin = study.places.points, scene.origin
+    low, high = points[:, :2].min(0), points[:, :2].max(0)
+    room = max(0.12 * float((high - low).max()), _ROOM)
+    cell = float((high - low).max() + 2 * room) / _CELLS
+    cols, rows = (int(n) for n in np.ceil((high - low + 2 * room) / cell))
+    west, south = (float(v) for v in low - room + cell / 2 - origin[:2])
+    grid = Grid(west, south, cell, cell, cols, rows)
+    ground = scene.ground if options["ground"] is None else options["ground"]
+    level = float(scene.bounds()[0, 2] if ground is None else ground) - origin[2]
+    heights = find_surface(study.model.soup, grid, level).heights - level
+    plan = replace(
+        describe_points(study, scene, options),
+        x=grid.x + origin[0],
+        y=grid.y + origin[1],
+        building_height=heights.astype(np.float32),
+        true_north=study.site.true_north,
+    )
+    names = study.more["name"][1].tolist() if "name" in study.more else []
+    painter.draw_points(
+        folder / "points.png", plan, points, study.places.normals, study.shadow_hours,
+        study.up_hours, names,
+    )  # fmt: skip
+    return ["points.png"]
 
 
 def describe_points(study: PointStudy, scene: Scene, options: dict[str, Any]) -> Plan:

@@ -16,7 +16,7 @@ from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.raster import resample
 from umbra.writers.sheet import KEY_WIDTH, Sheet, make_sheet
 
-__all__ = ["draw_hours", "make_hours_sheet"]
+__all__ = ["OUTLINE", "draw_hours", "draw_hours_key", "make_hours_sheet"]
 
 MISSING = 0.93  # grey of cells without a value
 OUTLINE, PROPOSED = "#55555e", "#d0312d"
@@ -106,10 +106,15 @@ def make_hours_sheet(
         reason = "no values here" if has_scale else "the sun stays below the horizon"
         sheet.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
     if has_scale:
-        title = [what] if sheet.is_wide else wrap(what, 8.0, KEY_WIDTH)
         remark = "" if plan.proposed is None else "outlined in red: proposed"
-        draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), title, remark)
+        draw_hours_key(sheet, max_hours, what, remark)
     return sheet
+
+
+def draw_hours_key(sheet: Sheet, max_hours: float, what: str, remark: str = "") -> None:
+    """Draw the scale of hours up to ``max_hours``, above 0, in a sheet's key."""
+    title = [what] if sheet.is_wide else wrap(what, 8.0, KEY_WIDTH)
+    draw_color_bar(sheet, shade_ramp(), _find_scale_ticks(max_hours), title, remark)
 
 
 def _find_line_color(share: float) -> tuple[str, str]:

@@ -82,6 +82,10 @@ class Painter:
         packed = [(date, PackedMasks(shadows), list(labels)) for date, shadows, labels in days]
         return self._submit(MODULES[1], "draw_profiles", (path, plan, packed), options)
 
+    def draw_points(self, path: os.PathLike[str], plan: Plan, *args: Any) -> Future[None]:
+        """Have ``umbra.writers.dots.draw_points`` called; same parameters."""
+        return self._submit("umbra.writers.dots", "draw_points", (path, plan, *args), {})
+
     def wait(self) -> None:
         """Wait until every picture that was asked for is a complete file."""
         for future in self._futures:

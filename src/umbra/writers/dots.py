@@ -1,0 +1,178 @@
+"""The picture of a study of points: a plan with each point in the colour of its hours."""
+
+import math
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.writers.color import shade_ramp
+from umbra.writers.contours import trace
+from umbra.writers.hours import OUTLINE, draw_hours_key
+from umbra.writers.lettering import measure
+from umbra.writers.paper import INK, QUIET, RULE
+from umbra.writers.plan import Plan, shade_roofs
+from umbra.writers.sheet import Sheet, make_sheet
+
+__all__ = ["FEW", "draw_points", "make_points_sheet"]
+
+FEW = 40
+"""Up to so many points are labelled."""
+PAPER = np.array(
+    (0.985, 0.985, 0.98), np.float32
+)  # of the ground, apart from the scale's sunlit end
+LABEL = 7.0  # size of type [point]
+HIGH = 0.13  # of a label [inch]
+
+Box = tuple[float, float, float, float]
+
+
+def draw_points(
+    path: str | os.PathLike[str],
+    plan: Plan,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    shadow_hours: NDArray,
+    max_hours: float,
+    names: Sequence[str] = (),
+) -> None:
+    """
+    Draw points in the colours of their hours in shadow, as a PNG.
+
+    Points above one another stand side by side, the lowest first, outward from their wall.
+
+    Parameters
+    ----------
+    path : path
+    plan : Plan
+    points : (n, 3) float64
+        In the model's own coordinates [m].
+    normals : (n, 3) float64
+        NaN where there is none.
+    shadow_hours : (n,) float32
+    max_hours : float
+        The colour scale's end: the hours that the sun was up in the period [h].
+    names : sequence of str
+        Of the points; they are numbered where there are none. Few enough are labelled.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    make_points_sheet(plan, points, normals, shadow_hours, max_hours, names).save(path)
+
+
+def make_points_sheet(
+    plan: Plan,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    shadow_hours: NDArray,
+    max_hours: float,
+    names: Sequence[str] = (),
+) -> Sheet:
+    """Lay out what ``draw_points`` writes; same parameters, less the path."""
+    sheet = make_sheet(plan, key_height=0.62)
+    image = np.broadcast_to(PAPER, (*sheet.map_size, 3)).copy()
+    grey, coverage = shade_roofs(plan, sheet.map_size)
+    image += coverage[..., None] * (grey[..., None] - image)
+    sheet.paste(image, *sheet.map_box[:2])
+    if plan.building_height is not None:
+        is_building = np.nan_to_num(plan.building_height) > 0
+        sheet.rule_map(trace(sheet, is_building), OUTLINE, 0.6)
+
+    n = len(points)
+    radius = float(np.clip(0.5 / math.sqrt(n), 0.018, 0.062))
+    places, stacks = _spread(
+        sheet.place(points[:, :2]), points[:, 2], normals[:, :2], 2.15 * radius
+    )
+    ramp = shade_ramp()
+    share = np.asarray(shadow_hours, np.float64) / max(max_hours, 1e-9)
+    colors = ramp[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
+    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    sheet.fill([place + disc for place in places], colors, INK, 0.6)
+    if n <= FEW:
+        texts = [f"{names[k] if names else k + 1}: {shadow_hours[k]:.3g} h" for k in range(n)]
+        _label(sheet, places, stacks, texts, radius)
+    if max_hours > 0:
+        draw_hours_key(sheet, max_hours, "hours in shadow")
+    else:
+        x, y, w, h = sheet.map_box
+        reason = "the sun stays below the horizon"
+        sheet.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
+    return sheet
+
+
+def _spread(
+    places: NDArray[np.float64], z: NDArray[np.float64], normals: NDArray[np.float64], pitch: float
+) -> tuple[NDArray[np.float64], list[NDArray[np.intp]]]:
+    """Move points above one another apart, outward from their wall; name them, lowest first."""
+    spread = places.copy()
+    cells = np.round(places / (pitch / 2)).astype(np.int64)
+    stack = np.unique(cells, axis=0, return_inverse=True)[1].ravel()
+    order = np.lexsort((z, stack))
+    stacks = np.split(order, np.flatnonzero(np.diff(stack[order])) + 1)
+    for members in stacks:
+        outward = np.nan_to_num(normals[members[0]])
+        length = math.hypot(*outward)
+        way = outward / length if length > 1e-6 else np.array([1.0, 0.0])
+        first = 0.5 if length > 1e-6 else 0.0  # off the wall
+        steps = (first + np.arange(len(members)))[:, None] * pitch
+        spread[members] = places[members[0]] + steps * way
+    return spread, stacks
+
+
+def _label(
+    sheet: Sheet,
+    places: NDArray[np.float64],
+    stacks: list[NDArray[np.intp]],
+    texts: Sequence[str],
+    radius: float,
+) -> None:
+    """Write labels beside points, those above one another as a list, clear of all others."""
+    left, bottom, w, h = sheet.map_box
+    taken: list[Box] = [(x - radius, y - radius, x + radius, y + radius) for x, y in places]
+    for members in stacks:
+        low, high = places[members].min(0) - radius, places[members].max(0) + radius
+        wide = max(measure(texts[k], LABEL) for k in members) + 0.04
+        tall = HIGH * len(members)
+        middle, reach = (low + high) / 2, (high - low + (wide, tall)) / 2
+        free = None
+        for away in (0.05, 0.12, 0.22, 0.35, 0.5):
+            for across, up in (
+                (1, 0),
+                (-1, 0),
+                (0, 1),
+                (0, -1),
+                (1, 1),
+                (-1, 1),
+                (1, -1),
+                (-1, -1),
+            ):
+                x, y = middle + (reach + away) * (across, up)
+                box = (x - wide / 2, y - tall / 2, x + wide / 2, y + tall / 2)
+                is_inside = (
+                    box[0] > left and box[2] < left + w and box[1] > bottom and box[3] < bottom + h
+                )
+                if is_inside and not any(_overlap(box, other) for other in taken):
+                    free = box
+                    break
+            if free:
+                break
+        if free is None:
+            continue  # too crowded: the table has it
+        taken.append(free)
+        if away > 0.12:
+            end = np.clip(middle, free[:2], free[2:])
+            sheet.rule([[np.clip(end, low, high), end]], RULE, 0.5)
+        for line, member in enumerate(members):
+            y = free[1] + (line + 0.5) * HIGH
+            sheet.write(
+                free[0] + 0.02, y, texts[member], LABEL, halo="#ffffffd8", va="center_baseline"
+            )
+
+
+def _overlap(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
