@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,12 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from support.command import SCRIPT, VIENNA
 from support.model_files import save_city, save_glb, save_obj
 from support.shapes import box, moved
 
 from umbra.study import layout
 
+on_linux = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 TOWER = {"tower": box((-2, -2, 0), (2, 2, 12))}
 
 
@@ -24,9 +27,19 @@ def test_umbra_alone_and_wrong_commands(umbra_here):
     said = umbra_here("studdy")
     assert "did you mean 'study'?" in said.refusal()
     assert "bench, doctor, inspect, render, study, view" in umbra_here("frobnicate").refusal()
-    assert "--frob" in umbra_here("--frob").refusal()
-    assert "FILE" in umbra_here("study").refusal()
-    assert "--date" in umbra_here("study", "x.obj", "--out", "o", "--dat", "1").refusal()
+    assert "there is no option '--frob' (see" in umbra_here("--frob").refusal()
+    said = umbra_here("study", "x.obj", "--recievers", "top").refusal()
+    assert "there is no option '--recievers'; did you mean '--receivers'?" in said
+
+
+def test_what_is_missing_is_told_all_at_once(umbra_here):
+    usage = "type umbra study FILE... --date DATE --out DIR (see"
+    assert (
+        f"FILE..., --date DATE and --out DIR are missing; {usage}" in umbra_here("study").refusal()
+    )
+    said = umbra_here("study", "a.obj", "--date", "2026-03-21").refusal()
+    assert f"umbra: --out DIR is missing; {usage}" in said
+    assert "NAME is missing; type umbra bench NAME" in umbra_here("bench").refusal()
 
 
 @pytest.mark.parametrize(
@@ -118,6 +131,24 @@ def test_all_files_are_there_before_one_is_read(study, tower, tmp_path, monkeypa
     gone = tmp_path / "gone.glb"
     assert f"{gone}: no such file" in study(files=[tower, f"proposed={gone}"]).refusal()
     assert f"{tmp_path}: is a folder" in study(files=[tower, tmp_path]).refusal()
+
+
+@on_linux
+def test_names_that_are_no_unicode(study, tower, tmp_path):
+    odd = [tmp_path / os.fsdecode(name) for name in (b"t\xff 1.obj", b"o\xff")]
+    shutil.copy(tower, odd[0])
+    said = study("--json", files=[odd[0], tower], out=odd[1])
+    assert said.status == 0, said
+    with xr.open_dataset(odd[1] / "study.nc", engine="h5netcdf") as result:
+        assert "t\ufffd 1.obj sha256" in result.attrs["source"]
+        assert "t\ufffd 1.obj" in result.attrs["command"]
+    assert json.loads(said.out)["files"][0] == str(odd[1] / "study.nc")
+    picture = tmp_path / os.fsdecode(b"p\xff.png")
+    command = [SCRIPT, "render", odd[0], "--size", "40x30", "--out", picture]
+    for locale in ("C.UTF-8", "C"):
+        environment = {**os.environ, "LC_ALL": locale}
+        done = subprocess.run(command, capture_output=True, check=False, env=environment)
+        assert done.stdout == os.fsencode(picture) + b"\n", done.stderr
 
 
 def test_no_site_says_which_options_to_give(study, keep):
@@ -257,9 +288,6 @@ def wait_until_gone(pids):
     while any(map(is_running, pids)) and time.monotonic() < until:
         time.sleep(0.05)
     assert not any(map(is_running, pids))
-
-
-on_linux = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 
 
 @on_linux

@@ -1,6 +1,8 @@
 """The ``umbra`` command: its subcommands, and how it ends."""
 
 import difflib
+import io
+import json
 import sys
 import traceback
 from importlib import import_module
@@ -82,6 +84,8 @@ def main(arguments: list[str] | None = None) -> None:
         Those of the process by default.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="surrogateescape")  # names of files as they are
     # A flag of the whole command may stand anywhere.
     debug = "--debug" in arguments
     given = [argument for argument in arguments if argument != "--debug"]
@@ -94,7 +98,7 @@ def _run(arguments: list[str], debug: bool) -> int:
         status = umbra.main(arguments, prog_name="umbra", standalone_mode=False, obj=arguments)
     except click.UsageError as error:
         where = f" (see '{error.ctx.command_path} --help')" if error.ctx else ""
-        return _fail(f"{error.format_message()}{where}", 2, debug)
+        return _fail(f"{_word(error)}{where}", 2, debug)
     except click.ClickException as error:
         return _fail(error.format_message(), 2, debug)
     except InputError as error:
@@ -113,6 +117,31 @@ def _run(arguments: list[str], debug: bool) -> int:
     return status or 0
 
 
+def _word(error: click.UsageError) -> str:
+    """Say what is wrong with a command as typed, and what would be right."""
+    if error.ctx is not None and isinstance(error, click.MissingParameter):
+        command = error.ctx.command
+        # Whatever is given has been taken by now.
+        missing = [p for p in command.params if p.required and p.name not in error.ctx.params]
+        words = [_show_parameter(p, error.ctx) for p in missing]
+        listed = " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+        needed = (_show_parameter(p, error.ctx) for p in command.params if p.required)
+        verb = "is" if len(words) == 1 else "are"
+        return f"{listed} {verb} missing; type {error.ctx.command_path} {' '.join(needed)}"
+    if error.ctx is not None and isinstance(error, click.NoSuchOption):
+        known = [text for p in error.ctx.command.params for text in (*p.opts, *p.secondary_opts)]
+        near = difflib.get_close_matches(error.option_name, known, n=1)
+        advice = f"; did you mean '{near[0]}'?" if near else ""
+        return f"there is no option '{error.option_name}'{advice}"
+    return error.format_message().rstrip(".")
+
+
+def _show_parameter(parameter: click.Parameter, context: click.Context) -> str:
+    """Show a parameter as it is typed, and what goes there."""
+    metavar = parameter.make_metavar(context)
+    return metavar if isinstance(parameter, click.Argument) else f"{parameter.opts[0]} {metavar}"
+
+
 def _fail(message: str, status: int, debug: bool) -> int:
     if debug:
         traceback.print_exc()
@@ -125,4 +154,8 @@ def echo_json(result: dict[str, Any]) -> None:
     import orjson  # noqa: PLC0415
 
     options = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_INDENT_2
-    click.echo(orjson.dumps(result, option=options).decode())
+    try:
+        text = orjson.dumps(result, option=options).decode()
+    except orjson.JSONEncodeError:  # of a file's name that is no Unicode; json escapes it
+        text = json.dumps(result, indent=2, default=lambda array: array.tolist())
+    click.echo(text)

@@ -1,5 +1,6 @@
 """``umbra study``: hours of shadow around buildings."""
 
+import os
 import shlex
 from pathlib import Path
 from typing import Any
@@ -97,7 +98,7 @@ def command(
         else:
             study = study_points(scene, site, options, point_names, stages.advance)
         stages.begin("drawing and writing")
-        study.facts["command"] = shlex.join(["umbra", *click.get_current_context().obj])
+        study.facts["command"] = _find_command()
         if not study.sun.is_up.any():
             say(
                 "umbra: warning: the sun is below the horizon all this time; "
@@ -171,3 +172,9 @@ def _check_clock(options: dict[str, Any]) -> None:
         from umbra.study.views import find_direction  # noqa: PLC0415
 
         find_direction(options["receivers"])
+
+
+def _find_command() -> str:
+    """Give the command as typed; in Unicode, which the names of files need not be."""
+    words = shlex.join(["umbra", *click.get_current_context().obj])
+    return os.fsencode(words).decode("utf-8", "replace")

@@ -92,7 +92,8 @@ def write_options(path: Path, context: click.Context) -> None:
         elif name == "points":
             value = _name_in_full(value, Path.cwd())
         lines.append(f"{name} = {_to_toml(value)}")
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    # A file's name need be no Unicode, and TOML is nothing else.
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8", errors="replace")
 
 
 def _name_parameters(command: click.Command) -> dict[str, click.Parameter]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate
-from umbra.readers.layers import Layer, combine, name_layers
+from umbra.readers.layers import Layer, combine, name_layers, show_name
 from umbra.readers.model import Choices, Model
 from umbra.readers.place import settle
 from umbra.scene import Scene, Source, make_scene
@@ -121,7 +121,7 @@ def _assemble(layers: list[Layer], sources: tuple[Source, ...]) -> Scene:
         )  # fmt: skip
         bounds = scene.bounds()
         _check_size(bounds)
-        places = {str(layer.path.name): layer.model.place for layer in layers}
+        places = {show_name(layer.path): layer.model.place for layer in layers}
         return settle(locate(scene, bounds), places)
     except InputError as error:
         names = ", ".join(str(layer.path) for layer in layers)
@@ -195,6 +195,6 @@ def _read_one(path: Path, data: bytes, choices: Choices) -> tuple[Model, Source]
     except (MemoryError, RecursionError, AssertionError) as error:
         msg = f"{path}: is damaged or too large for memory; export it again"
         raise InputError(msg, path=path) from error
-    notes = tuple(f"{path.name}: {note}" for note in model.notes)
-    source = Source(path.name, sha256(data).hexdigest(), model.format)
+    notes = tuple(f"{show_name(path)}: {note}" for note in model.notes)
+    source = Source(show_name(path), sha256(data).hexdigest(), model.format)
     return replace(model, notes=notes), source

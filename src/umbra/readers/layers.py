@@ -18,7 +18,7 @@ from umbra.readers.overlap import find_far, find_overlaps
 from umbra.readers.terrain import stand_on
 from umbra.scene import Light, Part
 
-__all__ = ["Layer", "combine", "name_layers"]
+__all__ = ["Layer", "combine", "name_layers", "show_name"]
 
 NAMED = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
 ENDINGS = re.compile(r"(\.city)?\.\w+$", re.IGNORECASE)
@@ -65,7 +65,12 @@ def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path
             named.append(("", Path(given)))
     if len(named) == 1:
         return named
-    return [(layer or ENDINGS.sub("", path.name), path) for layer, path in named]
+    return [(layer or ENDINGS.sub("", show_name(path)), path) for layer, path in named]
+
+
+def show_name(path: Path) -> str:
+    """Give a file's name for people and files; one that is no Unicode with � for what is not."""
+    return os.fsencode(path.name).decode("utf-8", "replace")
 
 
 def combine(
@@ -110,7 +115,7 @@ def combine(
                 raise InputError(msg, crs=(target[1], crs))
             parts = bring_to(parts, crs, target[0])
         if crs is not None and target is not None and parts is not layer.model.parts:
-            whose = f"{layer.path.name}: " if len(layers) > 1 else ""
+            whose = f"{show_name(layer.path)}: " if len(layers) > 1 else ""
             notes.append(
                 f"{whose}coordinates were converted from {show_crs(crs)} to {show_crs(target[0])}"
             )
@@ -124,7 +129,7 @@ def combine(
     for index, layer in enumerate(layers):
         if layer.model.is_afloat and ground:
             moved[index], missed = stand_on(moved[index], ground)
-            note = f"{layer.path.name}: set on the terrain, at its lowest below each part"
+            note = f"{show_name(layer.path)}: set on the terrain, at its lowest below each part"
             notes.append(note + (f"; {missed} parts lie beside it, on its edge" if missed else ""))
     if len(layers) > 1:
         groups: dict[str, list[Part]] = {}
