@@ -58,6 +58,36 @@ def test_a_study_with_leaves_and_without(study, garden, tmp_path):
     np.testing.assert_array_equal(read(again).sun_hours, found.sun_hours)
 
 
+def test_rasters_of_tree_tops(umbra_here, no_pictures, tmp_path):
+    rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed")
+    ground, tops, zone = np.full((3, 20, 30), [[[200.0]], [[0.0]], [[0.0]]])
+    tops[8:12, 10:20], zone[8:12, 10:20] = 12.0, 5.0
+    for name, heights in (("dsm", ground), ("cdsm", tops), ("tdsm", zone)):
+        with rasterio.open(
+            tmp_path / f"{name}.tif", "w", driver="GTiff", height=20, width=30, count=1,
+            dtype="float64", crs="EPSG:32633",
+            transform=rasterio.transform.from_origin(600000, 5340000, 1, 1),
+        ) as file:  # fmt: skip
+            file.write(heights, 1)
+    files = [f"dsm={tmp_path / 'dsm.tif'}", f"canopy={tmp_path / 'cdsm.tif'}"]
+    first, again = tmp_path / "first", tmp_path / "again"
+    said = umbra_here(
+        "study", *files, "--canopy", "canopy", "--trunk", tmp_path / "tdsm.tif",
+        "--transmissivity", "0.03:0.5", "--leaf-on", "04-15..10-31", "--receivers", "top",
+        "--date", "2026-06-21", "--from", "12:00", "--to", "14:00", "--cell", "1",
+        "--extent", "600001,5339981,600029,5339999", "--out", first,
+    )  # fmt: skip
+    assert said.status == 0, said
+    assert "a canopy on the terrain, 40 cells up to 12 m" in said.err
+    found = read(first)
+    assert float(found.receiver_z.max()) == 200
+    # With the sun in the south, a little high: below the crown is light, north of it shade.
+    assert float(found.canopy_hours.max()) == 2
+    assert float(found.sun_hours.min()) == pytest.approx(2 * 0.03, rel=1e-5)
+    assert umbra_here("study", "--options", first / "study.toml", "--out", again).status == 0
+    np.testing.assert_array_equal(read(again).sun_hours, found.sun_hours)
+
+
 @pytest.mark.parametrize("receivers", ["ground", "points"])
 def test_rules_weigh_what_comes_through(study, garden, tmp_path, receivers):
     table = tmp_path / "p.csv"

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-__all__ = ["chosen_columns", "column_options"]
+__all__ = ["chosen_columns", "column_options", "remember"]
 
 _KEY = "umbra.columns"
 
@@ -16,7 +16,7 @@ def column_options(command: Callable[..., Any]) -> Callable[..., Any]:
         "--base-column",
         metavar="NAME",
         expose_value=False,
-        callback=_remember,
+        callback=remember,
         help="Footprints: the column of the height [m] where each begins; default: 0, or the "
         "terrain of another file.",
     )(command)
@@ -24,16 +24,17 @@ def column_options(command: Callable[..., Any]) -> Callable[..., Any]:
         "--height-column",
         metavar="NAME",
         expose_value=False,
-        callback=_remember,
+        callback=remember,
         help="Footprints: the column of the height [m] above the base; default: one that is "
         "called so.",
     )(command)
 
 
-def chosen_columns(context: click.Context | None = None) -> dict[str, str | None]:
+def chosen_columns(context: click.Context | None = None) -> dict[str, Any]:
     """Give the options of a command, by default the running one, as `umbra.read` takes them."""
     return (context or click.get_current_context()).meta.get(_KEY, {})
 
 
-def _remember(context: click.Context, option: click.Parameter, value: str | None) -> None:
+def remember(context: click.Context, option: click.Parameter, value: str | None) -> None:
+    """Keep the value of an option that is for `umbra.read`."""
     context.meta.setdefault(_KEY, {})[str(option.name)] = value

@@ -46,7 +46,8 @@ def read_posed(
     if animation is not None and time is None:
         msg = f"--animation {animation} is posed at a time; give --time S too"
         raise InputError(msg)
-    scene = read(*files, up=up, **chosen_columns(), cache=is_cached())
+    canopy = click.get_current_context().params.get("canopy", ())
+    scene = read(*files, up=up, canopy=canopy, **chosen_columns(), cache=is_cached())
     if time is None:
         return scene
     from umbra.scene import pose  # noqa: PLC0415

@@ -89,7 +89,7 @@ def write_options(path: Path, context: click.Context) -> None:
             value = f"{value[0]}x{value[1]}"
         elif name == "files":
             value = [_name_in_full(text, Path.cwd()) for text in value]
-        elif name == "points":
+        elif _is_path(name, value):
             value = _name_in_full(value, Path.cwd())
         lines.append(f"{name} = {_to_toml(value)}")
     # A file's name need be no Unicode, and TOML is nothing else.
@@ -120,7 +120,12 @@ def _take(parameter: click.Parameter, value: Any, path: Path, name: str) -> Any:
         value = str(value)  # TOML has dates and times of its own
     if name == "files":
         return [_name_in_full(text, path.parent) for text in value]
-    return _name_in_full(value, path.parent) if name == "points" else value
+    return _name_in_full(value, path.parent) if _is_path(name, value) else value
+
+
+def _is_path(name: str, value: Any) -> bool:
+    """Tell whether an option's value is a file; a trunk zone may be a share, too."""
+    return name == "points" or (name == "trunk" and str(value).lower().endswith((".tif", ".tiff")))
 
 
 def _name_in_full(text: str, folder: Path) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from umbra.cli.columns import remember
 from umbra.cli.values import SIZE, Numbers
 
 __all__ = ["study_options"]
@@ -173,6 +174,21 @@ _CASTERS = [
         "--leaf-on",
         metavar="MM-DD..MM-DD",
         help="When leaves are on, with two shares: 04-15..10-31.",
+    ),
+    click.option(
+        "--trunk",
+        metavar="SHARE|FILE",
+        expose_value=False,
+        callback=remember,
+        help="Where crowns of a canopy raster begin: a share of the height, or a GeoTIFF of "
+        "heights; default: 0.25.",
+    ),
+    click.option(
+        "--canopy-heights",
+        type=click.Choice(["above-ground", "absolute"]),
+        expose_value=False,
+        callback=remember,
+        help="What the heights of a canopy raster are above; default: the ground.",
     ),
     click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis."),
 ]

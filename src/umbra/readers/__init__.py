@@ -3,7 +3,7 @@
 import errno
 import gc
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from hashlib import sha256
@@ -16,7 +16,7 @@ from umbra.errors import InputError
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate
 from umbra.readers.layers import Layer, combine, name_layers, show_name
-from umbra.readers.model import Choices, Model
+from umbra.readers.model import HEIGHTS, TRUNK, Choices, Crowns, Model
 from umbra.readers.place import settle
 from umbra.scene import Scene, Source, make_scene
 
@@ -32,6 +32,9 @@ def read(
     up: str | None = None,
     height_column: str | None = None,
     base_column: str | None = None,
+    canopy: Sequence[str] = (),
+    trunk: str | float | None = None,
+    canopy_heights: str | None = None,
     cache: bool = False,
 ) -> Scene:
     """
@@ -53,6 +56,13 @@ def read(
         rasters have heights and no other axis.
     height_column, base_column : str, optional
         Of footprints [m]; by default a column that is called as heights are.
+    canopy : sequence of str
+        Shell patterns of layers or files; height rasters that one matches are canopies
+        of trees, closed bodies that stand on the first other raster.
+    trunk : str or float, optional
+        Where crowns begin: a share of the height, 0.25 by default, or the file of a raster.
+    canopy_heights : {'above-ground', 'absolute'}, optional
+        What the heights of canopies are above; the ground by default.
     cache : bool
         Whether to keep a scene that takes long to read in the user's cache folder, and
         to take it from there while the files are the same. The command line does.
@@ -82,6 +92,7 @@ def read(
         named = name_layers(paths)
         for _, path in named:
             _check_there(path)  # a slip in the last name is told before the first file is read
+        choices = replace(choices, crowns=_find_crowns(named, canopy, trunk, canopy_heights))
         files = [(name, path, _load(path)) for name, path in named]
         if not cache:
             return _read_files(files, choices)
@@ -94,10 +105,34 @@ def _read_files(files: list[tuple[str, Path, bytes]], choices: Choices) -> Scene
     layers: list[Layer] = []
     sources: list[Source] = []
     for name, path, data in files:
-        model, source = _read_one(path, data, choices)
+        crowns = choices.crowns if choices.crowns and choices.crowns.matches(name, path) else None
+        model, source = _read_one(path, data, replace(choices, crowns=crowns))
         layers.append(Layer(name, path, model))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
     return _assemble(layers, tuple(sources))
+
+
+def _find_crowns(
+    named: Sequence[tuple[str, Path]],
+    canopy: Sequence[str],
+    trunk: str | float | None,
+    heights: str | None,
+) -> Crowns | None:
+    """Tell which files are canopy rasters, and how they are read; None if there is none."""
+    if heights is not None and heights not in HEIGHTS:
+        msg = f"canopy heights are {' or '.join(HEIGHTS)}; got '{heights}'"
+        raise InputError(msg, canopy_heights=heights)
+    crowns = Crowns(tuple(canopy), str(TRUNK if trunk is None else trunk), heights or HEIGHTS[0])
+    if any(crowns.matches(name, path) for name, path in named):
+        return crowns
+    for given, word in ((trunk, "--trunk"), (heights, "--canopy-heights")):
+        if given is not None:
+            msg = (
+                f"{word} is for canopy rasters, and none of the files is one; name its layer: "
+                "canopy=FILE.tif --canopy canopy"
+            )
+            raise InputError(msg)
+    return None
 
 
 @contextmanager

@@ -11,12 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from umbra.errors import InputError
 from umbra.readers.georeference import bring_to, is_known, is_same_plan, show_crs, to_metres
 from umbra.readers.model import Model
 from umbra.readers.overlap import find_far, find_overlaps
-from umbra.readers.terrain import stand_on
-from umbra.scene import Light, Part
+from umbra.readers.terrain import find_ground, stand_on
+from umbra.scene import Light, Part, Scene
 
 __all__ = ["Layer", "combine", "name_layers", "show_name"]
 
@@ -131,6 +133,11 @@ def combine(
             moved[index], missed = stand_on(moved[index], ground)
             note = f"{show_name(layer.path)}: set on the terrain, at its lowest below each part"
             notes.append(note + (f"; {missed} parts lie beside it, on its edge" if missed else ""))
+    for index, layer in enumerate(layers):
+        if layer.model.crowns is not None:
+            others = [part for k, parts in enumerate(moved) for part in parts if k != index]
+            moved[index], note = _stand(layer, moved[index], ground, others)
+            notes.append(f"{layer.path.name}: {note}")
     if len(layers) > 1:
         groups: dict[str, list[Part]] = {}
         for layer, parts in zip(layers, moved):
@@ -138,3 +145,34 @@ def combine(
         notes += [*find_far(groups), *find_overlaps(groups)]
     lights = tuple(light for layer in layers for light in layer.model.lights)
     return tuple(p for parts in moved for p in parts), lights, target[0] if target else None, notes
+
+
+def _stand(
+    layer: Layer, parts: Sequence[Part], ground: Sequence[Part], others: Sequence[Part]
+) -> tuple[tuple[Part, ...], str]:
+    """Make the body of a canopy on the terrain, or on the lowest point of all the rest."""
+    from umbra.readers.canopy import stand_crowns  # noqa: PLC0415 - it compiles kernels
+
+    (part,), crowns = parts, layer.model.crowns
+    assert crowns is not None
+    centres = part.mesh.vertices[crowns.corners, :2].mean(1)
+    if ground:
+        heights, inside = find_ground(ground, centres)
+        missed = int((~inside).sum())
+        note = "a canopy on the terrain"
+    else:
+        solid = [p for p in others if p.kind != "Canopy"]
+        lowest = float(Scene(tuple(solid), np.zeros(3)).bounds()[0, 2]) if solid else 0.0
+        heights, missed = np.full(len(centres), lowest), 0
+        note = f"a canopy on the level ground of z = {lowest:.6g}, for there is no terrain raster"
+    try:
+        body, left_out = stand_crowns(part, crowns, heights)
+    except InputError as error:
+        msg = f"{layer.path.name} {error}"
+        raise InputError(msg, **error.data) from error
+    note += f", {len(centres) - left_out} cells up to {float(crowns.tops.max()):.3g} m"
+    if left_out:
+        note += f"; cells without a crown above the trunk zone left out: {left_out}"
+    if missed:
+        note += f"; {missed} cells lie beside the terrain, on its edge"
+    return (body,), note

@@ -1,10 +1,87 @@
 """What every reader returns: parts in the file's own coordinates, and what it says of them."""
 
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from umbra.scene import Light, Part, Source
 
-__all__ = ["Choices", "Model", "Place"]
+__all__ = [
+    "HEIGHTS",
+    "RASTERS",
+    "TRUNK",
+    "Choices",
+    "CrownRaster",
+    "Crowns",
+    "Model",
+    "Place",
+]
+
+
+HEIGHTS = ("above-ground", "absolute")
+TRUNK = 0.25
+"""Share of a tree's height below which there is no crown, UMEP's default."""
+RASTERS = (".tif", ".tiff")
+
+
+@dataclass(frozen=True)
+class Crowns:
+    """
+    Which rasters are canopies, and how they are read.
+
+    Parameters
+    ----------
+    patterns : tuple of str
+        Shell patterns of layers or of files' names without their ending.
+    trunk : str
+        Where crowns begin: a share of the height, or the file of a raster.
+    heights : {'above-ground', 'absolute'}
+        What heights are above: the ground, or zero.
+    """
+
+    patterns: tuple[str, ...]
+    trunk: str = str(TRUNK)
+    heights: str = HEIGHTS[0]
+
+    def matches(self, layer: str, path: Path) -> bool:
+        """Tell whether a file is a canopy raster."""
+        words = (layer, path.stem)
+        return path.suffix.lower() in RASTERS and any(
+            fnmatchcase(word, pattern) for word in words for pattern in self.patterns
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class CrownRaster:
+    """
+    A raster of tree tops, before it is known on which ground it stands.
+
+    Parameters
+    ----------
+    cells : (rows, cols) int32
+        Index of each cell's canopy; -1 for none.
+    corners : (n, 4) int32
+        Vertices of the model's part about each: those of row and column, column + 1,
+        both + 1, row + 1.
+    tops : (n,) float64
+        Heights [m].
+    trunk : (n,) float64, optional
+        Heights of the trunk zone [m].
+    share : float
+        Of the height below which there is no crown, without ``trunk``.
+    is_absolute : bool
+        Whether heights are above zero and not above the ground.
+    """
+
+    cells: NDArray[np.int32]
+    corners: NDArray[np.int32]
+    tops: NDArray[np.float64]
+    trunk: NDArray[np.float64] | None
+    share: float
+    is_absolute: bool
 
 
 @dataclass(frozen=True)
@@ -19,11 +96,14 @@ class Choices:
     height_column, base_column : str, optional
         Of footprints: which column holds the height above the base, and which the
         base's own height.
+    crowns : Crowns, optional
+        Which rasters are canopies.
     """
 
     up: str | None = None
     height_column: str | None = None
     base_column: str | None = None
+    crowns: Crowns | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +159,8 @@ class Model:
         on a terrain if another file brings one.
     is_terrain : bool
         Whether parts without a height may be stood on it.
+    crowns : CrownRaster, optional
+        Of a canopy, whose one part is made anew when the ground is known.
     """
 
     format: str
@@ -90,3 +172,4 @@ class Model:
     place: Place = NOWHERE
     is_afloat: bool = False
     is_terrain: bool = False
+    crowns: CrownRaster | None = None

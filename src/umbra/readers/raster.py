@@ -10,6 +10,7 @@ import math
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from umbra.readers.georeference import is_degrees, name_crs
 from umbra.readers.model import Choices, Model
 from umbra.scene import Mesh, Part
 
-__all__ = ["make_surface", "read_raster"]
+__all__ = ["HeightRaster", "make_surface", "open_raster", "read_raster"]
 
 LOWEST = -500.0  # [m]; no land lies lower, so many cells there are a nodata value undeclared
 FEET = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937}
@@ -30,7 +31,29 @@ METRES = {"", "m", "metre", "meter", "metres", "meters"}
 MOST_BYTES = 850  # held for each cell at the peak of a study, see docs/formats.md
 
 
-def read_raster(_data: bytes, path: Path, _choices: Choices) -> Model:
+@dataclass(frozen=True, eq=False)
+class HeightRaster:
+    """
+    Heights of cells.
+
+    Parameters
+    ----------
+    heights : (rows, cols) float64
+        [m]
+    there : (rows, cols) bool
+        Where there is a height.
+    matrix : (2, 3) float64
+        From (column, row, 1), cell corners, to x and y.
+    crs : str, optional
+    """
+
+    heights: NDArray[np.float64]
+    there: NDArray[np.bool_]
+    matrix: NDArray[np.float64]
+    crs: str | None
+
+
+def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
     """
     Read a raster of heights: a digital surface or terrain model.
 
@@ -50,8 +73,37 @@ def read_raster(_data: bytes, path: Path, _choices: Choices) -> Model:
         If the file is damaged, a picture, without any height, or too large for this
         machine's memory; if its heights are in a unit that is not known.
     """
-    rasterio = need("rasterio", "gis", "GeoTIFF")
+    if choices.crowns is not None:
+        from umbra.readers.canopy import read_canopy  # noqa: PLC0415 - it compiles kernels
+
+        return read_canopy(path, choices)
     notes: list[str] = []
+    raster = open_raster(path, notes)
+    vertices, faces = make_surface(raster.heights, raster.there, raster.matrix)
+    if not len(faces):
+        msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
+        raise InputError(msg)
+    low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
+    crs = raster.crs
+    if crs is None or not is_degrees(crs):
+        notes.append(
+            "there is no ground outside the raster; to keep to it: --receivers top --extent "
+            + ",".join(f"{value:.10g}" for value in (*low, *high))
+        )
+    part = Part(path.stem, "Raster", Mesh(vertices, faces))
+    return Model("GeoTIFF", (part,), crs, tuple(notes), is_terrain=True)
+
+
+def open_raster(path: Path, notes: list[str]) -> HeightRaster:
+    """
+    Read the heights of a raster; what was left out goes to the notes.
+
+    Raises
+    ------
+    InputError
+        As ``read_raster``.
+    """
+    rasterio = need("rasterio", "gis", "GeoTIFF")
     try:
         # By name, not from memory: overviews, masks and world files lie beside it.
         with _quietly(), rasterio.open(path) as source:
@@ -74,18 +126,7 @@ def read_raster(_data: bytes, path: Path, _choices: Choices) -> Model:
             if plain
             else "no CRS is named, so coordinates are taken as metres"
         )
-    vertices, faces = make_surface(heights, there, matrix)
-    if not len(faces):
-        msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
-        raise InputError(msg)
-    low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
-    if crs is None or not is_degrees(crs):
-        notes.append(
-            "there is no ground outside the raster; to keep to it: --receivers top --extent "
-            + ",".join(f"{value:.10g}" for value in (*low, *high))
-        )
-    part = Part(path.stem, "Raster", Mesh(vertices, faces))
-    return Model("GeoTIFF", (part,), crs, tuple(notes), is_terrain=True)
+    return HeightRaster(heights, there, matrix, crs)
 
 
 def make_surface(

@@ -1,0 +1,282 @@
+"""
+Canopy rasters: a closed body between the trunk zone and the tree tops.
+
+Each cell with a height is a column over its square, from where the crown begins up to
+its height; columns side by side share no wall, so that the body is closed and casts as
+one. Where walls of different heights meet at a corner they have a vertex in common:
+two faces that share an edge share all of it.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.readers.model import RASTERS, TRUNK, Choices, CrownRaster, Crowns, Model
+from umbra.readers.raster import HeightRaster, open_raster
+from umbra.scene import Mesh, Part
+
+__all__ = ["make_body", "read_canopy", "stand_crowns"]
+
+_TALLEST = 130.0  # [m]; no tree is as tall
+
+
+def read_canopy(path: Path, choices: Choices) -> Model:
+    """
+    Read a raster of tree tops.
+
+    Parameters
+    ----------
+    path : Path
+        Names the part.
+    choices : Choices
+        With ``crowns``.
+
+    Returns
+    -------
+    model : Model
+        Its part holds the corners of the cells; ``stand_crowns`` makes the body.
+
+    Raises
+    ------
+    InputError
+        As ``read_raster``; if no cell has a canopy, heights are none of trees, or the
+        trunk zone is no share and no raster of the same cells.
+    """
+    crowns = choices.crowns or Crowns(())
+    notes: list[str] = []
+    raster = open_raster(path, notes)
+    there = raster.there & (raster.heights > 0)
+    if not there.any():
+        msg = "has no cell with a canopy: none is higher than 0"
+        raise InputError(msg)
+    tallest = float(raster.heights[there].max())
+    is_absolute = crowns.heights == "absolute"
+    if not is_absolute and tallest > _TALLEST:
+        msg = (
+            f"has trees of {tallest:.4g} m, which no tree reaches; if heights are not above the "
+            "ground, give --canopy-heights absolute"
+        )
+        raise InputError(msg, tallest=tallest)
+    rows, cols = np.nonzero(there)
+    place = np.full((there.shape[0] + 1, there.shape[1] + 1), -1, np.int32)
+    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        place[rows + down, cols + right] = 0
+    row, col = np.nonzero(place >= 0)
+    place[row, col] = np.arange(len(row), dtype=np.int32)
+    plan = raster.matrix @ np.stack([col, row, np.ones(len(row))]).astype(np.float64)
+    corners = np.stack([place[rows + r, cols + c] for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))], 1)
+    cells = np.full(there.shape, -1, np.int32)
+    cells[rows, cols] = np.arange(len(rows), dtype=np.int32)
+    trunk, share = _read_trunk(crowns.trunk, raster, there)
+    grid = CrownRaster(cells, corners, raster.heights[there], trunk, share, is_absolute)
+    faces = corners[:, [0, 1, 2]]  # only so that each corner is used, until the body is made
+    faces = np.concatenate([faces, corners[:, [0, 2, 3]]])
+    mesh = Mesh(np.column_stack([plan.T, np.zeros(len(row))]), faces)
+    part = Part(path.stem, "Canopy", mesh)
+    return Model("GeoTIFF canopy", (part,), raster.crs, tuple(notes), crowns=grid)
+
+
+def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -> tuple[Part, int]:
+    """
+    Make the body of a canopy.
+
+    Parameters
+    ----------
+    part : Part
+        Of ``read_canopy``, its corners in any coordinates.
+    crowns : CrownRaster
+    ground : (n_cells,) float64
+        Height of the ground below each cell [m].
+
+    Returns
+    -------
+    part : Part
+    left_out : int
+        Cells in which the canopy is not above its trunk zone and the ground.
+
+    Raises
+    ------
+    InputError
+        If that are all.
+    """
+    high = crowns.tops if crowns.is_absolute else ground + crowns.tops
+    if crowns.trunk is None:
+        low = ground + crowns.share * (high - ground)
+    else:
+        low = np.maximum(ground, crowns.trunk if crowns.is_absolute else ground + crowns.trunk)
+    is_body = high > low
+    if not is_body.any():
+        msg = "has no crown above the ground and its trunk zone" + (
+            "; if heights are above the ground, leave --canopy-heights absolute out"
+            if crowns.is_absolute
+            else ""
+        )
+        raise InputError(msg)
+    plan = part.mesh.vertices[:, :2]
+    a, b, c = (plan[crowns.corners[0, k]] for k in range(3))
+    (ux, uy), (vx, vy) = b - a, c - b
+    is_left = bool(ux * vy - uy * vx > 0)
+    corner, z = make_body(crowns.cells, crowns.corners, low, high, is_left)
+    order = np.lexsort((z, corner))
+    is_first = np.ones(len(order), np.bool_)
+    is_first[1:] = (np.diff(corner[order]) != 0) | (np.diff(z[order]) != 0)
+    kept = order[is_first]
+    index = np.zeros(len(order), np.int32)
+    index[order] = np.cumsum(is_first, dtype=np.int32) - 1
+    vertices = np.column_stack([plan[corner[kept]], z[kept]])
+    body = Part(part.name, part.kind, Mesh(vertices, index.reshape(-1, 3)), layer=part.layer)
+    return body, int((~is_body).sum())
+
+
+def _read_trunk(
+    trunk: str, raster: HeightRaster, there: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64] | None, float]:
+    """Read where crowns begin: heights, or a share of the canopy's."""
+    text = str(trunk).strip()
+    if text.lower().endswith(RASTERS):
+        notes: list[str] = []
+        try:
+            zone = open_raster(Path(text), notes)
+        except InputError as error:
+            msg = f"trunk zone {text}: {error}"
+            raise InputError(msg, **error.data) from error
+        is_same = zone.heights.shape == raster.heights.shape and np.allclose(
+            zone.matrix, raster.matrix, rtol=1e-9, atol=1e-6
+        )
+        if not is_same:
+            msg = f"trunk zone {text} has other cells than the canopy; resample it (gdalwarp -ts)"
+            raise InputError(msg)
+        return np.where(zone.there, zone.heights, -np.inf)[there], 0.0
+    try:
+        share = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        share = np.nan
+    if not 0 <= share < 1:
+        msg = (
+            f"the trunk zone is a share of the height from 0 to below 1, such as {TRUNK:g}, or "
+            f"a GeoTIFF (.tif); got '{text}'"
+        )
+        raise InputError(msg, trunk=trunk)
+    return None, share
+
+
+def make_body(
+    cells: NDArray[np.int32],
+    corners: NDArray[np.int32],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    is_left: bool,
+) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """
+    Make the triangles of columns that share no walls.
+
+    Parameters
+    ----------
+    cells : (rows, cols) int32
+        Index of each cell's column; -1 for none.
+    corners : (n, 4) int32
+        Of each column, about it: those of row and column, column + 1, row + 1 with
+        column + 1, row + 1.
+    low, high : (n,) float64
+        From where to where each column goes; none where high <= low [m].
+    is_left : bool
+        Whether this order is counter-clockwise in the plan.
+
+    Returns
+    -------
+    corner : (3 * n_triangles,) int32
+    z : (3 * n_triangles,) float64
+        Of the triangles' vertices, counter-clockwise seen from outside.
+    """
+    count = _fill(cells, corners, low, high, is_left, np.zeros(0, np.int32), np.zeros(0))
+    corner, z = np.zeros(3 * count, np.int32), np.zeros(3 * count)
+    _fill(cells, corners, low, high, is_left, corner, z)
+    return corner, z
+
+
+@njit(cache=True, nogil=True)
+def _fill(cells, corners, low, high, is_left, corner, z):
+    """Write the triangles if there is room; give their number."""
+    rows, cols = cells.shape
+    down = (-1, 0, 1, 0)
+    right = (0, 1, 0, -1)
+    left_z = np.empty(10)
+    right_z = np.empty(10)
+    n = 0
+    for r in range(rows):
+        for c in range(cols):
+            i = cells[r, c]
+            if i < 0 or not high[i] > low[i]:
+                continue
+            a = corners[i]
+            one, two, three = (1, 2, 3) if is_left else (3, 2, 1)
+            for first, second in ((one, two), (two, three)):
+                n = _add(corner, z, n, a[0], high[i], a[first], high[i], a[second], high[i])
+                n = _add(corner, z, n, a[0], low[i], a[second], low[i], a[first], low[i])
+            for side in range(4):
+                p, q = (side, (side + 1) % 4) if is_left else ((side + 1) % 4, side)
+                j = -1
+                y, x = r + down[side], c + right[side]
+                if 0 <= y < rows and 0 <= x < cols:
+                    j = cells[y, x]
+                if j < 0 or not high[j] > low[j]:
+                    spans = ((low[i], high[i]), (0.0, 0.0))
+                else:
+                    spans = (
+                        (low[i], min(high[i], low[j])),
+                        (max(low[i], high[j]), high[i]),
+                    )
+                for start, end in spans:
+                    if not end > start:
+                        continue
+                    m = _find_levels(cells, low, high, r, c, p, start, end, left_z)
+                    k = _find_levels(cells, low, high, r, c, q, start, end, right_z)
+                    # Up a ladder whose two sides have their own rungs.
+                    s = t = 0
+                    while s < m - 1 or t < k - 1:
+                        zs, zt = left_z[s], right_z[t]
+                        if t == k - 1 or (s < m - 1 and left_z[s + 1] <= right_z[t + 1]):
+                            s += 1
+                            n = _add(corner, z, n, a[p], zs, a[q], zt, a[p], left_z[s])
+                        else:
+                            t += 1
+                            n = _add(corner, z, n, a[p], zs, a[q], zt, a[q], right_z[t])
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _add(corner, z, n, i, zi, j, zj, k, zk):
+    if corner.size:
+        corner[3 * n], corner[3 * n + 1], corner[3 * n + 2] = i, j, k
+        z[3 * n], z[3 * n + 1], z[3 * n + 2] = zi, zj, zk
+    return n + 1
+
+
+@njit(cache=True, nogil=True)
+def _find_levels(cells, low, high, r, c, which, start, end, levels):
+    """List the heights, ascending, at which columns about a corner begin or end in a span."""
+    levels[0] = start
+    n = 1
+    down = 1 if which >= 2 else 0
+    right = 1 if which in (1, 2) else 0
+    for y in range(r + down - 1, r + down + 1):
+        for x in range(c + right - 1, c + right + 1):
+            if not (0 <= y < cells.shape[0] and 0 <= x < cells.shape[1]):
+                continue
+            j = cells[y, x]
+            if j < 0 or not high[j] > low[j]:
+                continue
+            for level in (low[j], high[j]):
+                if not start < level < end or (levels[:n] == level).any():
+                    continue
+                k = n
+                while levels[k - 1] > level:
+                    levels[k] = levels[k - 1]
+                    k -= 1
+                levels[k] = level
+                n += 1
+    levels[n] = end
+    return n + 1
