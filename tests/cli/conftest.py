@@ -83,6 +83,14 @@ class StandIn:
         assert plan.shape[0] > 1
         Path(path).write_bytes(PICTURE)
 
+    def draw_elevations(self, path, arrangement, maps, max_hours, **options):
+        assert [caption.split()[0] for caption, _, _ in maps] == [
+            "Plan", "South", "East", "North", "West",
+        ]  # fmt: skip
+        assert all(hours.shape == plan.shape for _, plan, hours in maps)
+        assert len(arrangement.corners) == len(maps)
+        Path(path).write_bytes(PICTURE)
+
     def __enter__(self):
         return self
 

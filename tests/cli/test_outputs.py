@@ -150,3 +150,10 @@ def test_formats_that_a_view_has_not_are_refused_by_name(study):
     assert "dxf" in study("--receivers", "215/35", "--write", "glb").refusal()
     camera = ["--receivers", "camera", "--eye", "9,9,9", "--target", "0,0,0"]
     assert "--write dxf is not" in study(*camera, "--write", "dxf").refusal()
+
+
+def test_a_sheet_has_the_plan_and_its_elevations(study, tmp_path):
+    said = study("--sheet", "--spells", "--every", "2h")
+    assert said.status == 0, said
+    assert str(tmp_path / "out" / "sheet.png") in said.out.splitlines()
+    assert "--sheet shows a plan" in study("--sheet", "--receivers", "south").refusal()

@@ -45,7 +45,12 @@ def output_options(command: F) -> F:
         metavar="FILE.yaml",
         help="Judge the result by a rule file; writes verdicts.csv.",
     )
-    return report(write(rules(command)))
+    sheet = click.option(
+        "--sheet",
+        is_flag=True,
+        help="Also write sheet.png: plan and four elevations in one scale, on A3.",
+    )
+    return report(sheet(write(rules(command))))
 
 
 @dataclass(frozen=True)
@@ -61,12 +66,14 @@ class Outputs:
     casters : tuple of str
         How casters were chosen, as typed.
     rules : Rules, optional
+    sheet : bool
     """
 
     report: bool
     formats: tuple[str, ...] = ()
     casters: tuple[str, ...] = ()
     rules: "Rules | None" = None
+    sheet: bool = False
 
     def write(
         self,
@@ -202,12 +209,15 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
         from umbra.writers.rules import read_rules  # noqa: PLC0415
 
         rules = read_rules(path)
-    report = options.pop("report")
+    report, sheet = options.pop("report"), options.pop("sheet")
+    if sheet and options.get("receivers", "ground") not in {"ground", "top"}:
+        msg = "--sheet shows a plan and its elevations; choose --receivers ground or top"
+        raise InputError(msg)
     _check_receivers(options.get("receivers", "ground"), formats, rules is not None)
     if report and options.get("canopy"):
         msg = "--report tells light from shadow alone; leave it out with --canopy"
         raise InputError(msg)
-    return Outputs(report, formats, tuple(casters), rules)
+    return Outputs(report, formats, tuple(casters), rules, sheet)
 
 
 def _check_receivers(receivers: str, formats: tuple[str, ...], has_rules: bool) -> None:

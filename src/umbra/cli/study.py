@@ -108,6 +108,13 @@ def command(
         if is_raster:
             sheets = draw_pictures(study, scene, options, painter, unfinished)
             names = sheets.names
+            if outputs.sheet:
+                from umbra.cli.study_sheet import draw_sheet  # noqa: PLC0415
+
+                names = [
+                    *names,
+                    *draw_sheet(study, scene, sheets.plan, options, painter, unfinished),
+                ]
             if study.receivers == "ground" and sheets.preview.has_terrain(scene.bounds()):
                 say(
                     f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"

@@ -17,8 +17,8 @@ from umbra.sun import Site
 from umbra.writers.plan import Plan
 
 __all__ = [
-    "POINTS_ONLY", "RASTER_ONLY", "describe_points", "draw_plan_of_points", "draw_surfaces",
-    "study_points", "take_points",
+    "POINTS_ONLY", "QUESTIONS", "RASTER_ONLY", "describe_points", "draw_plan_of_points",
+    "draw_surfaces", "study_points", "take_points",
 ]  # fmt: skip
 
 RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
@@ -26,7 +26,7 @@ POINTS_ONLY = ("spacing", "points")
 _TILT = 35
 _ROOM = 12.0  # about points, at least [m]
 _CELLS = 1200  # along the plan of points
-_QUESTIONS = {"masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact"}
+QUESTIONS = {"masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact"}
 
 
 def take_points(options: dict[str, Any]) -> list[str]:
@@ -108,7 +108,7 @@ def draw_surfaces(
 
     azimuth = 215 if site.latitude >= 0 else 325
     view = {**options, "receivers": f"{azimuth}/{_TILT}"}
-    kept = {n: v for n, v in view.items() if n not in {*POINTS_ONLY, *_QUESTIONS}}
+    kept = {n: v for n, v in view.items() if n not in {*POINTS_ONLY, *QUESTIONS}}
     study = run_study(scene, site, by_day=False, **kept)
     return draw_pictures(study, scene, view, painter, folder).names
 

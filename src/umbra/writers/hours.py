@@ -11,12 +11,12 @@ from umbra.writers.contours import draw_contours, find_levels, trace
 from umbra.writers.keys import draw_color_bar
 from umbra.writers.lettering import wrap
 from umbra.writers.look import draw_look
-from umbra.writers.paper import INK, QUIET
+from umbra.writers.paper import INK, QUIET, Panel
 from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.raster import resample
 from umbra.writers.sheet import KEY_WIDTH, Sheet, make_sheet
 
-__all__ = ["OUTLINE", "draw_hours", "draw_hours_key", "make_hours_sheet"]
+__all__ = ["OUTLINE", "draw_hours", "draw_hours_key", "fill_hours", "make_hours_sheet"]
 
 MISSING = 0.93  # grey of cells without a value
 OUTLINE, PROPOSED = "#55555e", "#d0312d"
@@ -70,10 +70,27 @@ def make_hours_sheet(
         msg = f"shadow_hours is {hours.shape}, but the plan is {plan.shape}"
         raise ValueError(msg)
     sheet = make_sheet(plan, key_height=0.55)
-    ramp = shade_ramp()
-    has_scale = max_hours > 0
+    fill_hours(sheet, hours, max_hours, receivers)
+    if max_hours > 0:
+        remark = "" if plan.proposed is None else "outlined in red: proposed"
+        draw_hours_key(sheet, max_hours, what, remark)
+    return sheet
 
-    seen = resample(hours, sheet.map_size)
+
+def fill_hours(
+    panel: Panel, hours: NDArray, max_hours: float, receivers: Literal["ground", "top"]
+) -> None:
+    """
+    Draw the hours on a map, with contour lines and what stands there.
+
+    Parameters
+    ----------
+    panel : Panel
+    hours, max_hours, receivers
+        As ``draw_hours`` takes them.
+    """
+    plan, ramp, has_scale = panel.plan, shade_ramp(), max_hours > 0
+    seen = resample(hours, panel.map_size)
     is_missing = np.isnan(seen)
     index = np.nan_to_num(seen) * ((len(ramp) - 1) / (max_hours if has_scale else 1)) + 0.5
     image = ramp.astype(np.float32)[np.clip(index, 0, len(ramp) - 1).astype(np.intp)]
@@ -82,11 +99,11 @@ def make_hours_sheet(
         is_building = np.nan_to_num(plan.building_height) > 0
     image[is_missing] = MISSING
     if plan.look is not None:
-        draw_look(image, plan.look, sheet.map_size)
+        draw_look(image, plan.look, panel.map_size)
     elif receivers == "ground":
-        grey, coverage = shade_roofs(plan, sheet.map_size)
+        grey, coverage = shade_roofs(plan, panel.map_size)
         image += coverage[..., None] * (grey[..., None] - image)
-    sheet.paste(image, *sheet.map_box[:2])
+    panel.paste(image, *panel.map_box[:2])
 
     is_ground = receivers == "ground"
     levels = find_levels(max_hours)
@@ -96,19 +113,15 @@ def make_hours_sheet(
         blocked |= plan.look.find_breaks(plan.shape)
     elif is_ground:  # under a roof the ground's hours mean nothing
         blocked |= is_building
-    draw_contours(sheet, hours, levels, colors, blocked)
+    draw_contours(panel, hours, levels, colors, blocked)
     if plan.look is None:
-        sheet.rule_map(trace(sheet, is_building), OUTLINE, 0.6 if is_ground else 0.7)
+        panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if is_ground else 0.7)
     if plan.proposed is not None:
-        sheet.rule_map(trace(sheet, plan.proposed), PROPOSED, 1.3)
+        panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
     if is_missing.all():
-        x, y, w, h = sheet.map_box
+        x, y, w, h = panel.map_box
         reason = "no values here" if has_scale else "the sun stays below the horizon"
-        sheet.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
-    if has_scale:
-        remark = "" if plan.proposed is None else "outlined in red: proposed"
-        draw_hours_key(sheet, max_hours, what, remark)
-    return sheet
+        panel.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
 
 
 def draw_hours_key(sheet: Sheet, max_hours: float, what: str, remark: str = "") -> None:

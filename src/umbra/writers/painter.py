@@ -86,6 +86,10 @@ class Painter:
         """Have ``umbra.writers.dots.draw_points`` called; same parameters."""
         return self._submit("umbra.writers.dots", "draw_points", (path, plan, *args), {})
 
+    def draw_elevations(self, path: os.PathLike[str], *args: Any, **options: Any) -> Future[None]:
+        """Have ``umbra.writers.elevations.draw_elevations`` called; same parameters."""
+        return self._submit("umbra.writers.elevations", "draw_elevations", (path, *args), options)
+
     def wait(self) -> None:
         """Wait until every picture that was asked for is a complete file."""
         for future in self._futures:

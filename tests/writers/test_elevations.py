@@ -1,0 +1,81 @@
+"""The sheet of plan and elevations: one true, round scale, and room for all on A3."""
+
+import itertools
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from umbra.writers.color import shade_ramp
+from umbra.writers.elevations import (
+    CAPTION,
+    FOOT,
+    HEAD,
+    PAPER,
+    arrange,
+    find_pixel,
+    make_elevations_sheet,
+)
+from umbra.writers.hours import MISSING
+from umbra.writers.plan import DOTS_PER_INCH, Plan
+from umbra.writers.sheet import KEY_WIDTH, MARGIN
+
+SIDES = ("South", "East", "North", "West")
+
+
+@pytest.mark.parametrize(
+    ("plan", "wide", "deep", "high", "scale"),
+    [
+        ((50, 20), 18, 16, 7, 200),
+        ((470, 230), 220, 190, 75, 2000),
+        ((3000, 3600), 2900, 3500, 100, 25000),
+        ((20, 400), 10, 380, 12, 2000),
+    ],
+)
+def test_the_largest_round_scale_that_fits_is_taken(plan, wide, deep, high, scale):
+    sizes = [(wide, high), (deep, high)] * 2
+    found = arrange(plan, sizes)
+    assert found.scale == scale
+    room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH, PAPER[1] - HEAD - FOOT)
+    boxes = []
+    for (x, y), (w, h) in zip(found.corners, [plan, *sizes], strict=True):
+        right, low = x + w * found.per_metre, y + CAPTION + h * found.per_metre
+        assert right < room[0]
+        assert low < room[1]
+        boxes.append((x, y, right, low))
+    for a, b in itertools.combinations(boxes, 2):
+        assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
+
+
+def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5):
+    x, y = (cell * (np.arange(round(n / cell)) + 0.5) for n in (wide, high))
+    plan = Plan(x, y, None, 0.0 if axes[0] else None, title="house", date="2026", axes=axes)
+    return plan, np.full(plan.shape, hours, np.float32)
+
+
+def test_all_maps_are_of_one_scale_and_named():
+    sizes = [(18, 7), (16, 7), (18, 7), (16, 7)]
+    arrangement = arrange((50, 20), sizes)
+    maps = [("Plan", *make_map(50, 20, 0.0))]
+    for hours, side, size in zip((0, 4, 8, np.nan), SIDES, sizes, strict=True):
+        maps.append((f"{side} elevation", *make_map(*size, hours, ("", "z [m]"))))
+    sheet, panels = make_elevations_sheet(arrangement, maps, 8.0)
+    texts = {text.get_text() for text in sheet.figure.findobj(Text)}
+    named = {"Plan", *(f"{side} elevation" for side in SIDES)}
+    assert {*named, "1:200", "house, plan and elevations", "N", "hours in shadow", "4 h"} <= texts
+    assert any("1:200 on A3 (420 x 297 mm)" in text for text in texts)
+    for panel, (w, h) in zip(panels, [(50, 20), *sizes], strict=True):
+        rows, cols = panel.map_size
+        assert cols * find_pixel(arrangement) == pytest.approx(w, abs=0.02)
+        assert rows * find_pixel(arrangement) == pytest.approx(h, abs=0.02)
+        np.testing.assert_allclose(panel.map_box[2], w * 1000 / 200 / 25.4, atol=0.01)
+    sheet.figure.canvas.draw()
+    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float)
+    assert pixels.shape[:2] == (round(297 / 25.4 * 150), round(420 / 25.4 * 150 + 0.5))
+    ramp = shade_ramp() * 255
+    for panel, expected in zip(
+        panels, (ramp[0], ramp[0], ramp[128], ramp[-1], np.full(3, MISSING * 255)), strict=True
+    ):
+        x, y, w, h = panel.map_box
+        row, col = (round(v * DOTS_PER_INCH) for v in (y + 0.2 * h, x + 0.3 * w))
+        np.testing.assert_allclose(pixels[row, col], expected, atol=3)
