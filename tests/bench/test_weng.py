@@ -33,6 +33,11 @@ def test_one_object_says_times_and_errors():
             assert wedges["l1"] < 0.01
             assert weng["l1"] > 0.1
             assert weng["bias"] < 0
+        if found["gl_device"] is None:
+            assert row["gl_ms"] == {}
+        else:
+            assert list(row["gl_ms"]) == ["hard", "samples", "wedges", "weng"]
+            assert 0 < row["gl_ms"]["hard"] < row["gl_ms"]["samples"]
     assert "fig. 16" in found["rows"][0]["paper"]
     assert found["rows"][1]["paper"] is None
 

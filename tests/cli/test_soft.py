@@ -6,7 +6,7 @@ from PIL import Image
 from support.model_files import save_obj
 from support.shapes import sheet
 
-from umbra.cli.soft import NAMES, ON_GL
+from umbra.cli.soft import NAMES
 from umbra.soft import METHODS
 
 # From 10 m above a table of 2 x 2 m at z = 4, straight down, 20 x 20 m on the floor.
@@ -24,7 +24,7 @@ def test_the_options_name_every_method():
     from umbra.gl.soft import NAMES as DRAWN  # noqa: PLC0415
 
     assert NAMES == METHODS
-    assert ON_GL == DRAWN
+    assert NAMES == DRAWN
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -46,7 +46,7 @@ def test_visibility_stands_beside_the_hard_shadow(umbra_here, table, tmp_path, m
         assert (hard == (soft > 0.5)).mean() > 0.95
 
 
-@pytest.mark.parametrize("method", ON_GL)
+@pytest.mark.parametrize("method", NAMES)
 def test_gl_gives_the_cpus_visibility(umbra_here, table, tmp_path, method):
     found = []
     for device in ("cpu", "gl"):
@@ -83,7 +83,6 @@ def test_a_soft_picture_has_shades_between(umbra_here, table, tmp_path):
             ["--light", "0,0,8", "--soft", "wedges", "--light-size", "1", "--light-size", "2"],
             "2 --light-size for 1 light",
         ),
-        (["--light", "0,0,8,0", "--soft", "wedges", "--device", "gl"], "samples or weng"),
         (["--light", "0,0,8,0", "--soft", "fog"], "wedges"),
     ],
 )

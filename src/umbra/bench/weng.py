@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.bench.report import describe_machine, lay_out_table, name_version
+from umbra.bench.soft_gl import find_device_name, time_frames
 from umbra.cpu.depth import GROUND
 from umbra.cpu.frame import FrameCounter
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
@@ -68,6 +69,8 @@ class SoftRow:
         Median time of each method [s]; of the samples' one run.
     floor, everywhere : dict
         `Errors` of each method on the floor, and with the caster's own surface.
+    gl : dict
+        Median time of frames on OpenGL by their shadows [s]; empty without it.
     """
 
     faces: int
@@ -76,6 +79,7 @@ class SoftRow:
     seconds: dict[str, float]
     floor: dict[str, Errors]
     everywhere: dict[str, Errors]
+    gl: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,8 @@ class Soft:
     threads, repeat : int
     quick : bool
         Whether sizes are too small to mean anything.
+    gl_device : str, optional
+        What draws with OpenGL, if there is any.
     """
 
     rows: list[SoftRow]
@@ -97,6 +103,7 @@ class Soft:
     threads: int
     repeat: int
     quick: bool
+    gl_device: str | None
 
     def to_dict(self) -> dict[str, Any]:
         """Give the JSON object."""
@@ -111,6 +118,7 @@ class Soft:
             "samples": REFERENCE,
             "length": LENGTH,
             "gap": GAP,
+            "gl_device": self.gl_device,
             "rows": [
                 {
                     "faces": row.faces,
@@ -118,6 +126,7 @@ class Soft:
                     "hard_ms": 1e3 * row.hard,
                     **{f"{name}_ms": 1e3 * taken for name, taken in row.seconds.items()},
                     "wedges_to_weng": row.seconds["wedges"] / row.seconds["weng"],
+                    "gl_ms": {name: 1e3 * taken for name, taken in row.gl.items()},
                     "floor": {name: vars(found) for name, found in row.floor.items()},
                     "everywhere": {name: vars(found) for name, found in row.everywhere.items()},
                     "paper": PAPER.get(row.faces),
@@ -131,7 +140,9 @@ class Soft:
         head = [
             "faces", "silhouette", "hard ms", "samples ms", "wedges ms", "Weng ms",
             "wedges / Weng", "wedges L1, bias, RMS, max", "Weng L1, bias, RMS, max",
-            "hard L1, bias, RMS, max", "with the caster itself: wedges L1, Weng L1", "Weng's paper",
+            "hard L1, bias, RMS, max", "with the caster itself: wedges L1, Weng L1",
+            "gl frames ms: hard, samples, wedges, Weng", "gl: wedges / Weng, Weng / hard",
+            "Weng's paper",
         ]  # fmt: skip
         lines = [
             [
@@ -144,6 +155,8 @@ class Soft:
                 f"{row.seconds['wedges'] / row.seconds['weng']:.2f}",
                 *(_show(row.floor[name]) for name in ("wedges", "weng", "hard")),
                 f"{row.everywhere['wedges'].l1:.3f}, {row.everywhere['weng'].l1:.3f}",
+                ", ".join(f"{1e3 * row.gl[name]:,.1f}" for name in row.gl),
+                _compare(row.gl) if row.gl else "",
                 PAPER.get(row.faces, ""),
             ]
             for row in self.rows
@@ -154,7 +167,8 @@ class Soft:
             f"umbra bench weng: {describe_machine()}. {cols}x{rows} pixels, "
             f"{self.threads} threads, medians of {self.repeat} runs. Errors of visibility on the "
             f"floor against {REFERENCE:,} samples, where either is in penumbra; "
-            f"length {LENGTH:g}, gap {GAP:g} ({round(LENGTH / GAP)} layers).{small}"
+            f"length {LENGTH:g}, gap {GAP:g} ({round(LENGTH / GAP)} layers). "
+            f"gl: {self.gl_device or 'there is no OpenGL'}.{small}"
             f"\n\n{lay_out_table(head, lines)}"
         )
 
@@ -184,11 +198,11 @@ def bench_weng(
     size = (96, 72) if quick else (800, 600)
     eye, target = np.array([-4.5, -6.0, 5.0]), np.array([-0.6, -0.4, 0.6])
     camera = Camera(eye, target, size=size, fov=45.0)
-    rows = []
+    rows, gl_device = [], find_device_name()
     for faces in (12, 48) if quick else (12, *_BALLS):
         say(f"{faces:,} triangles")
-        rows.append(_measure(faces, camera, threads, repeat))
-    return Soft(rows, size, threads, repeat, quick)
+        rows.append(_measure(faces, camera, threads, repeat, has_gl=gl_device is not None))
+    return Soft(rows, size, threads, repeat, quick, gl_device)
 
 
 def find_errors(found: NDArray, truth: NDArray, where: NDArray[np.bool_]) -> Errors:
@@ -241,11 +255,10 @@ def _make_cube() -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     return 0.8 * corners + _MIDDLE, np.array(faces, np.int32)
 
 
-def _measure(faces: int, camera: Camera, threads: int, repeat: int) -> SoftRow:
+def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: bool) -> SoftRow:
     mesh = _make_cube() if faces == 12 else make_ball(*_BALLS[faces])
-    counter = FrameCounter(
-        make_scene([Part("caster", "", Mesh(*mesh))]), ground=0.0, threads=threads
-    )
+    scene = make_scene([Part("caster", "", Mesh(*mesh))])
+    counter = FrameCounter(scene, ground=0.0, threads=threads)
     view, frame = counter.see(camera)
     seen = counter, view, frame, camera
     seconds, found = {}, {}
@@ -272,6 +285,11 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int) -> SoftRow:
         }
         for where in (frame.part == GROUND, np.ones(frame.part.shape, np.bool_))
     ]
+    frames = {}
+    if has_gl:
+        frames = time_frames(
+            scene, camera, _LIGHT, samples=REFERENCE, length=LENGTH, gap=GAP, repeat=repeat
+        )
     return SoftRow(
         faces=len(mesh[1]),
         silhouette=len(find_silhouette_edges(counter.caster, place)[0]),
@@ -279,7 +297,12 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int) -> SoftRow:
         seconds=seconds,
         floor=errors[0],
         everywhere=errors[1],
+        gl=frames,
     )
+
+
+def _compare(gl: dict[str, float]) -> str:
+    return f"{gl['wedges'] / gl['weng']:.2f}, {gl['weng'] / gl['hard']:.1f}"
 
 
 def _show(errors: Errors) -> str:

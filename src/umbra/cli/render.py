@@ -156,7 +156,7 @@ def command(
         msg = "a view needs both --eye and --target; leave both out to see the whole model"
         raise InputError(msg)
     _check_method(device, method)
-    check_soft(soft, light_sizes, device)
+    check_soft(soft, light_sizes)
     if mask_scale != "1" and (device != "gl" or soft is not None):
         msg = "--mask-scale is for hard shadows on gl; give --device gl and no --soft"
         raise InputError(msg)

@@ -10,10 +10,9 @@ from umbra.errors import InputError
 if TYPE_CHECKING:
     from umbra.soft import AreaLight
 
-__all__ = ["NAMES", "ON_GL", "check_soft", "size_lights", "soft_options", "soften"]
+__all__ = ["NAMES", "check_soft", "size_lights", "soft_options", "soften"]
 
 NAMES = ("samples", "wedges", "weng")
-ON_GL = ("samples", "weng")
 
 
 def soft_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -30,22 +29,16 @@ def soft_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option(
         "--soft",
         type=click.Choice(NAMES),
-        help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast, "
-        "on the cpu) or scaled layers after Weng (only looks soft).",
+        help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast) "
+        "or scaled layers after Weng (only looks soft).",
     )(command)
 
 
-def check_soft(soft: str | None, light_sizes: Sequence[float], device: str) -> None:
+def check_soft(soft: str | None, light_sizes: Sequence[float]) -> None:
     """Refuse options that do not go together, before anything is read."""
     if light_sizes and soft is None:
         msg = "--light-size is for soft shadows; add --soft wedges"
         raise InputError(msg)
-    if soft not in {None, *ON_GL} and device == "gl":
-        msg = (
-            f"--soft {soft} runs on the cpu; leave out --device gl, or give --soft "
-            f"{' or '.join(ON_GL)}"
-        )
-        raise InputError(msg, device=device)
 
 
 def size_lights(lights: Sequence[Any], light_sizes: Sequence[float]) -> list["AreaLight"]:

@@ -8,7 +8,7 @@ import click
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.pose import pose_options, read_posed
-from umbra.cli.soft import NAMES, check_soft
+from umbra.cli.soft import NAMES
 from umbra.cli.values import SIZE
 
 __all__ = ["command"]
@@ -48,7 +48,7 @@ __all__ = ["command"]
 @click.option(
     "--soft",
     type=click.Choice(["none", *NAMES]),
-    help="Soft shadows, as of umbra render; wedges on the cpu. Sizes are in the panel.",
+    help="Soft shadows, as of umbra render; the panel has the lights' sizes.",
 )
 @click.option("--device", type=click.Choice(["gl", "cpu"]), help="Where to count; default: gl.")
 @click.option("--size", type=SIZE, default=(1280, 800), help="Of the window; default: 1280x800.")
@@ -132,7 +132,6 @@ def command(
     if method is not None:
         view = view.choose_method(method)
     if soft is not None:
-        check_soft(soft, (), view.device)
         view = replace(view, soft=soft)
     stem = Path(files[0]).name.split(".")[0]
     show(

@@ -20,7 +20,7 @@ from umbra.soft.coverage import add_wedges
 from umbra.soft.planes import make_planes
 from umbra.volume.silhouette import find_silhouette_edges
 
-__all__ = ["find_coverage", "visibility"]
+__all__ = ["find_axes", "find_coverage", "visibility"]
 
 _ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
 """How far the light moves where an edge passes its very middle, in its radii."""
@@ -97,14 +97,28 @@ def _cover(
     unsure = np.zeros(where.shape, np.bool_)
     add_wedges(
         frame.position, origin, where, ends, multiplicity, planes, place,
-        light.radius, light.edges is not None, _find_axes(light, place), coverage, unsure,
+        light.radius, light.edges is not None, find_axes(light, place), coverage, unsure,
     )  # fmt: skip
     hard = counter.count(view, camera, light.light)
     return np.where(where, hard - coverage, 0.0), unsure
 
 
-def _find_axes(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give u and v, which map the light's plane to the unit square or disc, and its normal."""
+def find_axes(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Find how a light's plane is mapped to the unit light.
+
+    Parameters
+    ----------
+    light : AreaLight
+    place : (4,) float64
+        Its middle; a direction of length 1.
+
+    Returns
+    -------
+    axes : (3, 3) float64
+        Rows u and v, which map to the unit square or disc, and the plane's normal; 0 for a
+        ball, which turns its plane to each receiver.
+    """
     if light.edges is not None:
         half_u, half_v = light.edges / 2
         normal = np.cross(half_u, half_v)
@@ -112,5 +126,5 @@ def _find_axes(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float
         normal /= area
         return np.stack([np.cross(half_v, normal) / area, np.cross(normal, half_u) / area, normal])
     if light.light.is_point:
-        return np.zeros((3, 3))  # a ball turns its plane to each receiver
+        return np.zeros((3, 3))
     return np.stack([*(axis / light.radius for axis in make_axes(place[:3])), place[:3]])

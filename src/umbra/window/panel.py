@@ -233,11 +233,10 @@ def _draw_counting(view: View) -> View:
 
 
 def _draw_softness(view: View, controls: Controls) -> View:
-    names = SOFT[view.device]
     imgui.set_next_item_width(-1)
-    changed, place = imgui.combo("##soft", names.index(view.soft), list(names))
+    changed, place = imgui.combo("##soft", SOFT.index(view.soft), list(SOFT))
     if changed:
-        view = replace(view, soft=names[place])
+        view = replace(view, soft=SOFT[place])
     if view.soft in {"none", "weng"}:  # layers do not ask for a size
         return view
     lights = view.shining().values()

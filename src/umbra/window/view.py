@@ -39,11 +39,8 @@ METHODS: dict[str, tuple[str, ...]] = {
 }
 """By device, in the order in which they are chosen."""
 
-SOFT: dict[str, tuple[str, ...]] = {
-    "gl": ("none", "samples", "weng"),
-    "cpu": ("none", "samples", "wedges", "weng"),
-}
-"""What draws soft shadows, by device."""
+SOFT = ("none", "samples", "wedges", "weng")
+"""What draws soft shadows."""
 
 DEVICES = tuple(METHODS)
 
@@ -96,8 +93,8 @@ class View:
         if self.method not in METHODS["gl"]:
             msg = f"a view has no method '{self.method}'; it has {', '.join(METHODS['gl'])}"
             raise InputError(msg, method=self.method)
-        if self.soft not in SOFT["cpu"]:
-            msg = f"a view has no soft shadows '{self.soft}'; it has {', '.join(SOFT['cpu'])}"
+        if self.soft not in SOFT:
+            msg = f"a view has no soft shadows '{self.soft}'; it has {', '.join(SOFT)}"
             raise InputError(msg, soft=self.soft)
         if not (0 < self.sun_radius < 45 and 0 < self.lamp_radius < np.inf):
             msg = (
@@ -111,8 +108,6 @@ class View:
             raise InputError(msg, overlay=unknown[0])
         if self.method not in METHODS[self.device]:
             object.__setattr__(self, "method", "auto")
-        if self.soft not in SOFT[self.device]:
-            object.__setattr__(self, "soft", "none")
         if not SUN <= self.chosen < len(self.lights):
             object.__setattr__(self, "chosen", len(self.lights) - 1)
 
@@ -143,12 +138,11 @@ class View:
         return replace(self, method=methods[(methods.index(self.method) + 1) % len(methods)])
 
     def next_soft(self) -> "View":
-        """Draw soft shadows by the device's next method, or hard ones."""
-        names = SOFT[self.device]
-        return replace(self, soft=names[(names.index(self.soft) + 1) % len(names)])
+        """Draw soft shadows by the next method, or hard ones."""
+        return replace(self, soft=SOFT[(SOFT.index(self.soft) + 1) % len(SOFT)])
 
     def choose_device(self, device: str) -> "View":
-        """Count on a device; a method that it does not have becomes ``auto``, or ``none``."""
+        """Count on a device; a method that it does not have becomes ``auto``."""
         return replace(self, device=device)
 
     def add_light(self, light: Light) -> "View":

@@ -3,6 +3,7 @@ Soft shadows on OpenGL: what share of each light reaches each pixel, as a pictur
 
     visibility.py  what a method is; the picture that it fills     Visibility, Stack
     samples.py     hard shadows of many points of a light, averaged
+    wedges.py      the hard count, corrected along silhouette edges; keys.py: how far a pixel sees
     weng.py        scaled layers of the hard volume, stacked
     layers.py      what to draw of all layers of a light: one list of triangles
     growth.py      the points of casters that are enlarged, and which caster a pixel shows

@@ -9,6 +9,7 @@ from umbra.gl.plan import Choices, Plan, Planner
 from umbra.gl.projection import Projection
 from umbra.gl.soft.samples import Samples
 from umbra.gl.soft.visibility import Visibility
+from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.gl.state import State
 from umbra.gl.target import Target
@@ -19,8 +20,8 @@ from umbra.soft.weng import GAP, LENGTH
 
 __all__ = ["NAMES", "SoftLights", "SoftMethods", "Softness"]
 
-NAMES = ("samples", "weng")
-"""What draws soft shadows here; penumbra wedges run on the CPU alone."""
+NAMES = ("samples", "wedges", "weng")
+"""What draws soft shadows here."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,22 +119,22 @@ class SoftMethods:
             If the gl device has none of this name.
         """
         if name not in NAMES:
-            msg = (
-                f"the gl device has no soft shadows by '{name}'; it has {', '.join(NAMES)}, and "
-                "the cpu has wedges: leave out --device gl"
-            )
+            msg = f"the gl device has no soft shadows by '{name}'; it has {', '.join(NAMES)}"
             raise InputError(msg, method=name)
         if name not in self._made:
-            softness = self._softness
-            self._made[name] = (
-                Samples(self._planner, softness.samples, self._choices)
-                if name == "samples"
-                else ScaledLayers(
-                    self._planner, self._counter, length=softness.length, gap=softness.gap,
-                    choices=self._choices,
-                )
-            )  # fmt: skip
+            self._made[name] = self._make(name)
         return self._made[name]
+
+    def _make(self, name: str) -> Visibility:
+        softness = self._softness
+        if name == "samples":
+            return Samples(self._planner, softness.samples, self._choices)
+        if name == "wedges":
+            return Wedges(self._planner, self._counter)
+        return ScaledLayers(
+            self._planner, self._counter, length=softness.length, gap=softness.gap,
+            choices=self._choices,
+        )  # fmt: skip
 
     def release(self) -> None:
         """Free them; they are made anew when asked for again."""

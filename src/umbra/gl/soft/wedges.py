@@ -1,0 +1,231 @@
+"""
+Penumbra wedges on OpenGL: the hard count, and what silhouette edges take from it pixel by pixel.
+
+Akenine-Möller and Assarsson 2002; Assarsson and Akenine-Möller 2003. As `umbra.soft.wedges`:
+each edge's wedge is drawn as a polyhedron, whose pixels ask in closed form what part of
+the light the edge takes; sums and counts are kept in floats.
+"""
+
+import operator
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.context import Device
+from umbra.gl.count import Counter
+from umbra.gl.geometry import TextureBuffer
+from umbra.gl.indices import draw_plain
+from umbra.gl.plan import Plan, Planner
+from umbra.gl.programs import Program
+from umbra.gl.projection import Projection
+from umbra.gl.soft.keys import Keys
+from umbra.gl.state import Pass, State
+from umbra.gl.surfaces import find_rays
+from umbra.gl.target import Target
+from umbra.gl.volumes import BodyVolumes
+from umbra.scene.mesh import transform_points
+from umbra.soft.area import AreaLight
+from umbra.soft.planes import make_planes
+from umbra.soft.wedges import find_axes
+
+__all__ = ["Wedges"]
+
+_RGBA32F = 0x8814
+_TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
+_TEXELS, _VERTICES = 6, 24  # of an edge
+_REACH = 100.0  # how far wedges go in parallel views, in sizes of what there is
+
+
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """
+    A light's silhouette edges on the device.
+
+    Parameters
+    ----------
+    light : AreaLight
+    volumes : tuple of BodyVolumes
+        That they bound.
+    table : TextureBuffer
+    count : int
+    """
+
+    light: AreaLight
+    volumes: tuple[BodyVolumes, ...]
+    table: TextureBuffer
+    count: int
+
+    def is_of(self, light: AreaLight, plan: Plan) -> bool:
+        """Tell whether these are still the edges of a light's hard volumes."""
+        mine, its = self.light, light
+        return (
+            len(self.volumes) == len(plan.volumes)
+            and all(map(operator.is_, self.volumes, plan.volumes))
+            and np.array_equal(mine.light.position, its.light.position)
+            and mine.radius == its.radius
+            and (mine.edges is None) == (its.edges is None)
+            and (mine.edges is None or np.array_equal(mine.edges, its.edges))  # type: ignore[arg-type]
+        )
+
+
+class Wedges:
+    """
+    Corrects hard counts along silhouettes.
+
+    Parameters
+    ----------
+    planner : Planner
+        Whose casters throw the shadows.
+    counter : Counter
+        Of its plans.
+    """
+
+    def __init__(self, planner: Planner, counter: Counter) -> None:
+        self._device: Device = planner.device
+        self._planner, self._counter = planner, counter
+        self._keys = Keys(planner)
+        self._uncover = Program(self._device, "picture.vert.glsl", "uncover.frag.glsl")
+        self._programs: dict[tuple[str, ...], Program] = {}
+        self._edges: list[_Edges] = []
+        self._plans: Sequence[Plan] = ()
+        self._projection: Projection | None = None
+        self._key = 0
+        self._targets: list[Target] = []
+
+    def begin(
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[Plan]
+    ) -> None:
+        """Make ready for a picture; see `Visibility`."""
+        self._projection, self._plans, self._key = projection, plans, 0
+        origin = self._planner.scene.origin
+        old, self._edges = self._edges, []
+        for light, plan in zip(lights, plans, strict=True):
+            kept = next((each for each in old if each.is_of(light, plan)), None)
+            if kept is None:
+                rows = _list_edges(light, plan.volumes, origin)
+                table = rows if len(rows) else np.zeros((1, _TEXELS, 4), np.float32)
+                buffer = TextureBuffer(self._device, table, _RGBA32F)
+                kept = _Edges(light, plan.volumes, buffer, len(rows))
+            self._edges.append(kept)
+        for each in old:
+            if each not in self._edges:
+                each.table.release()
+
+    def draw(self, state: State, target: Target, number: int) -> Target:
+        """Draw a light's visibility; see `Visibility`."""
+        assert self._projection is not None
+        parts, shares = self._find_targets(target)
+        if not self._key:
+            self._key = self._keys.draw(state, target, self._projection)
+        edges, plan = self._edges[number], self._plans[number]
+        counts = self._counter.count_in_floats(state, target, plan)
+        parts.use()
+        state.use(Pass(color_write=True))
+        parts.clear_color(0.0)
+        state.use(
+            Pass(
+                depth_test="gequal", color_write=True, blend="add", cull="front",
+                depth_clamp=True, scissor=plan.scissor,
+            )
+        )  # fmt: skip
+        program = self._prepare(edges, plan)
+        if edges.count:
+            draw_plain(self._device, program, _VERTICES * edges.count)
+        shares.use()
+        state.use(Pass(color_write=True))
+        for unit, texture in enumerate((counts.textures[0], parts.textures[0])):
+            self._bind(unit, texture)
+        self._uncover.set(counts=0, parts=1)
+        draw_plain(self._device, self._uncover, 3)
+        return shares
+
+    def _prepare(self, edges: _Edges, plan: Plan) -> Program:
+        """Choose the program for a light, and tell it where everything is."""
+        light, projection = edges.light, plan.projection
+        needs = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}
+        key = tuple(name for name, needed in needs.items() if needed)
+        if key not in self._programs:
+            self._programs[key] = Program(
+                self._device, "wedge.vert.glsl", "wedge.frag.glsl", dict.fromkeys(key, 1)
+            )
+        program = self._programs[key]
+        place = light.light.local(self._planner.scene.origin)
+        place[:3] /= 1.0 if place[3] else np.linalg.norm(place[:3])
+        axes = find_axes(light, place)
+        self._bind(0, self._key)
+        edges.table.bind(1)
+        program.set(
+            keys=0, edges=1, light=plan.light, radius=light.radius, axis_u=axes[0],
+            axis_v=axes[1], axis_n=axes[2], reach=self._find_reach(projection),
+            **projection.uniforms(), **find_rays(projection),
+        )  # fmt: skip
+        return program
+
+    def _find_reach(self, projection: Projection) -> float:
+        """Give how far wedges go: 0 to infinity, which parallel rays do not see."""
+        if projection.camera.is_perspective:
+            return 0.0
+        whole = self._planner.scene.bounds() - self._planner.scene.origin
+        apart = np.abs(whole - projection.eye).max()
+        return _REACH * float(apart + projection.camera.height)
+
+    def _bind(self, unit: int, texture: int) -> None:
+        self._device.gl.ActiveTexture(_TEXTURE0 + unit)
+        self._device.gl.BindTexture(_TEXTURE_2D, texture)
+
+    def _find_targets(self, target: Target) -> list[Target]:
+        if not self._targets or self._targets[0].depth_of is not target:
+            self._release_targets()
+            self._targets = [
+                Target(self._device, target.size, (name,), depth_of=target)
+                for name in ("rgba32f", "r32f")
+            ]
+        return self._targets
+
+    def _release_targets(self) -> None:
+        for target in self._targets:
+            target.release()
+        self._targets = []
+
+    def release(self) -> None:
+        """Free what is held on the device."""
+        self._release_targets()
+        for each in self._edges:
+            each.table.release()
+        self._edges = []
+        self._keys.release()
+        for program in (self._uncover, *self._programs.values()):
+            program.release()
+
+
+def _list_edges(
+    light: AreaLight, volumes: Sequence[BodyVolumes], origin: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """
+    List the edges that throw a light's volumes, once for each side, and their wedges' planes.
+
+    Returns
+    -------
+    edges : (n, 6, 4) float32
+        Ends relative to the scene's origin, wound along the lit face; four outward normals.
+    """
+    lists = [np.zeros((0, 6))]
+    for each in volumes:
+        body = each.body
+        numbers = (each.sides[:, [1, 0]] >> np.uint32(1)).astype(np.int64)
+        instance = each.side_thing // body.n_things
+        for number, transform in enumerate(body.transforms):
+            mine = numbers[instance == number] - body.first[number]
+            vertices = transform_points(transform, body.caster.vertices)
+            lists.append(vertices[mine].reshape(-1, 6))
+    ends = np.concatenate(lists)
+    place = light.light.local(origin)
+    place[:3] /= 1.0 if place[3] else np.linalg.norm(place[:3])
+    planes = np.zeros((len(ends), 4, 4))
+    make_planes(ends, place, light.radius, planes)
+    rows = np.zeros((len(ends), _TEXELS, 4), np.float32)
+    rows[:, :2, :3] = ends.reshape(-1, 2, 3)
+    rows[:, 2:, :3] = planes[..., :3]
+    return rows
