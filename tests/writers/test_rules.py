@@ -162,7 +162,11 @@ SLIPS = {
     "a wrong duration": ("at_least: 2h", "at_least: two hours", "line 11.*'two hours' is not"),
     "a wrong share": ("share: 50", "share: 120", "'share' must be above 0"),
     "a share of text": ("share: 50", "share: half", "line 12.*must be a number; got 'half'"),
-    "a wrong area": ("share: 50", "where: garden", "open_ground, roofs, everywhere; got 'garden'"),
+    "a wrong area": (
+        "share: 50",
+        "where: garden",
+        "open_ground, roofs, walls, everywhere; got 'garden'",
+    ),
     "a wrong measure": ("share: 50", "measure: hours", "sun_hours, longest_sun_hours"),
     "a place without x": ("{name: north, x: 0, y: 8}", "{name: north, y: 8}", "line 20.*lacks 'x'"),
     "a lone least spell": ("share: 50", "min_spell: 5min", "goes with measure"),
@@ -271,6 +275,26 @@ def test_surfaces_are_judged_part_by_part(tmp_path):
         share = 100 * area[mine & (found.sun_hours >= 2 - 1e-3)].sum() / area[mine].sum()
         assert verdict.measured == f"{share:.1f} % of the area"
         assert verdict.passes == (share >= 60)
+
+
+def test_roofs_and_walls_are_judged_alone(tmp_path):
+    scene, found = run_points(receivers="surfaces", spacing=1.0)
+    area, owner = (np.asarray(found.more[n][1]) for n in ("area", "surface_of_sample"))
+    part = np.asarray(found.more["surface_part"][1])[owner]
+    is_roof = found.places.normals[:, 2] > 0.5
+    for where, which in (("roofs", is_roof), ("walls", ~is_roof)):
+        rules = read(tmp_path, WINDOWS.replace("share: 60", f"share: 60\n    where: {where}"))
+        verdicts = judge_points(found, rules, scene, [0, 1], 1)
+        for k, verdict in enumerate(verdicts[:2]):
+            mine = which & (part == k)
+            share = 100 * area[mine & (found.sun_hours >= 2 - 1e-3)].sum() / area[mine].sum()
+            assert verdict.measured == f"{share:.1f} % of the area of its {where}"
+            assert f"of {area[mine].sum():,.1f} m²" in verdict.evidence
+    scene, flat = run_points(receivers="points", points=[(0, -9, 1)])
+    with pytest.raises(InputError, match="names walls of a model"):
+        judge_points(flat, rules, scene, [0, 1], 1)
+    with pytest.raises(InputError, match="is for walls; run the study with --receivers surfaces"):
+        judge(make_study(), rules)
 
 
 def test_places_of_a_plan_are_not_points(tmp_path):

@@ -228,7 +228,10 @@ def _check_receivers(receivers: str, formats: tuple[str, ...], has_rules: bool) 
     if formats:
         _check_formats(receivers, formats)
     if has_rules and is_raster:
-        msg = "--rules judge plans, surfaces and points; choose one of them for --receivers"
+        msg = (
+            f"--rules judge plans, surfaces and points, not --receivers {receivers}, which hides a "
+            "part of what is judged; choose --receivers surfaces and the facades with --on"
+        )
         raise InputError(msg)
 
 

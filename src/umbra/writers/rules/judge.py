@@ -257,6 +257,9 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     if check.area == "roofs" and study.receivers != "top":
         msg = f"check '{check.name}' is for roofs; run the study with --receivers top"
         raise InputError(msg)
+    if check.area == "walls":
+        msg = f"check '{check.name}' is for walls; run the study with --receivers surfaces"
+        raise InputError(msg)
     counts = stands if check.area == "roofs" else ~stands
     if not counts.any():
         msg = (

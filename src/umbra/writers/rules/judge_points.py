@@ -30,6 +30,7 @@ from umbra.writers.rules.read import Check, Rules
 __all__ = ["judge_points"]
 
 _CHUNK = 65_536  # points that are measured at a time
+_STEEP = 60.0  # tilt from which a surface is a wall [degrees]
 
 
 def judge_points(
@@ -39,7 +40,7 @@ def judge_points(
     Measure and judge every check at a study's points.
 
     Given points are judged one by one; of sampled surfaces it is judged for each part
-    how much of its area meets the limit.
+    how much of its area, or of that of its roofs or walls, meets the limit.
 
     Parameters
     ----------
@@ -58,18 +59,13 @@ def judge_points(
     Raises
     ------
     InputError
-        If a check names places or roofs, which are for plans.
+        If a check names places, which are for plans, or what was not sampled.
     """
     casting = prepare_casting(scene, list(casters), threads, study.model.canopy)
     points = study.places.points - scene.origin
     verdicts: list[Verdict] = []
     for check in rules.checks:
-        if check.places or check.area == "roofs":
-            msg = (
-                f"check '{check.name}' names {'places' if check.places else 'roofs'} of a plan; "
-                "leave 'where' out: the points are those of the study"
-            )
-            raise InputError(msg)
+        _check_where(study, check)
         for date in check.dates:
             day = find_day(study.period, check, date)
             period = make_period(
@@ -83,6 +79,39 @@ def judge_points(
             judged = _judge_parts if study.receivers == "surfaces" else _judge_each
             verdicts += judged(study, check, period, parts)
     return verdicts
+
+
+def _check_where(study: PointStudy, check: Check) -> None:
+    """Refuse what lies on no point or surface of the study."""
+    if check.places:
+        msg = (
+            f"check '{check.name}' names places of a plan; leave 'where' out: the points are those "
+            "of the study"
+        )
+        raise InputError(msg)
+    if check.area not in {"roofs", "walls"}:
+        return
+    if study.samples is None:
+        msg = (
+            f"check '{check.name}' names {check.area} of a model; leave 'where' out: the points "
+            "are those of the study"
+        )
+        raise InputError(msg)
+    if not _find_area(study, check).any():
+        msg = (
+            f"check '{check.name}' finds no {check.area} among what is sampled; choose parts that "
+            "have some with --on, or leave 'where' out"
+        )
+        raise InputError(msg)
+
+
+def _find_area(study: PointStudy, check: Check) -> NDArray[np.bool_]:
+    """Tell which samples lie on what a check names: walls are steep, roofs are not."""
+    owner = np.asarray(study.more["surface_of_sample"][1])
+    is_wall = np.asarray(study.more["surface_tilt"][1])[owner] >= _STEEP
+    if check.area == "walls":
+        return is_wall
+    return ~is_wall if check.area == "roofs" else np.ones(len(owner), np.bool_)
 
 
 def _measure(
@@ -125,9 +154,10 @@ def _judge_parts(
     passes = meets_limit(check, hours)
     arrays = {name: np.asarray(array) for name, (_, array) in study.more.items()}
     owner = arrays["surface_part"][arrays["surface_of_sample"]]
-    area = arrays["area"]
+    area = arrays["area"] * _find_area(study, check)
+    what = f" of its {check.area}" if check.area in {"roofs", "walls"} else ""
     for k, name in enumerate(arrays["part"].tolist()):
-        mine = owner == k
+        mine = (owner == k) & (area > 0)
         whole = float(area[mine].sum())
         if not whole > 0:
             continue
@@ -138,8 +168,8 @@ def _judge_parts(
             check.name,
             period.days[0],
             str(name),
-            f"{say_limit(check)} on {check.share:g} % of the area",
-            f"{share:.1f} % of the area",
+            f"{say_limit(check)} on {check.share:g} % of the area{what}",
+            f"{share:.1f} % of the area{what}",
             share >= check.share - 1e-9,
             f"{share * whole / 100:,.1f} of {whole:,.1f} m²; mean {say_hours(mean)}, "
             f"{say_hours(least)} to {say_hours(most)}; {say_how(check)}",

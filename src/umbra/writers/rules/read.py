@@ -22,7 +22,7 @@ CHECK_KEYS = (
 )  # fmt: skip
 PLACE_KEYS = ("name", "x", "y")
 MEASURES = ("sun_hours", "longest_sun_hours", "sun_hours_in_spells", "shadow_hours")
-AREAS = ("open_ground", "roofs", "everywhere")
+AREAS = ("open_ground", "roofs", "walls", "everywhere")
 _DATE = re.compile(r"(?:(\d{4})-)?(\d{2})-(\d{2})")
 
 

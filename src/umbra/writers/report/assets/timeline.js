@@ -39,7 +39,7 @@ const showFigures = (picture, receiver) => {
     ? `Sun from ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (found.spells.length > 12 ? " and later" : "")
     : !isThere ? "" : upHours ? "No sun in this period." : "The sun stays below the horizon.";
   $("in-sun").previousElementSibling.textContent =
-    "in the sun, of " + say(picture.hours ? data.up_hours : upHours);
+    "sun, of " + say(picture.hours ? data.up_hours : upHours);
 };
 
 const drawLine = (isDark, receiver, now) => {
