@@ -3,17 +3,21 @@
 import io
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from umbra.study import Study
 from umbra.writers.color import shade_ramp
+from umbra.writers.edges import make_look
 from umbra.writers.plan import Plan, shade_roofs
+from umbra.writers.raster import resample
 from umbra.writers.report.markup import make_address
 from umbra.writers.report.packed import make_steps, pack, pack_masks
-from umbra.writers.report.timeline import Timeline
+from umbra.writers.report.timeline import LONGEST_VIEW, Timeline
 
 __all__ = ["make_plan_data", "tell_plan"]
 
+_BRIGHT, _INK = 0.9, 0.7  # of a view's surfaces, and how dark its lines are
 _AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
 
 
@@ -22,6 +26,7 @@ def make_plan_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, ob
     rows, cols = timeline.shape
     x, y = timeline.x, timeline.y
     roofs = Plan(x, y, np.nan_to_num(timeline.surface).astype(np.float32))
+    drawn = _draw_roofs(roofs, timeline) if study.is_plan else _draw_view(study, timeline)
     dx, dy = roofs.cell
     heights = np.round(timeline.surface, 2).astype("<f4") + np.float32(0)
     more: dict[str, object] = {}
@@ -46,7 +51,7 @@ def make_plan_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, ob
         "steps": make_steps(study.period, timeline.which, timeline.last),
         "bits": pack_masks(timeline.bits[study.sun.is_up[timeline.which]]),
         "heights": pack(heights.tobytes()),
-        "roofs": _make_roofs(roofs, timeline),
+        "roofs": drawn,
         "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
         **more,
     }
@@ -68,13 +73,28 @@ def tell_plan(study: Study, timeline: Timeline, own_hours: bool) -> str:
     return words + timeline.tell_steps(study, own_hours)
 
 
-def _make_roofs(plan: Plan, timeline: Timeline) -> str:
-    """Draw roofs, or what a view sees, clear where there is nothing, as a PNG in an address."""
-    if timeline.shade is None:
-        grey, coverage = shade_roofs(plan, timeline.shape)
-    else:
-        grey, coverage = timeline.shade, np.isfinite(timeline.surface).astype(np.float32)
-    pixels = np.zeros((*timeline.shape, 2), np.uint8)
+def _draw_roofs(plan: Plan, timeline: Timeline) -> str:
+    """Draw roofs, clear where there are none, as a PNG in an address."""
+    grey, coverage = shade_roofs(plan, timeline.shape)
+    return _make_picture(grey, coverage)
+
+
+def _draw_view(study: Study, timeline: Timeline) -> str:
+    """Draw what a view sees, with its edges, clear where it sees nothing."""
+    times = max(1.0, LONGEST_VIEW / max(timeline.shape))
+    rows, cols = (max(1, round(side * times)) for side in timeline.shape)
+    look = make_look(study, (rows, cols))
+    if look is None or look.sky is None:  # pragma: no cover  (every view has a sky)
+        return _make_picture(np.ones((1, 1)), np.zeros((1, 1)))
+    shade, lines, sky = (
+        resample(values.astype(np.float32), (rows, cols)) / 255
+        for values in (look.shade, look.lines, look.sky)
+    )
+    return _make_picture(_BRIGHT * shade * (1 - _INK * lines), np.maximum(1 - sky, lines))
+
+
+def _make_picture(grey: NDArray[np.floating], coverage: NDArray[np.floating]) -> str:
+    pixels = np.zeros((*grey.shape, 2), np.uint8)
     pixels[..., 0] = np.round(np.clip(grey, 0, 1) * 255)
     pixels[..., 1] = np.round(np.clip(coverage, 0, 1) * 255)
     pixels[..., 0][coverage == 0] = 0

@@ -93,8 +93,6 @@ class Timeline(Instants):
     surface : (rows, cols) float64
         z of the topmost surface above the ground [m]; in a view that is no plan 0 where
         anything is seen, NaN elsewhere.
-    shade : (rows, cols) float32, optional
-        In a view: how bright its surfaces are drawn, in [0, 1].
     is_study : bool
         Whether the cells are those of the study itself, so that hours are the same.
     """
@@ -102,7 +100,6 @@ class Timeline(Instants):
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     surface: NDArray[np.float64]
-    shade: NDArray[np.float32] | None
     is_study: bool
 
     @property
@@ -150,7 +147,7 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
         which, last, strides, bits, grid.x + shift_x, grid.y + shift_y,
-        *_find_looks(tile), grid == study.grid and strides == (1, 1),
+        _find_surface(tile), grid == study.grid and strides == (1, 1),
     )  # fmt: skip
 
 
@@ -201,14 +198,11 @@ def _choose_steps(
     return np.concatenate(which), np.concatenate(last), (days, steps)
 
 
-def _find_looks(tile: Any) -> tuple[NDArray[np.float64], NDArray[np.float32] | None]:
-    """Give heights on a plan; in a view where anything is seen, and how it is shaded."""
+def _find_surface(tile: Any) -> NDArray[np.float64]:
+    """Give heights on a plan; in a view where anything is seen."""
     if not hasattr(tile, "is_seen"):
-        return tile.relief, None
-    surface = np.where(tile.is_seen, 0.0, np.nan)
-    # Lit from above and a little from the left, as if the viewer held the lamp.
-    facing = np.abs(np.nan_to_num(tile.frame.normal[::-1]) @ np.array([0.35, -0.25, 0.9]))
-    return surface, (0.70 + 0.24 * facing).astype(np.float32)
+        return tile.relief
+    return np.where(tile.is_seen, 0.0, np.nan)
 
 
 def _choose_grid(grid: Grid, instants: int, longest: int) -> Grid:
