@@ -1,8 +1,9 @@
 """What a newcomer types first."""
 
+import click
 import pytest
 
-from umbra.cli import main
+from umbra.cli import main, study
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["study", "--help"], ["render", "-h"]])
@@ -13,6 +14,18 @@ def test_help_goes_to_the_output(arguments, capsys):
     said = capsys.readouterr()
     assert said.out.startswith("Usage: umbra")
     assert not said.err
+
+
+def test_the_help_of_a_study_has_every_option_once_under_a_heading(capsys):
+    with pytest.raises(SystemExit):
+        main(["study", "--help"])
+    lines = capsys.readouterr().out.splitlines()
+    headings = [line[:-1] for line in lines if line.endswith(":") and not line.startswith(" ")]
+    assert headings == list(dict.fromkeys(["Options", *study.SECTIONS.values()]))
+    listed = [line.split()[0].rstrip(",") for line in lines if line.startswith("  -")]
+    options = [p for p in study.command.params if isinstance(p, click.Option)]
+    assert sorted(listed) == sorted(["-h", *(option.opts[0] for option in options)])
+    assert set(study.SECTIONS) <= {"--help", *listed}
 
 
 def test_umbra_alone_shows_its_help_in_lines(capsys):

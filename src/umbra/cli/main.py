@@ -63,6 +63,7 @@ class _Commands(click.Group):
     cls=_Commands,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Begin with umbra inspect FILE. Each command has --help.",
 )
 @click.version_option(__version__, prog_name="umbra")
 @click.option("--debug", is_flag=True, help="Show tracebacks.")

@@ -13,13 +13,28 @@ from umbra.cli.main import echo_json
 from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import show_progress
+from umbra.cli.sections import make_sectioned
 from umbra.cli.study_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.study_options import study_options
 
 __all__ = ["command"]
 
+SECTIONS = {
+    "--lat": "Site",
+    "--date": "Time",
+    "--receivers": "Receivers",
+    "--cast": "Casters",
+    "--up": "Reading",
+    "--by": "Results",
+    "--device": "Running",
+    "--height-column": "Reading",
+    "--report": "Further files",
+    "--json": "Running",
+    "--help": "Options",
+}
 
-@click.command("study")
+
+@click.command("study", cls=make_sectioned(SECTIONS))
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @option_file
 @study_options
@@ -46,7 +61,7 @@ def command(
     """
     Find the hours of shadow around buildings on one or more days.
 
-    Writes study.nc, hours.png and profile.png into the folder --out.
+    Writes study.nc, hours.png, profile.png and study.toml into the folder --out.
 
     \b
     Example:
