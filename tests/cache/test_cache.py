@@ -272,6 +272,13 @@ def test_a_folder_that_cannot_be_is_no_cache(tmp_path, reads, monkeypatch):
     assert measure() == (0, 0)
 
 
+def test_a_user_without_a_home_has_no_cache(tmp_path, monkeypatch):
+    monkeypatch.setattr(cache_folder, "find_folder", lambda: Path("~/.cache/umbra"))
+    monkeypatch.chdir(tmp_path)
+    cache_folder.keep("a", {"a": np.zeros(10)})
+    assert not list(tmp_path.iterdir())
+
+
 def test_an_interrupt_leaves_no_half_file(folder, monkeypatch):
     def stop(*_, **__):
         raise KeyboardInterrupt

@@ -30,7 +30,7 @@ def find_folder() -> Path:
     """Give the folder: what ``UMBRA_CACHE`` says, else the user's cache folder of this system."""
     given = os.environ.get("UMBRA_CACHE")
     if given:
-        return Path(given)
+        return Path(given).absolute()
     from platformdirs import user_cache_path  # noqa: PLC0415 - only where it is asked
 
     return user_cache_path("umbra", appauthor=False)
@@ -77,6 +77,8 @@ def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
     unfinished = None
     try:
         folder = find_folder()
+        if not folder.is_absolute():
+            return  # of a user without a home
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if shutil.disk_usage(folder).free < size + LIMIT:
             return

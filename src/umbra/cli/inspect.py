@@ -9,6 +9,7 @@ from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
+from umbra.cli.progress import name_reading, show_progress
 
 __all__ = ["command"]
 
@@ -38,8 +39,11 @@ def command(
     from umbra.readers.georeference import show_crs  # noqa: PLC0415
     from umbra.volume.inspection import inspect_scene  # noqa: PLC0415
 
-    scene = read_posed(files, up, time, animation)
-    found = inspect_scene(scene)
+    with show_progress(quiet=False) as stages:
+        stages.begin(name_reading(files))
+        scene = read_posed(files, up, time, animation)
+        stages.begin("looking for open edges")
+        found = inspect_scene(scene)
     bounds = scene.bounds()
     total = dataclasses.asdict(found.total)
     result = {

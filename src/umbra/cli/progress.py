@@ -2,11 +2,11 @@
 
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["Stages", "show_progress"]
+__all__ = ["Stages", "name_reading", "show_progress"]
 
 _SLOW = 2.0  # [s]
 _FIRST_RUN = "preparing; a first run compiles its kernels, later ones start at once"
@@ -20,6 +20,11 @@ class Stages:
 
     def advance(self, done: int, everything: int) -> None:
         """Tell how many instants are counted, and of how many."""
+
+
+def name_reading(files: Sequence[str]) -> str:
+    """Say what is read."""
+    return f"reading {files[0] if len(files) == 1 else f'{len(files)} files'}"
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
+from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.soft import check_soft, size_lights, soft_options, soften
 from umbra.cli.values import SIZE, Numbers
 from umbra.errors import InputError
@@ -170,7 +171,10 @@ def command(
     written = [path for path in (out, arrays) if path is not None]
     with ExitStack() as stack:
         beside = {path: stack.enter_context(replace_file(path)) for path in written}
+        stages = stack.enter_context(show_progress(quiet=False))
+        stages.begin(name_reading(files))
         scene = read_posed(files, axis_up, time, animation)
+        stages.begin("drawing")
         if not all_lights:
             all_lights = list(expose_lights(scene))
             _check_memory(size, len(all_lights))

@@ -12,7 +12,7 @@ from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
-from umbra.cli.progress import show_progress
+from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.sections import make_sectioned
 from umbra.cli.study_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.study_options import study_options
@@ -99,7 +99,7 @@ def command(
         show_progress(quiet) as stages,
         Painter() as painter,
     ):
-        stages.begin(f"reading {files[0] if len(files) == 1 else f'{len(files)} files'}")
+        stages.begin(name_reading(files))
         scene = read_posed(files, up, time, animation)
         for note in scene.notes:
             say(f"note: {note}")

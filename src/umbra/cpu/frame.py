@@ -29,6 +29,7 @@ from umbra.volume.silhouette import find_silhouettes
 __all__ = ["METHODS", "FrameCounter", "count_shadows"]
 
 METHODS = ("auto", "z-pass", "z-fail")
+_MAKERS = {"scene": "read(FILE)", "camera": "Camera(eye, target)", "light": "point_light(place)"}
 _NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before it
 
 
@@ -304,8 +305,23 @@ def count_shadows(
     Raises
     ------
     InputError
-        If the method is unknown.
+        If the method is unknown, or an argument is of another type.
+
+    Examples
+    --------
+    >>> scene = umbra.read("tower.glb")
+    >>> camera = umbra.Camera(eye=(40, -60, 30), target=(0, 0, 10))
+    >>> counts = umbra.count_shadows(scene, camera, umbra.point_light((4, -3, 8)), ground=0)
     """
+    given = {"scene": (scene, Scene), "camera": (camera, Camera), "light": (light, Light)}
+    for name, (value, kind) in given.items():
+        if not isinstance(value, kind):
+            found = type(value).__name__
+            msg = f"{name} is no {kind.__name__} but a {found}; give umbra.{_MAKERS[name]}"
+            raise InputError(msg)
+    if ground is not None and not np.isfinite(ground):
+        msg = f"the ground's height must be a finite number; got {ground:g}"
+        raise InputError(msg, ground=ground)
     counter = FrameCounter(scene, ground=ground, threads=threads)
     view, _ = counter.see(camera)
     return counter.count(view, camera, light, method).astype(np.int32)

@@ -83,6 +83,11 @@ def read(
     if not paths:
         msg = f"no file given; name one or more of {FORMATS}"
         raise InputError(msg)
+    for path in paths:
+        if not isinstance(path, (str, os.PathLike)):
+            found = type(path).__name__
+            msg = f"a file is named by a str or a Path; got a {found} (unpack lists: *files)"
+            raise InputError(msg)
     if up is not None and up not in UPS:
         msg = f"the up axis must be x, y or z; got {up!r}"
         raise InputError(msg, up=up)

@@ -48,7 +48,10 @@ class Camera:
 
     def __post_init__(self) -> None:
         for name in ("eye", "target", "up"):
-            value = np.array(getattr(self, name), np.float64).reshape(-1)
+            try:
+                value = np.array(getattr(self, name), np.float64).reshape(-1)
+            except (TypeError, ValueError):
+                value = np.zeros(0)
             if value.shape != (3,) or not np.isfinite(value).all():
                 msg = f"the camera's {name} needs three finite numbers; got {getattr(self, name)}"
                 raise InputError(msg)

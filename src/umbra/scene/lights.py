@@ -245,15 +245,58 @@ def point_light(
     position: ArrayLike, color: tuple[float, float, float] = WHITE, **more: Any
 ) -> Light:
     """
-    Make a point light at a place (3,) [m].
+    Make a point light.
 
-    ``more`` are ``range`` and ``attenuation`` of `Light`.
+    Parameters
+    ----------
+    position : (3,) float64
+        In the model's own coordinates [m].
+    color : (3,) float
+        What reaches a surface that faces it, linear RGB.
+    **more
+        ``range`` and ``attenuation`` of `Light`.
+
+    Returns
+    -------
+    light : Light
+
+    Raises
+    ------
+    InputError
+        If the place is not three finite numbers.
+
+    Examples
+    --------
+    >>> umbra.point_light((4, -3, 8), color=(1, 0.9, 0.7), range=30)
     """
     return Light(np.append(np.asarray(position, np.float64), 1.0), color, **more)
 
 
 def directional_light(toward: ArrayLike, color: tuple[float, float, float] = WHITE) -> Light:
-    """Make a light infinitely far in the direction (3,) toward it."""
+    """
+    Make a light that is infinitely far, such as the sun.
+
+    Parameters
+    ----------
+    toward : (3,) float64
+        Direction toward the light in the model's axes, of any length.
+    color : (3,) float
+        What reaches a surface that faces it, linear RGB.
+
+    Returns
+    -------
+    light : Light
+
+    Raises
+    ------
+    InputError
+        If the direction is not three finite numbers, or is 0.
+
+    Examples
+    --------
+    >>> sun = umbra.find_sun(site, "2026-03-21T12:00")
+    >>> umbra.directional_light(sun.direction[0])
+    """
     return Light(np.append(np.asarray(toward, np.float64), 0.0), color)
 
 

@@ -50,6 +50,11 @@ class Mesh:
     colors: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
+        for name in ("vertices", "faces"):
+            shape = np.shape(getattr(self, name))
+            if len(shape) > 1 and shape[-1] != 3 and 0 not in shape:
+                msg = f"{name} of shape {shape} are not three to a row; give (n, 3)"
+                raise InputError(msg)
         vertices = np.ascontiguousarray(self.vertices, np.float64)
         faces = np.ascontiguousarray(self.faces, np.int32)
         # A reshape makes a new array object: keep the one that meshes share.

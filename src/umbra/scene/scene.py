@@ -246,6 +246,13 @@ def make_scene(
         given: tuple[Part, ...] = (Part(name, "", Mesh(np.asarray(parts), np.asarray(faces))),)
     else:
         given = tuple(cast("Sequence[Part]", parts))
+        other = next((one for one in given if not isinstance(one, Part)), None)
+        if other is not None:
+            msg = (
+                f"a scene is made of parts, or of vertices and faces; got a {type(other).__name__} "
+                "(umbra.read reads files)"
+            )
+            raise InputError(msg)
     kept = tuple(part for part in given if part.triangles)
     if not kept:
         msg = "there are no triangles; export the model with its surfaces"

@@ -14,6 +14,7 @@ import numpy as np
 
 from umbra.errors import InputError
 from umbra.scene import Scene
+from umbra.study.call import check_call, make_signature
 from umbra.study.layout import TILE, lay_out
 from umbra.study.model import prepare_model
 from umbra.study.options import find_reaching_suns
@@ -205,6 +206,8 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
         Keep every instant as ``in_shadow``.
     refraction : {'standard', 'none'}
         Whether the sun stands where it is seen (default) or where it is.
+    device : {'auto', 'cpu', 'gl'}
+        Where plans are counted; ``'auto'`` takes a GPU that proves faster on large ones.
     threads : int, optional
         All cores by default; results do not depend on it.
 
@@ -218,7 +221,21 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
     ------
     InputError
         If an option is wrong, a pattern matches no part, or the raster is too large.
+
+    Examples
+    --------
+    >>> scene = umbra.read("quarter.city.json")
+    >>> site = umbra.find_site(scene)
+    >>> study = umbra.shadow_study(scene, site, date="2026-03-21", receivers="top", cell=0.5)
+    >>> study.shadow_hours.plot()
+    >>> study.sun_hours.sel(x=2705, y=340092, method="nearest")
     """
+    ways: tuple[Any, Any] = (run_study, run_point_study)
     if options.get("receivers") in POINTS:
-        return run_point_study(scene, site, **options).to_dataset()  # type: ignore[arg-type]
-    return run_study(scene, site, **options).to_dataset()  # type: ignore[arg-type]
+        ways = (run_point_study, run_study)
+    return ways[0](scene, site, **check_call(scene, site, options, *ways)).to_dataset()
+
+
+shadow_study.__signature__ = make_signature(  # type: ignore[attr-defined]
+    shadow_study, run_study, run_point_study
+)

@@ -1,0 +1,97 @@
+"""Slips in a call from Python are told by name, with the remedy."""
+
+import inspect
+
+import numpy as np
+import pytest
+from support.shapes import box
+
+import umbra
+from umbra.study.call import find_options
+from umbra.study.points import run_point_study
+from umbra.study.study import run_study
+
+SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
+SMALL = {"date": "2026-03-21", "every": "2h", "extent": (-5, -5, 5, 5), "cell": 1}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return umbra.make_scene(*box((-1, -1, 0), (1, 1, 3)), name="tower")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"date": None}, "a study needs a date"),
+        ({"recievers": "top"}, "no option 'recievers'; did you mean 'receivers'"),
+        ({"qqq": 1}, "there are date, start, end"),
+        ({"spacing": 1.0}, "'spacing' is not for receivers 'ground'"),
+        ({"receivers": "points", "points": [[0, 0, 1]]}, "'extent' is not for receivers 'points'"),
+        ({"cell": "1"}, "cell is a number; got '1'"),
+        ({"threads": 1.5}, "threads is a whole number"),
+        ({"extent": (0, 0, 1)}, "extent has 4 numbers"),
+        ({"extent": "0,0,1,1"}, "extent has 4 numbers"),
+        ({"size": 3, "cell": None}, "size has 2 numbers"),
+        ({"cast": "wall"}, "'wall' matches no part; the file has tower"),
+    ],
+)
+def test_slips_in_the_options(scene, options, words):
+    given = {name: v for name, v in {**SMALL, **options}.items() if v is not None}
+    with pytest.raises(umbra.InputError, match=words):
+        umbra.shadow_study(scene, SITE, **given)
+
+
+def test_what_is_meant_is_taken(scene):
+    plain = umbra.shadow_study(scene, SITE, **SMALL)
+    one = umbra.shadow_study(scene, SITE, **SMALL, cast="tower")
+    np.testing.assert_array_equal(plain.shadow_hours, one.shadow_hours)
+    numbers = {**SMALL, "cell": np.float32(1), "extent": np.array(SMALL["extent"])}
+    two = umbra.shadow_study(scene, SITE, **numbers)
+    np.testing.assert_array_equal(plain.shadow_hours, two.shadow_hours)
+    south = umbra.shadow_study(scene, SITE, date="2026-03-21", every="2h", receivers=180, cell=1)
+    assert south.attrs["view_azimuth_deg"] == 180
+
+
+def test_slips_in_what_is_studied(scene):
+    with pytest.raises(umbra.InputError, match=r"scene is no Scene but a str; give .* umbra.read"):
+        umbra.shadow_study("a.obj", SITE, **SMALL)
+    with pytest.raises(umbra.InputError, match="site is no Site but a tuple"):
+        umbra.shadow_study(scene, (48.2, 16.37), **SMALL)
+
+
+def test_help_shows_every_option():
+    shown = inspect.signature(umbra.shadow_study).parameters
+    assert list(shown)[:3] == ["scene", "site", "date"]
+    assert {"receivers", "cell", "spacing", "points", "masks", "threads"} <= set(shown)
+    assert "progress" not in shown
+    told = umbra.shadow_study.__doc__.split("Returns")[0]
+    for name in find_options(run_study, run_point_study):
+        assert name in told, f"{name} is not in the docstring"
+
+
+def test_slips_in_a_frame(scene):
+    camera = umbra.Camera((9, 9, 9), (0, 0, 0), size=(8, 8))
+    light = umbra.point_light((5, 0, 9))
+    for arguments, words in (
+        (("a.obj", camera, light), "scene is no Scene"),
+        ((scene, None, light), "camera is no Camera"),
+        ((scene, camera, (5, 0, 9)), "light is no Light but a tuple; give umbra.point_light"),
+    ):
+        with pytest.raises(umbra.InputError, match=words):
+            umbra.count_shadows(*arguments)
+    with pytest.raises(umbra.InputError, match="finite"):
+        umbra.count_shadows(scene, camera, light, ground=float("nan"))
+    with pytest.raises(umbra.InputError, match="camera's eye needs three"):
+        umbra.Camera("1,2,3", (0, 0, 0))
+
+
+def test_slips_in_what_a_scene_is_made_of():
+    for make, words in (
+        (lambda: umbra.make_scene("a.obj"), "made of parts.*got a str"),
+        (lambda: umbra.make_scene(np.zeros((3, 2)), [[0, 1, 2]]), r"vertices of shape \(3, 2\)"),
+        (lambda: umbra.Mesh(np.zeros((4, 3)), [[0, 1, 2, 3]]), r"faces of shape \(1, 4\)"),
+        (lambda: umbra.read(["a.obj"]), r"got a list \(unpack lists: \*files\)"),
+    ):
+        with pytest.raises(umbra.InputError, match=words):
+            make()
