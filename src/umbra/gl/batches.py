@@ -97,6 +97,7 @@ def _list_carried(part: Part) -> tuple[str, ...]:
         "HAS_NORMALS": part.mesh.normals is not None,
         "HAS_UV": part.material.image is not None,
         "HAS_TINTS": part.mesh.colors is not None,
+        "IS_UNLIT": part.material.is_unlit,
     }
     return tuple(name for name, is_carried in carried.items() if is_carried)
 

@@ -224,7 +224,7 @@ class Surfaces:
             self._images[id(material.image)].bind(_IMAGE)
         program.set(
             color=np.array(material.color), opacity=material.opacity,
-            emission=np.array(material.emission), is_unlit=int(material.is_unlit),
+            emission=np.array(material.emission),
             is_mask=int(material.alpha_mode == "mask"),
             is_blend=int(material.alpha_mode == "blend"), cutoff=material.alpha_cutoff,
         )  # fmt: skip

@@ -9,10 +9,11 @@ vec3 unpack(vec3 stored) {
     return stored * stored;
 }
 
-// sRGB (IEC 61966-2-1) of light from 0 to 1: a polynomial of its root, within 0.09 of 255 steps.
+// sRGB (IEC 61966-2-1) of light: a polynomial of its root, within 0.09 of 255 steps up to 1, and
+// rising above.
 vec3 encode(vec3 light) {
     vec3 root = sqrt(light);
     vec3 high = ((((0.51730231 * root - 1.62365709) * root + 2.03157354) * root
                   - 1.40273628) * root + 1.51795092) * root - 0.04010961;
-    return mix(high, 12.92 * light, vec3(lessThanEqual(light, vec3(0.0031308))));
+    return mix(high, 12.92 * light, lessThanEqual(light, vec3(0.0031308)));
 }

@@ -11,5 +11,5 @@ void main() {
     vec4 lit = texelFetch(light, ivec2(gl_FragCoord.xy), 0);
     // What is transparent may stand before the sky: it has left its share of opacity.
     vec3 behind = find_sky(gl_FragCoord.y) * (1.0 - lit.a);
-    color = vec4(encode(clamp(lit.rgb + behind, 0.0, 1.0)), 1.0);
+    color = vec4(encode(lit.rgb + behind), 1.0);
 }

@@ -18,11 +18,10 @@ layout(location = 2) out vec4 stored;
 // Reflectance, glow and ambient light, place relative to the eye, normal, depth key.
 void store(vec3 albedo, vec3 before, vec3 at, vec3 normal, float key) {
 #ifdef AT_ONCE
-    dark = vec4(encode(clamp(before, 0.0, 1.0)), 1.0);
+    dark = vec4(encode(before), 1.0);
     lit = dark;
 #ifdef HAS_LAMP
-    vec3 after = before + albedo * find_lamplight(at, normal);
-    lit = vec4(encode(clamp(after, 0.0, 1.0)), 1.0);
+    lit = vec4(encode(before + albedo * find_lamplight(at, normal)), 1.0);
 #endif
 #else
     light = vec4(before, 1.0);

@@ -9,7 +9,7 @@
 uniform vec3 color;        // reflectance
 uniform float opacity;
 uniform vec3 emission;
-uniform bool is_unlit, is_mask, is_blend;
+uniform bool is_mask, is_blend;
 uniform float cutoff;      // of a mask's alpha
 uniform sampler2D image;   // sRGB, decoded when fetched
 uniform vec3 forward;
@@ -32,7 +32,11 @@ in vec3 tint;
 layout(location = 0) out vec4 shown;
 #endif
 
+#ifdef IS_UNLIT
+const float EVEN_LIGHT = 1.0;
+#else
 const float EVEN_LIGHT = 0.7;  // on transparent surfaces
+#endif
 
 void main() {
     vec4 texel = vec4(1.0);
@@ -50,10 +54,9 @@ void main() {
 #ifdef IS_SOUND
     vec3 seen_normal = normalize(normal);
 #else
-    // The side that is seen counts, however the face is wound.
+    // The side that is seen counts, however the face is wound: x to the right and y upward turn
+    // about what points to the eye.
     vec3 flat_normal = cross(dFdx(at), dFdy(at));
-    vec3 toward = is_perspective ? -at : -forward;
-    flat_normal *= dot(flat_normal, toward) < 0.0 ? -1.0 : 1.0;
     vec3 seen_normal = flat_normal;
 #ifdef HAS_NORMALS
     seen_normal = dot(normal, normal) > 0.0 ? normal : flat_normal;
@@ -64,11 +67,15 @@ void main() {
 
 #ifdef IS_TRANSPARENT
     float alpha = opacity * (is_blend ? texel.a : 1.0);
-    shown = vec4(alpha * (reflectance * (is_unlit ? 1.0 : EVEN_LIGHT) + emission), alpha);
+    shown = vec4(alpha * (reflectance * EVEN_LIGHT + emission), alpha);
 #else
     float depth = dot(at, forward);
-    float sky = is_unlit ? 1.0 : ambient * (0.75 + 0.25 * seen_normal.z);
-    store(is_unlit ? vec3(0.0) : reflectance, emission + reflectance * sky, at, seen_normal,
-          is_perspective ? 1.0 / depth : -depth);
+    float key = is_perspective ? 1.0 / depth : -depth;
+#ifdef IS_UNLIT
+    store(vec3(0.0), emission + reflectance, at, seen_normal, key);
+#else
+    vec3 sky = vec3(ambient * (0.75 + 0.25 * seen_normal.z));
+    store(reflectance, emission + reflectance * sky, at, seen_normal, key);
+#endif
 #endif
 }
