@@ -119,11 +119,17 @@ def _reclip(caster: Caster) -> Caster:
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
-    """Add each edge's multiplicity where columns cross it; True if counts could not fit."""
+    """
+    Add each edge's multiplicity where columns cross it.
+
+    Gives the first row that may hold a crossing, the one after the last, and whether
+    counts could not fit.
+    """
     rows = diff.shape[0] - 1
     cols = diff.shape[1]
     top = np.float64(rows)
     deepest = 0
+    lowest, highest = top, 0.0
     for q in range(codes.size):
         code = codes[q]
         e = code >> 2
@@ -147,17 +153,22 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
             y = y0 + (c - x0) * rise
             r = np.int64(np.ceil(min(max(y, 0.0), top)))
             diff[r, c] += m
+        lowest = min(lowest, y0, y1)
+        highest = max(highest, y0, y1)
         load[c0] += abs(m)
         load[c1] -= abs(m)
         deepest += abs(m)
-    return overflows(load, deepest, diff)
+    # A row more on both sides than rounding can reach.
+    first = np.int64(max(lowest - 1.0, 0.0))
+    last = np.int64(min(highest + 2.0, top))
+    return first, last, overflows(load, deepest, diff)
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _sum_steps(diff, level, out):
-    """Sum up the columns; add 1 to every cell in shadow; leave ``diff`` at 0."""
+def _sum_steps(diff, first, last, level, out):
+    """Sum up the columns over some rows; add 1 to every cell in shadow; leave ``diff`` at 0."""
     level[:] = 0
-    for r in range(out.shape[0]):
+    for r in range(first, last):
         d = diff[r]
         o = out[r]
         for c in range(o.size):
@@ -167,10 +178,10 @@ def _sum_steps(diff, level, out):
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _sum_counts(diff, level, out):
-    """Sum up the columns into ``out``; leave ``diff`` at 0."""
+def _sum_counts(diff, first, last, level, out):
+    """Sum up the columns over some rows into ``out``, which is 0; leave ``diff`` at 0."""
     level[:] = 0
-    for r in range(out.shape[0]):
+    for r in range(first, last):
         d = diff[r]
         o = out[r]
         for c in range(o.size):
@@ -194,10 +205,13 @@ def _sweep(ends, weight, codes, starts, slope, which, diff, out, counts, too_dee
         mine = codes[starts[s] : starts[s + 1]]
         load = np.zeros(diff.shape[2] + 1, np.int64)
         level = np.zeros_like(diff[t, 0])
-        if _scatter(ends, weight, mine, slope[s, 0], slope[s, 1], diff[t], load):
+        first, last, is_too_deep = _scatter(
+            ends, weight, mine, slope[s, 0], slope[s, 1], diff[t], load
+        )
+        if is_too_deep:
             too_deep[s] = True
             diff[t, :, :] = 0
         elif keep:
-            _sum_counts(diff[t], level, counts[s])
+            _sum_counts(diff[t], first, last, level, counts[s])
         else:
-            _sum_steps(diff[t], level, out[t])
+            _sum_steps(diff[t], first, last, level, out[t])
