@@ -317,11 +317,47 @@ def test_a_tree_is_built_for_thousands_of_lights_and_short_silhouettes(
     model = make_boulder(3)
     caster = make_caster(model.vertices, model.faces)
     suns = np.append(np.random.default_rng(0).normal(size=(364, 3)), np.zeros((364, 1)), 1)
-    list(find_silhouettes(caster, suns[1:]))  # 299 are left after the first batch
+    list(find_silhouettes(caster, suns[:200]))  # fewer than are worth it
     assert not silhouette._look_up(caster).trees
     check(caster, suns, "auto")
     assert bool(silhouette._look_up(caster).trees) == sparse
     check(caster, suns[:100], "auto")
+
+
+@pytest.mark.parametrize("at_once", [8, 33])
+@pytest.mark.parametrize("sparse", [True, False])
+def test_a_tree_is_built_once_enough_lights_have_come(monkeypatch, sparse, at_once):
+    monkeypatch.setattr(silhouette, "_EDGES", 10)
+    monkeypatch.setattr(silhouette, "_MANY_LIGHTS", 99)
+    monkeypatch.setattr(silhouette, "_SHORTER", 5 if sparse else 1000)
+    model = make_boulder(3)
+    caster = make_caster(model.vertices, model.faces)
+    suns = np.append(np.random.default_rng(0).normal(size=(33 * 8, 3)), np.zeros((33 * 8, 1)), 1)
+    had = []
+    for first in range(0, 20 * at_once, at_once):
+        some = suns[np.arange(first, first + at_once) % len(suns)]
+        check(caster, some, "auto")
+        had.append(bool(silhouette._look_up(caster).trees))
+    # Few at once cost twice as much: the seventh 8 have cost 112 of 99, three days of 33 all.
+    calls = (7 if at_once == 8 else 3) if sparse else 20
+    assert had == [False] * calls + [True] * (20 - calls)
+
+
+@pytest.mark.parametrize("sparse", [True, False])
+def test_a_tree_that_is_there_is_used_where_silhouettes_are_short(monkeypatch, sparse):
+    monkeypatch.setattr(silhouette, "_EDGES", 10)
+    monkeypatch.setattr(silhouette, "_SHORTER", 5 if sparse else 1000)
+    asked = []
+    ask = silhouette.ask_every_edge
+    monkeypatch.setattr(silhouette, "ask_every_edge", lambda *a: asked.append(1) or ask(*a))
+    model = make_boulder(3)
+    caster = make_caster(model.vertices, model.faces)
+    prepare_tree(caster)
+    suns = np.append(np.random.default_rng(0).normal(size=(20, 3)), np.zeros((20, 1)), 1)
+    for _ in range(2):
+        list(find_silhouettes(caster, suns))
+    assert len(asked) == (0 if sparse else 2)
+    check(caster, suns, "auto")
 
 
 def test_a_tree_can_be_prepared():

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from support.shapes import SCENES, city, terrain
 
+from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
+from umbra.scene import Mesh, Part, make_scene
+from umbra.volume import silhouette
 from umbra.volume.adjacency import make_caster
 from umbra.volume.dual_tree import make_dual_tree
 from umbra.volume.hextree import make_hextree
 from umbra.volume.silhouette import find_silhouettes, prepare_tree
-from umbra.volume.tree_file import read_tree, write_tree
+from umbra.volume.tree_file import open_tree, read_tree, write_tree
 
 MAKERS = {"tree": make_dual_tree, "hextree": make_hextree}
 SUN = np.array([[0.3, 0.2, 0.5, 0]])
@@ -64,7 +67,7 @@ def test_what_is_no_tree_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot read a tree"):
         read_tree(path, caster)
     np.savez(path, a=np.zeros(3))
-    with pytest.raises(InputError, match="holds no tree of this version"):
+    with pytest.raises(InputError, match="holds no tree"):
         read_tree(path, caster)
     np.save(tmp_path / "b.npy", np.zeros(3))
     with pytest.raises(InputError, match="no tree"):
@@ -82,3 +85,53 @@ def test_what_is_no_tree_is_refused(tmp_path):
         read_tree(path, caster)
     write_tree(path, caster, make_dual_tree(caster))  # replaces it
     read_tree(path, caster)
+
+
+def make_counter(seed=0):
+    scene = make_scene([Part("town", "house", Mesh(*city(4, seed=seed)))])
+    return FrameCounter(scene)
+
+
+def test_a_scene_finds_its_tree_again(tmp_path, monkeypatch):
+    path, told = tmp_path / "town.tree.npz", []
+    first = open_tree(path, make_counter().caster, say=told.append)
+    assert "there is no such file; built" in told[-1]
+    counter = make_counter()
+    monkeypatch.setattr(silhouette, "_MAKERS", {})  # nothing can be built any more
+    tree = open_tree(path, counter.caster, say=told.append)
+    assert "read the tree of 288 edges" in told[-1]
+    np.testing.assert_array_equal(tree.boxes, first.boxes)
+    assert prepare_tree(counter.caster) is tree
+    np.testing.assert_array_equal(find(counter.caster, "tree"), find(counter.caster, "brute"))
+
+
+def test_a_scene_that_changed_has_its_tree_built_anew(tmp_path):
+    path, told = tmp_path / "town.tree.npz", []
+    open_tree(path, make_counter().caster)
+    changed = make_counter(seed=1).caster
+    tree = open_tree(path, changed, say=told.append)
+    assert "of this one before it changed; built" in told[-1]
+    np.testing.assert_array_equal(
+        read_tree(path, changed).find(changed, SUN[0]), find(changed, "brute")
+    )
+    assert prepare_tree(changed) is tree
+    open_tree(path, changed, "hextree", say=told.append)
+    assert "holds a tree; built" in told[-1]
+    assert type(read_tree(path, changed)).__name__ == "Hextree"
+
+
+def test_trees_of_other_versions_are_replaced_and_other_files_are_not(tmp_path):
+    path, told, caster = tmp_path / "a.npz", [], make_counter().caster
+    np.savez(path, format="umbra tree 1")
+    with pytest.raises(InputError, match="another version of umbra; remove the file"):
+        read_tree(path, caster)
+    open_tree(path, caster, say=told.append)
+    assert "another version of umbra; built" in told[-1]
+    read_tree(path, caster)
+    np.savez(path, hours=np.zeros(3))
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="holds no tree; name another file"):
+        open_tree(path, caster)
+    assert path.read_bytes() == before
+    with pytest.raises(OSError, match="No such file"):
+        open_tree(tmp_path / "nowhere" / "a.npz", caster)

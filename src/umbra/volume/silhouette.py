@@ -4,7 +4,7 @@ Silhouettes: by brute force, or by a tree over the edges in dual space.
 All methods give the same edges with the same multiplicities, to the last bit. Brute
 force looks at an edge once for 64 lights, and needs nothing prepared; the tree looks
 only at edges near the silhouette, but building it takes as long as some 50 lights
-asked one by one, or 500 asked 64 at once.
+asked one by one, or 1,000 asked 64 at once.
 """
 
 import weakref
@@ -29,14 +29,15 @@ __all__ = ["METHODS", "Silhouettes", "find_silhouette_edges", "find_silhouettes"
 
 METHODS = ("auto", "brute", "tree", "hextree")
 _MAKERS: dict[str, Callable[[Caster], Tree]] = {"tree": make_dual_tree, "hextree": make_hextree}
-# Crossovers, measured on towns and boulders. Building takes 0.2 us an edge, a lone light
-# 4 ns an edge by brute force, 0.5 ns if it is one of 64; by the tree 50 ns for each edge
-# that it finds.
+# Crossovers, measured on towns, towers and boulders. Building takes 0.2 us an edge, a lone
+# light 3 ns an edge by brute force, one of 8 twice and one of 64 once 0.4 ns; by the tree
+# 50 ns for each edge that it finds.
 _EDGES = 10_000  # fewer are asked one by one at once
 _SHORT = 32  # silhouettes of at most one edge in so many are worth a tree to lone lights
 _LONE_LIGHTS = 4  # the so-manieth light alone with a short silhouette brings one about
-_SHORTER = 200  # of at most one in so many: worth a tree to lights that come together
-_MANY_LIGHTS = 2048  # if there are so many
+_SHORTER = 150  # of at most one in so many: worth a tree to lights that come together
+_MANY_LIGHTS = 1000  # of which so many cost by brute force what a tree does, once built
+_FEW = 8  # that come together cost twice as much each
 
 
 @dataclass(eq=False)
@@ -45,6 +46,8 @@ class _Kept:
 
     planes: weakref.ref
     lone_lights: int = 0  # with short silhouettes, found by brute force
+    lights: int = 0  # the same of lights that came together; if few, counted twice
+    are_shorter: bool | None = None  # whether silhouettes are; None: not yet seen
     trees: dict[str, Tree] = field(default_factory=dict)
 
 
@@ -66,7 +69,8 @@ def find_silhouettes(
     method : {'auto', 'brute', 'tree', 'hextree'}
         A tree is built when first needed, and kept as long as the caster and those
         opened from it. If silhouettes are short, ``auto`` builds one for the 4th light
-        that comes alone, and for thousands at once; else it asks every edge.
+        that comes alone, and once as many have come together as would pay for it, and
+        uses one that is there; else it asks every edge.
 
     Yields
     ------
@@ -79,7 +83,7 @@ def find_silhouettes(
     InputError
         If the method is not one of these.
     """
-    tree = _choose(caster, len(lights), method)
+    tree = _choose(caster, lights, method)
     done = 0
     if tree is None:
         for which, found in ask_every_edge(caster, lights):
@@ -163,17 +167,25 @@ def find_silhouette_edges(
     return np.where(sums[:, None] > 0, edges, edges[:, ::-1]).astype(np.int32), np.abs(sums)
 
 
-def _choose(caster: Caster, n_lights: int, method: str) -> Tree | None:
+def _choose(caster: Caster, lights: NDArray[np.float64], method: str) -> Tree | None:
     """Give the tree to search; None for brute force."""
     if method not in METHODS:
         msg = f"there is no method '{method}' for silhouettes; there are {', '.join(METHODS)}"
         raise InputError(msg, method=method)
     if method != "auto":
         return None if method == "brute" else prepare_tree(caster, method)
-    if n_lights != 1 or len(caster.edges) < _EDGES:
+    n_edges = len(caster.edges)
+    if n_edges < _EDGES or not len(lights):
         return None
     kept = _look_up(caster)
-    is_due = "tree" in kept.trees or kept.lone_lights >= _LONE_LIGHTS - 1
+    is_there = "tree" in kept.trees
+    if len(lights) == 1:
+        is_due = is_there or kept.lone_lights >= _LONE_LIGHTS - 1
+    elif is_there and kept.are_shorter is None:
+        n_found = len(_search(kept.trees["tree"], caster, lights[0]))
+        is_due = kept.are_shorter = n_found * _SHORTER <= n_edges
+    else:
+        is_due = bool(kept.are_shorter) and (is_there or kept.lights >= _MANY_LIGHTS)
     return prepare_tree(caster) if is_due else None
 
 
@@ -182,14 +194,19 @@ def _think_again(caster: Caster, found: Silhouettes, n_lights: int, done: int) -
     n_edges = len(caster.edges)
     if n_edges < _EDGES:
         return None
-    n_found = found.starts[-1] / (len(found.starts) - 1)
+    n_asked = len(found.starts) - 1
+    n_found = found.starts[-1] / n_asked
     kept = _look_up(caster)
     if n_lights == 1:
         kept.lone_lights += n_found * _SHORT <= n_edges
         return None
+    kept.are_shorter = bool(n_found * _SHORTER <= n_edges)
+    if not kept.are_shorter:
+        return None
+    kept.lights += n_asked * (2 if n_lights <= _FEW else 1)
     left = n_lights - done
-    is_worth = left >= _MANY_LIGHTS or "tree" in kept.trees
-    return prepare_tree(caster) if is_worth and n_found * _SHORTER <= n_edges else None
+    is_worth = "tree" in kept.trees or kept.lights + left >= _MANY_LIGHTS
+    return prepare_tree(caster) if left and is_worth else None
 
 
 def _search(tree: Tree, caster: Caster, light: NDArray[np.float64]) -> NDArray[np.int32]:
