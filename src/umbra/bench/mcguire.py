@@ -87,6 +87,10 @@ class McGuire:
                     "bytes_per_triangle": _find_bytes(row),
                     "ms": {name: 1e3 * found.median for name, found in row.times.items()},
                     "min_ms": {name: 1e3 * found.least for name, found in row.times.items()},
+                    "processor_ms": {
+                        name: None if found.processor is None else 1e3 * found.processor
+                        for name, found in row.times.items()
+                    },
                     "triangles": row.triangles,
                     "index_bytes": row.n_bytes,
                     "lengyel_to_mcguire": row.ratio("lengyel"),
@@ -160,7 +164,7 @@ class McGuire:
         return lay_out_table(
             [
                 "scene", "view", "cases 1, 2, 3", "triangles: mcguire, lengyel, z-fail",
-                *CONTENDERS, "lengyel / mcguire", "the same, cut",
+                *CONTENDERS, "lengyel / mcguire", "of processor", "both cut", "of processor",
             ],
             [
                 [
@@ -169,8 +173,11 @@ class McGuire:
                     ", ".join(f"{count}" for count in row.cases),
                     "; ".join(f"{row.triangles[name]:,}" for name in list(CONTENDERS)[:3]),
                     *(show_timing(row.times[name]) for name in CONTENDERS),
-                    f"{row.ratio('lengyel'):.2f}",
-                    f"{row.ratio('lengyel, cut', 'mcguire, cut'):.2f}",
+                    *(
+                        f"{ratio(f'lengyel{cut}', f'mcguire{cut}'):.2f}"
+                        for cut in ("", ", cut")
+                        for ratio in (row.ratio, row.processor_ratio)
+                    ),
                 ]
                 for row in self.views
             ],

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Contender", "Spent", "Timing", "run_in_turn", "timed"]
+__all__ = ["Contender", "Spent", "Timing", "counted", "run_in_turn", "timed"]
 
 Contender = Callable[[], float]
 """Does its work once and gives the seconds that count."""
@@ -56,6 +56,21 @@ def timed(work: Callable[[], object], at_least: float = 0.0) -> Contender:
             work()
             done += 1
         return (time.perf_counter() - begun) / done
+
+    return run
+
+
+def counted(work: Callable[[], object]) -> Contender:
+    """
+    Let the time count that some work kept processors busy, all of them together.
+
+    For work on one thread: what waits for a busy machine's processors does not count.
+    """
+
+    def run() -> float:
+        begun = time.process_time()
+        work()
+        return time.process_time() - begun
 
     return run
 

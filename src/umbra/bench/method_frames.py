@@ -1,7 +1,9 @@
 """Frames on OpenGL by McGuire's method, Lengyel's, z-fail and z-pass, over scenes and views."""
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,7 +51,7 @@ class Viewed:
     cases : (int, int, int)
         Casters in view of case 1, 2 and 3, over all lights.
     times : dict of Timing
-        By contender: of a frame.
+        By contender: of a frame; ``processor`` of the one that kept processors busy least.
     triangles : dict of int
         By contender: of the last frame's volumes.
     n_bytes : dict of int
@@ -68,6 +70,10 @@ class Viewed:
     def ratio(self, other: str, ours: str = "mcguire") -> float:
         """How many times as long another contender's fastest frame takes."""
         return self.times[other].least / self.times[ours].least
+
+    def processor_ratio(self, other: str, ours: str = "mcguire") -> float:
+        """How many times as long it keeps processors busy; tells nothing of a GPU."""
+        return (self.times[other].processor or np.nan) / (self.times[ours].processor or np.nan)
 
 
 View = tuple[str, Camera, list[list[Light]]]
@@ -105,7 +111,7 @@ def draw_views(
         for name, scene, casters, views in (
             _make_hall(2 if quick else 4),
             _make_balls(3 if quick else 10),
-            _make_boulder(3 if quick else 6),
+            _make_boulder(3 if quick else 5),
         ):
             say(f"{name}, {size}²")
             ground = 0.0 if casters is None else None  # the spheres bring their own
@@ -121,20 +127,25 @@ def _measure(renderer: Renderer, name: str, view: View, size: int, repeat: int) 
     what, camera, lights = view
     camera = Camera(camera.eye, camera.target, size=(size, size), fov=camera.fov, near=camera.near)
     triangles, n_bytes = {}, {}
+    busy: dict[str, list[float]] = {each: [] for each in CONTENDERS}
 
     def draw(contender: str) -> None:
         method, renderer.choices = CONTENDERS[contender]
+        begun = time.process_time()
         for some in lights:
             renderer.draw(camera, some, method)
             renderer.device.gl.Finish()
+        busy[contender].append(time.process_time() - begun)
         found = renderer.statistics
         triangles[contender] = sum(s.sides + s.dark_caps + s.light_caps for s in found)
         n_bytes[contender] = sum(s.index_bytes for s in found)
 
-    times = run_in_turn(
-        {each: timed(lambda each=each: draw(each)) for each in CONTENDERS},  # type: ignore[misc]
-        repeat,
-    )
+    contenders = {each: timed(partial(draw, each)) for each in CONTENDERS}
+    n = len(lights)
+    times = {
+        each: Timing(found.median / n, found.least / n, min(busy[each]) / n)
+        for each, found in run_in_turn(contenders, repeat).items()
+    }
     draw("mcguire")
     cases = np.sum([statistics.cases for statistics in renderer.statistics], 0)
     bodies = renderer.planner.bodies
@@ -144,10 +155,7 @@ def _measure(renderer: Renderer, name: str, view: View, size: int, repeat: int) 
         faces=sum(len(body.caster.faces) * len(body.groups) for body in bodies),
         points=renderer.geometry.n_points,
         cases=(int(cases[0]), int(cases[1]), int(cases[2])),
-        times={
-            each: Timing(timing.median / len(lights), timing.least / len(lights))
-            for each, timing in times.items()
-        },
+        times=times,
         triangles=triangles,
         n_bytes=n_bytes,
     )

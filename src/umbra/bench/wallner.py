@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.bench.measure import Timing, run_in_turn, timed
+from umbra.bench.measure import Timing, counted, run_in_turn
 from umbra.bench.report import describe_machine, lay_out_table, name_version, show_timing
 from umbra.bench.scenes import Model, make_boulder, make_suns, make_town
 from umbra.bench.towers import make_lattice_tower, make_office_tower
@@ -65,9 +65,9 @@ class Searched:
     silhouette : float
         Edges of a sun's silhouette, the mean.
     times : dict of Timing
-        By way, of one sun asked alone: ``as printed`` is brute force that takes the products
-        of both faces for every edge, ``brute`` ours, which takes each face's once. ``64 at
-        once`` is ours, of one sun among all of a day.
+        Of the processor, by way, for one sun asked alone: ``as printed`` is brute force that
+        takes the products of both faces for every edge, ``brute`` ours, which takes each
+        face's once. ``64 at once`` is ours, of one sun among all of a day.
     tested : dict of float
         By tree: edges that are looked at for a sun, the mean.
     build : dict of float
@@ -187,9 +187,10 @@ class Wallner:
         differ = sum(row.differ for row in self.rows)
         return (
             f"umbra bench wallner: {describe_machine()}. Silhouettes of {self.suns} suns, one at a "
-            f"time on one thread: ms of one, medians of {self.repeat} runs in turn, the fastest in "
-            "brackets; ratios are of the fastest, which a busy machine disturbs least."
-            f"{small}\n\n{times}\n\n{edges}\n\n{differ} edges are not those of brute force."
+            f"time on one thread: ms of the processor for one, medians of {self.repeat} runs in "
+            "turn, the fastest in brackets; ratios are of the fastest, which a busy machine "
+            f"disturbs least.{small}\n\n{times}\n\n{edges}\n\n"
+            f"{differ} edges are not those of brute force."
         )
 
 
@@ -284,8 +285,8 @@ def _measure(
         trees[way] = prepare_tree(caster, way)
         build[way] = time.perf_counter() - begun
     searches = {way: _make_search(caster, way) for way in _WAYS}
-    contenders = {way: timed(partial(_ask_all, search, suns)) for way, search in searches.items()}
-    contenders["64 at once"] = timed(lambda: list(find_silhouettes(caster, suns, "brute")))
+    contenders = {way: counted(partial(_ask_all, search, suns)) for way, search in searches.items()}
+    contenders["64 at once"] = counted(lambda: list(find_silhouettes(caster, suns, "brute")))
     times = {
         way: Timing(found.median / len(suns), found.least / len(suns))
         for way, found in run_in_turn(contenders, repeat).items()
