@@ -59,7 +59,7 @@ def test_vertices_are_the_centres_and_triangles_face_up(write):
     assert (normals[:, 2] == 2.0).all()  # twice the area of half a cell
     assert scene.crs == "EPSG:32633"
     assert scene.latitude == pytest.approx(48.2, abs=0.1)
-    assert "--receivers top --extent 600001,5339997.5,600007,5339999.5" in scene.notes[0]
+    assert not scene.notes
 
 
 def test_the_diagonal_is_that_of_the_description(write):
@@ -196,3 +196,64 @@ def test_without_the_package_the_extra_is_named(write, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rasterio", None)
     with pytest.raises(InputError, match=r"umbra-shadows\[gis\]"):
         umbra.read(path)
+
+
+@pytest.mark.parametrize("more", [{}, {"exact": True}, {"masks": True, "spells": True}])
+def test_beside_a_raster_and_on_nodata_nothing_receives(write, more):
+    heights = np.full((20, 30), 100.0)
+    heights[9:11, 12:15] = 112
+    heights[2:6, 20:26] = -9999
+    scene = umbra.read(write(heights, nodata=-9999, transform=from_origin(600000, 5340020, 1, 1)))
+    site = umbra.find_site(scene)
+    options = {"date": "2026-03-21", "receivers": "top", "cell": 0.7, "every": "1h", **more}
+    found = umbra.shadow_study(scene, site, **options, who=["*"])
+    # By default it is the raster and a margin, of which only the raster receives.
+    x, y = np.meshgrid(found.x, found.y)
+    inside = (x > 600000.5) & (x < 600029.5) & (y > 5340000.5) & (y < 5340019.5)
+    hole = (x > 600019.5) & (x < 600026.5) & (y > 5340013.5) & (y < 5340018.5)
+    # A triangle is left at each corner of the hole.
+    corner = hole & (np.abs(x - 600023) > 2.5) & (np.abs(y - 5340016) > 1.5)
+    sure = ~corner
+    there = np.isfinite(found.shadow_hours.values)
+    np.testing.assert_array_equal(there[sure], (inside & ~hole)[sure])
+    assert there.sum() > 1000
+    for name in ("sun_hours", "receiver_z"):
+        np.testing.assert_array_equal(np.isfinite(found[name]), there)
+    np.testing.assert_array_equal(np.isfinite(found.sole_hours[0]), there)
+    assert float(found.receiver_z.min()) == pytest.approx(100)
+    if "masks" in more:
+        assert not found.in_shadow.values[:, ~there].any()
+    # A ground that is named receives, as ever.
+    half = np.array([-0.35, -0.35, 0.35, 0.35])
+    extent = np.array([x.min(), y.min(), x.max(), y.max()]) + half
+    plane = umbra.shadow_study(
+        scene, site, **{**options, "cell": None}, ground=100, extent=extent, size=x.shape[::-1]
+    )
+    assert np.isfinite(plane.shadow_hours).all()
+    np.testing.assert_allclose(
+        found.shadow_hours.values[there], plane.shadow_hours.values[there], atol=1e-6
+    )
+
+
+def test_a_proposal_on_a_raster_loses_nothing_where_nothing_is(write):
+    heights = np.full((20, 30), 100.0)
+    heights[2:6, 20:26] = -9999
+    tower = np.zeros((20, 30))
+    tower[9:12, 20:24] = 106
+    where = from_origin(600000, 5340020, 1, 1)
+    files = [
+        f"existing={write(heights, nodata=-9999, transform=where, name='a.tif')}",
+        f"new={write(tower, nodata=0, transform=where, name='b.tif')}",
+    ]
+    scene = umbra.read(*files)
+    found = umbra.shadow_study(
+        scene, umbra.find_site(scene), date="2026-03-21", every="1h", receivers="top", cell=0.5,
+        proposed=["new"], under="7h",
+    )  # fmt: skip
+    there = np.isfinite(found.shadow_hours.values)
+    assert not np.isfinite(found.hours_lost.values[~there]).any()
+    assert not found.newly_under.values[~there].any()
+    assert found.newly_under.values.sum() * 0.25 == pytest.approx(
+        float(found.neighbour_area_newly_under.sum())
+    )
+    assert list(found.neighbour.values) == ["a"]

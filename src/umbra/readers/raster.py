@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.extras import need
-from umbra.readers.georeference import is_degrees, name_crs
+from umbra.readers.georeference import name_crs
 from umbra.readers.model import Choices, Model
 from umbra.scene import Mesh, Part
 
@@ -83,15 +83,8 @@ def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
     if not len(faces):
         msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
         raise InputError(msg)
-    low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
-    crs = raster.crs
-    if crs is None or not is_degrees(crs):
-        notes.append(
-            "there is no ground outside the raster; to keep to it: --receivers top --extent "
-            + ",".join(f"{value:.10g}" for value in (*low, *high))
-        )
     part = Part(path.stem, "Raster", Mesh(vertices, faces))
-    return Model("GeoTIFF", (part,), crs, tuple(notes), is_terrain=True)
+    return Model("GeoTIFF", (part,), raster.crs, tuple(notes), is_terrain=True)
 
 
 def open_raster(path: Path, notes: list[str]) -> HeightRaster:

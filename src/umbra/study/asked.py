@@ -134,6 +134,7 @@ class Answer:
         self.cast = np.zeros((count, *ledger.shape), np.float32)
         self.sole = np.zeros((count, *ledger.shape), np.float32)
         self.owner = np.zeros(ledger.shape if asked.proposed else (0,), np.int32)
+        self.nothing = np.zeros(ledger.shape if asked.proposed else (0,), np.bool_)
         self._casters: list[Caster] = []
 
     def add(self, tile: Tile, where: Any, progress: Callable[[int], object]) -> None:
@@ -197,6 +198,13 @@ class Answer:
         if self.asked.proposed:
             self.owner[where] = tile.find_parts()
 
+    def blank(self, nothing: NDArray[np.bool_]) -> None:
+        """Take away the answers of receivers that are not there."""
+        self.cast[:, nothing] = np.nan
+        self.sole[:, nothing] = np.nan
+        if self.asked.proposed:
+            self.nothing |= nothing
+
     def variables(
         self, dims: tuple[str, ...], area: NDArray[np.float64] | float
     ) -> dict[str, tuple[tuple[str, ...], NDArray]]:
@@ -222,7 +230,7 @@ class Answer:
             losses = find_losses(
                 sun,
                 self.sole[-1],
-                np.isin(self.owner, asked.proposed),
+                np.isin(self.owner, asked.proposed) | self.nothing,
                 self.owner,
                 [part.name for part in self.model.scene.parts],
                 area,

@@ -163,6 +163,9 @@ class Ledger:
     def blank(self, nothing: NDArray[np.bool_]) -> None:
         """Take away the values of receivers that are not there."""
         self.shadow_hours[nothing] = np.nan
+        for masks in (self.masks, self.canopy_masks):
+            if masks is not None:
+                masks.bits[:, nothing] = 0
         for array in (*self._whole.values(), *self._by_day.values()):
             missing = {"f": np.nan, "M": np.datetime64("NaT")}.get(array.dtype.kind, 0)
             array[..., nothing] = missing

@@ -117,10 +117,13 @@ class Model(Casting):
     receivers : {'ground', 'top'}
     ground : float
         z of the ground, local frame [m].
+    has_end : bool
+        Whether nothing receives beside what is seen, as there is no ground plane.
     """
 
     receivers: str
     ground: float
+    has_end: bool = field(default=False, kw_only=True)
 
     def make_sweep(self, grid: Grid) -> tuple[Surface, Sweep | BeneathSweep]:
         """
@@ -141,11 +144,13 @@ class Model(Casting):
 
     def make_tile(self, grid: Grid) -> "PlanTile":
         """Look at a raster from above."""
-        surface = find_surface(self.soup, grid, self.ground, self.threads)
+        # What lies in the plane is seen if there is no plane.
+        floor = self.ground - self.has_end
+        surface = find_surface(self.soup, grid, floor, self.threads)
         beneath = np.zeros(0, np.intp)
         if self.canopy is not None and self.receivers == "top":
             crowns = self.scene.triangles(self.canopy.casting)
-            above = find_surface(crowns, grid, self.ground, self.threads)
+            above = find_surface(crowns, grid, floor, self.threads)
             beneath = np.flatnonzero(above.heights > surface.heights)
         return PlanTile(self, grid, surface, beneath)
 
@@ -182,9 +187,14 @@ class PlanTile:
         return self.model.tree
 
     @property
+    def nothing(self) -> NDArray[np.bool_]:
+        """Where nothing receives, (rows, cols) bool."""
+        return (self.surface.face < 0) & self.model.has_end
+
+    @property
     def relief(self) -> NDArray[np.float64]:
         """What stands above the ground, (rows, cols) float64 [m]."""
-        return self.surface.heights - self.model.ground
+        return np.maximum(self.surface.heights - self.model.ground, 0.0)
 
     def make_counter(self) -> Sweep | BeneathSweep:
         """Make ready to count: on a plane by crossings, on anything else by spans."""
@@ -267,6 +277,8 @@ def prepare_model(
     ground: float,
     threads: int,
     canopy: Canopy | None = None,
+    *,
+    has_end: bool = False,
 ) -> Model:
     """
     Find the adjacency of what casts.
@@ -281,9 +293,13 @@ def prepare_model(
         Local frame [m].
     threads : int
     canopy : Canopy, optional
+    has_end : bool
+        Whether nothing receives beside what is seen.
     """
     cast = prepare_casting(scene, casters, threads, canopy)
-    return Model(scene, cast.soup, cast.caster, threads, receivers, ground, canopy=canopy)
+    return Model(
+        scene, cast.soup, cast.caster, threads, receivers, ground, canopy=canopy, has_end=has_end
+    )
 
 
 def prepare_casting(

@@ -105,6 +105,7 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Steps | None = Non
         shadows = np.zeros((len(path.altitude), grid.rows, grid.cols), np.bool_)
         up = path.direction[path.is_up]
         shadows[path.is_up] = tile.make_counter().masks(up).view(np.bool_)
+        shadows &= ~tile.nothing
         return shadows
 
     # From local coordinates to the model's own, as the study's cells went.

@@ -61,6 +61,7 @@ def run_study(
     setup = Setup.of(scene, site, **options)
     bounds = scene.bounds()
     ground = scene.ground if ground is None else ground
+    has_end = receivers == "top" and ground is None and _has_terrain(scene)
     level = float(bounds[0, 2]) if ground is None else float(ground)
     if not np.isfinite(level):
         msg = f"the ground's height must be a finite number; got {level:g}"
@@ -86,29 +87,47 @@ def run_study(
     }
     if direction is not None:
         return run_elevation(setup, direction, level, raster, shown, progress)
-    return _run_plan(setup, receivers, level, raster, progress)
+    return _run_plan(setup, receivers, level, raster, progress, has_end=has_end)
+
+
+def _has_terrain(scene: Scene) -> bool:
+    """Tell whether a height raster is part of a scene."""
+    return any(source.format == "GeoTIFF" for source in scene.sources) and any(
+        part.kind == "Raster" for part in scene.parts
+    )
 
 
 def _run_plan(
-    setup: Setup, receivers: str, level: float, raster: dict[str, Any], progress: Progress
+    setup: Setup,
+    receivers: str,
+    level: float,
+    raster: dict[str, Any],
+    progress: Progress,
+    *,
+    has_end: bool,
 ) -> Study:
     """Run a study of the ground or of whatever is topmost."""
     scene = setup.scene
     origin = scene.origin
     model = prepare_model(
-        scene, setup.casters, receivers, level - origin[2], setup.threads, setup.canopy
-    )
+        scene, setup.casters, receivers, level - origin[2], setup.threads, setup.canopy,
+        has_end=has_end,
+    )  # fmt: skip
     corners = model.soup.vertices + origin
     if setup.canopy is not None:
         corners = np.concatenate([corners, model.caster.vertices + origin])
-    grid, x, y = lay_out(corners, find_reaching_suns(setup.period), level, **raster)
+    # Where nothing receives beside a terrain no shadow has to be followed.
+    reaching = np.zeros((0, 3)) if has_end else find_reaching_suns(setup.period)
+    grid, x, y = lay_out(corners, reaching, level, **raster)
     local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
     heights = np.zeros((grid.rows, grid.cols))
+    nothing = np.zeros(heights.shape, np.bool_)
     side = min(TILE, STREAMED_TILE) if setup.wanted.is_streamed else TILE
 
     def make_tile(where: tuple[slice, slice], part: Any) -> Any:
         tile = model.make_tile(part)
         heights[where] = tile.surface.heights + origin[2]
+        nothing[where] = tile.nothing
         return tile
 
     tiles = [
@@ -117,6 +136,10 @@ def _run_plan(
     ]
     done = setup.count(model, heights.shape, tiles, progress)
     ledger, dims = done.ledger, ("y", "x")
+    if nothing.any():
+        heights[nothing] = np.nan
+        ledger.blank(nothing)
+        done.answer.blank(nothing)
     return Study(
         x=x,
         y=y,

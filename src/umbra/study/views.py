@@ -228,6 +228,11 @@ class ViewTile:
         return self.model.tree
 
     @property
+    def nothing(self) -> NDArray[np.bool_]:
+        """Where nothing is seen, (rows, cols) bool."""
+        return ~self.is_seen
+
+    @property
     def relief(self) -> NDArray[np.float64]:
         """1 where anything is seen, so that outlines are drawn, (rows, cols) float64."""
         return self.is_seen.astype(np.float64)

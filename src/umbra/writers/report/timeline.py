@@ -142,7 +142,7 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     shown = np.flatnonzero(study.sun.is_up[which])
     for first in range(0, len(shown), 8):
         some = shown[first : first + 8]
-        masks = sweep.masks(study.sun.direction[which[some]])
+        masks = sweep.masks(study.sun.direction[which[some]]) & ~tile.nothing
         bits[some] = np.packbits(masks.reshape(len(some), -1), axis=1)
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
@@ -201,7 +201,7 @@ def _choose_steps(
 def _find_surface(tile: Any) -> NDArray[np.float64]:
     """Give heights on a plan; in a view where anything is seen."""
     if not hasattr(tile, "is_seen"):
-        return tile.relief
+        return np.where(tile.nothing, np.nan, tile.relief)
     return np.where(tile.is_seen, 0.0, np.nan)
 
 

@@ -253,14 +253,14 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
 def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     stands = study.heights > study.ground + 1e-6
     if check.area == "everywhere":
-        return np.ones(stands.shape, bool)
+        return np.isfinite(study.heights)
     if check.area == "roofs" and study.receivers != "top":
         msg = f"check '{check.name}' is for roofs; run the study with --receivers top"
         raise InputError(msg)
     if check.area == "walls":
         msg = f"check '{check.name}' is for walls; run the study with --receivers surfaces"
         raise InputError(msg)
-    counts = stands if check.area == "roofs" else ~stands
+    counts = stands if check.area == "roofs" else ~stands & np.isfinite(study.heights)
     if not counts.any():
         msg = (
             f"check '{check.name}' finds no {check.area.replace('_', ' ')} in the plan; with a "
