@@ -99,7 +99,7 @@ pictures: study
 	$(PY) examples/three_cases.py $(OUT)
 	$(PY) examples/soft_shadows.py $(OUT) --samples 1024
 	$(PY) docs/shrink.py $(OUT)/city_block/hours.png $(OUT)/city_block/profile.png \
-	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/three_cases.png $(OUT)/volumes.png $(OUT)/table.png $(OUT)/table_count.png \
+	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/hall_soft.png $(OUT)/three_cases.png $(OUT)/volumes.png $(OUT)/table.png $(OUT)/table_count.png \
 	  $(OUT)/soft_shadows.png $(OUT)/soft_errors.png docs/pictures
 
 clean:

@@ -5,8 +5,9 @@ A hall of columns, arches and stairs under coloured lights, drawn on OpenGL.
 
 Everything casts: the sun comes in through the windows of one side, lamps with a range hang
 between the columns, and every one of them has hard shadows of its own. After figure 1 of
-McGuire et al., "Fast, Practical and Robust Shadows" (2003). Needs `pip install
-'umbra-shadows[gl]'`; a software driver will do.
+McGuire et al., "Fast, Practical and Robust Shadows" (2003). Then the same with lights that
+have a size, by penumbra wedges. Needs `pip install 'umbra-shadows[gl]'`; a software driver
+will do.
 """
 
 import sys
@@ -27,6 +28,7 @@ from umbra.scene import (
     point_light,
     spot_light,
 )
+from umbra.soft import ball_light
 
 BAYS, BAY = 6, 7.0  # along the hall [m]
 NAVE, AISLE, WALL = 5.0, 10.0, 0.8  # from the middle: to the columns, to the walls; thickness
@@ -138,9 +140,14 @@ def main(folder):
     """Draw the hall into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     camera = Camera((-1.2, -5.5, 3.4), (0.4, 20, 4.2), size=(960, 600), fov=58)
+    lights = make_lights()
     with Renderer(make_hall()) as renderer:
-        Image.fromarray(renderer.render(camera, make_lights())).save(folder / "hall.png")
-    print(folder / "hall.png")
+        Image.fromarray(renderer.render(camera, lights)).save(folder / "hall.png")
+        # Lamps of 0.35 m, and a sun behind thin clouds.
+        large = [ball_light(light, 0.35 if light.is_point else 1.0) for light in lights]
+        picture = renderer.render(camera, large, soft="wedges")
+        Image.fromarray(picture).save(folder / "hall_soft.png")
+    print(folder / "hall.png", folder / "hall_soft.png", sep="\n")
 
 
 if __name__ == "__main__":

@@ -108,8 +108,12 @@ def test_hall(tmp_path):
         assert picture.size == (960, 600)
         # Sun through a window, a red lamp's light, and the shadow of both on the floor.
         sun, red, dark = (picture.getpixel(place) for place in ((430, 455), (440, 425), (900, 500)))
+        hard = np.asarray(picture).astype(int)
     assert min(sun) > 100 > max(dark)
     assert red[0] > 1.3 * red[2]
+    with Image.open(tmp_path / "hall_soft.png") as picture:
+        apart = np.abs(np.asarray(picture) - hard).max(-1)
+    assert 0.05 < (apart > 3).mean() < 0.4
 
 
 def test_soft_shadows(tmp_path):
