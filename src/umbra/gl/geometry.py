@@ -18,7 +18,9 @@ from umbra.gl.programs import Program
 from umbra.scene import Scene
 from umbra.scene.mesh import transform_points
 
-__all__ = ["BLOCK", "FIRST_UNIT", "Geometry", "Group", "TextureBuffer", "make_groups"]
+__all__ = [
+    "BLOCK", "FIRST_UNIT", "Geometry", "Group", "TextureBuffer", "make_groups", "moves_as_wholes",
+]  # fmt: skip
 
 BLOCK = 64
 """Numbers that share an entry, as in ``place.glsl``."""
@@ -213,6 +215,35 @@ def is_flat(transform: NDArray[np.float64] | None) -> bool:
 def is_mirrored(transform: NDArray[np.float64] | None) -> bool:
     """Tell whether a transform turns what is wound outward inward."""
     return transform is not None and bool(np.linalg.det(transform[:3, :3]) < 0)
+
+
+def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> bool:
+    """
+    Tell whether a scene differs from another by the transforms of whole groups alone.
+
+    Parameters
+    ----------
+    before, after : Scene
+        Of the same parts.
+    groups : sequence of Group
+        Of the first.
+    """
+    if (before.origin != after.origin).any() or any(
+        a.mesh is not b.mesh
+        or a.material is not b.material
+        or is_mirrored(a.transform) != is_mirrored(b.transform)
+        for a, b in zip(before.parts, after.parts, strict=True)
+    ):
+        return False
+    for group in groups:
+        found = [after.parts[index].transform for index in group.parts]
+        if any((transform is None) != (group.transform is None) for transform in found):
+            return False
+        if is_flat(found[0]):
+            return False
+        if group.transform is not None and any((t != found[0]).any() for t in found):  # type: ignore[union-attr]
+            return False
+    return True
 
 
 class TextureBuffer:

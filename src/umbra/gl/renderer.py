@@ -19,7 +19,7 @@ from umbra.gl.batches import find_solid_faces
 from umbra.gl.casters import Body
 from umbra.gl.context import Device, open_device
 from umbra.gl.count import Counter
-from umbra.gl.geometry import Geometry, Group, is_flat, is_mirrored
+from umbra.gl.geometry import Geometry, moves_as_wholes
 from umbra.gl.lamps import Lamps
 from umbra.gl.masks.counters import MaskCounters
 from umbra.gl.masks.method import Counts
@@ -141,7 +141,7 @@ class Renderer:
         ----------
         scene : Scene
         """
-        if _moves_as_wholes(self.scene, scene, self.geometry.groups):
+        if moves_as_wholes(self.scene, scene, self.geometry.groups):
             self.scene = scene
             self.planner.move(scene)
             self.soft.release()
@@ -385,23 +385,3 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.release()
-
-
-def _moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> bool:
-    """Tell whether a scene differs from another by the transforms of whole groups alone."""
-    if (before.origin != after.origin).any() or any(
-        a.mesh is not b.mesh
-        or a.material is not b.material
-        or is_mirrored(a.transform) != is_mirrored(b.transform)
-        for a, b in zip(before.parts, after.parts, strict=True)
-    ):
-        return False
-    for group in groups:
-        found = [after.parts[index].transform for index in group.parts]
-        if any((transform is None) != (group.transform is None) for transform in found):
-            return False
-        if is_flat(found[0]):
-            return False
-        if group.transform is not None and any((t != found[0]).any() for t in found):  # type: ignore[union-attr]
-            return False
-    return True

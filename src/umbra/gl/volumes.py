@@ -153,7 +153,7 @@ def make_volumes(body: Body, light: NDArray[np.float64], opened: NDArray[np.bool
     sides: list[NDArray[np.uint32]] = []
     things: list[NDArray[np.intp]] = []
     # Nearly always all instances open the same components, namely none.
-    kinds = np.unique(opened, axis=0) if len(opened) > 1 else opened
+    kinds = opened[:1] if (opened == opened[:1]).all() else np.unique(opened, axis=0)
     for kind in kinds:
         alike = np.flatnonzero((opened == kind).all(1))
         _add_sides(body, body.caster.opened(kind), lights, alike, sides, things)
