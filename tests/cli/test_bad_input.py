@@ -145,8 +145,8 @@ def test_names_that_are_no_unicode(study, tower, tmp_path):
     assert json.loads(said.out)["files"][0] == str(odd[1] / "study.nc")
     picture = tmp_path / os.fsdecode(b"p\xff.png")
     command = [SCRIPT, "render", odd[0], "--size", "40x30", "--out", picture]
-    for locale in ("C.UTF-8", "C"):
-        environment = {**os.environ, "LC_ALL": locale}
+    for where in ({"LC_ALL": "C"}, {"PYTHONIOENCODING": "utf-8:strict"}):
+        environment = {**os.environ, **where}
         done = subprocess.run(command, capture_output=True, check=False, env=environment)
         assert done.stdout == os.fsencode(picture) + b"\n", done.stderr
 
