@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.judge import judge_field, judge_plane, look_down
+from support.raycaster import RayCaster
 from support.shapes import (
     SCENES,
     aligned_boxes,
@@ -59,6 +60,34 @@ def test_pixel_centres_on_edges_and_suns_along_boxes():
         if judge is judge_plane:
             # Half open: under the zenith every box counts its own area in whole cells.
             assert counts[6].sum() == 4 * 3 + 3 * 3 + 4 * 3 + 3 * 3 + 2 * 2 + 5 * 2 + 4 * 3
+
+
+def test_ground_under_the_very_corner_of_what_floats():
+    # Seen from the zenith the cell lies on a corner; seen from the sun it lies beside all.
+    mesh = merge(box((4, 0, 0), (6, 1, 3)), box((-3, -2, 1), (-1, 2, 2)))
+    grid = Grid(-8.0, -8.0, 0.5, 0.5, 36, 36)
+    x, y = np.meshgrid(grid.x, grid.y)
+    level = np.full(x.shape, -1.0)
+    heights = np.where((x >= 4) & (x < 6) & (y >= 0) & (y < 1), 3.0, level)
+    heights = np.where((x >= -3) & (x < -1) & (y >= -2) & (y < 2), 2.0, heights)
+    suns = np.array(
+        [(a, b, c) for a in range(-3, 4) for b in range(-3, 4) for c in (1, 2, 3)], float
+    )
+    counts = FieldSweep(make_caster(*mesh), grid, heights).counts(suns)
+    assert counts.min() == 0
+    assert (heights[18, 24], counts[7 * 3 * 4 + 1, 18, 24]) == (-1, 0)  # (4, 1), sun (1, -3, 2)
+
+    rays = RayCaster(*mesh)
+    up, own = np.array([0.0, 0, 1, 0]), np.full(x.size, -1)
+    closed = np.ones(len(mesh[1]), bool)
+    for sun, count in zip(suns, counts, strict=True):
+        answers = []
+        for aside in ((0, 0), (1e-4, 2e-4), (-2e-4, 1e-4), (-1e-4, -2e-4), (2e-4, -1e-4)):
+            points = np.stack([x + aside[0], y + aside[1], heights + 1e-7], -1).reshape(-1, 3)
+            answers.append(rays.count(points, own, up, np.append(sun, 0), closed).any)
+        certain = (np.array(answers) == answers[0]).all(0).reshape(x.shape)
+        assert certain.mean() > 0.8
+        assert ((count != 0) == answers[0].reshape(x.shape))[certain].all(), sun
 
 
 def test_a_staircase_counts_every_one_of_its_300_steps():

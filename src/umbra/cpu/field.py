@@ -27,6 +27,13 @@ __all__ = ["FieldSweep", "Slopes"]
 _LANES = 32  # cells compared at once
 _ROWS = 16  # rows whose first and last cells are found at once
 
+_ASIDE = 2.0**-33
+"""
+How far corners step to the west [cells]. The lines that meet in a corner on a cell's very
+centre would be rounded one to its left, one to its right, and the cell be counted by no
+side, or by two. Beside the centre they agree, and what is rounded up stays where it was.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
@@ -82,7 +89,9 @@ class FieldSweep(Sweep):
         self.floor = float(heights.min())
         self.heights = np.full((grid.rows, grid.cols + _LANES), np.inf)
         self.heights[:, : grid.cols] = heights
-        self.ends = grid.to_cells(caster.ends().reshape(-1, 2, 3)).reshape(-1, 6)
+        ends = grid.to_cells(caster.ends().reshape(-1, 2, 3))
+        ends[..., 0] -= _ASIDE
+        self.ends = ends.reshape(-1, 6)
 
     def _run(
         self,
