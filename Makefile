@@ -90,7 +90,7 @@ docs: $(VENV)/.docs
 	@echo docs/_build/html/index.html
 
 bench: $(VENV)/.test
-	for name in study frame silhouette startup mcguire wallner weng; do $(UMBRA) bench $$name --quick || exit 1; done
+	for name in study frame silhouette startup tools mcguire wallner weng; do $(UMBRA) bench $$name --quick || exit 1; done
 
 pictures: study
 	$(PY) examples/draw_diagrams.py docs/pictures

@@ -55,7 +55,7 @@ def sunny(monkeypatch, tmp_path):
     """Have one peer, which pretends."""
     script = tmp_path / "sunny.py"
     script.write_text(SUNNY)
-    monkeypatch.setattr(tools, "find_spec", lambda _: None)
+    monkeypatch.setattr("umbra.bench.peer.find_spec", lambda _: None)
     monkeypatch.setitem(TOOLS, "ladybug", replace(TOOLS["ladybug"], script=script))
     return ["--peer-python", f"ladybug={sys.executable}"]
 
@@ -111,7 +111,7 @@ def test_the_exact_answer_is_a_plain_ray_casters():
 
 
 def test_umbra_alone_is_never_wrong(monkeypatch):
-    monkeypatch.setattr(tools, "find_spec", lambda _: None)
+    monkeypatch.setattr("umbra.bench.peer.find_spec", lambda _: None)
     result = run("--json", "--repeat", "1")
     found = json.loads(result.stdout)
     assert (found["benchmark"], found["cells"], found["suns"]) == ("tools", 64**2, 33)

@@ -9,7 +9,6 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.bench.exact import Exact, Mistakes, find_exact
 from umbra.bench.measure import Timing, timed
-from umbra.bench.peer import Child, PeerKind, find_python
+from umbra.bench.peer import Child, PeerKind, find_python, is_installed
 from umbra.bench.report import describe_machine, lay_out_table, name_version, show_timing
 from umbra.bench.scenes import Model, make_suns, make_town
 from umbra.cpu.field import FieldSweep
@@ -293,7 +292,7 @@ def _find_tools(
     """Find interpreters; say how to install what was not asked for by name and is missing."""
     found, missing = {}, {}
     for kind in TOOLS.values():
-        if peers is None and kind.name not in pythons and find_spec(kind.module) is None:
+        if peers is None and kind.name not in pythons and not is_installed(kind):
             missing[kind.name] = f"{kind.install}, and name it with --peer-python {kind.name}=PATH"
         elif peers is None or kind.name in set(peers):
             found[kind] = find_python(kind, pythons)
