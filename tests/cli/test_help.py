@@ -5,7 +5,7 @@ import re
 import click
 import pytest
 
-from umbra.cli import main, study
+from umbra.cli import main, render, study
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["study", "--help"], ["render", "-h"]])
@@ -18,17 +18,19 @@ def test_help_goes_to_the_output(arguments, capsys):
     assert not said.err
 
 
-def test_the_help_of_a_study_has_every_option_once_under_a_heading(capsys):
+@pytest.mark.parametrize("which", [study, render], ids=["study", "render"])
+def test_long_helps_have_every_option_once_under_a_heading(capsys, which):
     with pytest.raises(SystemExit):
-        main(["study", "--help"])
+        main([str(which.command.name), "--help"])
     lines = capsys.readouterr().out.splitlines()
-    lines = lines[lines.index("Options:") :]
+    first = "Options" if which is study else "Camera"
+    lines = lines[lines.index(f"{first}:") :]
     headings = [line[:-1] for line in lines if line.endswith(":") and not line.startswith(" ")]
-    assert headings == list(dict.fromkeys(["Options", *study.SECTIONS.values()]))
+    assert headings == list(dict.fromkeys([first, *which.SECTIONS.values()]))
     listed = [line.split()[0].rstrip(",") for line in lines if re.match(r"  -\S", line)]
-    options = [p for p in study.command.params if isinstance(p, click.Option)]
+    options = [p for p in which.command.params if isinstance(p, click.Option)]
     assert sorted(listed) == sorted(["-h", *(option.opts[0] for option in options)])
-    assert set(study.SECTIONS) <= {"--help", *listed}
+    assert set(which.SECTIONS) <= {"--help", *listed}
 
 
 def test_umbra_alone_shows_its_help_in_lines(capsys):

@@ -13,17 +13,29 @@ from umbra.cli.columns import column_options
 from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
+from umbra.cli.sections import make_sectioned
 from umbra.cli.soft import check_soft, size_lights, soft_options, soften
 from umbra.cli.values import SIZE, Numbers
 from umbra.errors import InputError
 
 __all__ = ["command"]
 
+SECTIONS = {
+    "--eye": "Camera",
+    "--light": "Lights",
+    "--height-column": "Reading",
+    "--ground": "Counting",
+    "--axis-up": "Reading",
+    "--method": "Counting",
+    "--out": "Files",
+    "--help": "Files",
+}
+
 POINT = Numbers("X,Y,Z", 3)
 _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its lights
 
 
-@click.command("render")
+@click.command("render", cls=make_sectioned(SECTIONS))
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option(
     "--eye", type=POINT, help="Where the camera is [m]; default: the whole model, seen from above."
