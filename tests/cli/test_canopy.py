@@ -79,6 +79,7 @@ def test_rasters_of_tree_tops(umbra_here, no_pictures, tmp_path):
     )  # fmt: skip
     assert said.status == 0, said
     assert "a canopy on the terrain, 40 cells up to 12 m" in said.err
+    assert "overlap" not in said.err
     found = read(first)
     assert float(found.receiver_z.max()) == 200
     # With the sun in the south, a little high: below the crown is light, north of it shade.

@@ -100,9 +100,18 @@ def describe_method(study: Any, options: dict[str, Any]) -> list[str]:
     chosen, left_out = options.get("cast") or (), options.get("no_cast") or ()
     casters = f"only {list_few(chosen)} casts" if chosen else "every part casts"
     notes.append(casters + (f" but {list_few(left_out)}" if left_out else ""))
+    if options.get("canopy"):
+        notes.append(_describe_canopy(options["canopy"], facts))
     if options.get("proposed"):
         notes.append(f"proposed: {list_few(options['proposed'])}")
     return notes
+
+
+def _describe_canopy(patterns: Sequence[str], facts: dict[str, Any]) -> str:
+    """Say what share of the light canopies let through."""
+    shares = [f"{100 * share:.3g}" for share in np.atleast_1d(facts["canopy_transmissivity"])]
+    leaves = f" with leaves, {shares[-1]} % without" if len(shares) > 1 else ""
+    return f"{list_few(patterns)}: {shares[0]} % of the light comes through{leaves}"
 
 
 def list_few(names: Sequence[str], most: int = 3) -> str:

@@ -2,6 +2,7 @@
 
 import os
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -136,6 +137,8 @@ def command(
                     " as a terrain or base plate does; --receivers top shows the shadows that fall "
                     "on it"
                 )
+            elif study.receivers == "ground" and options["ground"] is None:
+                _note_floating(scene, study.ground, say)
             write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
             more = outputs.write(unfinished, study, scene, sheets.plan, painter)
         else:
@@ -152,6 +155,20 @@ def command(
     elif not quiet:
         for path in written:
             click.echo(path)
+
+
+def _note_floating(scene: Any, ground: float, say: Callable[[str], None]) -> None:
+    """Say if most of a model stands high above the ground that was taken for it."""
+    from umbra.study.floating import HIGH, find_floating  # noqa: PLC0415
+
+    found = None if scene.ground is not None else find_floating(scene, ground)
+    if found is not None:
+        say(
+            f"note: {found.count} of {found.of} things that stand on no other are more than "
+            f"{HIGH:g} m above the ground, the lowest point z = {ground:.6g}, where shadows fall "
+            f"too far; --ground {found.middle:.6g} is where the middle one stands, "
+            "--receivers top shows the roofs, a terrain (GeoTIFF) beside the model the land"
+        )
 
 
 def _sum_up(study: Any) -> dict[str, Any]:

@@ -137,12 +137,16 @@ def combine(
         if layer.model.crowns is not None:
             others = [part for k, parts in enumerate(moved) for part in parts if k != index]
             moved[index], note = _stand(layer, moved[index], ground, others)
-            notes.append(f"{layer.path.name}: {note}")
+            notes.append(f"{show_name(layer.path)}: {note}")
     if len(layers) > 1:
         groups: dict[str, list[Part]] = {}
         for layer, parts in zip(layers, moved):
             groups.setdefault(layer.name, []).extend(parts)
-        notes += [*find_far(groups), *find_overlaps(groups)]
+        notes += find_far(groups)
+        for layer in layers:
+            if layer.model.crowns is not None:  # trees stand among all the rest
+                groups.pop(layer.name, None)
+        notes += find_overlaps(groups)
     lights = tuple(light for layer in layers for light in layer.model.lights)
     return tuple(p for parts in moved for p in parts), lights, target[0] if target else None, notes
 
@@ -168,7 +172,7 @@ def _stand(
     try:
         body, left_out = stand_crowns(part, crowns, heights)
     except InputError as error:
-        msg = f"{layer.path.name} {error}"
+        msg = f"{show_name(layer.path)} {error}"
         raise InputError(msg, **error.data) from error
     note += f", {len(centres) - left_out} cells up to {float(crowns.tops.max()):.3g} m"
     if left_out:
