@@ -19,10 +19,10 @@ layout(location = 2) out vec4 stored;
 void store(vec3 albedo, vec3 before, vec3 at, vec3 normal, float key) {
 #ifdef AT_ONCE
     dark = vec4(encode(before), 1.0);
-    lit = dark;
 #ifdef HAS_LAMP
-    lit = vec4(encode(before + albedo * find_lamplight(at, normal)), 1.0);
+    before += albedo * find_lamplight(at, normal);
 #endif
+    lit = vec4(encode(before), 1.0);
 #else
     light = vec4(before, 1.0);
     place = vec4(normal, key);

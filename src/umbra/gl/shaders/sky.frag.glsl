@@ -7,5 +7,7 @@ layout(location = 0) out vec4 lit;
 layout(location = 1) out vec4 dark;
 
 void main() {
-    lit = dark = vec4(encode(find_sky(gl_FragCoord.y)), 1.0);
+    vec4 color = vec4(encode(find_sky(gl_FragCoord.y)), 1.0);
+    lit = color;
+    dark = color;
 }
