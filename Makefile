@@ -93,6 +93,14 @@ bench: $(VENV)/.test
 	for name in study frame silhouette startup tools mcguire wallner weng; do $(UMBRA) bench $$name --quick || exit 1; done
 
 pictures: study
+	$(UMBRA) study $(BLOCK) $(STUDY) --cell 0.25 --sheet --quiet --out $(OUT)/sheet
+	$(UMBRA) study $(BLOCK) --date 2026-03-21 --receivers 215/35 --quiet --out $(OUT)/above
+	$(UMBRA) study $(BLOCK) --date 2026-03-21,2026-06-21,2026-09-21,2026-12-21 --every 1h \
+	  --extent 2500,340005,2900,340305 --cell 0.25 --quiet --out $(OUT)/seasons
+	$(UMBRA) study $(BLOCK) --date 2026-03-21 --receivers top --proposed Tower --cell 0.25 \
+	  --quiet --out $(OUT)/tower
+	cp $(OUT)/above/hours.png $(OUT)/above.png
+	cp $(OUT)/seasons/profile.png $(OUT)/seasons.png
 	$(PY) examples/draw_diagrams.py docs/pictures
 	$(PY) examples/count_in_a_frame.py $(OUT)
 	$(PY) examples/hall.py $(OUT)
@@ -100,7 +108,8 @@ pictures: study
 	$(PY) examples/soft_shadows.py $(OUT) --samples 1024
 	$(PY) docs/shrink.py $(OUT)/city_block/hours.png $(OUT)/city_block/profile.png \
 	  $(OUT)/city_block.png $(OUT)/hall.png $(OUT)/hall_soft.png $(OUT)/three_cases.png $(OUT)/volumes.png $(OUT)/table.png $(OUT)/table_count.png \
-	  $(OUT)/soft_shadows.png $(OUT)/soft_errors.png docs/pictures
+	  $(OUT)/soft_shadows.png $(OUT)/soft_errors.png $(OUT)/sheet/sheet.png $(OUT)/above.png \
+	  $(OUT)/seasons.png $(OUT)/tower/hours_lost.png docs/pictures
 
 clean:
 	rm -rf $(VENV) $(OUT) docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis

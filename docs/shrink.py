@@ -19,5 +19,6 @@ for path in pictures:
         height = round(picture.height * WIDTH / picture.width)
         picture = picture.resize((WIDTH, height), Image.Resampling.LANCZOS)
     # Error diffusion would grow the file and speckle flat tints.
-    small = picture.quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    # Without k-means a legend's small bands share a colour with their neighbours.
+    small = picture.quantize(256, Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
     small.save(folder / path.name, optimize=True)

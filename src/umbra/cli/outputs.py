@@ -171,14 +171,19 @@ def _judge_points(folder: Path, study: "PointStudy", scene: "Scene", rules: "Rul
 
 def _find_sheets(folder: Path) -> list[tuple[str, Path]]:
     """Name the pictures of a results folder, those of the whole period first."""
-    words = {"hours": "Hours in shadow", "profile": "Shadows through the day"}
+    words = {
+        "hours": "Hours in shadow",
+        "hours_lost": "Hours of sun lost to what is proposed",
+        "profile": "Shadows through the day",
+        "sheet": "Plan and elevations",
+        "points": "Hours in shadow at the points",
+    }
     paths = sorted(folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem))
     found = []
-    if any(path.stem.startswith("profile_") for path in paths):
-        paths = [path for path in paths if path.stem != "profile"]  # it is the first day's
     for path in paths:
         kind, _, day = path.stem.partition("_")
-        found.append((f"{words.get(kind, kind)}{f', {day}' if day else ''}", path))
+        caption = f"{words.get(kind, kind)}{f', {day}' if day else ''}"
+        found.append((words.get(path.stem, caption), path))
     return found
 
 

@@ -137,8 +137,10 @@ def _draw_days(
     views = [make_preview(study, longest, steps[k]) for k in shown]
     zones = dict.fromkeys(name for k in shown for name in steps[k].abbreviations())
     whole = replace(plan, x=views[0].x, y=views[0].y, building_height=views[0].heights)  # type: ignore[arg-type]
+    date = plan.date.replace(" + ", ", ")  # side by side, not added up
     if len(shown) < len(days):
-        whole = replace(whole, date=f"{len(shown)} of {plan.date}")
+        date = f"{len(shown)} of {date}"
+    whole = replace(whole, date=date)
     painter.draw_profiles(
         folder / "profile.png", whole,
         [(str(days[k]), view.shadows, steps[k].labels()) for k, view in zip(shown, views)],

@@ -206,10 +206,11 @@ def _find_areas(tile: ViewTile) -> NDArray[np.float64]:
 
 
 def _choose_cell(extent: Sequence[float]) -> float:
-    """Give the 1, 2 or 5 times a power of ten that makes at most 1024 cells a side."""
-    longest = max(extent[2] - extent[0], extent[3] - extent[1]) / 1024
-    power = 10.0 ** math.floor(math.log10(max(longest, 1e-9)))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= longest * 0.999)
+    """Give the 1, 2 or 5 times a power of ten that makes at most a million cells, 2048 a side."""
+    wide, high = extent[2] - extent[0], extent[3] - extent[1]
+    least = max(wide / 2048, high / 2048, math.sqrt(wide * high) / 1024, 1e-9)
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= least * 0.999)
 
 
 def _make_square(grid: Grid) -> Grid:
