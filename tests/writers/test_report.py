@@ -7,7 +7,7 @@ import pytest
 from support.pages import FIGURES, INK, READY, expect, place_of, say, words
 from support.shapes import box, moved
 
-from umbra.scene import Mesh, Part, make_scene
+from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
 from umbra.writers.plan import Plan
@@ -308,6 +308,30 @@ def test_views_are_read_like_plans(page, tmp_path, receivers):
         assert words(page, "in-sun", "first", "spells") == ["0 h", "none", "0"]
     text = path.read_text()
     assert ("level and orthographic" if receivers == "south" else "50° high") in text
+
+
+def test_where_nothing_receives_nothing_is_read(page, tmp_path):
+    x, y = np.meshgrid(np.arange(21.0), np.arange(16.0))
+    hill = np.stack([x, y, 3 * np.exp(-((x - 10) ** 2 + (y - 8) ** 2) / 9)], -1).reshape(-1, 3)
+    at = np.arange(15 * 21).reshape(15, 21)[:, :20].ravel()
+    faces = np.concatenate([[(k, k + 1, k + 22), (k, k + 22, k + 21)] for k in at])
+    terrain = make_scene(
+        [Part("hill", "Raster", Mesh(hill, faces.astype(np.int32)))],
+        sources=(Source("hill.tif", "0" * 64, "GeoTIFF"),),
+    )
+    study = run_study(
+        terrain, VIENNA, date="2026-09-18", every="2h", receivers="top", cell=0.5, masks=True,
+        extent=(-5, -5, 25, 20),
+    )  # fmt: skip
+    path, timeline = save(tmp_path / "report.html", study)
+    assert (np.isnan(timeline.surface) == np.isnan(study.shadow_hours)).all()
+    assert np.isnan(timeline.surface).any()
+    page.open(path, READY)
+    page.mouse("mouseMoved", *place_of(page, study, 3, 3))
+    assert words(page, "where")[0].endswith(": nothing receives here")
+    assert words(page, "in-sun", "in-shadow", "first") == ["0 h", "0 h", "none"]
+    page.mouse("mouseMoved", *place_of(page, study, 22, 28))
+    assert words(page, *FIGURES) == expect(study, 22, 28)
 
 
 def test_of_very_many_days_some_are_shown_whole(page, tmp_path):

@@ -92,7 +92,7 @@ class Timeline(Instants):
         Cell centres in the model's own coordinates, ascending [m].
     surface : (rows, cols) float64
         z of the topmost surface above the ground [m]; in a view that is no plan 0 where
-        anything is seen, NaN elsewhere.
+        anything is seen. NaN where nothing receives.
     is_study : bool
         Whether the cells are those of the study itself, so that hours are the same.
     """

@@ -17,6 +17,7 @@ const makePlan = async () => {
   const image = layerPen.createImageData(cols, rows);
   const pixels = new Uint32Array(image.data.buffer);
   const SHADE = color(57, 69, 107, 175), CLEAR = 0;
+  const VOID = data.is_plan ? color(226, 226, 231) : CLEAR;  // where nothing receives
 
   const shown = { key: "", hours: null, most: 0 };
   const chooseHours = (view) => {
@@ -36,7 +37,7 @@ const makePlan = async () => {
       const out = (rows - 1 - row) * cols;  // rows of the data run north, those of a picture south
       for (let col = 0; col < cols; col++) {
         const cell = row * cols + col;
-        pixels[out + col] = !exists(cell) ? CLEAR
+        pixels[out + col] = !exists(cell) ? VOID
           : found ? colorOf(found.hours[cell], found.most)
           : masks.isDark(view.now, cell) ? SHADE : CLEAR;
       }
@@ -100,7 +101,7 @@ const makePlan = async () => {
     const [up, across] = data.axes;
     return `${across} ${number(data.x0 + col * data.dx)}, ${up} ${number(data.y0 + row * data.dy)}` +
       (data.has_scale ? " m" : "") +
-      (!exists(cell) ? ": nothing is seen here" : "") +
+      (exists(cell) ? "" : data.is_plan ? ": nothing receives here" : ": nothing is seen here") +
       (heights[cell] > 0.005
         ? data.receivers === "top"
           ? `, ${heights[cell].toFixed(1)} m above the ground`
