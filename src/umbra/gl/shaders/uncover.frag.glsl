@@ -9,7 +9,7 @@ uniform sampler2D parts;  // sums of what edges take; how many pass the light's 
 
 layout(location = 0) out float share;
 
-const float BEYOND = 0.25;
+const float NEAR = 0.1;
 
 float find_coverage(ivec2 pixel) {
     return texelFetch(counts, pixel, 0).r + texelFetch(parts, pixel, 0).r;
@@ -18,8 +18,9 @@ float find_coverage(ivec2 pixel) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(parts, 0) - 1;
     float coverage = find_coverage(pixel);
-    bool is_beyond = coverage < -BEYOND || coverage > 1.0 + BEYOND;
-    if (is_beyond && texelFetch(parts, pixel, 0).g > 0.0) {
+    // A count above 1 makes 3/2 by itself: casters overlap.
+    bool is_suspect = abs(abs(coverage - 0.5) - 1.0) < NEAR && texelFetch(counts, pixel, 0).r < 1.5;
+    if (is_suspect && texelFetch(parts, pixel, 0).g > 0.0) {
         float other = coverage + (coverage < 0.0 ? 1.0 : -1.0), sum = 0.0;
         for (int k = 0; k < 9; ++k) {
             ivec2 near = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);

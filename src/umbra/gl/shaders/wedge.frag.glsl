@@ -19,7 +19,7 @@ flat in int edge;
 layout(location = 0) out vec4 taken;
 
 const int TEXELS = 6;
-const float PIXELS = 0.125;  // a rasteriser's rounding, and some more on slopes
+const float PIXELS = 0.0625;  // a rasteriser's rounding, and some more on slopes
 const float NEAREST = 1e-6;  // of the way to the light: nearer edges touch what is seen
 
 vec3 find_end(int place, vec3 seen) {
