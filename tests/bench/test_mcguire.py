@@ -93,19 +93,21 @@ def test_frames_are_drawn_in_every_case():
 
 
 def make_view(lengyel, triangles=10):
-    times = {name: Timing(0.02, 0.01) for name in CONTENDERS}
-    times["lengyel"] = Timing(0.02, lengyel)
+    times = {name: Timing(0.02, 0.01, 0.03) for name in CONTENDERS}
+    times["lengyel"] = Timing(0.02, lengyel, 0.06)
     drawn = {**dict.fromkeys(CONTENDERS, 5), "lengyel": triangles}
     return Viewed("hall", "a view", 7, 9, (1, 2, 3), times, drawn, dict.fromkeys(CONTENDERS, 60))
 
 
 def test_the_papers_claim_is_judged_by_view():
     views = [make_view(0.02), make_view(0.0102, 5), make_view(0.005), make_view(0.0101)]
-    found = mcguire.McGuire([], views, "brush", 3, False)
+    found = mcguire.McGuire([], views, "brush", False, 3, False)
     text = found.to_table()
     assert "fewer triangles than lengyel in 3 of 4 views" in text
     assert "faster in 1, slower in 1, within 3 % in 2" in text
     assert "| hall  | 7                 | 9      | 12               | 3           |" in text
     assert "1, 2, 3" in text
+    by_processor = replace(found, is_software=True).to_table()
+    assert "faster in 4, slower in 0, within 3 % in 0 (of processor)" in by_processor
     assert "--quick" not in text
     assert "--quick" in replace(found, quick=True).to_table()

@@ -82,7 +82,7 @@ View = tuple[str, Camera, list[list[Light]]]
 
 def draw_views(
     *, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
-) -> tuple[str, list[Viewed]]:
+) -> tuple[str, bool, list[Viewed]]:
     """
     Draw each view by all contenders in turn.
 
@@ -97,6 +97,7 @@ def draw_views(
     -------
     driver : str
         What drew.
+    is_software : bool
     viewed : list of Viewed
 
     Raises
@@ -118,7 +119,7 @@ def draw_views(
             with Renderer(scene, ground, casters=casters, device=device) as renderer:
                 for view in views:
                     viewed.append(_measure(renderer, name, view, size, repeat))
-        return device.renderer, viewed
+        return device.renderer, device.is_software, viewed
     finally:
         device.release()
 

@@ -71,7 +71,7 @@ class Searched:
     tested : dict of float
         By tree: edges that are looked at for a sun, the mean.
     build : dict of float
-        By tree [s].
+        By tree, of the processor [s].
     n_bytes : dict of int
         By tree, in memory.
     differ : int
@@ -281,9 +281,9 @@ def _measure(
     build, trees = {}, {}
     for way in _TREES:
         prepare_tree(replace(caster, edge_faces=caster.edge_faces.copy()), way)  # compiles
-        begun = time.perf_counter()
+        begun = time.process_time()
         trees[way] = prepare_tree(caster, way)
-        build[way] = time.perf_counter() - begun
+        build[way] = time.process_time() - begun
     searches = {way: _make_search(caster, way) for way in _WAYS}
     contenders = {way: counted(partial(_ask_all, search, suns)) for way, search in searches.items()}
     contenders["64 at once"] = counted(lambda: list(find_silhouettes(caster, suns, "brute")))
