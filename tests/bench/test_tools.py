@@ -169,7 +169,9 @@ def test_a_table_is_for_people(sunny):
     text = run("--repeat", "1", *sunny).stdout
     lines = [line for line in text.splitlines() if line.startswith("|")]
     assert len({line.count("|") for line in lines}) == 1
-    assert len(lines) == 2 + 3
+    assert len(lines) == 2 * (2 + 3)
+    assert "| Sunny 3 " in lines[4]
+    assert " 100 " in lines[4]
     assert "too small to mean anything" in text
     assert "Not measured: UMEP; pip install umep, and name it with --peer-python umep=" in text
 

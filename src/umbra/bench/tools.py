@@ -177,15 +177,11 @@ class ToolReport:
 
     def to_table(self) -> str:
         """Give a Markdown table that can be read as it stands."""
-        head = [
-            "who", "ms (min)", "times umbra", "mark", "model to hours, ms (min)", "times umbra",
-            "wrong", "near an edge", "hours off, mean (max)", "suns off by",
-        ]  # fmt: skip
-        lines = []
+        times, errors = [], []
         for row in self.rows:
             ratios = self.compare(row) if row.peer in TOOLS else {}
             found = row.mistakes
-            lines.append(
+            times.append(
                 [
                     row.name,
                     show_timing(row.calculation),
@@ -193,12 +189,24 @@ class ToolReport:
                     "" if row.mark is None else f"{row.mark:g}",
                     "" if row.whole is None else show_timing(row.whole),
                     _times(ratios.get("ratio_of_whole")),
+                ]
+            )
+            errors.append(
+                [
+                    row.name,
                     f"{found.wrong:,}",
                     f"{found.near:,}",
-                    f"{found.mean_hours:.3g} ({found.most_hours:.3g})",
+                    _hours(found.mean_hours),
+                    _hours(found.most_hours),
                     f"{row.sun_error:.2g}°" if row.sun_error else "",
                 ]
             )
+        of_times = [
+            "who", "ms (min)", "times umbra", "mark", "model to hours, ms (min)", "times umbra",
+        ]  # fmt: skip
+        of_errors = [
+            "who", "wrong", "near an edge", "hours off, mean", "most", "suns off by",
+        ]  # fmt: skip
         small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         compared = self.rows[0].mistakes.of
         runs = ", ".join(f"{row.name} {row.runs}" for row in self.rows if row.runs != self.repeat)
@@ -207,9 +215,10 @@ class ToolReport:
         )
         return (
             f"umbra bench tools: {self.work}; {describe_machine()}. Medians of {self.repeat} runs "
-            f"in turn{f' ({runs})' if runs else ''}, one thread each.{small}\n"
-            f"wrong, near an edge: answers that differ from float64 rays, of {compared:,} on open "
-            f"ground.\n\n{lay_out_table(head, lines)}\n{missing}"
+            f"in turn{f' ({runs})' if runs else ''}, one thread each.{small}\n\n"
+            f"{lay_out_table(of_times, times)}\n\n"
+            f"Answers that differ from float64 rays, of {compared:,} on open ground:\n\n"
+            f"{lay_out_table(of_errors, errors)}\n{missing}"
         ).rstrip("\n")
 
 
@@ -217,6 +226,10 @@ def _times(ratio: float | None) -> str:
     if ratio is None:
         return ""
     return f"{ratio:.3g}" if ratio < 100 else f"{ratio:,.0f}"
+
+
+def _hours(error: float) -> str:
+    return f"{error:.3g}" if error >= 1e-3 or not error else "below 0.001"
 
 
 def bench_tools(

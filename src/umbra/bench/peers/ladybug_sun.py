@@ -58,10 +58,7 @@ class DirectSun:
     def __init__(self, block: Block) -> None:
         self._block = block
         self.suns = block.suns
-        self.name = (
-            f"Ladybug {version('ladybug-radiance')} (Radiance of pyradiance "
-            f"{version('pyradiance')})"
-        )
+        self.name = f"Ladybug {version('ladybug-radiance')}, pyradiance {version('pyradiance')}"
         self._folder = tempfile.TemporaryDirectory()
         self._study: DirectSunStudy | None = None
 
