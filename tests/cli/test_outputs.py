@@ -157,3 +157,21 @@ def test_a_sheet_has_the_plan_and_its_elevations(study, tmp_path):
     assert said.status == 0, said
     assert str(tmp_path / "out" / "sheet.png") in said.out.splitlines()
     assert "--sheet shows a plan" in study("--sheet", "--receivers", "south").refusal()
+
+
+@pytest.mark.parametrize("receivers", ["surfaces", "points"])
+def test_surfaces_and_points_have_a_report(umbra_here, tower, tmp_path, receivers):
+    (tmp_path / "rules.yaml").write_text(RULES)
+    (tmp_path / "points.csv").write_text("name,x,y,z\nsouth,0,-9,1\nnorth,0,2.5,1\n")
+    day = [option for option in DAY if option not in {"--cell", "1"}]
+    where = ["--receivers", receivers, "--out", tmp_path / "o"]
+    where += ["--points", tmp_path / "points.csv"] if receivers == "points" else ["--spacing", "2"]
+    more = ["--rules", tmp_path / "rules.yaml", "--report"]
+    said = umbra_here("study", tower, *VIENNA, *day, *where, *more)
+    assert said.status == 0, said
+    assert said.out.splitlines()[-1] == str(tmp_path / "o" / "report.html")
+    text = (tmp_path / "o" / "report.html").read_text()
+    named = "tower.obj, walls and roofs" if receivers == "surfaces" else "tower.obj, points"
+    assert f"<h1>{named}</h1>" in text
+    assert "An example, 0: " in text
+    assert "Part by part" in text or "Point by point" in text

@@ -341,3 +341,19 @@ def test_every_square_shows_a_sample_of_its_surface():
     coarse = unfold(samples, most=20)
     assert len(coarse.sample) <= 20
     assert not (coarse.side == 0.5).all()
+
+
+def test_a_tap_keeps_a_sample_on_a_phone(page, study, tmp_path):
+    page.resize(390, 844, is_phone=True, dot=3)
+    page.send("Emulation.setTouchEmulationEnabled", enabled=True)
+    page.open(save(tmp_path / "report.html", study)[0], READY)
+    kept = {words(page, "where")[0]}
+    for x, y in walk(page, 150):
+        page.send("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": x, "y": y}])
+        page.send("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        said = words(page, "where")[0]
+        if said not in kept:
+            k, _ = find_sample(page, study)
+            assert words(page, *FIGURES) == expect(study, k)
+            kept.add(said)
+    assert len(kept) > 3
