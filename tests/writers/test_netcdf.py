@@ -1,6 +1,7 @@
 """What is written as NetCDF is read back by both engines, in a fresh process."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -129,3 +130,27 @@ def test_a_file_that_cannot_be_written_is_an_error_of_one_line(tmp_path):
     with pytest.raises(UmbraError, match="could not write") as caught:
         write_netcdf(tmp_path / "none" / "study.nc", VARIABLES, FACTS)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a limit on the size of files")
+@pytest.mark.parametrize("limit", [0, 3000, 20_000, 200_000])
+def test_a_disk_that_fills_is_told_in_a_line(tmp_path, limit):
+    """In a process of its own: HDF5 could end it, when it ends at the latest."""
+    code = f"""
+import resource, signal
+import numpy as np
+from umbra.errors import UmbraError
+from umbra.writers.netcdf import write_netcdf
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+noise = np.random.default_rng(1).random((20, 90, 90))
+names = [f"v{{n}}" for n in range(5)]
+resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, resource.RLIM_INFINITY))
+try:
+    write_netcdf("{tmp_path}/a.nc", {{name: (("t", "y", "x"), noise) for name in names}}, {{}})
+except UmbraError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("could not write 'a.nc' (file too large); free some space")
+    assert not done.stderr

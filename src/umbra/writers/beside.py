@@ -1,14 +1,18 @@
 """Writing one file beside its old self, then renaming it."""
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from umbra.errors import InputError
+from umbra.errors import InputError, UmbraError
 
-__all__ = ["replace_file"]
+__all__ = ["FULL", "replace_file"]
+
+FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+"""Errors of a disk, or what a user may have of it, that is full."""
 
 
 @contextmanager
@@ -33,6 +37,8 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     ------
     InputError
         If nothing can be written there.
+    UmbraError
+        If the disk, or what the user may have of it, is full.
     """
     target = Path(path)
     try:
@@ -53,6 +59,12 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         yield Path(name)
         Path(name).replace(target)
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        reason = (error.strerror or str(error)).lower()
+        msg = f"could not write '{target}' ({reason}); free some space or choose another place"
+        raise UmbraError(msg, path=target) from error
     finally:
         with suppress(OSError):
             Path(name).unlink()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import UmbraError
 from umbra.study.attributes import find_attributes
+from umbra.writers.patient_file import PatientFile
 
 __all__ = ["Variables", "write_netcdf"]
 
@@ -49,7 +50,7 @@ def write_netcdf(
     known = {name: value for name, value in facts.items() if value is not None}
     grid_mapping = _find_grid_mapping(known.get("crs"))
     try:
-        with h5netcdf.File(path, "w") as file:
+        with PatientFile(path) as target, h5netcdf.File(target, "w") as file:
             file.attrs.update({"Conventions": "CF-1.11", **known})
             file.dimensions = {
                 name: size
@@ -57,19 +58,24 @@ def write_netcdf(
                 for name, size in zip(dimensions, array.shape, strict=True)
             }
             for name, (dimensions, array) in variables.items():
-                written = _write_variable(file, name, dimensions, array)
+                written = _write_variable(file, target, name, dimensions, array)
                 if grid_mapping:
                     written.attrs.update(_find_map_attributes(name, dimensions))
             if grid_mapping:
                 mapping = file.create_variable(GRID_MAPPING, (), np.int32, data=np.int32(0))
                 mapping.attrs.update(grid_mapping)
+            file.flush()
+            target.check()
+        target.check()
     except OSError as error:
-        msg = f"could not write '{os.fspath(path)}' ({error}); free some space or choose another"
+        reason = (error.strerror or str(error)).lower()
+        name = os.path.basename(os.fspath(path))  # noqa: PTH119 - its folder may be temporary
+        msg = f"could not write '{name}' ({reason}); free some space or choose another folder"
         raise UmbraError(msg, path=path) from error
 
 
 def _write_variable(
-    file: h5netcdf.File, name: str, dimensions: tuple[str, ...], array: NDArray
+    file: h5netcdf.File, target: PatientFile, name: str, dimensions: tuple[str, ...], array: NDArray
 ) -> h5netcdf.Variable:
     """Store one array as suits its size and kind."""
     attributes = find_attributes(name)
@@ -98,7 +104,9 @@ def _write_variable(
         written = file.create_variable(name, dimensions, array.dtype, **how)
         for i, slab in enumerate(array):
             written[i] = slab
+            target.check()
     written.attrs.update(attributes)
+    target.check()
     return written
 
 

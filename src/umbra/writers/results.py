@@ -7,7 +7,6 @@ temporary folder tells a live run from one that was killed: the system lets go o
 lock with the process, whatever ended it.
 """
 
-import errno
 import os
 import shutil
 import signal
@@ -19,6 +18,7 @@ from pathlib import Path
 from typing import IO
 
 from umbra.errors import InputError, UmbraError
+from umbra.writers.beside import FULL
 
 try:
     import fcntl
@@ -29,7 +29,6 @@ __all__ = ["replace_results"]
 
 PREFIX = ".umbra-unfinished-"
 LOCK = ".lock"
-_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
 
 @contextmanager
@@ -67,7 +66,7 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
         yield unfinished
         _move_files(unfinished, target)
     except OSError as error:
-        if error.errno not in _FULL:
+        if error.errno not in FULL:
             raise
         reason = (error.strerror or str(error)).lower()
         msg = (
