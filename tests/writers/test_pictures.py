@@ -1,6 +1,7 @@
 """Pictures: nothing clipped, nothing over anything else, known colours at known places."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -487,3 +488,35 @@ def test_many_points_have_no_labels():
     assert not any(": 1 h" in text for text in (t.get_text() for t in sheet.figure.findobj(Text)))
     few = make_points_sheet(plan, points[:9], normals[:9], np.ones(9, np.float32), 8.0)
     assert {f"{k + 1}: 1 h" for k in range(9)} <= check_layout(few)
+
+
+def test_what_is_proposed_is_named_and_outlined_in_red():
+    plan = make_plan(300, 400)
+    new = np.zeros(plan.shape, bool)
+    new[200:260, 300:360] = True  # from x = 150 to 180 m, y = 100 to 130 m
+    lost = np.where(new, np.nan, make_hours(plan)).astype(np.float32)
+    sheet = make_hours_sheet(
+        replace(plan, proposed=new), lost, 8.0, what="hours of sun lost to Tower and Church-nave"
+    )
+    texts = check_layout(sheet)
+    assert "outlined in red: proposed" in texts
+    key = " ".join(t.get_text() for t in sheet.figure.findobj(Text))
+    assert "hours of sun lost to" in key
+    assert "Church-nave" in key
+    sheet.figure.canvas.draw()
+    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(int)
+    across, up = (round(v) for v in sheet.place((150.0, 115.0)) * DOTS_PER_INCH)
+    border = pixels[up, across - 4 : across + 5]
+    assert (border[:, 0] - border[:, 2]).max() > 120  # red at its western wall
+    inside = pixels[up, across + 20]
+    assert np.ptp(inside) < 10
+
+
+def test_a_plan_is_cropped_with_all_that_lies_on_it():
+    plan = replace(make_plan(60, 80), proposed=np.zeros((60, 80), bool))
+    part = plan.crop((slice(20, 40), slice(10, 50)))
+    assert part.shape == (20, 40)
+    assert (part.x[0], part.y[0]) == (plan.x[10], plan.y[20])
+    np.testing.assert_array_equal(part.building_height, plan.building_height[20:40, 10:50])
+    assert part.proposed.shape == part.shape
+    assert part.title == plan.title
