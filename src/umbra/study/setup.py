@@ -200,15 +200,14 @@ class Setup:
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
         """Give the exact hours in shadow on a tile if only some parts cast [h]."""
-        chosen = [parts]
-        if self.canopy is not None:
-            solid = set(self.canopy.solid)
-            chosen.append([part for part in parts if part in solid])
+        chosen, canopy = [parts], self.canopy
+        if canopy is not None and set(parts).intersection(canopy.casting):
+            chosen.append([part for part in parts if part not in set(canopy.casting)])
+        else:
+            canopy = None
         tiles = [tile.with_casters(some) for some in chosen]
         caught = [Caught(one.make_counter(), one.tree) for one in tiles]
-        ledger = Ledger(
-            self.period, tile.shape, Wanted(tolerance=self.wanted.tolerance), self.canopy
-        )
+        ledger = Ledger(self.period, tile.shape, Wanted(tolerance=self.wanted.tolerance), canopy)
         count_exactly(caught, tile.places, tile.shape, ledger)
         return ledger.shadow_hours
 
