@@ -520,3 +520,11 @@ def test_a_plan_is_cropped_with_all_that_lies_on_it():
     np.testing.assert_array_equal(part.building_height, plan.building_height[20:40, 10:50])
     assert part.proposed.shape == part.shape
     assert part.title == plan.title
+
+
+def test_a_low_map_tells_two_heights_at_least():
+    plan = Plan(
+        457_780 + 0.2 * np.arange(1900), 3.45 + 0.2 * np.arange(61), axes=("a [m]", "z [m]")
+    )
+    texts = check_layout(make_hours_sheet(plan, np.zeros(plan.shape), 8.0, "top"))
+    assert {"5", "10", "15"} <= texts

@@ -127,6 +127,6 @@ def _find_ticks(plan: Plan, w: float, h: float) -> tuple[Ticks, Ticks, float]:
     x0, x1, y0, y1 = plan.extent
     across = find_ticks(x0, x1, w, lambda label: measure(label, SMALL) + 0.3)
     # A row of houses is low on its sheet: a few heights are told all the same.
-    up = find_ticks(y0, y1, h, lambda _: min(0.55, max(0.2, h / 4)))
+    up = find_ticks(y0, y1, h, lambda _: min(0.55, max(0.12, h / 4)))
     across, up = across if plan.axes[0] else [], up if plan.axes[1] else []
     return across, up, max((measure(label, SMALL) for _, label in up), default=0)
