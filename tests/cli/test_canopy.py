@@ -117,7 +117,6 @@ def test_rules_weigh_what_comes_through(study, garden, tmp_path, receivers):
         (["--canopy", "crow"], "'crow' matches no part; the file has crown, house"),
         (["--transmissivity", "0.03"], "say which parts they are with --canopy PATTERN"),
         (["--canopy", "crown", "--transmissivity", "3"], "for 3 % write 0.03 or 3%"),
-        (["--canopy", "crown", "--report"], "leave it out with --canopy"),
         (["--canopy", "crown", "--device", "gl"], "the gl device does not weaken light"),
     ],
 )

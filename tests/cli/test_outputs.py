@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 from support.command import VIENNA
+from support.model_files import save_obj
+from support.shapes import box
 
 from umbra.writers import formats
 
@@ -34,6 +36,16 @@ def test_a_report_is_written_when_asked_for(study, tmp_path):
     assert "--report" in text  # the command
     assert study(out="plain").status == 0
     assert not (tmp_path / "plain" / "report.html").exists()
+
+
+def test_a_report_is_written_with_canopies(study, tmp_path):
+    crowned = {"house": box((-2, -2, 0), (2, 2, 12)), "crown": box((-8, -4, 4), (-3, 2, 9))}
+    files = [save_obj(tmp_path / "crowned.obj", crowned)]
+    leaves = ["--canopy", "crown", "--transmissivity", "0.03:50%", "--leaf-on", "04-15..10-31"]
+    assert study(*leaves, "--report", "--write", "gif", files=files).status == 0
+    text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "3 % of the sun from 04-15 to 10-31 and 50 % on other dates" in text
+    assert '"behind":"' in text
 
 
 def test_formats_are_named_by_commas_or_one_by_one(study, tmp_path):

@@ -1,6 +1,7 @@
 """What a report's page shows, read back: words, places, pixels."""
 
 import datetime as dt
+import re
 import zoneinfo
 
 import numpy as np
@@ -43,6 +44,8 @@ def expect(study, *where):
     zone = zoneinfo.ZoneInfo(steps.zone)
     stamps = [t.replace(tzinfo=dt.UTC).astimezone(zone) for t in steps.stamps.tolist()]
     lit = study.sun.is_up & (np.asarray(study.masks)[:, *where] == 0)
+    if "under_canopy" in study.more:
+        lit &= np.asarray(study.more["under_canopy"][1])[:, *where] == 0
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lit, [0]])))
     spells = edges.reshape(-1, 2)
     lengths = [steps.hours[a:b].sum() for a, b in spells]
@@ -55,3 +58,30 @@ def expect(study, *where):
         str(len(spells)),
         say(max(lengths)) if lengths else "none",
     ]
+
+
+def find_sample(page, study):
+    """Give the sample that is read, by its place in words; each place is some sample's."""
+    said = words(page, "where")[0].replace("\u2212", "-")
+    place = [float(v) for v in re.search(r"x (\S+), y (\S+), z (\S+) m", said).groups()]
+    apart = np.abs(study.places.points - place).max(1)
+    assert apart.min() < 0.006
+    return int(apart.argmin()), said
+
+
+def walk(page, count, seed=1):
+    """Give places all over the picture."""
+    page.ask("document.getElementById('map').scrollIntoView({block: 'center'})")
+    left, top, wide, high = page.ask(RECT)
+    spots = np.random.default_rng(seed).uniform((left, top), (left + wide, top + high), (count, 2))
+    return np.floor(spots).tolist()
+
+
+def read_at(page, study, spots):
+    """Read many places; those where nothing is sampled show what is kept, and are left out."""
+    page.mouse("mouseMoved", 5, 5)
+    pinned = words(page, "where")[0]
+    for x, y in spots:
+        page.mouse("mouseMoved", x, y)
+        if words(page, "where")[0] != pinned:
+            yield x, y, *find_sample(page, study)

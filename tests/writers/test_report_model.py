@@ -1,11 +1,21 @@
 """Reports of walls, roofs and points, in a real browser: a model that turns and is read."""
 
 import json
-import re
 
 import numpy as np
 import pytest
-from support.pages import FIGURES, INK, READY, RECT, expect, say, words
+from support.pages import (
+    FIGURES,
+    INK,
+    READY,
+    RECT,
+    expect,
+    find_sample,
+    read_at,
+    say,
+    walk,
+    words,
+)
 from support.shapes import box, moved, turned
 
 from umbra.scene import Mesh, Part, make_scene
@@ -57,33 +67,6 @@ def press_button(page, name):
 
 def show_mode(page, mode):
     page.ask(f"document.querySelector('input[value={mode}]').click()")
-
-
-def find_sample(page, study):
-    """Give the sample that is read, by its place in words; each place is some sample's."""
-    said = words(page, "where")[0].replace("\u2212", "-")
-    place = [float(v) for v in re.search(r"x (\S+), y (\S+), z (\S+) m", said).groups()]
-    apart = np.abs(study.places.points - place).max(1)
-    assert apart.min() < 0.006
-    return int(apart.argmin()), said
-
-
-def walk(page, count, seed=1):
-    """Give places all over the picture."""
-    page.ask("document.getElementById('map').scrollIntoView({block: 'center'})")
-    left, top, wide, high = page.ask(RECT)
-    spots = np.random.default_rng(seed).uniform((left, top), (left + wide, top + high), (count, 2))
-    return np.floor(spots).tolist()
-
-
-def read_at(page, study, spots):
-    """Read many places; those where nothing is sampled show what is kept, and are left out."""
-    page.mouse("mouseMoved", 5, 5)
-    pinned = words(page, "where")[0]
-    for x, y in spots:
-        page.mouse("mouseMoved", x, y)
-        if words(page, "where")[0] != pinned:
-            yield x, y, *find_sample(page, study)
 
 
 def test_what_a_reader_hovers_is_what_the_study_found(page, study, tmp_path):

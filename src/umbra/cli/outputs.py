@@ -219,9 +219,6 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
         msg = "--sheet shows a plan and its elevations; choose --receivers ground or top"
         raise InputError(msg)
     _check_receivers(options.get("receivers", "ground"), formats, rules is not None)
-    if report and options.get("canopy"):
-        msg = "--report tells light from shadow alone; leave it out with --canopy"
-        raise InputError(msg)
     return Outputs(report, formats, tuple(casters), rules, sheet)
 
 

@@ -11,10 +11,12 @@ from umbra.study.masks import Masks
 from umbra.study.period import Period
 from umbra.study.spells import Spells, to_hours
 
-__all__ = ["FEW_DAYS", "Ledger", "Wanted"]
+__all__ = ["FEW_DAYS", "MASKS", "Ledger", "Wanted"]
 
 FEW_DAYS = 12
 """Up to so many dates results are also kept by day, unless it is said otherwise."""
+MASKS = ("in_shadow", "under_canopy")
+"""What is kept of every instant: packed, and large once it is not."""
 _SPELLS = {
     "first_sun": np.dtype("datetime64[us]"),
     "last_sun": np.dtype("datetime64[us]"),

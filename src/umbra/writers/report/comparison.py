@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import PointStudy, Study
+from umbra.study.ledger import MASKS
 from umbra.writers.report.counted import Counted, find_counted
 from umbra.writers.report.table import Table
 
@@ -29,7 +30,7 @@ def find_comparisons(study: Study | PointStudy) -> list[Table]:
         None where nothing was asked.
     """
     # In-shadow masks are packed, and large: nothing here asks for them.
-    arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if n != "in_shadow"}
+    arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if n not in MASKS}
     counted = find_counted(study)
     tables = []
     if "hours_lost" in arrays and counted is not None:

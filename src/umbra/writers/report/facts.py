@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from umbra.study import PointStudy, Study
+from umbra.study.canopy import Canopy
 from umbra.writers.report.counted import find_counted
 from umbra.writers.report.table import Table
 
@@ -18,7 +19,7 @@ _ACCURACY = (
     "sun, but for rounding (some 10⁻⁹ m at a shadow's edge). A first or last hour is known to half "
     "a step each way, and hours may be off by part of {step} min each time a shadow's edge passes. "
     "The sun's true disc blurs edges by 0.9 % of the distance to what casts them: {blur:.2g} m "
-    "from {tall:.3g} m overhead, more where the sun is low. Reflected light, clouds and leaves are "
+    "from {tall:.3g} m overhead, more where the sun is low. {left_out} are "
     "not counted."
 )
 _RECEIVERS = {
@@ -52,7 +53,8 @@ def find_facts(
     every = study.period.steps
     names = list(dict.fromkeys(name for steps in every for name in steps.abbreviations()))
     offsets = list(dict.fromkeys(offset for steps in every for offset in steps.offsets()))
-    n_soup, n_cast = len(study.model.soup.faces), len(study.model.caster.faces)
+    canopy, scene = study.model.canopy, study.model.scene
+    n_all, n_cast = sum(part.triangles for part in scene.parts), len(study.model.caster.faces)
     lengths = np.unique(np.round(study.period.hours * 60, 3))
     step = " or ".join(f"{length:g}" for length in lengths[::-1][:2])
     tall = float(np.ptp(study.model.soup.vertices[:, 2]))
@@ -85,8 +87,10 @@ def find_facts(
         (
             "What casts",
             (f"the parts chosen by {' '.join(casters)}: " if casters else "every part: ")
-            + f"{n_cast:,} of {n_soup:,} triangles, as the file has them, opaque",
+            + f"{n_cast:,} of {n_all:,} triangles, as the file has them, "
+            + ("opaque" if canopy is None else "opaque but for canopies"),
         ),
+        *([] if canopy is None else [("Canopies", _tell_canopies(canopy))]),
         _tell_places(study),
         (
             "Steps",
@@ -103,6 +107,9 @@ def find_facts(
                 step=step,
                 blur=_PENUMBRA * tall,
                 tall=tall,
+                left_out="Reflected light, clouds and leaves"
+                if canopy is None
+                else "Reflected light and clouds",
                 spot="point"
                 if study.receivers == "points"
                 else "sample"
@@ -193,6 +200,20 @@ def _tell_receivers(study: Study | PointStudy) -> str:
     words = f"what is seen from azimuth {facts['view_azimuth_deg']:g}°, clockwise from true north"
     tilt = facts.get("view_tilt_deg")
     return f"{words}, looking down {tilt:g}°" if tilt else f"{words}, level and orthographic"
+
+
+def _tell_canopies(canopy: Canopy) -> str:
+    """Say what lets light through, and how much."""
+    season, count = canopy.season, len(canopy.casting)
+    words = f"{count:,} part{'s' if count > 1 else ''}: what is behind canopies and nothing else "
+    words += f"gets {100 * season.with_leaves:.3g} % of the sun"
+    if season.first is not None and season.last is not None:
+        first, last = ("{:02}-{:02}".format(*day) for day in (season.first, season.last))
+        words += f" from {first} to {last} and {100 * season.without:.3g} % on other dates"
+    return words + (
+        ", once, however many stand in its way; an hour there counts so much sun, and the rest of "
+        "it shadow. Canopies receive nothing and are not drawn"
+    )
 
 
 def _list(numbers: object) -> str:

@@ -6,7 +6,13 @@ from numpy.typing import NDArray
 from umbra.study import PointStudy
 from umbra.study.surfaces import Samples
 from umbra.writers.color import shade_ramp
-from umbra.writers.report.packed import make_steps, pack, pack_differences, pack_masks
+from umbra.writers.report.packed import (
+    make_steps,
+    pack,
+    pack_differences,
+    pack_hours,
+    pack_instants,
+)
 from umbra.writers.report.timeline import Instants
 from umbra.writers.unfold import unfold
 
@@ -34,7 +40,6 @@ def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
     middle = np.round(scene.bounds().mean(0)) - scene.origin
     samples = study.samples
     kept = np.arange(len(study.shadow_hours))
-    bits = instants.bits[study.sun.is_up[instants.which]]
     more: dict[str, object]
     if samples is None:
         given = study.more.get("name")
@@ -47,9 +52,8 @@ def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
     else:
         grids, kept = _pack_grids(samples, middle)
         more = {**grids, **_list_surfaces(study)}
-        if len(kept) < len(study.shadow_hours):
-            flat = np.unpackbits(bits, axis=1, count=len(study.shadow_hours))
-            bits = np.packbits(flat[:, kept], axis=1)
+    if instants.behind is not None:
+        more["behind_hours"] = pack_hours(np.asarray(study.more["canopy_hours"][1])[kept])
     places = study.places.points[kept] - scene.origin - middle
     return {
         "kind": "model",
@@ -61,8 +65,10 @@ def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
         "up_hours": study.up_hours,
         "days": [day.isoformat() for day in study.period.days],
         "steps": make_steps(study.period, instants.which, instants.last),
-        "bits": pack_masks(bits),
-        "hours": pack(study.shadow_hours[kept].astype("<f4").tobytes()),
+        **pack_instants(
+            instants, study.sun.is_up, kept if len(kept) < len(study.shadow_hours) else None
+        ),
+        "hours": pack_hours(study.shadow_hours[kept]),
         "positions": pack_differences(_to_millimetres(places).T),
         "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
         **_pack_triangles(study, middle),

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study.period import Period
+from umbra.writers.report.timeline import Instants
 
-__all__ = ["make_steps", "pack", "pack_differences", "pack_masks"]
+__all__ = ["make_steps", "pack", "pack_differences", "pack_hours", "pack_instants"]
 
 _MICROSECONDS = 1_000_000
 
@@ -26,15 +27,43 @@ def pack_differences(values: NDArray[np.integer]) -> str:
     return pack(np.diff(flat, prepend=0).astype("<i4").tobytes())
 
 
-def pack_masks(bits: NDArray[np.uint8]) -> str:
+def pack_hours(hours: NDArray[np.floating]) -> str:
+    """Pack hours in float32, 0 where nothing receives."""
+    return pack(np.nan_to_num(hours).astype("<f4").tobytes())
+
+
+def pack_instants(
+    instants: Instants, is_up: NDArray[np.bool_], kept: NDArray[np.integer] | None = None
+) -> dict[str, object]:
     """
-    Pack masks, each as what changes since the one before: shadows move slowly.
+    Pack the masks of the steps with the sun up, and what canopies let through.
 
     Parameters
     ----------
-    bits : (n, n_bytes) uint8
-        Eight receivers to a byte.
+    instants : Instants
+    is_up : (n_steps,) bool
+        Of the study's steps.
+    kept : (k,) int, optional
+        The receivers that are shown; all by default.
     """
+    up = is_up[instants.which]
+
+    def choose(bits: NDArray[np.uint8]) -> str:
+        if kept is None:
+            return _pack_masks(bits[up])
+        return _pack_masks(np.packbits(np.unpackbits(bits[up], axis=1)[:, kept], axis=1))
+
+    if instants.behind is None or instants.share is None:
+        return {"bits": choose(instants.bits)}
+    return {
+        "bits": choose(instants.bits),
+        "behind": choose(instants.behind),
+        "share": instants.share.tolist(),
+    }
+
+
+def _pack_masks(bits: NDArray[np.uint8]) -> str:
+    """Pack masks, each as what changes since the one before: shadows move slowly."""
     changes = bits.copy()
     changes[1:] ^= bits[:-1]
     return pack(changes.tobytes())

@@ -12,7 +12,7 @@ from umbra.writers.edges import make_look
 from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.raster import resample
 from umbra.writers.report.markup import make_address
-from umbra.writers.report.packed import make_steps, pack, pack_masks
+from umbra.writers.report.packed import make_steps, pack, pack_hours, pack_instants
 from umbra.writers.report.timeline import LONGEST_VIEW, Timeline
 
 __all__ = ["make_plan_data", "tell_plan"]
@@ -31,7 +31,9 @@ def make_plan_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, ob
     heights = np.round(timeline.surface, 2).astype("<f4") + np.float32(0)
     more: dict[str, object] = {}
     if study.shadow_hours.shape == timeline.shape and not timeline.is_summed(study):
-        more["hours"] = pack(np.nan_to_num(study.shadow_hours).astype("<f4").tobytes())
+        more["hours"] = pack_hours(study.shadow_hours)
+        if timeline.behind is not None:
+            more["behind_hours"] = pack_hours(np.asarray(study.more["canopy_hours"][1]))
     return {
         "kind": "plan",
         "rows": rows,
@@ -49,7 +51,7 @@ def make_plan_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, ob
         "up_hours": study.up_hours,
         "days": [day.isoformat() for day in study.period.days],
         "steps": make_steps(study.period, timeline.which, timeline.last),
-        "bits": pack_masks(timeline.bits[study.sun.is_up[timeline.which]]),
+        **pack_instants(timeline, study.sun.is_up),
         "heights": pack(heights.tobytes()),
         "roofs": drawn,
         "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),

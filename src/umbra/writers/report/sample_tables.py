@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import PointStudy
+from umbra.study.ledger import MASKS
 from umbra.writers.report.table import Table
 
 __all__ = ["MOST_ROWS", "list_receivers"]
@@ -26,7 +27,7 @@ def list_receivers(study: PointStudy) -> list[Table]:
     -------
     tables : list of Table
     """
-    arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if n != "in_shadow"}
+    arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if n not in MASKS}
     if study.samples is None:
         return [_list_points(study, arrays)]
     return [_list_parts(study, arrays), _list_surfaces(study, arrays)]

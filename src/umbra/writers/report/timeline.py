@@ -1,7 +1,7 @@
 """Every instant of a study, so many of them and so fine as a web page holds, packed to bits."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -42,12 +42,18 @@ class Instants:
         Of days and of a day's steps: (1, 1) where all are shown.
     bits : (n, (receivers + 7) // 8) uint8
         A bit for each receiver, the first in the highest bit; 1 in shadow, 0 at night.
+    behind : (n, (receivers + 7) // 8) uint8, optional
+        Of these, what is behind canopies alone; None without canopies.
+    share : (n,) float64, optional
+        Of the light that canopies let through; where it is 1 they are not there.
     """
 
     which: NDArray[np.int64]
     last: NDArray[np.int64]
     strides: tuple[int, int]
     bits: NDArray[np.uint8]
+    behind: NDArray[np.uint8] | None = field(default=None, kw_only=True)
+    share: NDArray[np.float64] | None = field(default=None, kw_only=True)
 
     def is_summed(self, study: Study | PointStudy) -> bool:
         """Tell whether the steps shown add up to the study's own hours of these receivers."""
@@ -56,6 +62,9 @@ class Instants:
         lengths = (period.ends[self.last] - period.starts[self.which]) / 3.6e9
         for k in np.flatnonzero(period.sun.is_up[self.which]):
             total += lengths[k] * np.unpackbits(self.bits[k], count=count)
+            if self.behind is not None and self.share is not None:
+                weakened = np.unpackbits(self.behind[k], count=count)
+                total -= lengths[k] * self.share[k] * weakened
         known = np.isfinite(study.shadow_hours.ravel())
         return bool(np.allclose(total[known], study.shadow_hours.ravel()[known], atol=1e-3))
 
@@ -75,6 +84,11 @@ class Instants:
             words += ". Hours are the study's own"
             if "exact_tolerance_seconds" in study.facts:
                 words += f", solved to {study.facts['exact_tolerance_seconds']:g} s"
+        if self.behind is not None:
+            words += (
+                ". What is behind canopies alone counts its share of sun; spells, first and last "
+                "are of sun that nothing weakens"
+            )
         return words + ". First, last and longest are those of whole steps."
 
 
@@ -85,7 +99,7 @@ class Timeline(Instants):
 
     Parameters
     ----------
-    which, last, strides, bits
+    which, last, strides, bits, behind, share
         As in ``Instants``.
     x : (cols,) float64
     y : (rows,) float64
@@ -135,19 +149,23 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     which, last, strides = _choose_steps(lengths, MOST_INSTANTS)
     if longest is None:
         longest = LONGEST if study.is_plan else LONGEST_VIEW
-    grid = _choose_grid(study.grid, len(which), longest)
+    share = _find_share(study, which)
+    grid = _choose_grid(study.grid, len(which) * (1 if share is None else 2), longest)
     tile = study.model.make_tile(grid)
     sweep = tile.make_counter()
-    bits = np.zeros((len(which), (grid.rows * grid.cols + 7) // 8), np.uint8)
+    solid = None if share is None else tile.with_casters().make_counter()
+    kept = _Kept(len(which), grid.rows * grid.cols, share)
     shown = np.flatnonzero(study.sun.is_up[which])
     for first in range(0, len(shown), 8):
         some = shown[first : first + 8]
-        masks = sweep.masks(study.sun.direction[which[some]]) & ~tile.nothing
-        bits[some] = np.packbits(masks.reshape(len(some), -1), axis=1)
+        suns = study.sun.direction[which[some]]
+        masks = sweep.masks(suns) & ~tile.nothing
+        kept.keep(some, masks, None if solid is None else solid.masks(suns) & ~tile.nothing)
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
-        which, last, strides, bits, grid.x + shift_x, grid.y + shift_y,
+        which, last, strides, kept.bits, grid.x + shift_x, grid.y + shift_y,
         _find_surface(tile), grid == study.grid and strides == (1, 1),
+        behind=kept.behind, share=share,
     )  # fmt: skip
 
 
@@ -168,21 +186,52 @@ def make_point_timeline(study: PointStudy) -> Instants:
     count = len(study.shadow_hours)
     is_up = study.sun.is_up
     lengths = [len(steps.hours) for steps in study.period.steps]
-    fit = 8 * MOST_BYTES / max(count, 1) / (is_up.mean() or 1.0)  # steps at night take no bits
+    sets = 1 if study.model.canopy is None else 2
+    fit = 8 * MOST_BYTES / max(sets * count, 1) / (is_up.mean() or 1.0)  # none are kept of nights
     which, last, strides = _choose_steps(lengths, int(max(min(MOST_INSTANTS, fit), _FEWEST)))
-    bits = np.zeros((len(which), (count + 7) // 8), np.uint8)
+    share = _find_share(study, which)
+    kept = _Kept(len(which), count, share)
     shown = np.flatnonzero(is_up[which])
     if study.masks is not None:
+        canopies: Any = study.more["under_canopy"][1] if share is not None else None
         for k in shown:
-            bits[k] = np.packbits(study.masks[int(which[k])])
+            solid = study.masks[int(which[k])][None]
+            masks = solid if canopies is None else solid | canopies[int(which[k])]
+            kept.keep(shown[shown == k], masks, solid)
     else:
         suns = study.sun.direction[which[shown]]
         for first in range(0, len(shown), 16):
-            masks = np.zeros((len(suns[first : first + 16]), count), np.uint8)
+            some = suns[first : first + 16]
+            masks, solid = np.zeros((2, len(some), count), np.uint8)
             for where, tile in study.make_tiles():
-                masks[:, where] = tile.masks(suns[first : first + 16])
-            bits[shown[first : first + 16]] = np.packbits(masks, axis=1)
-    return Instants(which, last, strides, bits)
+                masks[:, where] = tile.masks(some)
+                if share is not None:
+                    solid[:, where] = tile.with_casters().masks(some)
+            kept.keep(shown[first : first + 16], masks, solid)
+    return Instants(which, last, strides, kept.bits, behind=kept.behind, share=share)
+
+
+class _Kept:
+    """The bits of ``Instants``, filled in some at a time."""
+
+    def __init__(self, instants: int, count: int, share: NDArray[np.float64] | None) -> None:
+        self.bits = np.zeros((instants, (count + 7) // 8), np.uint8)
+        self.share, self.behind = share, None if share is None else np.zeros_like(self.bits)
+
+    def keep(self, some: NDArray[np.intp], masks: NDArray, solid: NDArray | None) -> None:
+        """Pack some instants' shadows, and where there are canopies what they alone cast."""
+        masks = masks.reshape(len(some), -1)
+        if self.share is not None and self.behind is not None and solid is not None:
+            solid = solid.reshape(masks.shape)
+            masks = np.where(self.share[some, None] < 1, masks, solid)
+            self.behind[some] = np.packbits(masks & ~solid, axis=1)
+        self.bits[some] = np.packbits(masks, axis=1)
+
+
+def _find_share(study: Study | PointStudy, which: NDArray[np.int64]) -> NDArray[np.float64] | None:
+    """Give the share of the light that canopies let through at some steps, if there are any."""
+    canopy, period = study.model.canopy, study.period
+    return None if canopy is None else canopy.find_shares(period.days)[period.day_of_step[which]]
 
 
 def _choose_steps(

@@ -7,6 +7,7 @@ const makePlan = async () => {
   const heights = new Float32Array(await inflate(data.heights));
   const roofs = await load(data.roofs);
   const hours = data.hours ? new Float32Array(await inflate(data.hours)) : null;
+  const behindHours = data.behind_hours ? new Float32Array(await inflate(data.behind_hours)) : null;
   const exists = (cell) => !Number.isNaN(heights[cell]);
 
   const map = $("map"), pen = map.getContext("2d");
@@ -16,7 +17,7 @@ const makePlan = async () => {
   const layerPen = layer.getContext("2d");
   const image = layerPen.createImageData(cols, rows);
   const pixels = new Uint32Array(image.data.buffer);
-  const SHADE = color(57, 69, 107, 175), CLEAR = 0;
+  const CLEAR = 0, SHADES = { lit: CLEAR, night: CLEAR, dark: color(57, 69, 107, 175), behind: color(66, 122, 72, 120) };
   const VOID = data.is_plan ? color(226, 226, 231) : CLEAR;  // where nothing receives
 
   const shown = { key: "", hours: null, most: 0 };
@@ -39,7 +40,7 @@ const makePlan = async () => {
         const cell = row * cols + col;
         pixels[out + col] = !exists(cell) ? VOID
           : found ? colorOf(found.hours[cell], found.most)
-          : masks.isDark(view.now, cell) ? SHADE : CLEAR;
+          : SHADES[masks.kindOf(view.now, cell)];
       }
     }
     layerPen.putImageData(image, 0, 0);
@@ -133,6 +134,6 @@ const makePlan = async () => {
     }
     return chosen;
   };
-  return { ...masks, hours, exists, where, move, listen, choose, paint: paintLayer, draw, fit,
+  return { ...masks, hours, behindHours, exists, where, move, listen, choose, paint: paintLayer, draw, fit,
     mostHours: (view) => (view.mode === "shadow" ? upHours : chooseHours(view).most) };
 };

@@ -64,20 +64,25 @@ const withDay = (i, text) => (days.length > 1 ? data.days[steps.day[i]] + " " : 
 // ---- masks: a bit for each receiver, of the steps with the sun up
 
 const makeMasks = async (count) => {
-  const bits = new Uint8Array(await inflate(data.bits));
   const perMask = Math.ceil(count / 8);
-  // Each is kept as what changes since the one before: shadows move slowly.
-  for (let i = perMask; i < bits.length; i++) bits[i] ^= bits[i - perMask];
+  const unpackMasks = async (text) => {
+    const bits = new Uint8Array(await inflate(text));
+    // Each is kept as what changes since the one before: shadows move slowly.
+    for (let i = perMask; i < bits.length; i++) bits[i] ^= bits[i - perMask];
+    return bits;
+  };
+  const shadow = await unpackMasks(data.bits);
+  const behind = data.behind ? await unpackMasks(data.behind) : null;  // of it, what canopies alone cast
   const place = [];
   let rows = 0;
   for (let i = 0; i < n; i++) place.push(steps.up[i] ? rows++ : -1);
-  const isDark = (step, k) =>
-    place[step] >= 0 && (bits[place[step] * perMask + (k >> 3)] >> (7 - (k & 7))) & 1;
-  const sumHours = (first, last) => {
-    const hours = new Float32Array(count);
+  const isIn = (bits, step, k) => (bits[place[step] * perMask + (k >> 3)] >> (7 - (k & 7))) & 1;
+  const kindOf = (step, k) =>
+    place[step] < 0 ? "night" : !isIn(shadow, step, k) ? "lit" : behind && isIn(behind, step, k) ? "behind" : "dark";
+  const addHours = (hours, bits, first, last, weigh) => {
     for (let i = first; i <= last; i++) {
       if (place[i] < 0) continue;
-      const base = place[i] * perMask, h = length(i);
+      const base = place[i] * perMask, h = weigh(i);
       for (let byte = 0; byte < perMask; byte++) {
         const value = bits[base + byte];
         if (!value) continue;
@@ -87,9 +92,14 @@ const makeMasks = async (count) => {
         }
       }
     }
+  };
+  const sumHours = (first, last) => {
+    const hours = new Float32Array(count);
+    addHours(hours, shadow, first, last, length);
+    if (behind) addHours(hours, behind, first, last, (i) => -length(i) * data.share[i]);
     return hours;
   };
-  return { isDark, sumHours };
+  return { kindOf, sumHours };
 };
 
 // ---- colours of pixels, as a canvas keeps them

@@ -7,6 +7,7 @@ const readReceivers = async () => {
   const flat = await unpack(data.positions);
   const place = (k) => [flat[k] / 1000, flat[count + k] / 1000, flat[2 * count + k] / 1000];
   const hours = new Float32Array(await inflate(data.hours));
+  const behindHours = data.behind_hours ? new Float32Array(await inflate(data.behind_hours)) : null;
   const masks = await makeMasks(count);
   const isSampled = data.receivers === "surfaces";
   const owner = isSampled ? await unpack(data.sample_surface) : null;
@@ -51,6 +52,7 @@ const readReceivers = async () => {
     return own ? 0.78 + 0.22 * Math.max(0, own[2] * 0.8 - own[0] * 0.4 + 0.25) : 1;
   };
   const shades = Float32Array.from({ length: count }, (_, k) => Math.min(1, shade(k)));
+  const LIGHTS = { lit: [255, 240, 200], behind: [160, 190, 140], dark: [92, 104, 148], night: [176, 178, 192] };
   const colors = new Uint32Array(count);
   let most = 0, last = "";
   const paint = (view) => {
@@ -59,10 +61,9 @@ const readReceivers = async () => {
     if (key === last) return;
     last = key;
     if (view.mode === "shadow") {
-      const [r, g, b] = steps.up[view.now] ? [255, 240, 200] : [176, 178, 192];
       for (let k = 0; k < count; k++) {
-        const s = shades[k];
-        colors[k] = masks.isDark(view.now, k) ? color(92 * s, 104 * s, 148 * s) : color(r * s, g * s, b * s);
+        const s = shades[k], [r, g, b] = LIGHTS[masks.kindOf(view.now, k)];
+        colors[k] = color(r * s, g * s, b * s);
       }
       return;
     }
@@ -70,7 +71,7 @@ const readReceivers = async () => {
     most = view.mode === "day" ? hoursUp(day.first, day.last) : data.up_hours;
     for (let k = 0; k < count; k++) colors[k] = colorOf(shown[k], most);
   };
-  return { ...masks, count, place, normal, where, hours, colors, paint, owner, grids, isSampled,
+  return { ...masks, count, place, normal, where, hours, behindHours, colors, paint, owner, grids, isSampled,
     exists: () => true, mostHours: (view) => (view.mode === "shadow" ? data.up_hours : most) };
 };
 

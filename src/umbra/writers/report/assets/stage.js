@@ -13,7 +13,7 @@ const makeStage = (picture) => {
   const read = () => {
     view.chosen = hovered < 0 ? pinned : hovered;
     showFigures(picture, view.chosen);
-    drawLine(picture.isDark, view.chosen, view.now);
+    drawLine(picture.kindOf, view.chosen, view.now);
   };
   const recolor = () => {
     picture.paint(view);
@@ -38,10 +38,13 @@ const makeStage = (picture) => {
         clockAt(steps.mid[view.now], steps.offset[view.now])
       : "the sun is below the horizon";
     slider.setAttribute("aria-valuetext", span);
+    if (data.behind) $("share").textContent = tellShare(data.share[view.now]);
     if (view.mode === "shadow" || (view.mode === "day" && was !== view.day)) recolor();
     else draw();
-    drawLine(picture.isDark, view.chosen, view.now);
+    drawLine(picture.kindOf, view.chosen, view.now);
   };
+  const tellShare = (share) =>
+    share < 1 ? `behind canopies: ${Number((100 * share).toPrecision(3))} % of the sun` : "canopies weaken nothing on this date";
   const goToDay = (day) => {
     // The same clock time on the other date, as nearly as it has one.
     const clock = steps.mid[view.now] + steps.offset[view.now] - Date.parse(days[view.day].day) / 1000;
@@ -127,6 +130,7 @@ const makeStage = (picture) => {
   days.forEach((d, k) => chooser.add(new Option(d.day, k)));
   chooser.hidden = days.length < 2;
   for (const part of document.querySelectorAll(".of-days")) part.hidden = days.length < 2;
+  for (const part of document.querySelectorAll(".of-canopies")) part.hidden = !data.behind;
   pinned = picture.choose();
   let noon = days[0].first;
   for (let i = 0; i <= days[0].last; i++) if (steps.altitude[i] > steps.altitude[noon]) noon = i;

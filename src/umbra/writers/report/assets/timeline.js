@@ -1,11 +1,14 @@
 // One receiver's sun: its spells, their figures, and a line for each day.
 
-const findSpells = (isDark, receiver) => {
+const findSpells = (kindOf, receiver) => {
   const spells = [];
-  let shadow = 0;
+  let shadow = 0, behind = 0;
   for (let i = 0; i < n; i++) {
     if (!steps.up[i]) continue;
-    if (isDark(i, receiver)) { shadow += length(i); continue; }
+    const kind = kindOf(i, receiver);
+    if (kind === "behind") { behind += length(i); shadow += (1 - data.share[i]) * length(i); }
+    else if (kind === "dark") shadow += length(i);
+    if (kind !== "lit") continue;  // a spell is of sun that nothing weakens
     const last = spells[spells.length - 1];
     if (last && last.to === i - 1 && steps.day[i] === steps.day[i - 1]) last.to = i;
     else spells.push({ from: i, to: i });
@@ -13,22 +16,24 @@ const findSpells = (isDark, receiver) => {
   for (const spell of spells) {
     spell.hours = (steps.end[spell.to] - steps.start[spell.from]) / 3600;
   }
-  return { shadow, sun: upHours - shadow, spells };
+  return { shadow, behind, sun: upHours - shadow, spells };
 };
 
 const showFigures = (picture, receiver) => {
-  const found = findSpells(picture.isDark, receiver);
+  const found = findSpells(picture.kindOf, receiver);
   const isThere = picture.exists(receiver);
-  if (!isThere) found.shadow = found.sun = found.spells.length = 0;
+  if (!isThere) found.shadow = found.behind = found.sun = found.spells.length = 0;
   else if (picture.hours) {  // the study's own, solved or of more instants than are shown
     found.shadow = picture.hours[receiver];
     found.sun = data.up_hours - found.shadow;
+    if (picture.behindHours) found.behind = picture.behindHours[receiver];
   }
   const first = found.spells[0], last = found.spells[found.spells.length - 1];
   const longest = found.spells.reduce((a, b) => (a && a.hours >= b.hours ? a : b), null);
   $("where").textContent = picture.where(receiver);
   $("in-sun").textContent = say(found.sun);
   $("in-shadow").textContent = say(found.shadow);
+  $("behind").textContent = say(found.behind);
   $("first").textContent = first ? withDay(first.from, startOf(first.from)) : "none";
   $("last").textContent = last ? withDay(last.to, endOf(last.to)) : "none";
   $("spells").textContent = String(found.spells.length);
@@ -36,28 +41,27 @@ const showFigures = (picture, receiver) => {
   const some = found.spells.slice(0, 12);
   const texts = some.map((s) => withDay(s.from, startOf(s.from) + "\u2013" + endOf(s.to)));
   $("spell-list").innerHTML = some.length
-    ? `Sun from ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (found.spells.length > 12 ? " and later" : "")
-    : !isThere ? "" : upHours ? "No sun in this period." : "The sun stays below the horizon.";
+    ? `${data.behind ? "Unweakened sun" : "Sun"} from ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (found.spells.length > 12 ? " and later" : "")
+    : !isThere ? "" : upHours ? `No ${data.behind ? "unweakened " : ""}sun in this period.` : "The sun stays below the horizon.";
   $("in-sun").previousElementSibling.textContent =
     "sun, of " + say(picture.hours ? data.up_hours : upHours);
 };
 
-const drawLine = (isDark, receiver, now) => {
+const drawLine = (kindOf, receiver, now) => {
   const wide = 320, left = days.length > 1 ? 74 : 0, high = days.length > 40 ? 12 : 22, gap = 5;
   const seconds = (d) => [steps.start[d.first], steps.end[d.last]];
   const local = (t, d) => t + steps.offset[d.first] - Date.parse(d.day) / 1000;
   const low = Math.min(...days.map((d) => local(seconds(d)[0], d)));
   const top = Math.max(...days.map((d) => local(seconds(d)[1], d)));
   const place = (t, d) => left + ((local(t, d) - low) / (top - low)) * (wide - left);
-  const kindOf = (i) => (!steps.up[i] ? "night" : isDark(i, receiver) ? "dark" : "lit");
   let svg = "";
   days.forEach((d, row) => {
     const y = row * (high + gap);
     if (left) svg += `<text x="0" y="${y + high - 7 + (high < 20 ? 4 : 0)}">${d.day}</text>`;
     for (let i = d.first; i <= d.last; ) {
-      const kind = kindOf(i);
+      const kind = kindOf(i, receiver);
       let j = i;
-      while (j < d.last && kindOf(j + 1) === kind) j++;
+      while (j < d.last && kindOf(j + 1, receiver) === kind) j++;
       const x = place(steps.start[i], d), w = place(steps.end[j], d) - x;
       svg += `<rect class="${kind}" x="${x.toFixed(2)}" y="${y}" width="${w.toFixed(2)}" height="${high}"/>`;
       i = j + 1;
