@@ -1,6 +1,5 @@
 """``umbra inspect``: what a file is."""
 
-import dataclasses
 from collections.abc import Sequence
 
 import click
@@ -45,13 +44,13 @@ def command(
         stages.begin("looking for open edges")
         found = inspect_scene(scene)
     bounds = scene.bounds()
-    total = dataclasses.asdict(found.total)
+    total = vars(found.total)
     result = {
         "format": ", ".join(
             dict.fromkeys(source.format for source in scene.sources if not source.is_companion)
         ),
         "parts": [
-            {**dataclasses.asdict(report), "layer": part.layer, "tags": list(part.tags)}
+            {**vars(report), "layer": part.layer, "tags": list(part.tags)}
             for report, part in zip(found.parts, scene.parts, strict=True)
         ],
         "vertices": found.vertices,

@@ -16,7 +16,7 @@ from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.sweep import Sweep, overflows
-from umbra.scene.grid import Grid
+from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_lit
 from umbra.volume.silhouette import Silhouettes
@@ -26,13 +26,6 @@ __all__ = ["FieldSweep", "Slopes"]
 # Fixed lengths, so that loops become vectors.
 _LANES = 32  # cells compared at once
 _ROWS = 16  # rows whose first and last cells are found at once
-
-_ASIDE = 2.0**-33
-"""
-How far corners step to the west [cells]. The lines that meet in a corner on a cell's very
-centre would be rounded one to its left, one to its right, and the cell be counted by no
-side, or by two. Beside the centre they agree, and what is rounded up stays where it was.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +63,7 @@ class FieldSweep(Sweep):
     grid : Grid
         In the caster's frame.
     heights : (rows, cols) float64
-        z of the topmost surface [m]; no caster may lie above it.
+        z of the topmost surface, ``ASIDE`` of the centres [m]; no caster may lie above it.
     threads : int
     slopes : Slopes
         Cells in attached shadow count as in shadow in ``add_steps`` and ``masks``.
@@ -90,7 +83,7 @@ class FieldSweep(Sweep):
         self.heights = np.full((grid.rows, grid.cols + _LANES), np.inf)
         self.heights[:, : grid.cols] = heights
         ends = grid.to_cells(caster.ends().reshape(-1, 2, 3))
-        ends[..., 0] -= _ASIDE
+        ends[..., :2] -= ASIDE
         self.ends = ends.reshape(-1, 6)
 
     def _run(

@@ -1,18 +1,19 @@
 """
 Counting on a plan where casters hang over receivers.
 
-A plan's sweep takes its receivers to be topmost. Where canopies, which are looked
-through, are above them, the way to each sun is tried instead, with the same rules.
+A plan's sweep takes its receivers to be topmost, and to lie a hair to the east and north of
+the cells' centres. Where canopies, which are looked through, are above them, or there is
+nothing on that side, the way to each sun is tried instead, with the same rules.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.face_tree import FaceTree
 from umbra.cpu.rays import find_hidden
-from umbra.cpu.sweep import Sweep
 from umbra.study.receivers import Places
 
 __all__ = ["BeneathSweep"]
@@ -24,29 +25,31 @@ class BeneathSweep:
 
     Parameters
     ----------
-    sweep : Sweep
-        Right wherever no caster is above.
+    sweep : Counter
+        Right in all other cells, on any device.
     cells : (n,) int
-        Flat indices of the cells where one is.
+        Flat indices of the cells that rays count.
     tree : FaceTree
         Of what casts.
     places : Places
         Of these cells.
+    threads : int
     attached : bool
         Whether a cell that is turned from the sun is in shadow.
     """
 
     def __init__(
         self,
-        sweep: Sweep,
+        sweep: Any,
         cells: NDArray[np.intp],
         tree: FaceTree,
         places: Places,
+        threads: int,
         *,
         attached: bool = True,
     ) -> None:
         self.sweep, self.cells, self.tree, self.places = sweep, cells, tree, places
-        self.attached = attached
+        self.threads, self.attached = threads, attached
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Tell for each sun which cells are in shadow, (n, rows, cols) uint8."""
@@ -70,6 +73,6 @@ class BeneathSweep:
     def _find(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         where = self.places
         return find_hidden(
-            self.tree, where.points, where.normals, suns, self.sweep.threads,
+            self.tree, where.points, where.normals, suns, self.threads,
             attached=self.attached,
         )  # fmt: skip

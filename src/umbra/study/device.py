@@ -103,7 +103,7 @@ class Counters:
             model.scene, self._casters, tile.grid, model.ground, model.receivers, self._gl
         )
         self._made.append(sweep)
-        return sweep
+        return tile.with_rays(sweep)
 
     def _find_gpu(self, work: int) -> bool:
         """Tell whether there is a GPU, if that may matter."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.rays import find_hidden
 from umbra.cpu.sweep import Sweep
 from umbra.scene import Scene, Triangles
-from umbra.scene.grid import Grid
+from umbra.scene.grid import ASIDE, Grid
 from umbra.study.beneath import BeneathSweep
 from umbra.study.canopy import Canopy
 from umbra.study.receivers import Places, Surface, find_surface
@@ -146,12 +146,12 @@ class Model(Casting):
         """Look at a raster from above."""
         # What lies in the plane is seen if there is no plane.
         floor = self.ground - self.has_end
-        surface = find_surface(self.soup, grid, floor, self.threads)
-        beneath = np.zeros(0, np.intp)
+        surface = find_surface(self.soup, grid, floor, self.threads, has_end=self.has_end)
+        beneath = surface.rim
         if self.canopy is not None and self.receivers == "top":
             crowns = self.scene.triangles(self.canopy.casting)
             above = find_surface(crowns, grid, floor, self.threads)
-            beneath = np.flatnonzero(above.heights > surface.heights)
+            beneath = np.union1d(beneath, np.flatnonzero(above.heights > surface.heights))
         return PlanTile(self, grid, surface, beneath)
 
 
@@ -168,7 +168,7 @@ class PlanTile:
     surface : Surface
         Of the grid.
     beneath : (n,) int
-        Flat indices of the cells over which canopies hang.
+        Flat indices of the cells over which canopies hang, and of those on the surface's rim.
     """
 
     model: Model
@@ -201,10 +201,16 @@ class PlanTile:
         model, surface = self.model, self.surface
         if model.receivers == "ground":
             return PlaneSweep(model.caster, self.grid, model.ground, model.threads)
-        sweep = FieldSweep(model.caster, self.grid, surface.heights, model.threads, surface.slopes)
+        return self.with_rays(
+            FieldSweep(model.caster, self.grid, surface.heights, model.threads, surface.slopes)
+        )
+
+    def with_rays(self, sweep: Any) -> Any:
+        """Let rays count where a sweep, on any device, cannot."""
         if not len(self.beneath):
             return sweep
-        return BeneathSweep(sweep, self.beneath, model.tree, self._place(self.beneath))
+        model, places = self.model, self._place(self.beneath)
+        return BeneathSweep(sweep, self.beneath, model.tree, places, model.threads)
 
     def find_cast(
         self, caster: Caster, suns: NDArray[np.float64]
@@ -240,7 +246,9 @@ class PlanTile:
             return window, sweep.masks(suns)
         places = self._place(np.flatnonzero(inside & _fill(self.shape, window)))
         cells, tree = np.flatnonzero(inside[window]), model.find_tree(caster)
-        return window, BeneathSweep(sweep, cells, tree, places, attached=False).masks(suns)
+        return window, BeneathSweep(
+            sweep, cells, tree, places, model.threads, attached=False
+        ).masks(suns)
 
     def _place(self, cells: NDArray[np.intp]) -> Places:
         """Give some cells' centres."""
@@ -248,9 +256,14 @@ class PlanTile:
 
     @cached_property
     def places(self) -> Places:
-        """The cells' centres on the receiver."""
+        """The cells' centres on the receiver, as far beside them as it was looked at."""
         x, y = np.meshgrid(self.grid.x, self.grid.y)
         is_ground = self.model.receivers == "ground"
+        if not is_ground:
+            aside = np.tile(ASIDE, (x.size, 1))
+            aside[self.surface.rim] = self.surface.inward
+            x += (aside[:, 0] * self.grid.dx).reshape(x.shape)
+            y += (aside[:, 1] * self.grid.dy).reshape(x.shape)
         z = np.full(x.shape, self.model.ground) if is_ground else self.surface.heights
         normals = np.zeros((x.size, 3))
         normals[:, 2] = 1.0

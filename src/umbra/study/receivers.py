@@ -1,16 +1,23 @@
 """What a plan's shadows fall on: the ground, or whatever is topmost."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from umbra.cpu.depth import NOTHING, see
+from umbra.cpu.depth import NOTHING, View, see
 from umbra.cpu.field import Slopes
 from umbra.scene import Triangles
-from umbra.scene.grid import Grid
+from umbra.scene.grid import ASIDE, Grid
 
 __all__ = ["Places", "Surface", "find_surface"]
+
+_INWARD = (2.0**-10, 0.618 * 2.0**-10)
+"""
+How far from its centre a cell on the rim is looked at [cells]: so far that a ray from there
+tells the neighbouring faces, which meet in the centre, from its own.
+"""
+_AT_ONCE = 2**18  # faces whose bounds are held in memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +68,7 @@ class Places:
 @dataclass(frozen=True, eq=False)
 class Surface:
     """
-    The plan of a model over its ground.
+    The plan of a model over its ground, looked at ``ASIDE`` of the cells' centres.
 
     Parameters
     ----------
@@ -71,14 +78,23 @@ class Surface:
         The cells whose surface is not level, which can turn from the sun.
     face : (rows, cols) int32
         Of the soup; ``NOTHING`` where there is only the ground.
+    rim : (n,) int64
+        Flat indices of the cells whose centres lie on the eastern or northern end of all that
+        is seen.
+    inward : (n, 2) float64
+        Where those were looked at, from their centres [cells].
     """
 
     heights: NDArray[np.float64]
     slopes: Slopes
     face: NDArray[np.int32]
+    rim: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    inward: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
 
-def find_surface(soup: Triangles, grid: Grid, ground: float, threads: int = 1) -> Surface:
+def find_surface(
+    soup: Triangles, grid: Grid, ground: float, threads: int = 1, *, has_end: bool = False
+) -> Surface:
     """
     Look at a model from the zenith.
 
@@ -90,21 +106,25 @@ def find_surface(soup: Triangles, grid: Grid, ground: float, threads: int = 1) -
     ground : float
         z of the ground plane, local frame [m].
     threads : int
+    has_end : bool
+        Whether cells on the very end of what is seen belong to it, as there is no ground.
 
     Returns
     -------
     surface : Surface
     """
-    matrix = np.array(
-        [
-            [1 / grid.dx, 0, 0, -grid.x0 / grid.dx],
-            [0, 1 / grid.dy, 0, -grid.y0 / grid.dy],
-            [0, 0, 0, 1],
-            [0, 0, 1, 0],
-        ]
-    )
-    size = (grid.cols, grid.rows)
-    view = see(soup.vertices, soup.faces, matrix, size, (ground, np.inf), threads)
+    view = _look_down(soup, grid, ground, threads, ASIDE)
+    rim, inward = np.zeros(0, np.int64), np.zeros((0, 2))
+    if has_end:
+        near = _find_near(soup, grid, view.face == NOTHING)
+        there = replace(soup, faces=soup.faces[near], part=soup.part[near])
+        for way in ((-1, -1), (1, -1), (-1, 1)) if len(near) else ():
+            aside = np.multiply(_INWARD, way)
+            again = _look_down(there, grid, ground, threads, aside)
+            found = (view.face == NOTHING) & (again.face != NOTHING)
+            view.key[found], view.face[found] = again.key[found], near[again.face[found]]
+            rim = np.append(rim, np.flatnonzero(found))
+            inward = np.append(inward, np.tile(aside, (len(rim) - len(inward), 1)), 0)
     seen = np.flatnonzero(view.face.ravel() != NOTHING)
     faces, owner = np.unique(view.face.ravel()[seen], return_inverse=True)
     a, b, c = (soup.vertices[soup.faces[faces, k]] for k in range(3))
@@ -116,5 +136,39 @@ def find_surface(soup: Triangles, grid: Grid, ground: float, threads: int = 1) -
     planes = np.zeros((4, len(faces)))
     planes[:3] = normals.T
     return Surface(
-        view.key, Slopes(seen[sloping], owner[sloping].astype(np.int32), planes), view.face
+        view.key, Slopes(seen[sloping], owner[sloping].astype(np.int32), planes), view.face,
+        rim, inward,
+    )  # fmt: skip
+
+
+def _find_near(soup: Triangles, grid: Grid, empty: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Give the faces whose bounding rectangles hold centres of empty cells."""
+    sums = np.zeros((grid.rows + 1, grid.cols + 1), np.int32)
+    sums[1:, 1:] = empty.cumsum(0, dtype=np.int32).cumsum(1, dtype=np.int32)
+    cells = grid.to_cells(soup.vertices)[:, :2]
+    shape = (grid.cols, grid.rows)
+    near = [np.zeros(0, np.int32)]
+    for first in range(0, len(soup.faces), _AT_ONCE):
+        corners = cells[soup.faces[first : first + _AT_ONCE]]
+        low = np.ceil(corners.min(1) - 1e-6)
+        high = np.floor(corners.max(1) + 1e-6) + 1
+        x0, y0 = np.clip(low, 0, shape).astype(np.int32).T
+        x1, y1 = np.clip(high, 0, shape).astype(np.int32).T
+        held = sums[y1, x1] - sums[y0, x1] - sums[y1, x0] + sums[y0, x0]
+        near.append(first + np.flatnonzero((held > 0) & (x1 > x0) & (y1 > y0)).astype(np.int32))
+    return np.concatenate(near)
+
+
+def _look_down(soup: Triangles, grid: Grid, ground: float, threads: int, aside: ArrayLike) -> View:
+    """Find the topmost faces so far beside the cells' centres [cells]."""
+    east, north = np.asarray(aside, np.float64).tolist()
+    matrix = np.array(
+        [
+            [1 / grid.dx, 0, 0, -grid.x0 / grid.dx - east],
+            [0, 1 / grid.dy, 0, -grid.y0 / grid.dy - north],
+            [0, 0, 0, 1],
+            [0, 0, 1, 0],
+        ]
     )
+    size = (grid.cols, grid.rows)
+    return see(soup.vertices, soup.faces, matrix, size, (ground, np.inf), threads)
