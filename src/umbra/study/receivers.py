@@ -133,6 +133,8 @@ def find_surface(
     normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)
     level = (normals[:, :2] == 0).all(1)
     sloping = ~level[owner]
+    # What is level has its corners' very height, which interpolation would miss by a digit.
+    view.key.ravel()[seen[~sloping]] = a[owner[~sloping], 2]
     planes = np.zeros((4, len(faces)))
     planes[:3] = normals.T
     return Surface(
