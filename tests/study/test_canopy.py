@@ -105,8 +105,6 @@ def test_every_instant_is_right_by_rays_through_both_groups(park):
 @pytest.mark.parametrize("receivers", RECEIVERS)
 @pytest.mark.parametrize("exact", [False, True])
 def test_light_lies_between_solid_crowns_and_none(park, receivers, exact):
-    if exact and receivers in {"200/40", "camera", "south"}:
-        pytest.skip("counted as points are")
     seen = {"on": ["Building"]} if receivers not in {"ground", "top", "points"} else {}
     more = {"exact": exact, **seen}
     found = run(park, receivers, canopy=["Tree"], transmissivity=0.3, spells=exact, **more)
