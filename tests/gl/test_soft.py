@@ -263,7 +263,7 @@ def test_what_is_seen_through_keeps_the_shadow_behind(device):
     for parts in ([table, pane], [table]):
         with Renderer(make_scene(parts), 0.0, device=device) as renderer:
             renderer.render(camera, [light], soft="weng")
-            pictures.append(renderer.soft.choose("weng")._stack._target.read())
+            pictures.append(renderer.soft.choose("weng")._stack.picture.target.read())
     np.testing.assert_array_equal(*pictures)
     assert ((pictures[0] > 0) & (pictures[0] < 1)).sum() > 200
 

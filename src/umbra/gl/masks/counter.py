@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.companion import Companion
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import draw_plain
@@ -62,7 +63,7 @@ class MaskCounter:
         self.limit = find_limit(device, method, self.painter)
         self.pieces: Pieces | None = None
         self._plan: Plan | None = None
-        self._mask: Target | None = None
+        self._mask = Companion(device, method.format)
 
     @property
     def _factor(self) -> float:
@@ -119,7 +120,7 @@ class MaskCounter:
             The target's stencil is 0.
         """
         self.painter.tally.clear()
-        mask = self._find_mask(target)
+        mask = self._mask.over(target)
         mask.use()
         state.use(Pass(color_write=True))
         mask.clear_color(self.method.start * self._factor**plan.start)
@@ -156,28 +157,17 @@ class MaskCounter:
             up to two thirds of ``limit`` at least, and ``limit`` + 1 for more.
         """
         shaded = target.read_stencil().astype(np.int32)
-        if not self.method.counts or self._mask is None:
+        if not self.method.counts or self._mask.target is None:
             return shaded
         # What ran over is infinite, or on some devices clamped: never a power of two again.
-        values = self._mask.read()[..., self.method.channel]
+        values = self._mask.target.read()[..., self.method.channel]
         sound = np.frexp(values)[0] == 0.5
         found = np.full(values.shape, self.limit + 1, np.int32)
         found[sound] = np.rint(np.log2(values[sound] / self.method.start)).astype(np.int32)
         return np.where(shaded == 0, 0, found).astype(np.int32)
 
-    def _find_mask(self, target: Target) -> Target:
-        if self._mask is None or self._mask.depth_of is not target:
-            self._release_mask()
-            self._mask = Target(self._device, target.size, (self.method.format,), depth_of=target)
-        return self._mask
-
-    def _release_mask(self) -> None:
-        if self._mask is not None:
-            self._mask.release()
-        self._mask = None
-
     def release(self) -> None:
         """Free all that the counter holds on the device."""
-        self._release_mask()
+        self._mask.release()
         self._mark.release()
         self.painter.release()

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.gl.companion import Companion
 from umbra.gl.context import Device
 from umbra.gl.geometry import FIRST_UNIT, Geometry, TextureBuffer
 from umbra.gl.indices import Indices
@@ -202,7 +203,7 @@ class Shown:
         listed = rows[casts] if len(casts) else np.zeros(1, np.int32)
         self._rows = TextureBuffer(device, listed, _R32I)
         self._program = Program(device, "surface.vert.glsl", "component.frag.glsl")
-        self._target: Target | None = None
+        self._picture = Companion(self._device, "r32i")
 
     def draw(self, state: State, target: Target, projection: Projection) -> int:
         """
@@ -210,26 +211,19 @@ class Shown:
 
         It holds numbers as in `Instance`, and -1 where nothing casts.
         """
-        if self._target is None or self._target.depth_of is not target:
-            self._release_target()
-            self._target = Target(self._device, target.size, ("r32i",), depth_of=target)
-        self._target.use()
+        shown = self._picture.over(target)
+        shown.use()
         state.use(_AGAIN)
-        self._target.clear_color(_NOBODY)
+        shown.clear_color(_NOBODY)
         self._geometry.bind(self._program)
         self._rows.bind(0)
         self._program.set(**projection.uniforms(), components=0)
         self._indices.draw(self._program, 0, self._count)
-        return self._target.textures[0]
-
-    def _release_target(self) -> None:
-        if self._target is not None:
-            self._target.release()
-        self._target = None
+        return shown.textures[0]
 
     def release(self) -> None:
         """Free program, buffers and picture."""
-        self._release_target()
+        self._picture.release()
         self._program.release()
         self._rows.release()
         self._indices.release()

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from umbra.gl.companion import Companion
 from umbra.gl.indices import Indices, draw_plain
 from umbra.gl.plan import Planner
 from umbra.gl.programs import Program
@@ -35,7 +36,7 @@ class Keys:
         self._ground = Program(
             planner.device, "ground.vert.glsl", "key.frag.glsl", {"IS_GROUND": 1}
         )
-        self._target: Target | None = None
+        self._picture = Companion(self._device, "r32f")
 
     def draw(self, state: State, target: Target, projection: Projection) -> int:
         """
@@ -43,12 +44,10 @@ class Keys:
 
         They are 1 / depth in perspective and -depth in a parallel view; 0 where nothing is.
         """
-        if self._target is None or self._target.depth_of is not target:
-            self._release_target()
-            self._target = Target(self._device, target.size, ("r32f",), depth_of=target)
-        self._target.use()
+        shown = self._picture.over(target)
+        shown.use()
         state.use(_AGAIN)
-        self._target.clear_color(0.0)
+        shown.clear_color(0.0)
         self._geometry.bind(self._faces)
         self._faces.set(
             **projection.uniforms(), **find_rays(projection), depths=_find_depths(projection)
@@ -61,16 +60,11 @@ class Keys:
                 **find_rays(projection),
             )
             draw_plain(self._device, self._ground, 12)
-        return self._target.textures[0]
-
-    def _release_target(self) -> None:
-        if self._target is not None:
-            self._target.release()
-        self._target = None
+        return shown.textures[0]
 
     def release(self) -> None:
         """Free programs, triangles and picture."""
-        self._release_target()
+        self._picture.release()
         self._indices.release()
         for program in (self._faces, self._ground):
             program.release()

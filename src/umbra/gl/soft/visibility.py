@@ -5,6 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
+from umbra.gl.companion import Companion
 from umbra.gl.context import Device
 from umbra.gl.indices import draw_plain
 from umbra.gl.plan import Plan
@@ -67,22 +68,24 @@ class Stack:
     Parameters
     ----------
     device : Device
+
+    Attributes
+    ----------
+    picture : Companion
     """
 
     def __init__(self, device: Device) -> None:
         self._device = device
         self._tint = Program(device, "picture.vert.glsl", "tint.frag.glsl")
-        self._target: Target | None = None
+        self.picture = Companion(device, "r32f")
 
     def begin(self, state: State, target: Target, value: float) -> Target:
         """Fill the picture that goes with a target's depth with a value; it is in use."""
-        if self._target is None or self._target.depth_of is not target:
-            self._release_target()
-            self._target = Target(self._device, target.size, ("r32f",), depth_of=target)
-        self._target.use()
+        shown = self.picture.over(target)
+        shown.use()
         state.use(Pass(color_write=True))
-        self._target.clear_color(value)
-        return self._target
+        shown.clear_color(value)
+        return shown
 
     def add_light(self, state: State, share: float, scissor: tuple | None = None) -> None:
         """Add a share of the light where the stencil is 0."""
@@ -98,12 +101,7 @@ class Stack:
         self._tint.set(tint=np.full(4, value))
         draw_plain(self._device, self._tint, 3)
 
-    def _release_target(self) -> None:
-        if self._target is not None:
-            self._target.release()
-        self._target = None
-
     def release(self) -> None:
         """Free the picture and the program."""
-        self._release_target()
+        self.picture.release()
         self._tint.release()

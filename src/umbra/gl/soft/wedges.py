@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.companion import Companion
 from umbra.gl.context import Device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import TextureBuffer
@@ -92,7 +93,7 @@ class Wedges:
         self._plans: Sequence[Plan] = ()
         self._projection: Projection | None = None
         self._key = 0
-        self._targets: list[Target] = []
+        self._parts, self._shares = (Companion(self._device, name) for name in ("rgba32f", "r32f"))
 
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[Plan]
@@ -116,7 +117,7 @@ class Wedges:
     def draw(self, state: State, target: Target, number: int) -> Target:
         """Draw a light's visibility; see `Visibility`."""
         assert self._projection is not None
-        parts, shares = self._find_targets(target)
+        parts, shares = self._parts.over(target), self._shares.over(target)
         if not self._key:
             self._key = self._keys.draw(state, target, self._projection)
         edges, plan = self._edges[number], self._plans[number]
@@ -175,23 +176,10 @@ class Wedges:
         self._device.gl.ActiveTexture(_TEXTURE0 + unit)
         self._device.gl.BindTexture(_TEXTURE_2D, texture)
 
-    def _find_targets(self, target: Target) -> list[Target]:
-        if not self._targets or self._targets[0].depth_of is not target:
-            self._release_targets()
-            self._targets = [
-                Target(self._device, target.size, (name,), depth_of=target)
-                for name in ("rgba32f", "r32f")
-            ]
-        return self._targets
-
-    def _release_targets(self) -> None:
-        for target in self._targets:
-            target.release()
-        self._targets = []
-
     def release(self) -> None:
         """Free what is held on the device."""
-        self._release_targets()
+        self._parts.release()
+        self._shares.release()
         for each in self._edges:
             each.table.release()
         self._edges = []
