@@ -169,7 +169,8 @@ def test_a_large_study_is_shown_in_larger_cells_and_says_so(study, tmp_path):
     assert coarse.shape == (35, 40)
     assert not coarse.is_study
     save(path, study, timeline=coarse)
-    assert "counted anew at their own centres" in path.read_text()
+    told = f"the study has {len(study.x):,} x {len(study.y):,} of {study.grid.dx:.3g} m"
+    assert f"counted anew at their own centres; {told}" in path.read_text()
     fine = make_study(cell=0.05, every="2h", masks=False)
     assert max(make_timeline(fine).shape) <= 800
 

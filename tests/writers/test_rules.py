@@ -174,7 +174,7 @@ SLIPS = {
     "another format": ("format: 1", "format: 2", "line 1.*this version reads 1"),
     "not YAML": ("checks:", "checks: [", "this is not YAML"),
     "no mapping": (RULES, "- a\n- b\n", "must be keys with values"),
-    "nothing": (RULES, "", "are empty"),
+    "nothing": (RULES, "", "are empty; give"),
 }
 
 

@@ -63,15 +63,15 @@ def tell_plan(study: Study, timeline: Timeline, own_hours: bool) -> str:
     """Say how the page's cells and instants compare with the study's."""
     rows, cols = timeline.shape
     cell = Plan(timeline.x, timeline.y).cell
+    is_picture = study.receivers == "camera"
     words = f"This {'plan' if study.is_plan else 'view'} shows {cols:,} x {rows:,} "
-    words += "pixels" if study.receivers == "camera" else f"cells of {cell[0]:.3g} m"
+    words += "pixels" if is_picture else f"cells of {cell[0]:.3g} m"
     if timeline.shape == study.shadow_hours.shape:
         words += ", those of the study itself"
     else:
-        words += (
-            f", counted anew at their own centres; the study has {len(study.x):,} x "
-            f"{len(study.y):,} of {study.grid.dx:.3g}"
-        )
+        words += ", counted anew at their own centres; the study has "
+        words += f"{len(study.x):,} x {len(study.y):,}"
+        words += "" if is_picture else f" of {study.grid.dx:.3g} m"
     return words + timeline.tell_steps(study, own_hours)
 
 

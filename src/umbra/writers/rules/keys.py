@@ -107,7 +107,7 @@ def load_block(path: Path, keys: Sequence[str]) -> Block:
         msg = f"cannot read the rules '{path}' ({error.strerror}); check the name"
         raise InputError(msg, path=path) from error
     except UnicodeDecodeError as error:
-        msg = f"the rules '{path}' are not UTF-8 text"
+        msg = f"the rules '{path}' are not UTF-8 text; save them so"
         raise InputError(msg, path=path) from error
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
@@ -116,6 +116,6 @@ def load_block(path: Path, keys: Sequence[str]) -> Block:
         msg = f"{path.name}{where}: this is not YAML ({problem}); check indents and colons"
         raise InputError(msg, path=path) from error
     if node is None:
-        msg = f"the rules '{path}' are empty"
+        msg = f"the rules '{path}' are empty; give one rule at least"
         raise InputError(msg, path=path)
     return Block(path, node, "the file", keys)
