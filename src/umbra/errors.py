@@ -1,5 +1,7 @@
 """What umbra raises, so that a caller can tell bad input from failed work."""
 
+from umbra.printable import make_printable, shorten
+
 __all__ = ["InputError", "UmbraError"]
 
 
@@ -10,13 +12,15 @@ class UmbraError(Exception):
     Parameters
     ----------
     message : str
-        One line: what, how many, which first, and the remedy.
+        One line: what, how many, which first, and the remedy. Names in it come from files:
+        control and bidirectional characters are written out, and of more than 500
+        characters the middle is left out.
     **data
         The facts behind the message, kept as attributes for programs.
     """
 
     def __init__(self, message: str, **data: object) -> None:
-        super().__init__(message)
+        super().__init__(shorten(make_printable(message)))
         self.data = data
 
     def __getattr__(self, name: str) -> object:

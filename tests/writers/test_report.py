@@ -152,6 +152,40 @@ def test_names_cannot_break_the_page(page, study, tmp_path):
     assert page.ask("document.querySelector('td.number').textContent") == "1.5"
 
 
+def test_only_the_page_s_own_script_runs(page, study, tmp_path):
+    table = Table(NASTY, ("what",), [(NASTY,)])
+    path, _ = save(tmp_path / "report.html", study, NASTY, tables=[table], notes=[NASTY])
+    page.open(path, READY)
+    policy = page.ask("document.querySelector('meta[http-equiv]').content")
+    rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+    assert set(rules) == {
+        "default-src", "script-src", "style-src", "img-src", "base-uri", "form-action",
+    }  # fmt: skip
+    assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == "'none'"
+    assert rules["img-src"] == "data:"
+    for kind in ("script-src", "style-src"):
+        assert re.fullmatch(r"'sha256-[\w+/]{43}='", rules[kind])
+    # What a hole in the page would let in does nothing.
+    page.ask(
+        "for (const html of ['<img src=x onerror=\"window.ran=1\">',"
+        "'<svg onload=\"window.ran=2\">',"
+        "'<iframe srcdoc=\"<script>parent.ran=3</script>\"></iframe>',"
+        "'<object data=\"data:text/html,x\"></object>', '<base href=\"https://example.org/\">',"
+        "'<style>body { color: rgb(1, 2, 3) !important }</style>'])"
+        "document.body.insertAdjacentHTML('beforeend', html);"
+        "document.body.append(Object.assign(document.createElement('script'), {text: 'ran = 4'}))"
+    )
+    page.ask("new Promise(done => setTimeout(done, 200))")
+    assert page.ask("window.ran === undefined")
+    assert page.ask("getComputedStyle(document.body).color") != "rgb(1, 2, 3)"
+    assert page.ask("document.baseURI").startswith("file:")
+    refused = [event["entry"]["text"] for event in page.named("Log.entryAdded")]
+    for rule in ("script-src", "style-src", "base-uri"):
+        assert any(rule in text for text in refused), rule
+    assert page.ask("document.title") == f"{NASTY}: shadow study"
+    page.browser.events.clear()  # refused as they had to be
+
+
 def test_a_night_and_a_plan_of_tops(page, tmp_path):
     night = make_study(start="22:00", end="24:00")
     page.open(save(tmp_path / "night.html", night)[0], READY)

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from umbra.cli.main import echo_json
+from umbra.cli.terminal import echo, echo_json
 
 __all__ = ["command"]
 
@@ -123,7 +123,7 @@ def command(
         raise click.UsageError(msg)
 
     def say(text: str) -> None:
-        click.echo(text, err=True)
+        echo(text, err=True)
 
     runs = repeat or (2 if quick else 5)
     if name == "startup":
@@ -152,7 +152,7 @@ def command(
     if as_json:
         echo_json(result.to_dict())
     else:
-        click.echo(result.to_table())
+        echo(result.to_table())
 
 
 def _find(name: str) -> Callable[..., Any]:

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from umbra import __version__
-from umbra.cli.main import echo_json
+from umbra.cli.terminal import echo, echo_json
 
 __all__ = ["command"]
 
@@ -28,29 +28,29 @@ def command(as_json: bool) -> None:
         echo_json(report)
         return
     cpu, gl = report["cpu"], report["gl"]
-    click.echo(f"umbra {report['umbra']}, Python {report['python']}, {report['system']}")
-    click.echo(f"cpu  runs, {cpu['cores']} cores, threads by {cpu['threading']}")
-    click.echo(f"gl   {'runs' if gl['runs'] else 'does not run'}")
+    echo(f"umbra {report['umbra']}, Python {report['python']}, {report['system']}")
+    echo(f"cpu  runs, {cpu['cores']} cores, threads by {cpu['threading']}")
+    echo(f"gl   {'runs' if gl['runs'] else 'does not run'}")
     for name, found in gl["backends"].items():
         if "reason" in found:
-            click.echo(f"     {name:8}{found['reason']}")
+            echo(f"     {name:8}{found['reason']}")
             continue
-        click.echo(f"     {name:8}OpenGL {found['version']}, {found['renderer']}")
-        click.echo(
+        echo(f"     {name:8}OpenGL {found['version']}, {found['renderer']}")
+        echo(
             f"             {'software' if found['is_software'] else 'hardware'}, "
             f"{found['stencil_bits']} stencil bits, "
             f"depth bounds {'yes' if found['depth_bounds'] else 'no'}, "
             f"timer queries {'yes' if found['timer_queries'] else 'no'}"
         )
     packages = [f"{name} {found or '-'}" for name, found in report["packages"].items()]
-    click.echo(f"     {', '.join(packages)}")
+    echo(f"     {', '.join(packages)}")
     cache = report["cache"]
-    click.echo(
+    echo(
         f"cache {cache['folder']}, {cache['files']} files, {cache['bytes'] / 1e6:.1f} MB of at "
         f"most {cache['limit'] / 1e6:.0f} (remove it to clear it; UMBRA_CACHE names another)"
     )
     for advice in report["advice"]:
-        click.echo(f"To do: {advice}")
+        echo(f"To do: {advice}")
 
 
 def _examine() -> dict[str, Any]:

@@ -6,9 +6,9 @@ import click
 
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
-from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
+from umbra.cli.terminal import echo, echo_json
 
 __all__ = ["command"]
 
@@ -78,12 +78,10 @@ def command(
         echo_json(result)
         return
     for source in scene.sources:
-        click.echo(f"{source.name}: {source.format}")
+        echo(f"{source.name}: {source.format}")
     size = bounds[1] - bounds[0]
-    click.echo(
-        f"{len(found.parts)} parts, {found.total.triangles} triangles, {found.vertices} vertices"
-    )
-    click.echo(
+    echo(f"{len(found.parts)} parts, {found.total.triangles} triangles, {found.vertices} vertices")
+    echo(
         f"{size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} m, from "
         + ", ".join(f"{v:.2f}" for v in bounds[0])
         + " to "
@@ -96,16 +94,16 @@ def command(
             place += f", {scene.elevation:g} m above the sea"
         if scene.true_north is not None:
             place += f", true north at {scene.true_north:.2f}° from the model's y axis"
-        click.echo(f"{crs}: {place}")
+        echo(f"{crs}: {place}")
     else:
-        click.echo(f"{crs}: the file does not say where it is (--lat, --lon)")
+        echo(f"{crs}: the file does not say where it is (--lat, --lon)")
     for number, one in enumerate(scene.animations):
-        click.echo(f"animation {number}: '{one.name}', {one.duration:g} s (--time poses it)")
+        echo(f"animation {number}: '{one.name}', {one.duration:g} s (--time poses it)")
     if scene.lights:
-        click.echo(f"{len(scene.lights)} lights of its own")
-    click.echo("closed" if found.total.closed else _why_open(result))
+        echo(f"{len(scene.lights)} lights of its own")
+    echo("closed" if found.total.closed else _why_open(result))
     for note in scene.notes:
-        click.echo(f"note: {note}")
+        echo(f"note: {note}")
     _list_words("layer", [[part.layer] for part in scene.parts], result["parts"])
     _list_words("tag", [part.tags for part in scene.parts], result["parts"])
     _list_parts(result["parts"])
@@ -150,11 +148,11 @@ def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) ->
     }
     if not shared:
         return
-    click.echo(f"\n{what:24}    parts  triangles")
+    echo(f"\n{what:24}    parts  triangles")
     for word, (n, triangles) in sorted(shared.items(), key=lambda one: -one[1][0])[:_MOST]:
-        click.echo(f"{word[:24]:24} {n:8} {triangles:10}")
+        echo(f"{word[:24]:24} {n:8} {triangles:10}")
     if len(shared) > _MOST:
-        click.echo(f"and {len(shared) - _MOST} more (--json lists all)")
+        echo(f"and {len(shared) - _MOST} more (--json lists all)")
 
 
 def _list_parts(parts: list[dict]) -> None:
@@ -165,17 +163,17 @@ def _list_parts(parts: list[dict]) -> None:
         tally[0] += 1
         tally[1] += part["triangles"]
         tally[2] += part["closed"]
-    click.echo("\nkind                       parts  triangles  closed")
+    echo("\nkind                       parts  triangles  closed")
     for kind, (n, triangles, closed) in sorted(kinds.items()):
-        click.echo(f"{kind[:24]:24} {n:7} {triangles:10} {closed:7}")
+        echo(f"{kind[:24]:24} {n:7} {triangles:10} {closed:7}")
     width = min(max(len(part["name"]) for part in parts), 48)
-    click.echo(f"\n{'part':{width}}  {'kind':20} triangles  closed  border  >2 faces  windings")
+    echo(f"\n{'part':{width}}  {'kind':20} triangles  closed  border  >2 faces  windings")
     for part in parts[:_MOST]:
         name = part["name"] if len(part["name"]) <= width else part["name"][: width - 1] + "…"
-        click.echo(
+        echo(
             f"{name:{width}}  {part['kind'][:20]:20} {part['triangles']:9}  "
             f"{'yes' if part['closed'] else 'no':>6}  {part['border_edges']:6}  "
             f"{part['nonmanifold_edges']:8}  {part['inconsistent_edges']:8}"
         )
     if len(parts) > _MOST:
-        click.echo(f"and {len(parts) - _MOST} more (--json lists all)")
+        echo(f"and {len(parts) - _MOST} more (--json lists all)")

@@ -2,7 +2,6 @@
 
 import difflib
 import io
-import json
 import sys
 import traceback
 from importlib import import_module
@@ -11,6 +10,7 @@ from typing import Any
 import click
 
 from umbra import __version__
+from umbra.cli.terminal import echo
 from umbra.errors import InputError, UmbraError
 
 __all__ = ["main"]
@@ -34,7 +34,7 @@ class _Commands(click.Group):
         except KeyboardInterrupt:
             # click would print an empty line; only a terminal, which shows ^C, needs it.
             if sys.stderr.isatty():
-                click.echo(err=True)
+                echo(err=True)
             raise click.Abort from None
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -71,7 +71,7 @@ class _Commands(click.Group):
 def umbra(context: click.Context, debug: bool) -> None:  # noqa: ARG001  (main looks for it)
     """Exact shadows from triangle meshes with shadow volumes."""
     if context.invoked_subcommand is None:
-        click.echo(context.get_help(), err=True)
+        echo(context.get_help(), err=True)
         context.exit(2)
 
 
@@ -145,18 +145,6 @@ def _show_parameter(parameter: click.Parameter, context: click.Context) -> str:
 
 def _fail(message: str, status: int, debug: bool) -> int:
     if debug:
-        traceback.print_exc()
-    click.echo("umbra: " + " ".join(message.split()), err=True)
+        echo(traceback.format_exc(), err=True)
+    echo("umbra: " + " ".join(message.split()), err=True)
     return status
-
-
-def echo_json(result: dict[str, Any]) -> None:
-    """Print a result as one JSON object."""
-    import orjson  # noqa: PLC0415
-
-    options = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_INDENT_2
-    try:
-        text = orjson.dumps(result, option=options).decode()
-    except orjson.JSONEncodeError:  # of a file's name that is no Unicode; json escapes it
-        text = json.dumps(result, indent=2, default=lambda array: array.tolist())
-    click.echo(text)

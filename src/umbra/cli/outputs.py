@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from umbra.cli.terminal import echo
 from umbra.errors import InputError
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ class Outputs:
 
         def say(line: str) -> None:
             if not is_quiet:
-                click.echo(line, err=True)
+                echo(line, err=True)
 
         job = Job(study, folder, plan.title, say)
         names = write_formats(job, self.formats)

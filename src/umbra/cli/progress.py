@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from umbra.printable import make_printable, shorten
+
 __all__ = ["Stages", "name_reading", "show_progress"]
 
 _SLOW = 2.0  # [s]
@@ -24,7 +26,8 @@ class Stages:
 
 def name_reading(files: Sequence[str]) -> str:
     """Say what is read."""
-    return f"reading {files[0] if len(files) == 1 else f'{len(files)} files'}"
+    words = f"reading {files[0] if len(files) == 1 else f'{len(files)} files'}"
+    return shorten(make_printable(words))
 
 
 @contextmanager

@@ -10,11 +10,11 @@ import click
 
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
-from umbra.cli.main import echo_json
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.sections import make_sectioned
 from umbra.cli.soft import check_soft, size_lights, soft_options, soften
+from umbra.cli.terminal import echo, echo_json, echo_path
 from umbra.cli.values import SIZE, Numbers
 from umbra.errors import InputError
 
@@ -245,7 +245,7 @@ def command(
         )
     else:
         for path in written:
-            click.echo(path)
+            echo_path(path)
 
 
 def _check_method(device: str, method: str) -> None:
@@ -298,4 +298,4 @@ def _check_memory(size: tuple[int, int], lights: int) -> None:
 
 
 def _warn(message: str) -> None:
-    click.echo(f"umbra: {message}", err=True)
+    echo(f"umbra: {message}", err=True)

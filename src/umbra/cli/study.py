@@ -10,13 +10,13 @@ import click
 
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
-from umbra.cli.main import echo_json
 from umbra.cli.outputs import output_options, take_outputs
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.sections import make_sectioned
 from umbra.cli.study_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.study_options import study_options
+from umbra.cli.terminal import echo, echo_json, echo_path
 
 __all__ = ["command"]
 
@@ -79,7 +79,7 @@ def command(
 
     def say(line: str) -> None:
         if not quiet:
-            click.echo(line, err=True)
+            echo(line, err=True)
 
     from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
     from umbra.cli.study_points import (  # noqa: PLC0415
@@ -154,7 +154,7 @@ def command(
         echo_json({"files": [str(path) for path in written], **_sum_up(study)})
     elif not quiet:
         for path in written:
-            click.echo(path)
+            echo_path(path)
 
 
 def _note_floating(scene: Any, ground: float, say: Callable[[str], None]) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import zoneinfo
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -12,15 +13,33 @@ from umbra.study import PointStudy, Study
 
 __all__ = ["write_cells", "write_instants", "write_samples", "write_table"]
 
+# Where a formula begins in some spreadsheet, also with the wide signs of East Asian keyboards,
+# and after a semicolon or a tab, at which some split a line.
+_FORMULA = re.compile("(?:^|(?<=[;\t\n]))(?=\\s*[=+\\-@\uff0b\uff0d\uff1d\uff20])|^(?=[\t\n])")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
 
 def write_table(
     path: str | os.PathLike[str], columns: Sequence[str], rows: Iterable[Sequence[object]]
 ) -> None:
-    """Write rows under named columns."""
+    """
+    Write rows under named columns.
+
+    Text that a spreadsheet would take for a formula, as a name in a model may be, gets an
+    apostrophe before it; numbers stay numbers, also where they are text.
+    """
     with Path(path).open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)
+        writer.writerow(map(_guard, columns))
+        writer.writerows(map(_guard, row) for row in rows)
+
+
+def _guard(cell: object) -> object:
+    """Keep a cell of text from being run."""
+    if not isinstance(cell, str) or _NUMBER.fullmatch(cell):
+        return cell
+    # A bare return would end the line, and csv quotes line feeds only.
+    return _FORMULA.sub("'", re.sub("\r\n?", "\n", cell))
 
 
 def write_cells(path: str | os.PathLike[str], study: Study) -> None:

@@ -1,5 +1,7 @@
 """Puts a study into the page: its data for the script, tables, sheets and facts around it."""
 
+import base64
+import hashlib
 import os
 import re
 from collections.abc import Sequence
@@ -171,6 +173,7 @@ def _write(
         "title": escape(plan.title),
         "date": escape(plan.date),
         "place": escape(plan.place),
+        "policy": escape(_make_policy(_read("page.css"), parts["script"])),
         "style": _read("page.css"),
         "summary": make_summary(_sum_up(study)),
         "tables": "\n".join(make_table(table) for table in shown),
@@ -184,7 +187,24 @@ def _write(
     }
     # One pass: what is put in is never looked through again.
     page = re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
-    Path(path).write_text(page, "utf-8")
+    Path(path).write_text(page, "utf-8", newline="\n")
+
+
+def _make_policy(style: str, script: str) -> str:
+    """
+    Allow the page's own style and script, by their hashes, and pictures that it holds.
+
+    All else is refused: other scripts, the network, frames, plug-ins, forms, and a base
+    that would turn addresses elsewhere.
+    """
+    own = {}
+    for what, text in (("style", style), ("script", script)):
+        digest = hashlib.sha256(f"\n{text}\n".encode()).digest()  # as it stands in page.html
+        own[what] = f"'sha256-{base64.b64encode(digest).decode()}'"
+    return (
+        f"default-src 'none'; script-src {own['script']}; style-src {own['style']}; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
 
 
 def _read(name: str) -> str:

@@ -1,0 +1,58 @@
+"""Text that a terminal shows as it stands: names in files may hold its commands."""
+
+import json
+import re
+
+__all__ = ["LONGEST", "make_printable", "shorten"]
+
+LONGEST = 500
+"""Letters of a message; what a file's names add to it is cut from its middle."""
+
+_TAIL = 180  # letters kept at a message's end, where the remedy stands
+# Commands to a terminal, half characters, and what turns the order of letters or hides text:
+# all but tab and line feed. Joiners stay, which Persian and Hindi need.
+_COMMANDS = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff"
+    "\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e007f]"
+)
+
+
+def make_printable(text: str, *, is_json: bool = False) -> str:
+    r"""
+    Write control and bidirectional characters as Python does: ``\x1b``, ``\u202e``.
+
+    Parameters
+    ----------
+    text : str
+    is_json : bool
+        Write them as JSON does, ``\\u001b``, which reads back as what it was.
+
+    Returns
+    -------
+    text : str
+        The same where there are none; tabs and line feeds stay.
+    """
+    if is_json:
+        return _COMMANDS.sub(lambda found: json.dumps(found[0])[1:-1], text)
+    return _COMMANDS.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def shorten(text: str, longest: int = LONGEST) -> str:
+    """
+    Cut a line's middle out, and say how much is missing.
+
+    Parameters
+    ----------
+    text : str
+    longest : int
+        Most letters that are left.
+
+    Returns
+    -------
+    text : str
+        The same where it is short enough.
+    """
+    if len(text) <= longest:
+        return text
+    gap = f" … ({len(text):,} characters in all) … "
+    return text[: longest - len(gap) - _TAIL] + gap + text[-_TAIL:]
