@@ -442,3 +442,18 @@ def test_notes_go_to_stderr_and_results_to_stdout(umbra_here, tmp_path):
     said = umbra_here("inspect", path, "--json")
     assert said.status == 0
     assert json.loads(said.out)["triangles"] >= 12
+
+
+def test_files_outside_a_models_folder_are_opened_only_when_typed(umbra_here, tmp_path):
+    (tmp_path / "models").mkdir()
+    (tmp_path / "red.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    model = save_obj(tmp_path / "models" / "tower.obj", TOWER)
+    model.write_text("mtllib ../red.mtl\nusemtl red\n" + model.read_text())
+    said = umbra_here("inspect", model, "--json").json()["notes"]
+    assert "material library '../red.mtl' lies outside the model's folder" in said[0]
+    assert "--allow-outside" in said[0]
+    assert umbra_here("inspect", model, "--allow-outside", "--json").json()["notes"] == []
+    options = tmp_path / "study.toml"
+    options.write_text("allow-outside = true\n")
+    said = umbra_here("study", model, "--options", options).refusal()
+    assert "allow-outside is typed (--allow-outside), not taken from a file" in said

@@ -35,6 +35,6 @@ def chosen_columns(context: click.Context | None = None) -> dict[str, Any]:
     return (context or click.get_current_context()).meta.get(_KEY, {})
 
 
-def remember(context: click.Context, option: click.Parameter, value: str | None) -> None:
+def remember(context: click.Context, option: click.Parameter, value: str | bool | None) -> None:
     """Keep the value of an option that is for `umbra.read`."""
     context.meta.setdefault(_KEY, {})[str(option.name)] = value

@@ -6,6 +6,7 @@ import click
 
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
+from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.terminal import echo, echo_json
@@ -20,6 +21,7 @@ _MOST = 40  # parts listed for a person; --json has all
 @click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
 @column_options
 @pose_options
+@outside_option
 @cache_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(

@@ -10,6 +10,7 @@ import click
 
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
+from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.sections import make_sectioned
@@ -75,6 +76,7 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
 )
 @column_options
 @pose_options
+@outside_option
 @cache_option
 @click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")

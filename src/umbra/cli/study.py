@@ -11,6 +11,7 @@ import click
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.outputs import output_options, take_outputs
+from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.sections import make_sectioned
@@ -41,6 +42,7 @@ SECTIONS = {
 @study_options
 @column_options
 @pose_options
+@outside_option
 @cache_option
 @output_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

@@ -16,7 +16,7 @@ from umbra.errors import InputError
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
 
 OPTIONS_FILE = "study.toml"
-_NOT_KEPT = {"out", "as_json", "quiet", "threads"}
+_NOT_KEPT = {"out", "as_json", "quiet", "threads", "allow_outside"}
 _LAYER = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
 
 
@@ -40,6 +40,11 @@ def _read(context: click.Context, _: click.Parameter, path: str | None) -> str |
         if isinstance(value, dict):
             msg = (
                 f"--options {path}: '{key}' is a table; write options one a line, without headings"
+            )
+            raise InputError(msg, path=path, key=key)
+        if name == "allow-outside":
+            msg = (
+                f"--options {path}: allow-outside is typed (--allow-outside), not taken from a file"
             )
             raise InputError(msg, path=path, key=key)
         if name not in known:

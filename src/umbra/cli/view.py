@@ -7,6 +7,7 @@ import click
 
 from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
+from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.soft import NAMES
 from umbra.cli.values import SIZE
@@ -31,6 +32,7 @@ __all__ = ["command"]
 @click.option("--at", metavar="HH:MM", help="Local clock time; default: 15:00.")
 @column_options
 @pose_options
+@outside_option
 @cache_option
 @click.option(
     "--ground",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.companions import read_bounded
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate
 from umbra.readers.layers import Layer, combine, name_layers, show_name
@@ -35,6 +36,7 @@ def read(
     canopy: Sequence[str] = (),
     trunk: str | float | None = None,
     canopy_heights: str | None = None,
+    allow_outside: bool = False,
     cache: bool = False,
 ) -> Scene:
     """
@@ -63,6 +65,9 @@ def read(
         Where crowns begin: a share of the height, 0.25 by default, or the file of a raster.
     canopy_heights : {'above-ground', 'absolute'}, optional
         What the heights of canopies are above; the ground by default.
+    allow_outside : bool
+        Whether a model may name files outside its own folder: buffers, material libraries,
+        textures. Only for models that you trust.
     cache : bool
         Whether to keep a scene that takes long to read in the user's cache folder, and
         to take it from there while the files are the same. The command line does.
@@ -91,7 +96,7 @@ def read(
     if up is not None and up not in UPS:
         msg = f"the up axis must be x, y or z; got {up!r}"
         raise InputError(msg, up=up)
-    choices = Choices(up, height_column, base_column)
+    choices = Choices(up, height_column, base_column, allow_outside=allow_outside)
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
         named = name_layers(paths)
@@ -211,9 +216,13 @@ def _make_refusal(path: Path, error: OSError | ValueError) -> InputError:
 
 def _load(path: Path) -> bytes:
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = read_bounded(file)
     except OSError as error:
         raise _make_refusal(path, error) from error
+    except InputError as error:
+        msg = f"{path}: {error}"
+        raise InputError(msg, path=path, **error.data) from error
     if not data.strip():
         msg = f"{path}: is empty; export the model again"
         raise InputError(msg, path=path)

@@ -47,7 +47,7 @@ def read_canopy(path: Path, choices: Choices) -> Model:
     """
     crowns = choices.crowns or Crowns(())
     notes: list[str] = []
-    raster = open_raster(path, notes)
+    raster = open_raster(path, choices, notes)
     there = raster.there & (raster.heights > 0)
     if not there.any():
         msg = "has no cell with a canopy: none is higher than 0"
@@ -70,7 +70,7 @@ def read_canopy(path: Path, choices: Choices) -> Model:
     corners = np.stack([place[rows + r, cols + c] for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))], 1)
     cells = np.full(there.shape, -1, np.int32)
     cells[rows, cols] = np.arange(len(rows), dtype=np.int32)
-    trunk, share = _read_trunk(crowns.trunk, raster, there)
+    trunk, share = _read_trunk(crowns.trunk, choices, raster, there)
     grid = CrownRaster(cells, corners, raster.heights[there], trunk, share, is_absolute)
     faces = corners[:, [0, 1, 2]]  # only so that each corner is used, until the body is made
     faces = np.concatenate([faces, corners[:, [0, 2, 3]]])
@@ -132,14 +132,14 @@ def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -
 
 
 def _read_trunk(
-    trunk: str, raster: HeightRaster, there: NDArray[np.bool_]
+    trunk: str, choices: Choices, raster: HeightRaster, there: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64] | None, float]:
     """Read where crowns begin: heights, or a share of the canopy's."""
     text = str(trunk).strip()
     if text.lower().endswith(RASTERS):
         notes: list[str] = []
         try:
-            zone = open_raster(Path(text), notes)
+            zone = open_raster(Path(text), choices, notes)
         except InputError as error:
             msg = f"trunk zone {text}: {error}"
             raise InputError(msg, **error.data) from error

@@ -30,7 +30,7 @@ READERS = {
 }
 
 # These ask for more than the upward axis.
-CHOOSY = {"json", "tiff", "vector"}
+CHOOSY = {"glb", "json", "obj", "tiff", "vector"}
 
 BY_ENDING = {
     ".json": "json",

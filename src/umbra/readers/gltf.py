@@ -9,12 +9,13 @@ import numpy as np
 import orjson
 
 from umbra.errors import InputError
+from umbra.readers.companions import Companions
 from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
 from umbra.readers.gltf_lights import read_lights
 from umbra.readers.gltf_materials import Materials
 from umbra.readers.gltf_meshes import Piece, read_mesh
 from umbra.readers.gltf_rig import read_animations, read_nodes, read_skin
-from umbra.readers.model import Model
+from umbra.readers.model import Choices, Model
 from umbra.readers.turn import turning
 from umbra.scene import Light, Mesh, Part
 from umbra.scene.pose import place_part
@@ -32,7 +33,7 @@ GEOMETRY_EXTENSIONS = {
 }
 
 
-def read_gltf(data: bytes, path: Path, up: str | None = None) -> Model:
+def read_gltf(data: bytes, path: Path, choices: Choices) -> Model:
     """
     Read a GLB file.
 
@@ -41,8 +42,8 @@ def read_gltf(data: bytes, path: Path, up: str | None = None) -> Model:
     data : bytes
     path : Path
         Buffers in other files are looked for beside it.
-    up : {'x', 'y', 'z'}, optional
-        y if None, as glTF says.
+    choices : Choices
+        The upward axis is y by default, as glTF says.
 
     Returns
     -------
@@ -63,11 +64,11 @@ def read_gltf(data: bytes, path: Path, up: str | None = None) -> Model:
     if not isinstance(tree, dict):
         msg = "its JSON chunk holds no glTF; export it again"
         raise InputError(msg)
-    return read_gltf_tree(tree, binary, path, up)
+    return read_gltf_tree(tree, binary, path, choices)
 
 
 def read_gltf_tree(
-    tree: dict[str, Any], binary: bytes | None, path: Path, up: str | None = None
+    tree: dict[str, Any], binary: bytes | None, path: Path, choices: Choices
 ) -> Model:
     """
     Read parsed glTF with the binary chunk of a GLB, if it is one; see `read_gltf`.
@@ -83,10 +84,11 @@ def read_gltf_tree(
         if name in GEOMETRY_EXTENSIONS:
             msg = f"uses {name}, which is not read; {GEOMETRY_EXTENSIONS[name]}"
             raise InputError(msg, extension=name)
-    buffers = Buffers(tree, binary, path)
+    companions = Companions(path, allow_outside=choices.allow_outside)
+    buffers = Buffers(tree, binary, companions)
     counts: Counter[str] = Counter()
-    materials = Materials(tree, buffers, path, counts)
-    rig, slots, shown = read_nodes(tree, turning(up or "y"))
+    materials = Materials(tree, buffers, companions, counts)
+    rig, slots, shown = read_nodes(tree, turning(choices.up or "y"))
     nodes = tree.get("nodes", [])
     meshes: dict[int, list[Piece]] = {}
     pieces: dict[int, list[Piece]] = {}  # by place in the rig

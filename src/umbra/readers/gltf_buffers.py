@@ -3,8 +3,6 @@
 import base64
 import binascii
 import struct
-from hashlib import sha256
-from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.companions import Companions
 from umbra.scene import Source
 
 __all__ = ["Buffers", "find_item", "split_glb"]
@@ -78,14 +77,14 @@ class Buffers:
         The glTF JSON.
     binary : bytes or None
         The binary chunk of a GLB.
-    path : Path
-        Buffers in other files are looked for beside it.
+    companions : Companions
+        The files beside it.
     """
 
-    def __init__(self, tree: dict[str, Any], binary: bytes | None, path: Path) -> None:
+    def __init__(self, tree: dict[str, Any], binary: bytes | None, companions: Companions) -> None:
         self._tree = tree
         self._binary = binary
-        self._path = path
+        self._companions = companions
         self._loaded: dict[int, bytes] = {}
         self._sources: list[Source] = []
 
@@ -203,10 +202,11 @@ class Buffers:
             except (binascii.Error, ValueError) as error:
                 msg = f"buffer {index} is not base64 ({error}); export it again"
                 raise InputError(msg) from error
+        name = unquote(uri)
         try:
-            data = (self._path.parent / unquote(uri)).read_bytes()
-        except (OSError, ValueError) as error:
-            msg = f"buffer '{uri[:80]}' is not beside the file; keep both together, or use GLB"
-            raise InputError(msg, buffer=uri) from error
-        self._sources.append(Source(unquote(uri), sha256(data).hexdigest(), "glTF buffer"))
+            data = self._companions.read(name)
+        except InputError as error:
+            msg = f"buffer {error}"
+            raise InputError(msg, buffer=uri, **error.data) from error
+        self._sources.append(Source(name, str(self._companions.record[name]), "glTF buffer"))
         return data

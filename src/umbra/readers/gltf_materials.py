@@ -3,7 +3,6 @@
 import base64
 from collections import Counter
 from functools import partial
-from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.companions import Companions, OutsideError
 from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.readers.images import encoded_image, image_beside
 from umbra.scene import Image, Material
@@ -19,6 +19,7 @@ __all__ = ["Materials", "Surface"]
 
 WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 LOST = "textures that are not there or in no format that is read, drawn plain"
+OUTSIDE = "textures outside the model's folder, drawn plain (--allow-outside reads them)"
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 
@@ -71,18 +72,22 @@ class Materials:
     tree : dict
         The glTF JSON.
     buffers : Buffers
-    path : Path
-        Textures in other files are looked for beside it.
+    companions : Companions
+        Textures in other files are looked for there.
     counts : Counter
         Of what is left out, by what to call it; added to.
     """
 
     def __init__(
-        self, tree: dict[str, Any], buffers: Buffers, path: Path, counts: Counter[str]
+        self,
+        tree: dict[str, Any],
+        buffers: Buffers,
+        companions: Companions,
+        counts: Counter[str],
     ) -> None:
         self._tree = tree
         self._buffers = buffers
-        self._path = path
+        self._companions = companions
         self._counts = counts
         self._surfaces: dict[int, Surface] = {}
         self._images: dict[int, Image | None] = {}
@@ -131,12 +136,16 @@ class Materials:
 
     def _find_image(self, index: int) -> Image | None:
         if index not in self._images:
+            what, image = LOST, None
+            # Shadows do without it.
             try:
                 image = self._read_texture(index)
+            except OutsideError:
+                what = OUTSIDE
             except (InputError, AttributeError, LookupError, TypeError, ValueError):
-                image = None  # shadows do without it
+                pass
             if image is None:
-                self._counts[LOST] += 1
+                self._counts[what] += 1
             self._images[index] = image
         return self._images[index]
 
@@ -154,7 +163,7 @@ class Materials:
             WRAPS.get(sampler.get("wrapS", 10497), "repeat"),
             WRAPS.get(sampler.get("wrapT", 10497), "repeat"),
         )
-        name = f"{self._path.name}: image {number}"
+        name = f"{self._companions.path.name}: image {number}"
         if given.get("name"):
             name += f", {given['name']}"
         uri = given.get("uri")
@@ -163,4 +172,4 @@ class Materials:
             return encoded_image(name, lambda: data, wrap)
         if uri.startswith("data:"):
             return encoded_image(name, partial(base64.b64decode, uri.partition(",")[2]), wrap)
-        return image_beside(self._path, unquote(uri), wrap)
+        return image_beside(self._companions, unquote(uri), wrap)

@@ -50,7 +50,7 @@ def read_json(data: bytes, path: Path, choices: Choices) -> Model:
     if "asset" in head:
         from umbra.readers.gltf import read_gltf_tree  # noqa: PLC0415 - only if it is one
 
-        return read_gltf_tree(head, None, path, choices.up)
+        return read_gltf_tree(head, None, path, choices)
     kind = head.get("type")
     if kind in {"CityJSON", "CityJSONFeature"}:
         from umbra.readers.cityjson import read_cityjson  # noqa: PLC0415

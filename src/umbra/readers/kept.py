@@ -14,6 +14,8 @@ from pathlib import Path
 
 from umbra import __version__
 from umbra.cache import keep_scene, load_scene
+from umbra.errors import InputError
+from umbra.readers.companions import Companions
 from umbra.readers.model import Choices
 from umbra.scene import Scene
 
@@ -62,7 +64,7 @@ def _find_key(files: Files, choices: Choices) -> str | None:
         return None
     summed = sha256(f"{_find_versions()} {choices}".encode())
     for layer, path, data in files:
-        beside = _read_libraries(path, data) if path.suffix.lower() == ".obj" else []
+        beside = _read_libraries(path, data, choices) if path.suffix.lower() == ".obj" else []
         if beside is None:
             return None
         for word in (layer, path.name, path.suffix):
@@ -72,15 +74,16 @@ def _find_key(files: Files, choices: Choices) -> str | None:
     return summed.hexdigest()
 
 
-def _read_libraries(path: Path, data: bytes) -> list[bytes] | None:
+def _read_libraries(path: Path, data: bytes, choices: Choices) -> list[bytes] | None:
     """Give the contents of an OBJ file's material libraries; None if they name textures."""
+    companions = Companions(path, allow_outside=choices.allow_outside)
     contents = []
     for name in _LIBRARY.findall(data):
         try:
-            text = (path.parent / name.strip().decode().replace("\\", "/")).read_bytes()
-        except FileNotFoundError:
-            text = b""
-        except (OSError, ValueError):
+            text = companions.read(name.strip().decode().replace("\\", "/"))
+        except InputError as error:
+            text = str(error).encode()  # which the scene's notes say
+        except UnicodeDecodeError:
             return None
         if b"map_" in text:
             return None

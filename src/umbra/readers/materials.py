@@ -1,14 +1,20 @@
 """Wavefront material libraries: diffuse colours and textures, opacity, glow."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import PurePosixPath
 
+from umbra.errors import InputError
+from umbra.readers.companions import Companions, OutsideError
 from umbra.readers.images import image_beside
 from umbra.scene import Material
 from umbra.scene.material import GREY, Color
 
 __all__ = ["read_materials"]
+
+OUTSIDE = "textures outside the model's folder, drawn plain (--allow-outside reads them)"
+LARGEST = 1 << 26  # [byte] of a library
 
 # Words that each option of a texture takes; those of -o, -s and -t are 1 to 3 numbers.
 OPTIONS = {
@@ -26,11 +32,11 @@ class _Entry:
     emission: Color = (0.0, 0.0, 0.0)
     texture: str = ""
     clamps: bool = False
-    library: Path = Path()
+    library: str = ""
 
 
 def read_materials(
-    libraries: list[str], path: Path, kinds: Iterable[str]
+    libraries: list[str], companions: Companions, kinds: Iterable[str]
 ) -> tuple[dict[str, Material], tuple[str, ...]]:
     """
     Read the materials of the libraries that an OBJ file names.
@@ -39,8 +45,8 @@ def read_materials(
     ----------
     libraries : list of str
         As after ``mtllib``; a name may hold spaces.
-    path : Path
-        The OBJ file: libraries are looked for beside it, textures beside them.
+    companions : Companions
+        The files beside the OBJ file; textures lie beside the libraries that name them.
     kinds : iterable of str
         Names of the materials that are used; one that no library has is plain.
 
@@ -54,38 +60,41 @@ def read_materials(
     entries: dict[str, _Entry] = {}
     notes: list[str] = []
     for name in dict.fromkeys(libraries):
-        library = path.parent / name.replace("\\", "/")
+        library = name.replace("\\", "/")
         try:
-            text = library.read_bytes()
-        except (OSError, ValueError):
-            notes.append(f"material library '{name}' cannot be read; default colours are used")
+            text = companions.read(library, LARGEST)
+        except InputError as error:
+            notes.append(f"material library {error}; default colours are used")
             continue
         _read_entries(text.decode("utf-8", "replace"), library, entries)
-    materials: dict[str, Material] = {}
-    lost = 0
-    for kind in kinds:
-        if kind not in materials:
-            materials[kind], is_lost = _make(entries.get(kind, _Entry()))
-            lost += is_lost
-    if lost:
-        notes.append(f"textures that are not there, drawn plain: {lost}")
+    counts: Counter[str] = Counter()
+    materials = {
+        kind: _make(entries.get(kind, _Entry()), companions, counts)
+        for kind in dict.fromkeys(kinds)
+    }
+    notes += [f"{what}: {count}" for what, count in counts.items()]
     return materials, tuple(notes)
 
 
-def _make(entry: _Entry) -> tuple[Material, bool]:
-    """Make a material, and tell whether its texture is missing."""
+def _make(entry: _Entry, companions: Companions, counts: Counter[str]) -> Material:
+    """Make a material; a texture that cannot be read is counted."""
     image = None
     if entry.texture:
         wrap = ("clamp", "clamp") if entry.clamps else ("repeat", "repeat")
-        image = image_beside(entry.library, entry.texture, wrap)
+        try:
+            beside = str(PurePosixPath(entry.library).parent / entry.texture)
+            image = image_beside(companions, beside, wrap)
+        except OutsideError:
+            counts[OUTSIDE] += 1
+        except InputError:
+            counts["textures that are not there, drawn plain"] += 1
     color = entry.color or ((1.0, 1.0, 1.0) if image else GREY)
     if image is not None and not any(color):
         color = (1.0, 1.0, 1.0)  # some exporters say black and mean the texture
-    material = Material(color, image, entry.opacity, entry.emission)
-    return material, bool(entry.texture) and image is None
+    return Material(color, image, entry.opacity, entry.emission)
 
 
-def _read_entries(text: str, library: Path, entries: dict[str, _Entry]) -> None:
+def _read_entries(text: str, library: str, entries: dict[str, _Entry]) -> None:
     entry = None
     for line in text.splitlines():
         words = line.split()

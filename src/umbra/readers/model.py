@@ -98,12 +98,15 @@ class Choices:
         base's own height.
     crowns : Crowns, optional
         Which rasters are canopies.
+    allow_outside : bool
+        Whether a model may name files outside its own folder.
     """
 
     up: str | None = None
     height_column: str | None = None
     base_column: str | None = None
     crowns: Crowns | None = None
+    allow_outside: bool = False
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.companions import Companions
 from umbra.readers.materials import read_materials
-from umbra.readers.model import Model
+from umbra.readers.model import Choices, Model
 from umbra.readers.obj_texture import read_texture_corners
 from umbra.readers.polygons import Polygons, triangulate
 from umbra.readers.turn import turn_up
@@ -33,7 +34,7 @@ class _Statements:
     libraries: list[str] = field(default_factory=list)
 
 
-def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
+def read_obj(data: bytes, path: Path, choices: Choices) -> Model:
     """
     Read a Wavefront OBJ file.
 
@@ -42,8 +43,8 @@ def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
     data : bytes
     path : Path
         Material libraries are looked for beside it.
-    up : {'x', 'y', 'z'}, optional
-        z if None: OBJ does not say.
+    choices : Choices
+        The upward axis is z by default: OBJ does not say.
 
     Returns
     -------
@@ -72,7 +73,9 @@ def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
     ends = np.cumsum(np.bincount(part, minlength=len(keys))).tolist()
     spans = {key: slice(start, end) for key, start, end in zip(keys, [0, *ends], ends)}
     spans = {key: span for key, span in spans.items() if span.stop > span.start}
-    materials, notes = read_materials(statements.libraries, path, [kind for _, kind in spans])
+    companions = Companions(path, allow_outside=choices.allow_outside)
+    kinds = [kind for _, kind in spans]
+    materials, notes = read_materials(statements.libraries, companions, kinds)
     meshes = {key: Mesh(vertices, faces[span]) for key, span in spans.items()}
     textured = [key for key in spans if materials[key[1]].image is not None]
     if textured:
@@ -91,7 +94,7 @@ def read_obj(data: bytes, path: Path, up: str | None = None) -> Model:
         notes += (f"polygons with fewer than three distinct corners left out: {degenerate}",)
     if crossed:
         notes += (f"polygons whose rings cross themselves, so that triangles overlap: {crossed}",)
-    return Model("OBJ", turn_up(tuple(parts), up), notes=notes)
+    return Model("OBJ", turn_up(tuple(parts), choices.up), notes=notes)
 
 
 def _split_lines(data: bytes) -> list[bytes]:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.companions import Companions
 from umbra.readers.extras import need
 from umbra.readers.georeference import name_crs
 from umbra.readers.model import Choices, Model
@@ -78,7 +79,7 @@ def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
 
         return read_canopy(path, choices)
     notes: list[str] = []
-    raster = open_raster(path, notes)
+    raster = open_raster(path, choices, notes)
     vertices, faces = make_surface(raster.heights, raster.there, raster.matrix)
     if not len(faces):
         msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
@@ -87,7 +88,7 @@ def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
     return Model("GeoTIFF", (part,), raster.crs, tuple(notes), is_terrain=True)
 
 
-def open_raster(path: Path, notes: list[str]) -> HeightRaster:
+def open_raster(path: Path, choices: Choices, notes: list[str]) -> HeightRaster:
     """
     Read the heights of a raster; what was left out goes to the notes.
 
@@ -97,9 +98,10 @@ def open_raster(path: Path, notes: list[str]) -> HeightRaster:
         As ``read_raster``.
     """
     rasterio = need("rasterio", "gis", "GeoTIFF")
+    Companions(path, allow_outside=choices.allow_outside).check_beside()
     try:
         # By name, not from memory: overviews, masks and world files lie beside it.
-        with _quietly(), rasterio.open(path) as source:
+        with _quietly(), rasterio.open(path, driver="GTiff") as source:
             _check_bands(source, notes)
             heights, there = _read_heights(source, notes)
             affine, wkt = source.transform, source.crs

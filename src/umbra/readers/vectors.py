@@ -1,7 +1,6 @@
 """GeoPackage and Shapefile through pyogrio: a table of polygons."""
 
 import math
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import numpy as np
 
 from umbra.errors import InputError
 from umbra.readers.columns import HEIGHTS
+from umbra.readers.companions import Companions
 from umbra.readers.extras import need
 from umbra.readers.footprints import extrude_table
 from umbra.readers.georeference import name_crs
@@ -49,6 +49,8 @@ def read_vectors(data: bytes, path: Path, choices: Choices) -> Model:
     pyogrio = need("pyogrio", "gis", form)
     raw = need("pyogrio.raw", "gis", form)
     shapely = need("shapely", "gis", form)
+    companions = Companions(path, allow_outside=choices.allow_outside)
+    companions.check_beside()
     try:
         name, notes = _choose_table(pyogrio, path, choices)
         meta, _, geometry, fields = raw.read(path, layer=name)
@@ -80,7 +82,7 @@ def read_vectors(data: bytes, path: Path, choices: Choices) -> Model:
     )
     model = extrude_table(table, choices)
     return Model(
-        model.format, model.parts, model.crs, model.notes, _companions(path),
+        model.format, model.parts, model.crs, model.notes, _find_companions(path, companions),
         is_afloat=model.is_afloat,
     )  # fmt: skip
 
@@ -135,7 +137,7 @@ def _plain(values: Any) -> list[Any]:
     return [None if isinstance(v, float) and math.isnan(v) else v for v in values.tolist()]
 
 
-def _companions(path: Path) -> tuple[Source, ...]:
+def _find_companions(path: Path, companions: Companions) -> tuple[Source, ...]:
     """Give the files beside a Shapefile that hold its columns and its CRS."""
     if path.suffix.lower() != ".shp":
         return ()
@@ -145,6 +147,6 @@ def _companions(path: Path) -> tuple[Source, ...]:
             (p for p in (path.with_suffix(e) for e in (ending, ending.upper())) if p.exists()), None
         )
         if beside is not None:
-            digest = sha256(beside.read_bytes()).hexdigest()
-            found.append(Source(beside.name, digest, "Shapefile"))
+            companions.read(beside.name)
+            found.append(Source(beside.name, str(companions.record[beside.name]), "Shapefile"))
     return tuple(found)

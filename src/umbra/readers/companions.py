@@ -1,0 +1,170 @@
+"""
+Files that a model names: buffers, material libraries, textures. All are opened here.
+
+A model may come from a stranger, and naming a file is all it takes to have it opened. So only
+regular files in the model's own folder and below are, of a bounded size.
+"""
+
+import os
+import stat
+from hashlib import sha256
+from pathlib import Path
+from typing import BinaryIO
+
+from umbra.cpu.memory import find_memory
+from umbra.errors import InputError
+
+__all__ = ["Companions", "OutsideError", "read_bounded"]
+
+ALLOW = "--allow-outside (allow_outside=True) reads it"
+SHARE = 0.25  # of the memory; a file takes several times its size until it is a scene
+
+_BLOCK = 1 << 24
+# A pipe would wait for a writer, a link may be swapped in after it was looked at.
+_FLAGS = (
+    os.O_RDONLY
+    | getattr(os, "O_NOFOLLOW", 0)
+    | getattr(os, "O_NONBLOCK", 0)
+    | getattr(os, "O_BINARY", 0)
+)
+
+
+class OutsideError(InputError):
+    """A model names a file outside its own folder."""
+
+
+class Companions:
+    """
+    The files beside one model.
+
+    Parameters
+    ----------
+    path : Path
+        The model.
+    allow_outside : bool
+        Whether it may name regular files anywhere.
+    """
+
+    def __init__(self, path: Path, *, allow_outside: bool = False) -> None:
+        self.path = path
+        self._allow_outside = allow_outside
+        #: SHA-256 of each file that was asked for, by the name that the model gives it; None
+        #: where none was read.
+        self.record: dict[str, str | None] = {}
+
+    def find(self, name: str) -> Path:
+        """
+        Find a file without opening it.
+
+        Parameters
+        ----------
+        name : str
+            As in the model, decoded.
+
+        Returns
+        -------
+        path : Path
+            With all links followed.
+
+        Raises
+        ------
+        InputError
+            If it is not there or no regular file; `OutsideError` if it lies elsewhere. The
+            message begins with its name.
+        """
+        self.record[name] = None
+        shown = " ".join(name.split())[:80]
+        try:
+            folder = self.path.parent.resolve()
+            real = (folder / name).resolve()
+            if not (self._allow_outside or real.is_relative_to(folder)):
+                msg = f"'{shown}' lies outside the model's folder; put it there, or {ALLOW}"
+                raise OutsideError(msg, companion=name)
+            mode = real.lstat().st_mode
+        except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a ring
+            if isinstance(error, InputError):
+                raise
+            msg = f"'{shown}' is not beside the file; keep both together"
+            raise InputError(msg, companion=name) from error
+        if not stat.S_ISREG(mode):
+            msg = f"'{shown}' is no regular file (a folder, a device or a pipe); export it again"
+            raise InputError(msg, companion=name)
+        return real
+
+    def read(self, name: str, most: float | None = None) -> bytes:
+        """
+        Read a file.
+
+        Parameters
+        ----------
+        name : str
+        most : float, optional
+            Its largest size [byte]; by default a share of the memory.
+
+        Raises
+        ------
+        InputError
+            As `find`; if it is larger or cannot be read.
+        """
+        real = self.find(name)
+        try:
+            with open(os.open(real, _FLAGS), "rb") as file:  # noqa: PTH123 - a descriptor
+                data = read_bounded(file, most)
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            msg = f"'{real.name[:80]}' cannot be read ({reason}); check its permissions"
+            raise InputError(msg, companion=name) from error
+        except InputError as error:
+            msg = f"'{real.name[:80]}' {error}"
+            raise InputError(msg, companion=name) from error
+        self.record[name] = sha256(data).hexdigest()
+        return data
+
+    def check_beside(self) -> None:
+        """
+        Check the files that bear the model's name with other endings, which a library will open.
+
+        Raises
+        ------
+        InputError
+            As `find`.
+        """
+        with os.scandir(self.path.parent) as entries:
+            beside = [one.name for one in entries if one.name.startswith(f"{self.path.stem}.")]
+        for name in sorted({*beside} - {self.path.name}):
+            other = self.path.parent / name
+            if other.exists() and not other.is_dir():
+                self.find(name)
+
+
+def read_bounded(file: BinaryIO, most: float | None = None) -> bytes:
+    """
+    Read an open file of a bounded size, also a pipe, whose size no one knows before.
+
+    Parameters
+    ----------
+    file : binary file
+    most : float, optional
+        [byte]; by default a share of the memory.
+
+    Raises
+    ------
+    InputError
+        If it is larger.
+    """
+    limit = SHARE * find_memory() if most is None else most
+    status = os.fstat(file.fileno())
+    size = status.st_size
+    blocks = []
+    if stat.S_ISREG(status.st_mode) and size <= limit:
+        blocks.append(file.read())
+        size = len(blocks[0])
+    while not stat.S_ISREG(status.st_mode) and size <= limit:
+        blocks.append(file.read(_BLOCK))
+        size += len(blocks[-1])
+        if not blocks[-1]:
+            break
+    if size > limit:
+        msg = f"is larger than {limit / 1e6:,.0f} MB, the most that is read here; cut it to less"
+        raise InputError(msg, most=limit)
+    return b"".join(blocks)
