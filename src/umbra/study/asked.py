@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from umbra.cpu.face_tree import FaceTree
 from umbra.scene import Scene
 from umbra.study.canopy import Canopy
-from umbra.study.compare import find_losses, read_hours
+from umbra.study.compare import read_hours
 from umbra.study.counting import Counter
 from umbra.study.ledger import Ledger
+from umbra.study.losses import Losses, is_newly_under
 from umbra.study.model import Casting
 from umbra.study.receivers import Places
 from umbra.study.who import Groups, count_shares, find_groups
@@ -67,7 +68,7 @@ class Asked:
     proposed : tuple of int
         Parts that are not there yet.
     under : float
-        Hours of sun [h].
+        Hours of sun on a date [h].
     """
 
     groups: Groups | None = None
@@ -97,22 +98,22 @@ class Asked:
         shown = len(groups.names) if groups else 0
         return cls(_join(groups, whole), shown, parts, read_hours(under))
 
-    @property
-    def bytes_kept(self) -> int:
-        """What is kept of each receiver [byte]."""
-        kept = 8 * len(self.groups.names) if self.groups else 0
-        return kept + (16 if self.proposed else 0)
+    def bytes_kept(self, days: int) -> int:
+        """Give what is kept of each receiver, and of each of so many dates besides [byte]."""
+        kept = (8 + 8 * days) * len(self.groups.names) if self.groups else 0
+        return kept + (18 + 5 * days if self.proposed else 0)
 
     @property
     def facts(self) -> dict[str, object]:
         """What the attributes say."""
         return {"under_hours": self.under} if self.proposed else {}
 
-    def limit_tiles(self, side: int) -> int:
-        """Give how long a tile's side may be, so that the pieces fit in memory."""
+    def limit_tiles(self, side: int, days: int) -> int:
+        """Give how long a tile's side may be, so that the pieces and dates fit in memory."""
         if self.groups is None:
             return side
-        return max(8, min(side, int(np.sqrt(_WORK / (len(self.groups.pieces) + 64)))))
+        each = len(self.groups.pieces) + 64 + 16 * (days - 1)
+        return max(8, min(side, int(np.sqrt(_WORK / each))))
 
 
 class Answer:
@@ -129,33 +130,42 @@ class Answer:
 
     def __init__(self, asked: Asked, model: Casting, ledger: Ledger) -> None:
         self.asked, self.model, self.ledger = asked, model, ledger
-        groups = asked.groups
-        count = len(groups.names) if groups else 0
-        self.cast = np.zeros((count, *ledger.shape), np.float32)
-        self.sole = np.zeros((count, *ledger.shape), np.float32)
-        self.owner = np.zeros(ledger.shape if asked.proposed else (0,), np.int32)
-        self.nothing = np.zeros(ledger.shape if asked.proposed else (0,), np.bool_)
+        groups, shape = asked.groups, ledger.shape
+        count, days = len(groups.names) if groups else 0, len(ledger.period.days)
+        kept = days if ledger.wanted.by_day else 0
+        self.cast = np.zeros((count, *shape), np.float32)
+        self.sole = np.zeros((count, *shape), np.float32)
+        self.cast_by_day = np.zeros((kept, count, *shape), np.float32)
+        self.sole_by_day = np.zeros((kept, count, *shape), np.float32)
+        of_proposal = shape if asked.proposed else (0,)
+        self.owner = np.zeros(of_proposal, np.int32)
+        self.nothing = np.zeros(of_proposal, np.bool_)
+        self.newly_days = np.zeros(of_proposal, np.int16)
+        self.newly_by_day = np.zeros((kept, *of_proposal), np.uint8)
         self._casters: list[Caster] = []
 
     def add(self, tile: Tile, where: Any, progress: Callable[[int], object]) -> None:
-        """Count a tile."""
+        """Count a tile, one date after another."""
         groups = self.asked.groups
         if groups is None:
             return
         if not self._casters:
             self._casters = self.model.make_casters(groups.pieces)
-        shares = count_shares(
-            [partial(tile.find_cast, caster) for caster in self._casters],
-            tile.places,
-            groups,
-            self.ledger.period,
-            tile.shape,
-            self.model.threads,
-            progress,
-            self.ledger.shares,
-        )
-        inside = where if isinstance(where, tuple) else (where,)
-        self.cast[:, *inside], self.sole[:, *inside] = shares.cast, shares.sole
+        period = self.ledger.period
+        up = np.flatnonzero(period.sun.is_up)
+        for day in range(len(period.days)):
+            shares = count_shares(
+                [partial(tile.find_cast, caster) for caster in self._casters],
+                tile.places,
+                groups,
+                period,
+                tile.shape,
+                self.model.threads,
+                progress,
+                self.ledger.shares,
+                up[period.day_of_step[up] == day],
+            )
+            self._enter(day, shares.cast, shares.sole, where)
         self._keep_owner(tile, where)
 
     def add_exactly(
@@ -174,25 +184,47 @@ class Answer:
         where : index
             Where the tile's receivers lie among all.
         solve : callable
-            Gives the hours in shadow of the tile if only some parts cast [h].
+            Gives the tile's hours in shadow by date if only some parts cast, (n_days, ...) [h].
         progress : callable
         """
         groups = self.asked.groups
         if groups is None:
             return
+        days = range(len(self.ledger.period.days))
         up = int(self.ledger.period.sun.is_up.sum())
         everything = sorted(part for piece in groups.pieces for part in piece)
         attached = solve([])
-        inside = where if isinstance(where, tuple) else (where,)
+        after = np.array([self.ledger.read_hours(day, where) for day in days])
+        cast = np.zeros((len(days), len(groups.names), *tile.shape), np.float32)
+        sole = np.zeros_like(cast)
         for k, row in enumerate(groups.member):
             mine = {p for piece, is_mine in zip(groups.pieces, row) if is_mine for p in piece}
             without = solve([part for part in everything if part not in mine])
-            lost = self.ledger.shadow_hours[where] - without
-            self.sole[k, *inside] = np.maximum(lost, 0)
+            sole[:, k] = np.maximum(after - without, 0)
             if k < self.asked.shown:
-                self.cast[k, *inside] = np.maximum(solve(sorted(mine)) - attached, 0)
+                cast[:, k] = np.maximum(solve(sorted(mine)) - attached, 0)
             progress(up * (k + 1) // len(groups.names) - up * k // len(groups.names))
+        for day in days:
+            self._enter(day, cast[day], sole[day], where)
         self._keep_owner(tile, where)
+
+    def _enter(
+        self, day: int, cast: NDArray[np.float32], sole: NDArray[np.float32], where: Any
+    ) -> None:
+        """Add a date of a tile to the whole, and judge it by its own hours."""
+        inside = where if isinstance(where, tuple) else (where,)
+        self.cast[:, *inside] += cast
+        self.sole[:, *inside] += sole
+        if len(self.cast_by_day):
+            self.cast_by_day[day, :, *inside] = cast
+            self.sole_by_day[day, :, *inside] = sole
+        if not self.asked.proposed:
+            return
+        up = np.float32(self.ledger.up_hours_by_day[day])
+        newly = is_newly_under(up - self.ledger.read_hours(day, where), sole[-1], self.asked.under)
+        self.newly_days[where] += newly
+        if len(self.newly_by_day):
+            self.newly_by_day[day, *inside] = newly
 
     def _keep_owner(self, tile: Tile, where: Any) -> None:
         if self.asked.proposed:
@@ -200,8 +232,8 @@ class Answer:
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
         """Take away the answers of receivers that are not there."""
-        self.cast[:, nothing] = np.nan
-        self.sole[:, nothing] = np.nan
+        for hours in (self.cast, self.sole, self.cast_by_day, self.sole_by_day):
+            hours[..., nothing] = np.nan
         if self.asked.proposed:
             self.nothing |= nothing
 
@@ -218,23 +250,28 @@ class Answer:
         area : (...) float64 or float
             Of each receiver [m2].
         """
-        asked = self.asked
+        asked, has_days = self.asked, len(self.cast_by_day) > 0
         found: dict[str, tuple[tuple[str, ...], NDArray]] = {}
         if asked.groups and asked.shown:
-            names = np.array(asked.groups.names[: asked.shown])
-            found["caster"] = (("caster",), names)
-            found["cast_hours"] = (("caster", *dims), self.cast[: asked.shown])
-            found["sole_hours"] = (("caster", *dims), self.sole[: asked.shown])
+            some = slice(asked.shown)
+            found["caster"] = (("caster",), np.array(asked.groups.names[some]))
+            found["cast_hours"] = (("caster", *dims), self.cast[some])
+            found["sole_hours"] = (("caster", *dims), self.sole[some])
+            if has_days:
+                axes = ("day", "caster", *dims)
+                found["cast_hours_by_day"] = (axes, self.cast_by_day[:, some])
+                found["sole_hours_by_day"] = (axes, self.sole_by_day[:, some])
         if asked.proposed:
-            sun = np.float32(self.ledger.up_hours) - self.ledger.shadow_hours
-            losses = find_losses(
-                sun,
+            losses = Losses(
                 self.sole[-1],
+                self.newly_days,
                 np.isin(self.owner, asked.proposed) | self.nothing,
                 self.owner,
                 [part.name for part in self.model.scene.parts],
                 area,
-                asked.under,
+                len(self.ledger.period.days),
+                self.sole_by_day[:, -1] if has_days else None,
+                self.newly_by_day if has_days else None,
             )
             found |= losses.variables(dims)
         return found

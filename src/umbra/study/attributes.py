@@ -71,6 +71,11 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
         "long_name": "whether under_hours of sun were reached before and no longer are",
         "units": "1",
     },
+    "newly_under_days": {
+        "long_name": "number of dates on which under_hours of sun were reached before and no "
+        "longer are",
+        "units": "1",
+    },
     "neighbour": {"long_name": "parts that lose sun to the proposal, most first"},
     "neighbour_area": {"long_name": "area of the neighbour's receivers", "units": "m2"},
     "neighbour_area_touched": {"long_name": "area that loses sun", "units": "m2"},
@@ -83,15 +88,25 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
     "shaded_share": {"long_name": "share of the time with the sun up in shadow", "units": "1"},
 }
 _BY_DAY = "_by_day"
+_SUMMED = {
+    *("shadow_hours", "sun_hours", "canopy_hours", "cast_hours", "sole_hours", "hours_lost"),
+    *("sun_spells", "sun_hours_in_spells", "neighbour_most_hours_lost"),
+    *("neighbour_mean_hours_lost", "shaded_share"),
+    *(f"{of}_{what}_sun_hours" for of in ("surface", "part") for what in ("mean", "least", "most")),
+}
+_JUDGED = {"newly_under", "neighbour_area_touched", "neighbour_area_newly_under"}
+"""Of several dates these are not of a sum: a limit is one of a date."""
 
 
-def find_attributes(name: str) -> dict[str, str]:
+def find_attributes(name: str, dates: int = 1) -> dict[str, str]:
     """
     Give a variable's attributes by its name; one of each day is like that of all days.
 
     Parameters
     ----------
     name : str
+    dates : int
+        How many the study has: of several, what is of all of them together says so.
 
     Returns
     -------
@@ -103,4 +118,9 @@ def find_attributes(name: str) -> dict[str, str]:
         attributes = dict(_ATTRIBUTES.get(name.removesuffix(_BY_DAY), {}))
         if attributes:
             attributes["long_name"] += ", on the day"
+    elif dates > 1 and name in _SUMMED:
+        how = "of" if name == "shaded_share" else "sum of"
+        attributes["long_name"] += f", {how} {dates} dates"
+    elif dates > 1 and name in _JUDGED:
+        attributes["long_name"] += f", on at least one of {dates} dates"
     return attributes

@@ -60,7 +60,7 @@ def count_period(
     if ledger.wanted.is_streamed:
         _stream(counter, shape, ledger, where, progress, solid)
         return
-    if not ledger.wanted.by_day:
+    if not ledger.has_days:
         hours, behind = _weigh(counter, shape, ledger, up, progress, solid)
         ledger.keep_hours(hours, where)
         ledger.keep_behind(behind, where)

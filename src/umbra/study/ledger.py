@@ -78,6 +78,8 @@ class Ledger:
         Of the receivers.
     wanted : Wanted
     canopy : Canopy, optional
+    reads_days : bool
+        Whether the hours of each date are read again while a tile is at hand.
 
     Attributes
     ----------
@@ -91,6 +93,8 @@ class Ledger:
         shape: tuple[int, ...],
         wanted: Wanted,
         canopy: Canopy | None = None,
+        *,
+        reads_days: bool = False,
     ) -> None:
         self.period, self.shape, self.wanted = period, shape, wanted
         self.shadow_hours = np.zeros(shape, np.float32)
@@ -101,6 +105,7 @@ class Ledger:
         days = len(period.days)
         self._whole = {name: np.zeros(shape, t) for name, t in wanted._spell_types().items()}
         self._by_day: dict[str, NDArray] = {}
+        self._of_tile: list[NDArray] = [np.zeros(0)] * days if reads_days else []
         types = {"shadow_hours": np.dtype(np.float32), **wanted._spell_types()}
         if canopy is not None:
             self._whole["canopy_hours"] = np.zeros(shape, np.float32)
@@ -112,6 +117,15 @@ class Ledger:
     def up_hours(self) -> float:
         """How long the sun is up in the whole period [h]."""
         return float(self.up_hours_by_day.sum())
+
+    @property
+    def has_days(self) -> bool:
+        """Whether the hours of each date are asked for."""
+        return self.wanted.by_day or bool(self._of_tile)
+
+    def read_hours(self, day: int, where: Any = ...) -> NDArray:
+        """Give a date's hours in shadow of the tile that was counted last."""
+        return self._by_day["shadow_hours"][day][where] if self._by_day else self._of_tile[day]
 
     def lets_all_through(self, day: int) -> bool:
         """Tell whether canopies weaken nothing on a day."""
@@ -136,6 +150,8 @@ class Ledger:
             self.shadow_hours[where] = hours
         elif self._by_day:
             self._by_day["shadow_hours"][day][where] = hours
+        elif self._of_tile:
+            self._of_tile[day] = hours
 
     def keep_behind(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
         """Store the hours behind canopies alone: of the whole period, or of one day."""

@@ -263,7 +263,7 @@ def run_point_study(
         more,
     )
     if samples is not None:
-        more |= _summarise(samples, study.sun_hours, scene, site)
+        more |= _summarise(samples, study, scene, site)
     elif names:
         more["name"] = (DIMS, np.array(names))
     return study
@@ -275,9 +275,7 @@ def _make_tile(
     return lambda: PointTile(casting, Places(places.points[some], places.normals[some]), part[some])
 
 
-def _summarise(
-    samples: Samples, sun_hours: NDArray[np.float32], scene: Scene, site: Site
-) -> Variables:
+def _summarise(samples: Samples, study: PointStudy, scene: Scene, site: Site) -> Variables:
     """Give the results of each surface and of each part."""
     names = [part.name for part in scene.parts]
     labels, owner = np.unique(np.array(names)[samples.part], return_inverse=True)
@@ -296,19 +294,30 @@ def _summarise(
         "surface_tilt": (one, np.degrees(np.arccos(np.clip(normal[:, 2], -1, 1)))),
         "part": (part, labels),
     }
+    by_day = study.more.get("sun_hours_by_day")
     for name, index, count in (
         ("surface", samples.surface, len(samples.part)),
         ("part", owner[samples.surface], len(labels)),
     ):
         total = np.bincount(index, samples.area, count)
-        mean = np.bincount(index, samples.area * sun_hours, count) / total
-        least, most = np.full(count, np.inf), np.full(count, -np.inf)
-        np.minimum.at(least, index, sun_hours)
-        np.maximum.at(most, index, sun_hours)
         if name == "part":
             found["part_area"] = (part, total)
-        dims = (name,)
-        found[f"{name}_mean_sun_hours"] = (dims, mean.astype(np.float32))
-        found[f"{name}_least_sun_hours"] = (dims, least.astype(np.float32))
-        found[f"{name}_most_sun_hours"] = (dims, most.astype(np.float32))
+
+        def sum_up(
+            sun: NDArray[np.float32], index: Any = index, count: int = count, total: Any = total
+        ) -> dict[str, NDArray[np.float32]]:
+            mean = np.bincount(index, samples.area * sun, count) / total
+            least, most = np.full(count, np.inf), np.full(count, -np.inf)
+            np.minimum.at(least, index, sun)
+            np.maximum.at(most, index, sun)
+            figures = {"mean": mean, "least": least, "most": most}
+            return {k: figure.astype(np.float32) for k, figure in figures.items()}
+
+        for which, figure in sum_up(study.sun_hours).items():
+            found[f"{name}_{which}_sun_hours"] = ((name,), figure)
+        if by_day is not None:
+            each = [sum_up(sun) for sun in by_day[1]]
+            for which in each[0]:
+                values = np.array([day[which] for day in each])
+                found[f"{name}_{which}_sun_hours_by_day"] = (("day", name), values)
     return found

@@ -171,10 +171,10 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
         )
         raise InputError(msg, bytes=packed)
 
-    arrays = {}
+    arrays, dates = {}, int(str(facts.get("days", 1)))
     for name, (dims, packed_array) in variables.items():
         array = np.asarray(packed_array)
         if array.dtype.kind == "M":
             array = array.astype("datetime64[ns]")
-        arrays[name] = (dims, array, find_attributes(name))
+        arrays[name] = (dims, array, find_attributes(name, dates))
     return xr.Dataset(arrays, attrs=facts)

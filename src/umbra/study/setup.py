@@ -146,7 +146,8 @@ class Setup:
         """What else is kept of each receiver besides hours [byte]."""
         days = len(self.period.days)
         behind = (4 + 4 * days * self.wanted.by_day) if self.canopy else 0
-        return self.wanted.bytes_kept(days) + self.asked.bytes_kept + behind
+        asked = self.asked.bytes_kept(days if self.wanted.by_day else 0)
+        return self.wanted.bytes_kept(days) + asked + behind
 
     def count(
         self,
@@ -169,7 +170,8 @@ class Setup:
             Told how many instants are done, and of how many.
         """
         period, wanted, asked = self.period, self.wanted, self.asked
-        ledger = Ledger(period, shape, wanted, self.canopy)
+        reads_days = bool(asked.proposed) or (asked.groups is not None and wanted.tolerance > 0)
+        ledger = Ledger(period, shape, wanted, self.canopy, reads_days=reads_days)
         answer = Answer(asked, casting, ledger)
         suns = period.sun.direction[period.sun.is_up]
         works = len(suns) * (2 if asked.groups else 1)
@@ -199,7 +201,7 @@ class Setup:
         return Result(ledger, answer, seconds, counters.device)
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
-        """Give the exact hours in shadow on a tile if only some parts cast [h]."""
+        """Give a tile's exact hours in shadow by date if only some parts cast (days, ...) [h]."""
         chosen, canopy = [parts], self.canopy
         if canopy is not None and set(parts).intersection(canopy.casting):
             chosen.append([part for part in parts if part not in set(canopy.casting)])
@@ -207,9 +209,10 @@ class Setup:
             canopy = None
         tiles = [tile.with_casters(some) for some in chosen]
         caught = [Caught(one.make_counter(), one.tree) for one in tiles]
-        ledger = Ledger(self.period, tile.shape, Wanted(tolerance=self.wanted.tolerance), canopy)
+        wanted = Wanted(tolerance=self.wanted.tolerance)
+        ledger = Ledger(self.period, tile.shape, wanted, canopy, reads_days=True)
         count_exactly(caught, tile.places, tile.shape, ledger)
-        return ledger.shadow_hours
+        return np.array([ledger.read_hours(day) for day in range(len(self.period.days))])
 
     def describe(self, receivers: str, seconds: float, **more: object) -> dict[str, object]:
         """Give the attributes of a result; those that are None are left out."""

@@ -132,7 +132,7 @@ def _run_plan(
 
     tiles = [
         ((rows, cols), partial(make_tile, (rows, cols), part))
-        for rows, cols, part in local.tiles(setup.asked.limit_tiles(side))
+        for rows, cols, part in local.tiles(setup.asked.limit_tiles(side, len(setup.period.days)))
     ]
     done = setup.count(model, heights.shape, tiles, progress)
     ledger, dims = done.ledger, ("y", "x")

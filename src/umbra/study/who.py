@@ -142,6 +142,7 @@ def count_shares(
     threads: int = 1,
     progress: Callable[[int], object] = lambda _: None,
     shares: NDArray[np.float64] | None = None,
+    which: NDArray[np.intp] | None = None,
 ) -> Shares:
     """
     Find the hours due to each group on some receivers.
@@ -161,11 +162,13 @@ def count_shares(
         Told how many instants were done, now and then.
     shares : (n_days,) float64, optional
         Of the light that canopies let through.
+    which : (n,) int, optional
+        Steps that are counted, the sun being up; all such by default.
     """
     cells = int(np.prod(shape, dtype=np.int64))
     cast = np.zeros((len(groups.names), cells), np.float32)
     sole = np.zeros_like(cast)
-    up = np.flatnonzero(period.sun.is_up)
+    up = np.flatnonzero(period.sun.is_up) if which is None else which
     bits = np.zeros((len(finders), cells), np.uint8)
     first = np.cumsum([0, *groups.member.sum(1)])
     listed = np.nonzero(groups.member)[1]

@@ -49,6 +49,7 @@ def write_netcdf(
     """
     known = {name: value for name, value in facts.items() if value is not None}
     grid_mapping = _find_grid_mapping(known.get("crs"))
+    dates = int(str(known.get("days", 1)))
     try:
         with PatientFile(path) as target, h5netcdf.File(target, "w") as file:
             file.attrs.update({"Conventions": "CF-1.11", **known})
@@ -58,7 +59,7 @@ def write_netcdf(
                 for name, size in zip(dimensions, array.shape, strict=True)
             }
             for name, (dimensions, array) in variables.items():
-                written = _write_variable(file, target, name, dimensions, array)
+                written = _write_variable(file, target, name, dimensions, array, dates)
                 if grid_mapping:
                     written.attrs.update(_find_map_attributes(name, dimensions))
             if grid_mapping:
@@ -75,10 +76,15 @@ def write_netcdf(
 
 
 def _write_variable(
-    file: h5netcdf.File, target: PatientFile, name: str, dimensions: tuple[str, ...], array: NDArray
+    file: h5netcdf.File,
+    target: PatientFile,
+    name: str,
+    dimensions: tuple[str, ...],
+    array: NDArray,
+    dates: int,
 ) -> h5netcdf.Variable:
-    """Store one array as suits its size and kind."""
-    attributes = find_attributes(name)
+    """Store one array as suits its size and kind, and says of how many dates it is."""
+    attributes = find_attributes(name, dates)
     how: dict[str, Any] = {}
     if array.dtype.kind == "M":
         array, units = _encode_instants(array)
