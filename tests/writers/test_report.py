@@ -9,10 +9,12 @@ from support.shapes import box, moved
 
 from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
+from umbra.study.period import make_period
 from umbra.sun import Site
 from umbra.writers.plan import Plan
 from umbra.writers.png import write_png
 from umbra.writers.report import Table, write_report
+from umbra.writers.report.thinning import thin
 from umbra.writers.report.timeline import make_timeline
 
 HOUSES = {
@@ -372,12 +374,15 @@ def test_where_nothing_receives_nothing_is_read(page, tmp_path):
 def test_of_very_many_days_some_are_shown_whole(page, tmp_path):
     year = make_study(date="2026", every="1h", cell=4, masks=True)
     path, timeline = save(tmp_path / "report.html", year)
-    assert timeline.strides == (3, 1)
+    assert timeline.strides == (2, 1)
     assert not timeline.is_study
-    assert "Of the study's 365 days it shows one in 3" in path.read_text().replace("&#x27;", "'")
     page.open(path, READY)
+    # It is said where nobody can miss it, and how to see another date.
+    notice = page.ask("document.querySelector('#through > .notice:not([hidden])').innerText")
+    assert notice.startswith("The picture moves through 183 of the study's 365 dates, one in 2")
+    assert "For another date run the study again" in notice
     page.mouse("mouseMoved", *place_of(page, year, 9, 11))
-    mine = np.isin(year.period.day_of_step, np.arange(0, 365, 3)) & year.sun.is_up
+    mine = np.isin(year.period.day_of_step, np.arange(0, 365, 2)) & year.sun.is_up
     mask = np.asarray(year.masks)[:, 9, 11]
     # Hours are those of the whole year, spells those of the days that are shown.
     assert words(page, "in-shadow") == [say(float(mask.sum()))]
@@ -387,10 +392,42 @@ def test_of_very_many_days_some_are_shown_whole(page, tmp_path):
 
 
 def test_of_very_many_steps_some_stand_for_all(tmp_path):
-    day = make_study(every="20s", cell=4, masks=False)
+    day = make_study(every="10s", cell=4, masks=False)
     _, timeline = save(tmp_path / "report.html", day)
     assert timeline.strides == (1, 2)
     np.testing.assert_array_equal(timeline.last, timeline.which + 1)
+
+
+@pytest.mark.parametrize(
+    ("date", "every", "strides"),
+    [
+        ("2026-*-21", "15min", (1, 1)),
+        ("2026-*-21", "5min", (1, 1)),
+        ("2026-*-21", "1min", (1, 3)),
+        (["2026-*-07", "2026-*-21"], "5min", (1, 2)),
+        ("2026-01-01..2026-02-20", "15min", (1, 1)),
+        ("2026", "15min", (6, 1)),
+        ("2026", "5min", (6, 3)),
+    ],
+)
+def test_dates_that_are_asked_are_shown_before_all_their_instants(date, every, strides):
+    period = make_period(date, "00:00", "24:00", every, VIENNA)
+    which, last, found = thin(period, 3000)
+    assert found == strides
+    assert np.count_nonzero(period.sun.is_up[which]) <= 3000
+    days = period.day_of_step
+    assert sorted(set(days[which])) == list(range(0, len(period.days), strides[0]))
+    np.testing.assert_array_equal(days[which], days[last])
+    ends = np.append(last[:-1] + 1, 0)[: len(which) - 1]
+    same = days[which][1:] == days[which][:-1]
+    np.testing.assert_array_equal(ends[same], which[1:][same])
+
+
+def test_few_dates_are_all_shown_however_many_samples_there_are():
+    period = make_period("2026-*-21", "00:00", "24:00", "15min", VIENNA)
+    which, _, strides = thin(period, 160)
+    assert strides == (1, 4)
+    assert set(period.day_of_step[which]) == set(range(12))
 
 
 def test_a_tap_keeps_a_point_on_a_phone(page, study, tmp_path):

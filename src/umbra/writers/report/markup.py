@@ -7,7 +7,7 @@ from pathlib import Path
 
 from umbra.writers.report.table import Table
 
-__all__ = ["make_address", "make_facts", "make_sheets", "make_summary", "make_table"]
+__all__ = ["make_address", "make_facts", "make_notice", "make_sheets", "make_summary", "make_table"]
 
 _SHORT, _NAME = 14, 32  # letters of a cell that is not broken: a date; a name in the first column
 
@@ -32,6 +32,11 @@ def make_facts(facts: Sequence[tuple[str, str]]) -> str:
         f'<tr><th scope="row">{html.escape(name)}</th><td>{html.escape(words)}</td></tr>'
         for name, words in facts
     )
+
+
+def make_notice(words: str) -> str:
+    """Give what a reader must not miss; nothing where there is nothing to say."""
+    return f'<p class="notice">{html.escape(words)}</p>' if words else ""
 
 
 def make_sheets(sheets: Sequence[tuple[str, Path]]) -> str:

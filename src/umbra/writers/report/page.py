@@ -17,7 +17,13 @@ from umbra.writers.plan import Plan
 from umbra.writers.report.comparison import find_comparisons
 from umbra.writers.report.counted import find_counted
 from umbra.writers.report.facts import find_facts, find_sun_areas
-from umbra.writers.report.markup import make_facts, make_sheets, make_summary, make_table
+from umbra.writers.report.markup import (
+    make_facts,
+    make_notice,
+    make_sheets,
+    make_summary,
+    make_table,
+)
 from umbra.writers.report.model_data import make_model_data, tell_model
 from umbra.writers.report.plan_data import make_plan_data, tell_plan
 from umbra.writers.report.sample_tables import list_receivers
@@ -103,6 +109,7 @@ def write_report(
     data = make_plan_data(study, plan, timeline)
     told = tell_plan(study, timeline, "hours" in data)
     parts = _WORDS["plan"] | {"script": _read_scripts(PLAN), "resolution": escape(told)}
+    parts["left_out"] = make_notice(timeline.tell_left_out(study, "hours" in data))
     _write(path, study, plan, data, parts, tables, sheets, casters, notes)
     return timeline
 
@@ -148,6 +155,7 @@ def write_point_report(
         "views": views,
         "script": _read_scripts(MODEL),
         "resolution": escape(tell_model(study, instants, data)),
+        "left_out": make_notice(instants.tell_left_out(study, own_hours=True)),
     }
     listed = list_receivers(study)
     _write(path, study, plan, data, parts, [*tables, *listed], sheets, casters, notes)

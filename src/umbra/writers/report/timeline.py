@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.scene.grid import Grid
 from umbra.study import PointStudy, Study
+from umbra.writers.report.thinning import thin
 
 __all__ = [
     "LONGEST", "LONGEST_VIEW", "MOST_BYTES", "MOST_INSTANTS", "Instants", "Timeline",
@@ -21,8 +22,8 @@ LONGEST_VIEW = 1600
 """The same of an elevation or a camera's picture, whose sheets have as many."""
 MOST_BYTES = 16_000_000
 """Of all masks at a bit a cell, before they are compressed; else cells grow."""
-MOST_INSTANTS = 2000
-"""Of a longer study every n-th day is shown; of a longer day every n-th step."""
+MOST_INSTANTS = 3000
+"""With the sun up; of more ``thinning.py`` chooses some."""
 _FEWEST = 24  # instants that are kept of however many points
 _SMALLEST = 120  # cells along the longer side that are kept whatever the instants
 
@@ -68,16 +69,26 @@ class Instants:
         known = np.isfinite(study.shadow_hours.ravel())
         return bool(np.allclose(total[known], study.shadow_hours.ravel()[known], atol=1e-3))
 
+    def tell_left_out(self, study: Study | PointStudy, own_hours: bool) -> str:
+        """Say which dates the page does not move through, and how to see them; else nothing."""
+        days, every = study.period.days, self.strides[0]
+        if every == 1:
+            return ""
+        shown = days[::every]
+        all_of_it = "Tables and figures above are of all dates; "
+        if own_hours:
+            all_of_it = "Tables, figures and hours in the picture are of all dates; "
+        return (
+            f"The picture moves through {len(shown):,} of the study's {len(days):,} dates, one in "
+            f"{every} from {shown[0]} to {shown[-1]}: all would not fit into a page. {all_of_it}"
+            "times, spells and lines at a place are of those shown. For another date run the "
+            "study again with --date and --report."
+        )
+
     def tell_steps(self, study: Study | PointStudy, own_hours: bool = False) -> str:
         """Say which instants are shown, as the end of a sentence about the receivers."""
-        days, steps = self.strides
+        _, steps = self.strides
         words = ""
-        if days > 1:
-            words += (
-                f". Of the study's {len(study.period.days)} days it shows one in {days}; "
-                + ("times" if own_hours else "the figures")
-                + " at a point are of these days"
-            )
         if steps > 1:
             words += f". Of a day's steps one in {steps} is judged for all"
         if own_hours:
@@ -145,17 +156,16 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     -------
     timeline : Timeline
     """
-    lengths = [len(steps.hours) for steps in study.period.steps]
-    which, last, strides = _choose_steps(lengths, MOST_INSTANTS)
+    which, last, strides = thin(study.period, MOST_INSTANTS)
     if longest is None:
         longest = LONGEST if study.is_plan else LONGEST_VIEW
     share = _find_share(study, which)
-    grid = _choose_grid(study.grid, len(which) * (1 if share is None else 2), longest)
+    shown = np.flatnonzero(study.sun.is_up[which])
+    grid = _choose_grid(study.grid, len(shown) * (1 if share is None else 2), longest)
     tile = study.model.make_tile(grid)
     sweep = tile.make_counter()
     solid = None if share is None else tile.with_casters().make_counter()
     kept = _Kept(len(which), grid.rows * grid.cols, share)
-    shown = np.flatnonzero(study.sun.is_up[which])
     for first in range(0, len(shown), 8):
         some = shown[first : first + 8]
         suns = study.sun.direction[which[some]]
@@ -184,14 +194,12 @@ def make_point_timeline(study: PointStudy) -> Instants:
     instants : Instants
     """
     count = len(study.shadow_hours)
-    is_up = study.sun.is_up
-    lengths = [len(steps.hours) for steps in study.period.steps]
     sets = 1 if study.model.canopy is None else 2
-    fit = 8 * MOST_BYTES / max(sets * count, 1) / (is_up.mean() or 1.0)  # none are kept of nights
-    which, last, strides = _choose_steps(lengths, int(max(min(MOST_INSTANTS, fit), _FEWEST)))
+    fit = 8 * MOST_BYTES / max(sets * count, 1)
+    which, last, strides = thin(study.period, int(max(min(MOST_INSTANTS, fit), _FEWEST)))
     share = _find_share(study, which)
     kept = _Kept(len(which), count, share)
-    shown = np.flatnonzero(is_up[which])
+    shown = np.flatnonzero(study.sun.is_up[which])
     if study.masks is not None:
         canopies: Any = study.more["under_canopy"][1] if share is not None else None
         for k in shown:
@@ -232,19 +240,6 @@ def _find_share(study: Study | PointStudy, which: NDArray[np.int64]) -> NDArray[
     """Give the share of the light that canopies let through at some steps, if there are any."""
     canopy, period = study.model.canopy, study.period
     return None if canopy is None else canopy.find_shares(period.days)[period.day_of_step[which]]
-
-
-def _choose_steps(
-    lengths: list[int], most: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[int, int]]:
-    """Choose days, whole if they can be, until no more steps are left than are shown."""
-    days = max(1, -(-sum(lengths) // most)) if len(lengths) > 1 else 1
-    kept = list(range(0, len(lengths), days))
-    steps = max(1, -(-sum(lengths[day] for day in kept) // most))
-    firsts = np.cumsum([0, *lengths])
-    which = [np.arange(firsts[day], firsts[day + 1], steps) for day in kept]
-    last = [np.append(some[1:] - 1, firsts[day + 1] - 1) for day, some in zip(kept, which)]
-    return np.concatenate(which), np.concatenate(last), (days, steps)
 
 
 def _find_surface(tile: Any) -> NDArray[np.float64]:
