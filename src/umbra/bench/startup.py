@@ -14,13 +14,14 @@ import numpy as np
 
 from umbra.bench.report import describe_machine, lay_out_table
 from umbra.bench.scenes import Model, make_town
+from umbra.children import HOME, make_command
 from umbra.errors import UmbraError
 
 __all__ = ["Startup", "bench_startup"]
 
-_STUDY = "import sys; from umbra.cli import main; main(sys.argv[1:])"
+_STUDY = "from umbra.cli import main; main(sys.argv[1:])"
 _READ = """
-import sys, time
+import time
 from umbra.readers import read
 begun = time.perf_counter()
 scene = read(sys.argv[1])
@@ -162,7 +163,7 @@ def _run(program: str, arguments: list[str]) -> _Run:
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
         begun = time.perf_counter()
         child = subprocess.Popen(
-            [sys.executable, "-c", program, *arguments], stdout=out, stderr=err
+            make_command(program, *arguments), cwd=HOME, stdout=out, stderr=err
         )
         _, status, used = os.wait4(child.pid, 0)
         seconds = time.perf_counter() - begun

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from umbra import __version__
+from umbra.cli.folder_settings import pass_over_settings
 from umbra.cli.terminal import echo
 from umbra.errors import InputError, UmbraError
 
@@ -85,6 +86,7 @@ def main(arguments: list[str] | None = None) -> None:
         Those of the process by default.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
+    pass_over_settings()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # names of files as they are
     # A flag of the whole command may stand anywhere.

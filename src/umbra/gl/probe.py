@@ -2,7 +2,7 @@
 What one backend has, found out in a process of its own.
 
 Contexts of several kinds in one process disturb each other, and a driver that crashes
-must not take the asker with it. ``python -m umbra.gl.probe NAME`` prints JSON.
+must not take the asker with it. The child prints JSON.
 """
 
 import json
@@ -10,6 +10,7 @@ import subprocess
 import sys
 from typing import Any
 
+from umbra.children import HOME, make_command
 from umbra.errors import UmbraError
 
 __all__ = ["probe"]
@@ -32,10 +33,10 @@ def probe(backend: str) -> dict[str, Any]:
         ``version``, ``vendor``, ``renderer``, ``is_software``, ``stencil_bits``,
         ``depth_bounds`` and ``timer_queries``; or the ``reason`` why it does not run.
     """
-    command = [sys.executable, "-m", "umbra.gl.probe", backend]
+    command = make_command("from umbra.gl.probe import tell; tell()", backend)
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, check=False, timeout=_SECONDS
+            command, cwd=HOME, capture_output=True, text=True, check=False, timeout=_SECONDS
         )
     except subprocess.TimeoutExpired:
         return {"reason": f"it does not answer within {_SECONDS} s"}
@@ -67,5 +68,6 @@ def _find_facts(backend: str) -> dict[str, Any]:
         return {"reason": str(reasons[0]).removeprefix(f"{backend}: ")}
 
 
-if __name__ == "__main__":
+def tell() -> None:
+    """Print the facts of the backend that the command names."""
     sys.stdout.write(json.dumps(_find_facts(sys.argv[1])))

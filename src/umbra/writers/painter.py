@@ -14,11 +14,13 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.children import HOME, make_command
 from umbra.writers.plan import Plan
 from umbra.writers.raster import PackedMasks
 
@@ -26,8 +28,8 @@ __all__ = ["Painter"]
 
 MODULES = ("umbra.writers.hours", "umbra.writers.profile")
 CHILD = (
-    "import signal, sys; signal.signal(signal.SIGINT, signal.SIG_IGN); "
-    "sys.path[:] = {path!r}; from umbra.writers.painter import serve; serve()"
+    "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
+    "from umbra.writers.painter import serve; serve()"
 )
 
 
@@ -46,10 +48,9 @@ class Painter:
         self._is_ending = False
         self._child: subprocess.Popen[bytes] | None = None
         if sys.executable:
-            command = [sys.executable, "-c", CHILD.format(path=sys.path)]
             with suppress(OSError):
                 self._child = subprocess.Popen(
-                    command, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+                    make_command(CHILD), cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE
                 )
 
     def draw_hours(
@@ -96,6 +97,8 @@ class Painter:
             future.result()
 
     def _submit(self, module: str, name: str, args: tuple, options: dict) -> Future[None]:
+        path, *rest = args
+        args = (Path(path).absolute(), *rest)  # the child stands in another folder
         future = self._thread.submit(self._call, (module, name, args, options))
         self._futures.append(future)
         return future
