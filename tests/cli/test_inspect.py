@@ -106,3 +106,12 @@ def test_two_files(umbra_here, tmp_path):
     assert found["bounds"][1] == [13, 3, 2]
     merged = save_obj(tmp_path / "m.obj", {"both": merge(HOUSE, moved(HOUSE, (9, 0, 0)))})
     assert umbra_here("inspect", merged, "--json").json()["vertices"] == found["vertices"] == 16
+
+
+@pytest.mark.parametrize("stray", ["100000 0 0", "0 0 nan"])
+def test_a_vertex_that_no_face_uses_is_not_the_model(umbra_here, tmp_path, stray):
+    path = save_obj(tmp_path / "m.obj", {"house": HOUSE})
+    path.write_text(path.read_text() + f"v {stray}\n")
+    found = umbra_here("inspect", path, "--json").json()
+    assert found["bounds"] == [[0, 0, 0], [4, 3, 2]]
+    assert found["vertices"] == 8

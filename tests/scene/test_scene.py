@@ -102,3 +102,51 @@ def test_lights_are_homogeneous_and_local():
     for target, angle in ((0, 0, 5), 30), ((0, 0, 1), 0), ((0, 0, 1), 181):
         with pytest.raises(InputError, match="spot light"):
             spot_light((0, 0, 5), target, angle)
+
+
+@pytest.mark.parametrize("stray", [1e5, np.nan, np.inf])
+def test_only_vertices_that_a_face_uses_are_the_model(stray):
+    vertices = np.insert(VERTICES, 3, stray, axis=0)
+    mesh = Mesh(vertices, FACES + (FACES > 2), colors=np.arange(27).reshape(9, 3))
+    shared = Mesh(mesh.vertices, mesh.faces[:6])
+    scene = make_scene([Part("a", "", mesh), Part("b", "", shared), Part("c", "", mesh)])
+    np.testing.assert_array_equal(scene.bounds(), [[0, 0, 0], [1, 2, 3]])
+    soup = scene.triangles()
+    np.testing.assert_array_equal(soup.vertices, VERTICES)
+    np.testing.assert_array_equal(soup.faces, np.concatenate([FACES, FACES[:6], FACES]))
+    assert scene.parts[0].mesh is scene.parts[2].mesh
+    np.testing.assert_array_equal(scene.parts[0].mesh.colors[:, 0], [0, 3, 6, 12, 15, 18, 21, 24])
+
+
+def test_a_scene_counts_and_gives_its_parts():
+    roof = Part("tower", "RoofSurface", Mesh(VERTICES, FACES[2:4]))
+    walls = Part("tower", "WallSurface", Mesh(VERTICES, FACES[4:]))
+    shift = np.eye(4)
+    shift[:3, 3] = 10, 0, 0
+    shed = Part("shed", "", Mesh(VERTICES, FACES), shift)
+    far = [Part(p.name, p.kind, p.mesh.moved(p.mesh.vertices + 5e6), shift) for p in (roof, shed)]
+    scene = make_scene([roof, walls, shed])
+    assert len(scene) == 3
+    assert [part.name for part in scene] == ["tower", "tower", "shed"]
+    np.testing.assert_array_equal(roof.bounds, [[0, 0, 3], [1, 2, 3]])
+    np.testing.assert_array_equal(shed.bounds, [[10, 0, 0], [11, 2, 3]])
+    assert [part.kind for part in scene["tower"]] == ["RoofSurface", "WallSurface"]
+    np.testing.assert_array_equal(scene["shed"].bounds(), shed.bounds)
+    # Of a scene about an origin: a part's bounds are relative to it, a scene's are not.
+    scene = make_scene(far)
+    np.testing.assert_array_equal(scene.parts[1].bounds + scene.origin, scene["shed"].bounds())
+    np.testing.assert_array_equal(
+        scene["shed"].bounds(), [[5e6 + 10, 5e6, 5e6], [5e6 + 11, 5e6 + 2, 5e6 + 3]]
+    )
+
+
+def test_an_unknown_name_lists_those_near_it():
+    scene = make_scene([Part(f"tower {n}", "", Mesh(VERTICES, FACES)) for n in range(9)])
+    with pytest.raises(InputError, match="no part is called 'Tower 3'; the nearest are tower 3, "):
+        scene["Tower 3"]
+    with pytest.raises(
+        InputError, match=r"no part is called 'zzz'; there are tower 0, .* and 3 more"
+    ):
+        scene["zzz"]
+    with pytest.raises(InputError, match="no part is called 0"):
+        scene[0]

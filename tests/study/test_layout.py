@@ -213,3 +213,12 @@ def test_pole_s_default_ground_is_its_foot(noon, at_45):
     result = umbra.shadow_study(lifted, at_45, **around(noon), cell=0.05)
     assert (result.receiver_z == 123.5).all()
     assert float(result.y[(result.shadow_hours > 0).any("x")].max()) == pytest.approx(10.1, abs=0.1)
+
+
+@pytest.mark.parametrize("stray", [(1e5, 1e5, 0.0), (0.0, 0.0, 1e5), (np.nan, np.nan, np.nan)])
+def test_a_vertex_that_no_face_uses_does_not_widen_the_plan(stray):
+    vertices, faces = HOUSE
+    plain = study()
+    found = study(make_scene(np.concatenate([vertices, [stray]]), faces))
+    for name in ("x", "y", "shadow_hours"):
+        np.testing.assert_array_equal(found[name], plain[name])

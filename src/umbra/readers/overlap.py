@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Part
-from umbra.scene.mesh import transform_points
 
 __all__ = ["find_far", "find_overlaps"]
 
@@ -78,26 +77,12 @@ def _boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
     found: dict[str, NDArray[np.float64]] = {}
     for part in parts:
         if part.triangles:
-            box = _box(part)
+            box = part.bounds
             if part.name in found:
                 other = found[part.name]
                 box = np.stack([np.minimum(box[0], other[0]), np.maximum(box[1], other[1])])
             found[part.name] = box
     return list(found), np.array(list(found.values()))
-
-
-def _box(part: Part) -> NDArray[np.float64]:
-    vertices, corners = part.mesh.vertices, part.mesh.faces.ravel()
-    if len(corners) > len(vertices):
-        is_used = np.zeros(len(vertices), np.bool_)
-        is_used[corners] = True
-        used = vertices[is_used]
-    else:  # a part of many that share their vertices
-        used = vertices[corners]
-    if part.transform is not None:
-        used = transform_points(part.transform, used)
-    # By columns: numpy folds rows of three slowly.
-    return np.array([[axis.min() for axis in used.T], [axis.max() for axis in used.T]])
 
 
 def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -100,6 +100,26 @@ class Mesh:
         kept = self.normals if normals is None else normals
         return replace(self, vertices=vertices, normals=kept)
 
+    def with_vertices(self, is_kept: NDArray[np.bool_], vertices: NDArray[np.float64]) -> "Mesh":
+        """
+        Give the same triangles on some of the vertices.
+
+        Parameters
+        ----------
+        is_kept : (n_vertices,) bool
+            At least those that the faces use.
+        vertices : (n_kept, 3) float64
+            Those that are kept; meshes that share an array go on sharing it.
+        """
+        number = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
+        rows = (None if row is None else row[is_kept] for row in self._rows)
+        return Mesh(vertices, number[self.faces], *rows)
+
+    @property
+    def _rows(self) -> tuple[NDArray[np.float32] | None, ...]:
+        """What there is one row of for each vertex, beside its position."""
+        return self.normals, self.uv, self.colors
+
 
 @dataclass(frozen=True, eq=False)
 class Part:
@@ -156,6 +176,26 @@ class Part:
     def triangles(self) -> int:
         """Number of triangles."""
         return len(self.mesh.faces)
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """
+        Lowest and highest corner of its triangles, (2, 3) float64 [m].
+
+        Relative to ``Scene.origin``; ``scene[name].bounds()`` is in the model's own
+        coordinates.
+        """
+        vertices, corners = self.mesh.vertices, self.mesh.faces.ravel()
+        if len(corners) > len(vertices):
+            is_used = np.zeros(len(vertices), np.bool_)
+            is_used[corners] = True
+            used = vertices[is_used]
+        else:  # a part of many that share their vertices
+            used = vertices[corners]
+        if self.transform is not None:
+            used = transform_points(self.transform, used)
+        # By columns: numpy folds rows of three slowly.
+        return np.array([[axis.min() for axis in used.T], [axis.max() for axis in used.T]])
 
 
 def transform_points(transform: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:

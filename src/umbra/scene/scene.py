@@ -1,7 +1,8 @@
 """A scene: parts about a local origin, and what the file says of its place on earth."""
 
+import difflib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, cast
@@ -48,6 +49,12 @@ class Triangles:
     faces: NDArray[np.int32]
     part: NDArray[np.int32]
 
+    def find_corners(self) -> NDArray[np.float64]:
+        """Give the vertices that a face uses, each once, (n, 3): what a pose bends has more."""
+        is_used = np.zeros(len(self.vertices), np.bool_)
+        is_used[self.faces.ravel()] = True
+        return self.vertices if is_used.all() else self.vertices[is_used]
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -89,6 +96,39 @@ class Scene:
     sources: tuple[Source, ...] = ()
     notes: tuple[str, ...] = ()
     lights: tuple[Light, ...] = ()
+
+    def __len__(self) -> int:
+        """Give the number of parts."""
+        return len(self.parts)
+
+    def __iter__(self) -> Iterator[Part]:
+        """Go through the parts."""
+        return iter(self.parts)
+
+    def __getitem__(self, name: str) -> "Scene":
+        """
+        Give the parts of one name as a scene, in the same place on earth.
+
+        A building may have several: its walls, its roof.
+
+        Raises
+        ------
+        InputError
+            If no part has that name: names those most like it.
+        """
+        parts = tuple(part for part in self.parts if part.name == name)
+        if parts:
+            return replace(self, parts=parts, lights=(), notes=())
+        names = list(dict.fromkeys(part.name for part in self.parts))
+        near = difflib.get_close_matches(str(name), names, n=3)
+        more = f" and {len(names) - 6} more" if len(names) > 6 else ""
+        is_like = (
+            f"the nearest are {', '.join(near)}"
+            if near
+            else (f"there are {', '.join(names[:6])}{more}")
+        )
+        msg = f"no part is called {name!r}; {is_like} (all are in scene.parts)"
+        raise InputError(msg, name=name, names=names)
 
     @property
     def animations(self) -> tuple[Animation, ...]:
@@ -160,11 +200,8 @@ class Scene:
 
     @cached_property
     def _bounds(self) -> NDArray[np.float64]:
-        soup = self.triangles()
-        is_used = np.zeros(len(soup.vertices), np.bool_)
-        is_used[soup.faces.ravel()] = True
         # Column by column: numpy folds rows of three ten times slower.
-        axes = [axis[is_used] for axis in soup.vertices.T]
+        axes = self.triangles().find_corners().T
         bounds = np.array([[a.min() for a in axes], [a.max() for a in axes]]) + self.origin
         bounds.setflags(write=False)
         return bounds
@@ -257,6 +294,7 @@ def make_scene(
     if not kept:
         msg = "there are no triangles; export the model with its surfaces"
         raise InputError(msg)
+    kept = _drop_unused(kept)
     scene = Scene(kept, np.zeros(3))
     soup = scene.triangles()
     finite = np.asarray(np.isfinite(soup.vertices).all(1))
@@ -277,6 +315,37 @@ def make_scene(
     if origin.any():
         kept = _shift(kept, origin)
     return replace(scene, parts=kept, origin=origin, **facts)
+
+
+def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    """
+    Leave out the vertices that no face uses, so that only what is drawn counts as the model.
+
+    A mesh that bends keeps its own: its shape has rows for each of them.
+    """
+    bends = {id(p.mesh.vertices) for p in parts if p.binding is not None and p.binding.shape}
+    used: dict[int, NDArray[np.bool_]] = {}  # by vertex arrays, which parts share
+    for part in parts:
+        array = part.mesh.vertices
+        if id(array) not in bends:
+            is_used = used.setdefault(id(array), np.zeros(len(array), np.bool_))
+            is_used[part.mesh.faces.ravel()] = True
+    arrays = {
+        id(part.mesh.vertices): part.mesh.vertices
+        for part in parts
+        if not used.get(id(part.mesh.vertices), np.ones(1, np.bool_)).all()
+    }
+    if not arrays:
+        return parts
+    shorter = {key: array[used[key]] for key, array in arrays.items()}
+    meshes: dict[int, Mesh] = {}
+    dropped = []
+    for part in parts:
+        mesh, key = part.mesh, id(part.mesh.vertices)
+        if key in shorter and id(mesh) not in meshes:
+            meshes[id(mesh)] = mesh.with_vertices(used[key], shorter[key])
+        dropped.append(replace(part, mesh=meshes.get(id(mesh), mesh)))
+    return tuple(dropped)
 
 
 def _shift(parts: tuple[Part, ...], origin: NDArray[np.float64]) -> tuple[Part, ...]:

@@ -113,9 +113,10 @@ def _run_plan(
         scene, setup.casters, receivers, level - origin[2], setup.threads, setup.canopy,
         has_end=has_end,
     )  # fmt: skip
-    corners = model.soup.vertices + origin
+    corners = model.soup.find_corners() + origin
     if setup.canopy is not None:
-        corners = np.concatenate([corners, model.caster.vertices + origin])
+        crowns = scene.triangles(setup.canopy.casting)
+        corners = np.concatenate([corners, crowns.find_corners() + origin])
     # Where nothing receives beside a terrain no shadow has to be followed.
     reaching = np.zeros((0, 3)) if has_end else find_reaching_suns(setup.period)
     grid, x, y = lay_out(corners, reaching, level, **raster)
@@ -166,7 +167,7 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
         From ``umbra.read``.
     site : Site
         Latitude, longitude, time zone and true north.
-    date : str, date, or a sequence of them
+    date : str, date, datetime64, Timestamp, or a sequence of them
         Local date, ``"2026-09-18"``; or several: joined by commas, a range
         ``"2026-03-21..2026-09-23"``, a month ``"2026-06"``, a year ``"2026"``, a day of
         every month ``"2026-*-21"``.

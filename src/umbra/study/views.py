@@ -117,7 +117,7 @@ class Elevation:
     def find_extent(self, scene: Scene, parts: list[int] | None = None) -> NDArray[np.float64]:
         """Give the bounds of parts along the view and upward in it, (2, 2) [m]."""
         soup = scene.triangles(parts)
-        used = soup.vertices[np.unique(soup.faces)] + scene.origin
+        used = soup.find_corners() + scene.origin
         across = used @ np.array([self.right, self.up]).T
         return np.stack([across.min(0), across.max(0)])
 
