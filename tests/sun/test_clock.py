@@ -3,6 +3,7 @@ import math
 import zoneinfo
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -297,7 +298,10 @@ def test_leap_day():
         ("2026-09-18T00:00", "is not a date"),
         ("", "'' is not a date"),
         (None, "None is not a date"),
-        (dt.datetime(2026, 1, 1), "is not a date"),
+        (dt.datetime(2026, 1, 1, 14, 30), "'2026-01-01 14:30:00' is a date with a clock time"),
+        (np.datetime64("2026-01-01T14:30"), "and the time as start= and end="),
+        (np.datetime64("NaT"), "'NaT' is not a date"),
+        (pd.NaT, "NaT is not a date"),
         ("0026-09-18", "in the year 26; give a year from 1583 to 2999"),
         ("3000-01-01", "give a year from 1583 to 2999"),
         ("\u0662026-01-01", "is not a date"),

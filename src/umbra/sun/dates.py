@@ -5,24 +5,27 @@ import datetime as dt
 import re
 from collections.abc import Sequence
 
+import numpy as np
+
 from umbra.errors import InputError
 from umbra.sun.local_time import parse_date
 
 __all__ = ["parse_dates"]
 
+Date = str | dt.date | np.datetime64
+"""What is read as a date; pandas' timestamps are dates of the standard library."""
+
 _YEAR = re.compile(r"([0-9]{4})(?:-([0-9]{1,2}))?")
 _EVERY_MONTH = re.compile(r"([0-9]{4})-\*-([0-9]{1,2})")
 
 
-def parse_dates(
-    dates: str | dt.date | Sequence[str | dt.date], every_days: int = 1
-) -> tuple[dt.date, ...]:
+def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.date, ...]:
     """
     List the dates that some words name, in order and each once.
 
     Parameters
     ----------
-    dates : str, date, or a sequence of them
+    dates : str, date, datetime64, Timestamp, or a sequence of them
         ``2026-03-21``; several joined by commas; ``2026-03-21..2026-09-23``, both ends
         included; ``2026``, the whole year; ``2026-06``, the whole month; ``2026-*-21``,
         that day of every month which has it.
@@ -42,8 +45,8 @@ def parse_dates(
     if every_days < 1:
         msg = f"every {every_days} days is not possible; give 1 or more"
         raise InputError(msg, every_days=every_days)
-    given = [dates] if isinstance(dates, (str, dt.date)) else list(dates)
-    words: list[str | dt.date] = []
+    given = [dates] if isinstance(dates, Date) else list(dates)
+    words: list[Date] = []
     for item in given:
         words += item.split(",") if isinstance(item, str) else [item]
     found = {day for word in words for day in _find_days(word, every_days)}
@@ -53,7 +56,7 @@ def parse_dates(
     return tuple(sorted(found))
 
 
-def _find_days(word: str | dt.date, every_days: int) -> list[dt.date]:
+def _find_days(word: Date, every_days: int) -> list[dt.date]:
     """Give the dates that one word names."""
     if not isinstance(word, str):
         return [parse_date(word)]

@@ -11,6 +11,8 @@ import re
 from dataclasses import dataclass
 from zoneinfo import ZoneInfo
 
+import numpy as np
+
 from umbra.errors import InputError
 
 __all__ = ["find_instant", "parse_date"]
@@ -33,14 +35,14 @@ class _Jump:
     after: dt.datetime
 
 
-def parse_date(date: str | dt.date) -> dt.date:
+def parse_date(date: str | dt.date | np.datetime64) -> dt.date:
     """
     Read a date.
 
     Parameters
     ----------
-    date : str or datetime.date
-        ``YYYY-MM-DD``, in the years 1583 to 2999.
+    date : str, datetime.date, datetime.datetime, numpy.datetime64 or pandas.Timestamp
+        ``YYYY-MM-DD``, in the years 1583 to 2999; a date with a clock time has to be midnight.
 
     Returns
     -------
@@ -51,6 +53,16 @@ def parse_date(date: str | dt.date) -> dt.date:
     InputError
         If it is not written so, or no such day exists.
     """
+    if isinstance(date, np.datetime64):
+        date = _find_moment(date)
+    if isinstance(date, dt.datetime) and date == date:  # noqa: PLR0124 - pandas' NaT is unlike itself
+        if date.time() != dt.time():
+            msg = (
+                f"'{date}' is a date with a clock time, which a day of study has not; give the "
+                "date, and the time as start= and end="
+            )
+            raise InputError(msg, date=date)
+        date = date.date()
     if isinstance(date, dt.date) and not isinstance(date, dt.datetime):
         year, month, day = date.year, date.month, date.day
     else:
@@ -71,6 +83,12 @@ def parse_date(date: str | dt.date) -> dt.date:
         msg = f"there is no date {date}: {month_name} {year} has {length} days; give 1 to {length}"
         raise InputError(msg, date=date)
     return dt.date(year, month, day)
+
+
+def _find_moment(date: np.datetime64) -> dt.datetime | str:
+    """Give what a ``numpy.datetime64`` is in Python; its own words where that knows none."""
+    moment = date.astype("datetime64[us]").item()
+    return moment if isinstance(moment, dt.datetime) else str(date)
 
 
 def find_instant(date: dt.date, time: str | dt.time, zone: ZoneInfo, what: str) -> dt.datetime:
