@@ -66,22 +66,25 @@ def umbra_alone():
 class StandIn:
     """A painter that only leaves files: most tests are not about pictures."""
 
+    def __init__(self, endings):
+        self.endings = endings
+
     def draw_hours(self, path, plan, hours, *args, **options):
         assert hours.shape == plan.shape
-        Path(path).write_bytes(PICTURE)
+        self.leave(path)
 
     def draw_profile(self, path, plan, shadows, labels, **options):
         assert len(shadows) == len(labels)
-        Path(path).write_bytes(PICTURE)
+        self.leave(path)
 
     def draw_profiles(self, path, plan, days, **options):
         assert all(len(shadows) == len(labels) for _, shadows, labels in days)
-        Path(path).write_bytes(PICTURE)
+        self.leave(path)
 
     def draw_points(self, path, plan, points, normals, hours, *args):
         assert len(points) == len(normals) == len(hours)
         assert plan.shape[0] > 1
-        Path(path).write_bytes(PICTURE)
+        self.leave(path)
 
     def draw_elevations(self, path, arrangement, maps, max_hours, **options):
         assert [caption.split()[0] for caption, _, _ in maps] == [
@@ -89,7 +92,11 @@ class StandIn:
         ]  # fmt: skip
         assert all(hours.shape == plan.shape for _, plan, hours in maps)
         assert len(arrangement.corners) == len(maps)
-        Path(path).write_bytes(PICTURE)
+        self.leave(path)
+
+    def leave(self, path):
+        for ending in self.endings:
+            Path(path).with_suffix(f".{ending}").write_bytes(PICTURE)
 
     def __enter__(self):
         return self

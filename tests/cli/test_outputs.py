@@ -187,3 +187,38 @@ def test_surfaces_and_points_have_a_report(umbra_here, tower, tmp_path, receiver
     assert f"<h1>{named}</h1>" in text
     assert "An example, 0: " in text
     assert "Part by part" in text or "Point by point" in text
+
+
+def test_pictures_are_pdf_and_svg_too_when_asked_for(study, tmp_path):
+    said = study("--write", "pdf,svg", "--json", "--quiet")
+    names = [Path(name).name for name in said.json()["files"]]
+    pictures = [
+        f"{name}.{ending}" for name in ("hours", "profile") for ending in ("png", "pdf", "svg")
+    ]
+    assert names == ["study.nc", *pictures, "study.toml"]
+    assert all((tmp_path / "out" / name).exists() for name in names)
+
+
+def test_a_title_and_what_is_shown_reach_pictures_report_and_lines(study, tmp_path):
+    words = ("--title", "Mill <Lane>", "--subtitle", "Option B", "--show", "sun")
+    assert study(*words, "--report", "--write", "dxf,svg").status == 0
+    picture = (tmp_path / "out" / "hours.svg").read_text()
+    assert all(f">{text}</text>" in picture for text in ("Mill &lt;Lane&gt;", "Option B", "2 h"))
+    assert ">hours of sun</text>" in picture
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert '<h1>Mill &lt;Lane&gt;</h1>\n<p class="lead">Option B</p>' in page
+    assert "<span>Hours of sun</span>" in page
+    assert '<canvas id="ramp" class="mirrored"' in page
+    drawing = (tmp_path / "out" / "study.dxf").read_text()
+    assert "SUN_03" in drawing
+    assert "HOURS_" not in drawing
+    options = (tmp_path / "out" / "study.toml").read_text()
+    assert 'title = "Mill <Lane>"' in options
+    assert 'show = "sun"' in options
+
+
+def test_a_view_with_a_title_of_its_own_tells_from_where_it_is_seen(study, tmp_path):
+    assert study("--receivers", "south", "--title", "Mill Lane", "--write", "svg").status == 0
+    picture = (tmp_path / "out" / "hours.svg").read_text()
+    assert ">Mill Lane</text>" in picture
+    assert ">elevation from the south · 2026-09-18, 10:00 to 14:00" in picture

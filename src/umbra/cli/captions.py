@@ -39,15 +39,20 @@ def describe(
     offsets = "/".join(sorted(set(each)))
     rows, cols = study.dims
     north, upward = _find_north(study)
+    view = _name_view(study, options)
+    told = view.removeprefix(", ") if options["title"] else ""
     return Plan(
         preview.x,
         preview.y,
         preview.heights,  # type: ignore[arg-type]
         true_north=north,
         upward=upward,
-        title=name_files(scene) + _name_view(study, options),
+        title=options["title"] or name_files(scene) + view,
+        subtitle=options["subtitle"] or "",
         place=describe_place(study.site),
-        date=f"{dates}, {options['start']} to {options['end']} ({offsets})",
+        date=" · ".join(
+            filter(None, [told, f"{dates}, {options['start']} to {options['end']} ({offsets})"])
+        ),
         note=" · ".join(
             [f"umbra {facts['umbra_version']}", _describe_cells(study)]
             + describe_method(study, options)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from umbra.scene import Scene
     from umbra.study import PointStudy, Study
     from umbra.writers.painter import Painter
-    from umbra.writers.plan import Plan
+    from umbra.writers.plan import Plan, Show
     from umbra.writers.report import Table
     from umbra.writers.rules import Rules
 
@@ -24,7 +24,9 @@ __all__ = ["Outputs", "output_options", "take_outputs"]
 F = TypeVar("F", bound=Callable)
 
 REPORT, VERDICTS = "report.html", "verdicts.csv"
-NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4")
+NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4", "pdf", "svg")
+DRAWN = ("pdf", "svg")
+"""Of these, what every picture is written as besides PNG."""
 
 
 def output_options(command: F) -> F:
@@ -38,7 +40,8 @@ def output_options(command: F) -> F:
         "--write",
         multiple=True,
         metavar="FORMAT,...",
-        help=f"Also write {', '.join(NAMES)}; several by commas, or repeat.",
+        help=f"Also write {', '.join(NAMES)}; several by commas, or repeat. pdf and svg: every "
+        "picture, with its type as type.",
     )
     rules = click.option(
         "--rules",
@@ -68,6 +71,10 @@ class Outputs:
         How casters were chosen, as typed.
     rules : Rules, optional
     sheet : bool
+    endings : tuple of str
+        Of the pictures' files.
+    show : {'shadow', 'sun'}
+        Which hours pictures and lines tell.
     """
 
     report: bool
@@ -75,6 +82,8 @@ class Outputs:
     casters: tuple[str, ...] = ()
     rules: "Rules | None" = None
     sheet: bool = False
+    endings: tuple[str, ...] = ("png",)
+    show: "Show" = "shadow"
 
     def write(
         self,
@@ -103,7 +112,7 @@ class Outputs:
             if not is_quiet:
                 echo(line, err=True)
 
-        job = Job(study, folder, plan.title, say)
+        job = Job(study, folder, plan.title, say, self.show)
         names = write_formats(job, self.formats)
         tables = []
         if self.rules:
@@ -118,8 +127,8 @@ class Outputs:
             from umbra.writers.report import write_report  # noqa: PLC0415
 
             write_report(
-                folder / REPORT, study, plan, _find_sheets(folder), tables=tables,
-                casters=self.casters, notes=scene.notes, timeline=job.timeline,
+                folder / REPORT, study, plan, _find_sheets(folder, self.show), tables=tables,
+                casters=self.casters, notes=scene.notes, timeline=job.timeline, show=self.show,
             )  # fmt: skip
             names.append(REPORT)
         return names
@@ -149,7 +158,8 @@ class Outputs:
 
             write_point_report(
                 folder / REPORT, study, describe_points(study, scene, options),
-                _find_sheets(folder), tables=tables, casters=self.casters, notes=scene.notes,
+                _find_sheets(folder, self.show), tables=tables, casters=self.casters,
+                notes=scene.notes, show=self.show,
             )  # fmt: skip
             names.append(REPORT)
         return names
@@ -170,14 +180,17 @@ def _judge_points(folder: Path, study: "PointStudy", scene: "Scene", rules: "Rul
     return table
 
 
-def _find_sheets(folder: Path) -> list[tuple[str, Path]]:
+def _find_sheets(folder: Path, show: "Show") -> list[tuple[str, Path]]:
     """Name the pictures of a results folder, those of the whole period first."""
+    from umbra.writers.plan import name_hours  # noqa: PLC0415
+
+    hours = name_hours(show).capitalize()
     words = {
-        "hours": "Hours in shadow",
+        "hours": hours,
         "hours_lost": "Hours of sun lost to what is proposed",
         "profile": "Shadows through the day",
         "sheet": "Plan and elevations",
-        "points": "Hours in shadow at the points",
+        "points": f"{hours} at the points",
     }
     paths = sorted(folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem))
     found = []
@@ -209,7 +222,9 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
     """
     casters = [f"--cast {pattern}" for pattern in options.get("cast", ())]
     casters += [f"--no-cast {pattern}" for pattern in options.get("no_cast", ())]
-    formats = _parse_formats(options.pop("write"))
+    asked = _parse_formats(options.pop("write"))
+    formats = tuple(name for name in asked if name not in DRAWN)
+    endings = ("png", *(name for name in asked if name in DRAWN))
     path, rules = options.pop("rules"), None
     if path is not None:
         from umbra.writers.rules import read_rules  # noqa: PLC0415
@@ -220,7 +235,7 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
         msg = "--sheet shows a plan and its elevations; choose --receivers ground or top"
         raise InputError(msg)
     _check_receivers(options.get("receivers", "ground"), formats, rules is not None)
-    return Outputs(report, formats, tuple(casters), rules, sheet)
+    return Outputs(report, formats, tuple(casters), rules, sheet, endings, options["show"])
 
 
 def _check_receivers(receivers: str, formats: tuple[str, ...], has_rules: bool) -> None:
@@ -268,6 +283,8 @@ def _parse_formats(given: tuple[str, ...]) -> tuple[str, ...]:
     from umbra.writers.formats import FORMATS, check_extra  # noqa: PLC0415
 
     for name in names:
+        if name in DRAWN:
+            continue
         if name not in FORMATS:
             near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
             advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"

@@ -28,6 +28,7 @@ SECTIONS = {
     "--cast": "Casters",
     "--up": "Reading",
     "--by": "Results",
+    "--title": "Pictures",
     "--device": "Running",
     "--height-column": "Reading",
     "--report": "Further files",
@@ -85,6 +86,7 @@ def command(
 
     from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
     from umbra.cli.study_points import (  # noqa: PLC0415
+        PICTURES_ONLY,
         POINTS_ONLY,
         draw_plan_of_points,
         draw_surfaces,
@@ -100,7 +102,7 @@ def command(
     with (
         replace_results(out) as unfinished,
         show_progress(quiet) as stages,
-        Painter() as painter,
+        Painter(outputs.endings) as painter,
     ):
         stages.begin(name_reading(files))
         scene = read_posed(files, up, time, animation)
@@ -111,7 +113,7 @@ def command(
         stages.begin("preparing")
         study: Any
         if is_raster:
-            raster = {n: v for n, v in options.items() if n not in POINTS_ONLY}
+            raster = {n: v for n, v in options.items() if n not in {*POINTS_ONLY, *PICTURES_ONLY}}
             study = run_study(scene, site, progress=stages.advance, **raster)
         else:
             study = study_points(scene, site, options, point_names, stages.advance)
@@ -151,6 +153,7 @@ def command(
                 names = draw_plan_of_points(study, scene, options, painter, unfinished)
             more = outputs.write_points(unfinished, study, scene, options, painter)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
+    names = [str(Path(name).with_suffix(f".{e}")) for name in names for e in outputs.endings]
     written = [out / name for name in ("study.nc", *names, OPTIONS_FILE, *more)]
     if as_json:
         echo_json({"files": [str(path) for path in written], **_sum_up(study)})

@@ -235,6 +235,17 @@ _RESULTS = [
     ),
     click.option("--masks", is_flag=True, help="Also write in_shadow, every instant."),
 ]
+_PICTURES = [
+    click.option("--title", metavar="TEXT", help="Of all pictures; default: the files' names."),
+    click.option("--subtitle", metavar="TEXT", help="A line below the title."),
+    click.option(
+        "--show",
+        type=click.Choice(["shadow", "sun"]),
+        default="shadow",
+        show_default=True,
+        help="Which hours pictures and lines of equal hours tell; study.nc has both.",
+    ),
+]
 _RUN = [
     click.option(
         "--device",
@@ -258,6 +269,6 @@ _RUN = [
 
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command all options of a study, in the order of its help."""
-    for option in reversed([*_SITE, *_TIME, *_RECEIVERS, *_CASTERS, *_RESULTS, *_RUN]):
+    for option in reversed([*_SITE, *_TIME, *_RECEIVERS, *_CASTERS, *_RESULTS, *_PICTURES, *_RUN]):
         command = option(command)
     return command

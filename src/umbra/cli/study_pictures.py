@@ -13,7 +13,7 @@ from umbra.scene import Scene
 from umbra.study import Preview, Study, make_preview
 from umbra.study.preview import LONGEST
 from umbra.writers.painter import Painter
-from umbra.writers.plan import Plan, find_map_size
+from umbra.writers.plan import Plan, Show, find_map_size
 
 __all__ = ["Sheets", "draw_pictures"]
 
@@ -65,7 +65,10 @@ def draw_pictures(
         from umbra.writers.edges import make_look  # noqa: PLC0415
 
         plan = replace(plan, look=make_look(study, find_map_size(plan)))
-    _draw_hours(painter, folder / "hours.png", plan, study, study.shadow_hours, study.up_hours)
+    show = options["show"]
+    _draw_hours(
+        painter, folder / "hours.png", plan, study, study.shadow_hours, study.up_hours, show
+    )
     names = ["hours.png", "profile.png"]
     if "hours_lost" in study.more and _draw_lost(
         painter, folder, plan, study, scene, preview, options
@@ -148,6 +151,7 @@ def _draw_days(
     )  # fmt: skip
     by_day = study.more.get("shadow_hours_by_day")
     names: list[str] = []
+    show = options["show"]
     if by_day is None or len(days) > MOST_DAYS:
         return names
     for k, day in enumerate(days):
@@ -155,7 +159,7 @@ def _draw_days(
         own = replace(describe(study, of_day, scene, options, range(k, k + 1)), look=plan.look)
         up = float(study.more["up_hours_by_day"][1][k])
         _draw_profile(painter, folder / f"profile_{day}.png", own, study, of_day, k)
-        _draw_hours(painter, folder / f"hours_{day}.png", own, study, by_day[1][k], up)
+        _draw_hours(painter, folder / f"hours_{day}.png", own, study, by_day[1][k], up, show)
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
 
@@ -171,8 +175,11 @@ def _draw_hours(
     study: Study,
     hours: NDArray[np.float32],
     up_hours: float,
+    show: Show,
 ) -> None:
-    painter.draw_hours(path, plan, _coarsen(hours, plan.shape), up_hours, receivers=_kind(study))
+    painter.draw_hours(
+        path, plan, _coarsen(hours, plan.shape), up_hours, receivers=_kind(study), show=show
+    )
 
 
 def _draw_profile(

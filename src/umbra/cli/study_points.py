@@ -17,16 +17,20 @@ from umbra.sun import Site
 from umbra.writers.plan import Plan
 
 __all__ = [
-    "POINTS_ONLY", "QUESTIONS", "RASTER_ONLY", "describe_points", "draw_plan_of_points",
-    "draw_surfaces", "study_points", "take_points",
+    "PICTURES_ONLY", "POINTS_ONLY", "QUESTIONS", "RASTER_ONLY", "describe_points",
+    "draw_plan_of_points", "draw_surfaces", "study_points", "take_points",
 ]  # fmt: skip
 
 RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
 POINTS_ONLY = ("spacing", "points")
+PICTURES_ONLY = ("title", "subtitle", "show", "at")
 _TILT = 35
 _ROOM = 12.0  # about points, at least [m]
 _CELLS = 1200  # along the plan of points
-QUESTIONS = {"masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact"}
+QUESTIONS = {
+    "masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact",
+    *PICTURES_ONLY,
+}  # fmt: skip
 
 
 def take_points(options: dict[str, Any]) -> list[str]:
@@ -78,7 +82,8 @@ def study_points(
         Of the points.
     progress : callable
     """
-    kept = {name: value for name, value in options.items() if name not in RASTER_ONLY}
+    others = {*RASTER_ONLY, *PICTURES_ONLY}
+    kept = {name: value for name, value in options.items() if name not in others}
     if options["receivers"] != "points":
         del kept["points"]
     return run_point_study(scene, site, names=names, progress=progress, **kept)
@@ -153,7 +158,7 @@ def draw_plan_of_points(
     names = study.more["name"][1].tolist() if "name" in study.more else []
     painter.draw_points(
         folder / "points.png", plan, points, study.places.normals, study.shadow_hours,
-        study.up_hours, names,
+        study.up_hours, names, options["show"],
     )  # fmt: skip
     return ["points.png"]
 
@@ -179,7 +184,8 @@ def describe_points(study: PointStudy, scene: Scene, options: dict[str, Any]) ->
     return Plan(
         nowhere,
         nowhere,
-        title=f"{name_files(scene)}, {what}",
+        title=options["title"] or f"{name_files(scene)}, {what}",
+        subtitle=options["subtitle"] or "",
         place=describe_place(study.site),
         date=f"{dates}, {options['start']} to {options['end']} ({offsets})",
         note=" · ".join(

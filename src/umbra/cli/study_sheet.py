@@ -60,7 +60,12 @@ def draw_sheet(
         )
         maps.append((f"{side.capitalize()} elevation", elevation, seen.shadow_hours))
     painter.draw_elevations(
-        folder / "sheet.png", arrangement, maps, study.up_hours, receivers=study.receivers
+        folder / "sheet.png",
+        arrangement,
+        maps,
+        study.up_hours,
+        receivers=study.receivers,
+        show=options["show"],
     )
     return ["sheet.png"]
 

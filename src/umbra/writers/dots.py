@@ -12,7 +12,7 @@ from umbra.writers.contours import trace
 from umbra.writers.hours import OUTLINE, draw_hours_key
 from umbra.writers.lettering import measure
 from umbra.writers.paper import INK, QUIET, RULE
-from umbra.writers.plan import Plan, shade_roofs
+from umbra.writers.plan import Plan, Show, shade_roofs
 from umbra.writers.sheet import Sheet, make_sheet
 
 __all__ = ["FEW", "draw_points", "make_points_sheet"]
@@ -36,15 +36,17 @@ def draw_points(
     shadow_hours: NDArray,
     max_hours: float,
     names: Sequence[str] = (),
+    show: Show = "shadow",
 ) -> None:
     """
-    Draw points in the colours of their hours in shadow, as a PNG.
+    Draw points in the colours of their hours in shadow or in the sun.
 
     Points above one another stand side by side, the lowest first, outward from their wall.
 
     Parameters
     ----------
     path : path
+        Its ending chooses PNG, PDF or SVG.
     plan : Plan
     points : (n, 3) float64
         In the model's own coordinates [m].
@@ -55,13 +57,15 @@ def draw_points(
         The colour scale's end: the hours that the sun was up in the period [h].
     names : sequence of str
         Of the points; they are numbered where there are none. Few enough are labelled.
+    show : {'shadow', 'sun'}
+        Which hours labels and key tell.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    make_points_sheet(plan, points, normals, shadow_hours, max_hours, names).save(path)
+    make_points_sheet(plan, points, normals, shadow_hours, max_hours, names, show).save(path)
 
 
 def make_points_sheet(
@@ -71,6 +75,7 @@ def make_points_sheet(
     shadow_hours: NDArray,
     max_hours: float,
     names: Sequence[str] = (),
+    show: Show = "shadow",
 ) -> Sheet:
     """Lay out what ``draw_points`` writes; same parameters, less the path."""
     sheet = make_sheet(plan, key_height=0.62)
@@ -94,10 +99,11 @@ def make_points_sheet(
     disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
     sheet.fill([place + disc for place in places], colors, INK, 0.6)
     if n <= FEW:
-        texts = [f"{names[k] if names else k + 1}: {shadow_hours[k]:.3g} h" for k in range(n)]
+        told = max_hours - np.asarray(shadow_hours) if show == "sun" else shadow_hours
+        texts = [f"{names[k] if names else k + 1}: {told[k]:.3g} h" for k in range(n)]
         _label(sheet, places, stacks, texts, radius)
     if max_hours > 0:
-        draw_hours_key(sheet, max_hours, "hours in shadow")
+        draw_hours_key(sheet, max_hours, show=show)
     else:
         x, y, w, h = sheet.map_box
         reason = "the sun stays below the horizon"

@@ -11,7 +11,7 @@ from umbra.writers.hours import draw_hours_key, fill_hours
 from umbra.writers.lettering import SMALL, SUBTITLE, measure
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_ticks
 from umbra.writers.paper import INK, Panel, make_figure, to_pixels
-from umbra.writers.plan import DOTS_PER_INCH, Plan
+from umbra.writers.plan import DOTS_PER_INCH, Plan, Show
 from umbra.writers.sheet import KEY_WIDTH, MARGIN, Sheet, Words
 
 __all__ = ["Arrangement", "arrange", "draw_elevations", "find_pixel", "make_elevations_sheet"]
@@ -98,13 +98,15 @@ def draw_elevations(
     maps: Sequence[tuple[str, Plan, NDArray]],
     max_hours: float,
     receivers: Literal["ground", "top"] = "ground",
+    show: Show = "shadow",
 ) -> None:
     """
-    Draw a plan and its elevations as a PNG.
+    Draw a plan and its elevations.
 
     Parameters
     ----------
     path : path
+        Its ending chooses PNG, PDF or SVG.
     arrangement : Arrangement
     maps : sequence of (caption, plan, shadow_hours)
         The plan first; its words are those of the sheet.
@@ -112,13 +114,15 @@ def draw_elevations(
         The colour scale's end [h].
     receivers : {'ground', 'top'}
         Of the plan.
+    show : {'shadow', 'sun'}
+        Which hours are drawn.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    make_elevations_sheet(arrangement, maps, max_hours, receivers)[0].save(path)
+    make_elevations_sheet(arrangement, maps, max_hours, receivers, show)[0].save(path)
 
 
 def make_elevations_sheet(
@@ -126,6 +130,7 @@ def make_elevations_sheet(
     maps: Sequence[tuple[str, Plan, NDArray]],
     max_hours: float,
     receivers: Literal["ground", "top"] = "ground",
+    show: Show = "shadow",
 ) -> tuple[Sheet, list[Panel]]:
     """Lay out what ``draw_elevations`` writes; same parameters, less the path."""
     width, height = (to_pixels(side) for side in PAPER)
@@ -141,7 +146,7 @@ def make_elevations_sheet(
     for (caption, plan, hours), (x, y) in zip(maps, arrangement.corners, strict=True):
         panel = _make_panel(figure, plan, (MARGIN + AXIS + x, top - CAPTION - y), arrangement)
         panel.write(panel.map_box[0], top - CAPTION - y + 0.08, caption, SUBTITLE, weight="bold")
-        fill_hours(panel, hours, max_hours, receivers if plan is first else "top")
+        fill_hours(panel, hours, max_hours, receivers if plan is first else "top", show)
         _draw_axes(panel)
         panels.append(panel)
     key_x, bottom = width - MARGIN - KEY_WIDTH, FOOT
@@ -149,7 +154,7 @@ def make_elevations_sheet(
     sheet = Sheet(figure, first, panels[0].map_box, panels[0].map_size, key_box, is_wide=False)
     words.draw(sheet)
     if max_hours > 0:
-        draw_hours_key(sheet, max_hours, "hours in shadow")
+        draw_hours_key(sheet, max_hours, show=show)
     draw_scale_bar(panels[0], key_x, bottom + 0.03, KEY_WIDTH - 0.25)
     draw_north(panels[0], key_x + 0.3, top - 0.36)
     sheet.write(key_x, bottom + 0.32, scale.partition(" on")[0], SUBTITLE, color=INK, weight="bold")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from umbra.study import Study
+    from umbra.writers.plan import Show
     from umbra.writers.report.timeline import Timeline
     from umbra.writers.vectors.hour_lines import HourLine
     from umbra.writers.vectors.outlines import Outline
@@ -36,12 +37,15 @@ class Job:
     title : str
     say : callable
         Told what a user should know, in one line.
+    show : {'shadow', 'sun'}
+        Whose whole hours lines of equal hours are of.
     """
 
     study: "Study"
     folder: Path
     title: str
     say: Callable[[str], object]
+    show: "Show" = "shadow"
 
     @property
     def crs(self) -> object:
@@ -91,7 +95,7 @@ class Job:
         """Lines of equal hours."""
         from umbra.writers.vectors.hour_lines import find_hour_lines  # noqa: PLC0415
 
-        return list(find_hour_lines(self.study))
+        return list(find_hour_lines(self.study, self.show))
 
     @cached_property
     def seen(self) -> "list[NDArray[np.float64]]":
@@ -197,7 +201,7 @@ def _write_dxf(job: Job) -> list[str]:
     coordinates = job.frame or name_crs(find_crs(job.crs))
     write_dxf(
         job.folder / "study.dxf", job.outlines, job.hour_lines, height=height, seen=job.seen,
-        up_hours=job.study.up_hours, note=f"{job.title}; {coordinates}",
+        up_hours=job.study.up_hours, note=f"{job.title}; {coordinates}", show=job.show,
     )  # fmt: skip
     return ["study.dxf"]
 

@@ -12,7 +12,7 @@ from umbra.writers.keys import draw_color_bar
 from umbra.writers.lettering import wrap
 from umbra.writers.look import draw_look
 from umbra.writers.paper import INK, QUIET, Panel
-from umbra.writers.plan import Plan, shade_roofs
+from umbra.writers.plan import Plan, Show, name_hours, shade_roofs
 from umbra.writers.raster import resample
 from umbra.writers.sheet import KEY_WIDTH, Sheet, make_sheet
 
@@ -28,14 +28,16 @@ def draw_hours(
     shadow_hours: NDArray,
     max_hours: float,
     receivers: Literal["ground", "top"] = "ground",
-    what: str = "hours in shadow",
+    what: str = "",
+    show: Show = "shadow",
 ) -> None:
     """
-    Draw the hours in shadow, with contour lines at whole hours, as a PNG.
+    Draw hours in shadow or in the sun, with contour lines at whole hours.
 
     Parameters
     ----------
     path : path
+        Its ending chooses PNG, PDF or SVG.
     plan : Plan
     shadow_hours : (rows, cols) float32
         Rows ascend in y; NaN where there is no value.
@@ -45,7 +47,9 @@ def draw_hours(
         ``ground``: roofs are drawn in grey over the hours. ``top``: the hours are
         those of roofs too, and buildings are outlined.
     what : str
-        What the hours are of, for the key.
+        What the hours are of, for the key; hours in shadow or in the sun by default.
+    show : {'shadow', 'sun'}
+        ``sun``: max_hours less the hours in shadow are drawn; a place has the same colour.
 
     Raises
     ------
@@ -54,7 +58,7 @@ def draw_hours(
     OSError
         If the file cannot be written.
     """
-    make_hours_sheet(plan, shadow_hours, max_hours, receivers, what).save(path)
+    make_hours_sheet(plan, shadow_hours, max_hours, receivers, what, show).save(path)
 
 
 def make_hours_sheet(
@@ -62,7 +66,8 @@ def make_hours_sheet(
     shadow_hours: NDArray,
     max_hours: float,
     receivers: Literal["ground", "top"] = "ground",
-    what: str = "hours in shadow",
+    what: str = "",
+    show: Show = "shadow",
 ) -> Sheet:
     """Lay out what ``draw_hours`` writes; same parameters, less the path."""
     hours = np.asarray(shadow_hours, np.float32)
@@ -70,15 +75,19 @@ def make_hours_sheet(
         msg = f"shadow_hours is {hours.shape}, but the plan is {plan.shape}"
         raise ValueError(msg)
     sheet = make_sheet(plan, key_height=0.55)
-    fill_hours(sheet, hours, max_hours, receivers)
+    fill_hours(sheet, hours, max_hours, receivers, show)
     if max_hours > 0:
         remark = "" if plan.proposed is None else "outlined in red: proposed"
-        draw_hours_key(sheet, max_hours, what, remark)
+        draw_hours_key(sheet, max_hours, what, remark, show)
     return sheet
 
 
 def fill_hours(
-    panel: Panel, hours: NDArray, max_hours: float, receivers: Literal["ground", "top"]
+    panel: Panel,
+    hours: NDArray,
+    max_hours: float,
+    receivers: Literal["ground", "top"],
+    show: Show = "shadow",
 ) -> None:
     """
     Draw the hours on a map, with contour lines and what stands there.
@@ -86,7 +95,7 @@ def fill_hours(
     Parameters
     ----------
     panel : Panel
-    hours, max_hours, receivers
+    hours, max_hours, receivers, show
         As ``draw_hours`` takes them.
     """
     plan, ramp, has_scale = panel.plan, shade_ramp(), max_hours > 0
@@ -107,7 +116,10 @@ def fill_hours(
 
     is_ground = receivers == "ground"
     levels = find_levels(max_hours)
-    colors = [_find_line_color(level / max_hours) for level in levels]
+    if show == "sun":  # paint stays; lines and labels count the other way
+        hours = max_hours - hours
+    shares = [level / max_hours for level in levels]
+    colors = [_find_line_color(1 - share if show == "sun" else share) for share in shares]
     blocked = np.isnan(hours)
     if plan.look is not None:
         blocked |= plan.look.find_breaks(plan.shape)
@@ -124,10 +136,14 @@ def fill_hours(
         panel.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
 
 
-def draw_hours_key(sheet: Sheet, max_hours: float, what: str, remark: str = "") -> None:
+def draw_hours_key(
+    sheet: Sheet, max_hours: float, what: str = "", remark: str = "", show: Show = "shadow"
+) -> None:
     """Draw the scale of hours up to ``max_hours``, above 0, in a sheet's key."""
+    what = what or name_hours(show)
     title = [what] if sheet.is_wide else wrap(what, 8.0, KEY_WIDTH)
-    draw_color_bar(sheet, shade_ramp(), _find_scale_ticks(max_hours), title, remark)
+    ramp = shade_ramp()[:: -1 if show == "sun" else 1]
+    draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), title, remark)
 
 
 def _find_line_color(share: float) -> tuple[str, str]:

@@ -40,9 +40,16 @@ class Painter:
     Where no process can be started, or it ends before its time, this one draws. Leaving
     the ``with`` block waits for the pictures and raises the first error among them;
     leaving it by an exception ends the child at once.
+
+    Parameters
+    ----------
+    endings : sequence of str
+        Of ``umbra.writers.paper.ENDINGS``: each picture is written with every one of them,
+        whichever its path has.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, endings: Sequence[str] = ("png",)) -> None:
+        self._endings = tuple(endings)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="umbra-painter")
         self._futures: list[Future[None]] = []
         self._is_ending = False
@@ -98,9 +105,11 @@ class Painter:
 
     def _submit(self, module: str, name: str, args: tuple, options: dict) -> Future[None]:
         path, *rest = args
-        args = (Path(path).absolute(), *rest)  # the child stands in another folder
-        future = self._thread.submit(self._call, (module, name, args, options))
-        self._futures.append(future)
+        path = Path(path).absolute()  # the child stands in another folder
+        for ending in self._endings:
+            job = (module, name, (path.with_suffix(f".{ending}"), *rest), options)
+            future = self._thread.submit(self._call, job)
+            self._futures.append(future)
         return future
 
     def _call(self, job: tuple[str, str, tuple, dict]) -> None:

@@ -2,13 +2,16 @@
 The paper of a picture and the maps on it.
 
 Everything is placed in inches from the lower left corner, by measured text, with
-matplotlib's figure and its Agg canvas alone: no pyplot, no axes, no style that a user's
+matplotlib's figure and its canvases alone: no pyplot, no axes, no style that a user's
 matplotlibrc could turn, and no pixel of the map resampled once more.
 """
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.backend_bases import RendererBase
@@ -16,7 +19,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import Stroke
 from matplotlib.text import Text
 from numpy.typing import ArrayLike, NDArray
 
@@ -27,6 +30,8 @@ from umbra.writers.png import write_png
 __all__ = ["INK", "QUIET", "RULE", "Panel", "Paper", "make_figure", "to_pixels"]
 
 INK, QUIET, RULE = "#1c1c22", "#5a5a64", "#8c8c96"
+# Type stays type, and the same picture is the same file.
+_VECTORS: Any = {"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "umbra"}
 
 
 class _Pixels(Artist):
@@ -39,7 +44,22 @@ class _Pixels(Artist):
         self.image[..., :3] = image
 
     def draw(self, renderer: RendererBase) -> None:
-        renderer.draw_image(renderer.new_gc(), *self.place, self.image)
+        # The PNG's canvas measures in pixels; those of PDF and SVG in points.
+        unit = float(renderer.points_to_pixels(72)) / DOTS_PER_INCH  # type: ignore[arg-type]
+        x, y = self.place
+        renderer.draw_image(renderer.new_gc(), x * unit, y * unit, self.image)
+
+
+class _Letters(Text):
+    """A line of type, its halo drawn apart from it, so that type stays type in PDF and SVG."""
+
+    def draw(self, renderer: RendererBase) -> None:
+        halo = self.get_path_effects()
+        if halo:
+            super().draw(renderer)
+            self.set_path_effects([])
+        super().draw(renderer)
+        self.set_path_effects(halo)
 
 
 def make_figure(width: float, height: float) -> Figure:
@@ -71,11 +91,11 @@ class Paper:
         weight = str(style.pop("weight", "normal"))
         halo = style.pop("halo", None)
         style = {"color": INK, "ha": "left", "va": "baseline", "usetex": False, **style}
-        written = Text(x, y, text, fontproperties=find_font(size, weight), **style)  # type: ignore[arg-type]
+        written = _Letters(x, y, text, fontproperties=find_font(size, weight), **style)  # type: ignore[arg-type]
         written.set_parse_math(False)  # a dollar in a file's name is a dollar
         written.set_transform(self.figure.dpi_scale_trans)
         if halo is not None:
-            written.set_path_effects([withStroke(linewidth=2.2, foreground=halo)])
+            written.set_path_effects([Stroke(linewidth=2.2, foreground=halo)])
         self.figure.add_artist(written)
         return written
 
@@ -110,7 +130,15 @@ class Paper:
         self.figure.add_artist(_Pixels(image, place))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Draw it all and write a PNG."""
+        """Draw it all and write a PNG, a PDF or an SVG, by the path's ending."""
+        ending = Path(path).suffix.lower()
+        if ending in {".pdf", ".svg"}:
+            undated = {"CreationDate": None} if ending == ".pdf" else {"Date": None}
+            with mpl.rc_context():
+                mpl.rcdefaults()
+                mpl.rcParams.update(_VECTORS)
+                self.figure.savefig(path, format=ending[1:], facecolor="white", metadata=undated)
+            return
         canvas = self.figure.canvas
         canvas.draw()
         write_png(path, np.asarray(canvas.buffer_rgba())[..., :3], DOTS_PER_INCH)  # type: ignore[attr-defined]

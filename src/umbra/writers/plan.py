@@ -1,7 +1,7 @@
 """What every picture of a plan shares: where it lies, what stands on it, what to say of it."""
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,10 @@ from umbra.writers.raster import resample
 if TYPE_CHECKING:
     from umbra.writers.look import Look
 
-__all__ = ["DOTS_PER_INCH", "Plan", "find_map_size", "shade_roofs"]
+__all__ = ["DOTS_PER_INCH", "Plan", "Show", "find_map_size", "name_hours", "shade_roofs"]
 
+Show = Literal["shadow", "sun"]
+"""Which hours are drawn: those in shadow, or what is left of the time with the sun up."""
 DOTS_PER_INCH = 150
 AREA = 6.5**2  # of the map [square inch], whatever its shape
 LONGEST, SHORTEST = 9.5, 0.3  # sides of the map [inch]
@@ -35,8 +37,9 @@ class Plan:
         no arrow is drawn.
     upward : float
         How long a level metre away from the viewer looks: 1 from straight above.
-    title, place, date, note : str
-        A headline, "48.200° N, 16.370° E · Europe/Vienna", a day, and how it was made.
+    title, subtitle, place, date, note : str
+        A headline, a line below it, "48.200° N, 16.370° E · Europe/Vienna", a day, and how it
+        was made.
     axes : (str, str)
         Names of the horizontal and the vertical axis, with their unit; none has no ticks.
     has_scale : bool
@@ -57,6 +60,7 @@ class Plan:
     building_height: NDArray[np.float32] | None = field(default=None, repr=False)
     true_north: float | None = 0.0
     title: str = ""
+    subtitle: str = ""
     place: str = ""
     date: str = ""
     note: str = ""
@@ -130,6 +134,21 @@ def find_map_size(plan: Plan) -> tuple[int, int]:
     scale = min(scale, LONGEST / (x1 - x0), LONGEST / (y1 - y0))
     rows, cols = (max(side * scale, SHORTEST) * DOTS_PER_INCH for side in (y1 - y0, x1 - x0))
     return round(rows), round(cols)
+
+
+def name_hours(show: Show) -> str:
+    """
+    Say what hours are shown, for keys.
+
+    Raises
+    ------
+    ValueError
+        If they are neither.
+    """
+    if show not in get_args(Show):
+        msg = f"hours of '{show}' cannot be shown; choose shadow or sun"
+        raise ValueError(msg)
+    return "hours of sun" if show == "sun" else "hours in shadow"
 
 
 def shade_roofs(

@@ -32,11 +32,12 @@ def draw_profile(
     receivers: Literal["ground", "top"] = "ground",
 ) -> None:
     """
-    Draw a shadow profile as a PNG.
+    Draw a shadow profile.
 
     Parameters
     ----------
     path : path
+        Its ending chooses PNG, PDF or SVG.
     plan : Plan
     shadows : iterable of (rows, cols) bool
         Where shadow falls at each stamp; rows ascend in y.
@@ -65,7 +66,7 @@ def draw_profiles(
     receivers: Literal["ground", "top"] = "ground",
 ) -> None:
     """
-    Draw the shadow profiles of several dates as a PNG, a panel for each.
+    Draw the shadow profiles of several dates, a panel for each.
 
     Parameters
     ----------

@@ -52,7 +52,8 @@ class Words:
         """Break a plan's words into lines of at most ``width`` [inch]."""
         return cls(
             wrap(plan.title, TITLE, width, "bold"),
-            wrap(" · ".join(filter(None, (plan.date, plan.place))), SUBTITLE, width),
+            wrap(plan.subtitle, SUBTITLE, width)
+            + wrap(" · ".join(filter(None, (plan.date, plan.place))), SUBTITLE, width),
             wrap(plan.note, SMALL, width),
         )
 

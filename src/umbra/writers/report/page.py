@@ -13,7 +13,7 @@ import numpy as np
 import orjson
 
 from umbra.study import PointStudy, Study
-from umbra.writers.plan import Plan
+from umbra.writers.plan import Plan, Show, name_hours
 from umbra.writers.report.comparison import find_comparisons
 from umbra.writers.report.counted import find_counted
 from umbra.writers.report.facts import find_facts, find_sun_areas
@@ -75,6 +75,7 @@ def write_report(
     casters: Sequence[str] = (),
     notes: Sequence[str] = (),
     timeline: Timeline | None = None,
+    show: Show = "shadow",
 ) -> Timeline:
     """
     Write ``report.html``: one file, without network access, for any browser since 2023.
@@ -94,6 +95,8 @@ def write_report(
         On the files.
     timeline : Timeline, optional
         Where one has been counted already.
+    show : {'shadow', 'sun'}
+        Which hours the colours' key tells.
 
     Returns
     -------
@@ -110,6 +113,7 @@ def write_report(
     told = tell_plan(study, timeline, "hours" in data)
     parts = _WORDS["plan"] | {"script": _read_scripts(PLAN), "resolution": escape(told)}
     parts["left_out"] = make_notice(timeline.tell_left_out(study, "hours" in data))
+    parts |= _name_hours(show)
     _write(path, study, plan, data, parts, tables, sheets, casters, notes)
     return timeline
 
@@ -123,6 +127,7 @@ def write_point_report(
     tables: Sequence[Table] = (),
     casters: Sequence[str] = (),
     notes: Sequence[str] = (),
+    show: Show = "shadow",
 ) -> Instants:
     """
     Write ``report.html`` of sampled surfaces or of points, with a model that turns.
@@ -133,7 +138,7 @@ def write_point_report(
     study : PointStudy
     plan : Plan
         Title, place, date and note; its raster is not asked for.
-    sheets, tables, casters, notes
+    sheets, tables, casters, notes, show
         As for ``write_report``.
 
     Returns
@@ -157,6 +162,7 @@ def write_point_report(
         "resolution": escape(tell_model(study, instants, data)),
         "left_out": make_notice(instants.tell_left_out(study, own_hours=True)),
     }
+    parts |= _name_hours(show)
     listed = list_receivers(study)
     _write(path, study, plan, data, parts, [*tables, *listed], sheets, casters, notes)
     return instants
@@ -179,6 +185,7 @@ def _write(
     parts = parts | {
         "version": escape(str(study.facts["umbra_version"])),
         "title": escape(plan.title),
+        "subtitle": f'<p class="lead">{escape(plan.subtitle)}</p>\n' if plan.subtitle else "",
         "date": escape(plan.date),
         "place": escape(plan.place),
         "policy": escape(_make_policy(_read("page.css"), parts["script"])),
@@ -213,6 +220,16 @@ def _make_policy(style: str, script: str) -> str:
         f"default-src 'none'; script-src {own['script']}; style-src {own['style']}; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
+
+
+def _name_hours(show: Show) -> dict[str, str]:
+    """Give the words of the colours' key; a place keeps its colour, whichever hours are told."""
+    words = name_hours(show)
+    return {
+        "hours": words.capitalize(),
+        "of_hours": words.removeprefix("hours "),
+        "ramp": "mirrored" if show == "sun" else "",
+    }
 
 
 def _read(name: str) -> str:

@@ -2,12 +2,16 @@
 
 import os
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from umbra.writers.color import make_stamp_tints, shade_ramp
 from umbra.writers.vectors.hour_lines import HourLine
 from umbra.writers.vectors.outlines import Outline
+
+if TYPE_CHECKING:
+    from umbra.writers.plan import Show
 
 __all__ = ["write_dxf"]
 
@@ -21,11 +25,13 @@ def write_dxf(
     up_hours: float,
     note: str = "",
     seen: Sequence[np.ndarray] = (),
+    show: "Show" = "shadow",
 ) -> None:
     """
     Write outlines and lines as lightweight polylines in metres.
 
-    Layers are ``SHADOW_2026-03-21_0907`` (local time) and ``HOURS_03`` (hours in shadow).
+    Layers are ``SHADOW_2026-03-21_0900`` (local time) and ``HOURS_03`` (hours in shadow), or
+    ``SUN_03`` (hours of sun).
     Rings, holes among them, are closed polylines of one layer: hatching a layer's
     rings as islands gives its shadow.
 
@@ -42,6 +48,8 @@ def write_dxf(
         Kept in the drawing's properties, with its CRS.
     seen : sequence of (k, 2) float64
         Closed borders of what a view sees, for the layer ``SEEN``.
+    show : {'shadow', 'sun'}
+        Whose whole hours the lines are of.
 
     Raises
     ------
@@ -80,7 +88,10 @@ def write_dxf(
     for hour_line in hour_lines:
         share = hour_line.shadow_hours / max(up_hours, 1e-9)
         rgb = ramp[int(np.clip(0.3 + 0.7 * share, 0, 1) * (len(ramp) - 1))]
-        name = add_layer(f"HOURS_{hour_line.shadow_hours:02.0f}", rgb)
+        name = f"HOURS_{hour_line.shadow_hours:02.0f}"
+        if show == "sun":
+            name = f"SUN_{hour_line.sun_hours:02.0f}"
+        add_layer(name, rgb)
         for line in hour_line.lines:
             closed = bool((line[0] == line[-1]).all())
             space.add_lwpolyline(

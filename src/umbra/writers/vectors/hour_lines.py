@@ -2,12 +2,15 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import Study
+
+if TYPE_CHECKING:
+    from umbra.writers.plan import Show
 
 __all__ = ["HourLine", "find_hour_lines", "find_seen"]
 
@@ -15,12 +18,12 @@ __all__ = ["HourLine", "find_hour_lines", "find_seen"]
 @dataclass(frozen=True, eq=False)
 class HourLine:
     """
-    The lines that enclose the cells with at least so many hours in shadow.
+    The lines that enclose the cells with at least so many hours in shadow, or in the sun.
 
     Parameters
     ----------
     shadow_hours, sun_hours : float
-        On the line's deeper side at least, and at most [h].
+        On the line's deeper side at least, and at most [h]; of lines of equal sun the other way.
     lines : list of (k, 2) float64
         In the study's own coordinates: of a plan the model's, of a view along it and upward [m].
     """
@@ -30,7 +33,7 @@ class HourLine:
     lines: list[NDArray[np.float64]]
 
 
-def find_hour_lines(study: Study) -> Iterator[HourLine]:
+def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]:
     """
     Trace a study's hours at whole hours, interpolated between the cells' centres.
 
@@ -42,6 +45,8 @@ def find_hour_lines(study: Study) -> Iterator[HourLine]:
     Parameters
     ----------
     study : Study
+    show : {'shadow', 'sun'}
+        Whose whole hours.
 
     Yields
     ------
@@ -52,7 +57,8 @@ def find_hour_lines(study: Study) -> Iterator[HourLine]:
 
     from umbra.writers.contours import find_levels  # noqa: PLC0415
 
-    hours = np.ma.masked_invalid(study.shadow_hours.astype(np.float64))
+    found = study.sun_hours if show == "sun" else study.shadow_hours
+    hours = np.ma.masked_invalid(found.astype(np.float64))
     if study.receivers == "ground":
         hours = np.ma.masked_where(study.heights > study.ground + 1e-6, hours)
     elif not study.is_plan:
@@ -67,7 +73,8 @@ def find_hour_lines(study: Study) -> Iterator[HourLine]:
         traced: Any = generator.lines(level - half)
         lines = [line for line in traced if len(line) > 1]
         if lines:
-            yield HourLine(float(level), study.up_hours - level, lines)
+            told = float(level), study.up_hours - level
+            yield HourLine(*(told[::-1] if show == "sun" else told), lines)
 
 
 def find_seen(study: Study) -> list[NDArray[np.float64]]:
