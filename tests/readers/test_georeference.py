@@ -121,9 +121,33 @@ def test_feet_with_heights_in_feet_become_metres(save, measure):
     assert scene.latitude == pytest.approx(40 + 10 / 60 + 212000 * foot / 111037, abs=1e-3)
 
 
-def test_feet_without_the_heights_unit_are_refused_by_name(save):
-    with pytest.raises(InputError, match=r"in feet \(EPSG:2263, .*heights is not said; convert"):
-        umbra.read(save("EPSG:2263", (987000, 212000, 0)))
+def test_feet_without_the_heights_unit_are_feet_in_all_axes(save, measure):
+    scene = umbra.read(save("EPSG:2263", (984249, 212000, 100)))
+    foot = 1200 / 3937
+    assert scene.crs == "EPSG:26918"
+    assert measure.volume(scene) == pytest.approx(24 * foot**3, rel=2e-3)
+    assert scene.bounds()[:, 2] == pytest.approx([100 * foot, 104 * foot])
+    assert "EPSG:2263 does not say the unit of heights: taken as feet" in scene.notes[-1]
+    assert umbra.read(save("EPSG:2263+5703", (984249, 212000, 100))).bounds()[1, 2] == 104
+
+
+def test_heights_of_footprints_are_metres_in_a_plan_of_feet(tmp_path):
+    corners = [[984249, 212000], [984349, 212000], [984349, 212100], [984249, 212000]]
+    path = tmp_path / "a.geojson"
+    feature = {
+        "type": "Feature",
+        "properties": {"height": 12},
+        "geometry": {"type": "Polygon", "coordinates": [corners]},
+    }
+    named = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::2263"}}
+    whole = {"type": "FeatureCollection", "crs": named, "features": [feature]}
+    path.write_text(json.dumps(whole))
+    scene = umbra.read(path)
+    assert scene.bounds()[:, 2].tolist() == [0, 12]
+    assert "taken as metres" in scene.notes[-1]
+    named["properties"]["name"] = "EPSG:2263+6360"
+    path.write_text(json.dumps(whole))
+    assert umbra.read(path).bounds()[1, 2] == 12
 
 
 def test_geocentric_coordinates_are_refused_by_name(save):

@@ -122,8 +122,17 @@ def test_degrees_become_metres_of_the_zone(write):
 
 
 def test_feet_in_the_plan_are_refused_by_name(write):
-    with pytest.raises(InputError, match=r"are in feet.*unit of the heights is not said"):
-        umbra.read(write(PLAIN, crs="EPSG:2263", transform=from_origin(980000, 200000, 3, 3)))
+    there = {"crs": "EPSG:2263", "transform": from_origin(980000, 200000, 3, 3)}
+    with pytest.raises(InputError, match=r"are in feet.*unit of the heights is not said.*-units"):
+        umbra.read(write(PLAIN, **there))
+    # Declared, they are converted once.
+    top = 12 * 1200 / 3937
+    assert umbra.read(write(PLAIN, units="US survey foot", **there)).bounds()[1, 2] == (
+        pytest.approx(top)
+    )
+    there["crs"] = "EPSG:2263+6360"
+    for units in ({}, {"units": "US survey foot"}):
+        assert umbra.read(write(PLAIN, **there, **units)).bounds()[1, 2] == pytest.approx(top)
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,14 @@ def read_canopy(path: Path, choices: Choices) -> Model:
     faces = np.concatenate([faces, corners[:, [0, 2, 3]]])
     mesh = Mesh(np.column_stack([plan.T, np.zeros(len(row))]), faces)
     part = Part(path.stem, "Canopy", mesh)
-    return Model("GeoTIFF canopy", (part,), raster.crs, tuple(notes), crowns=grid)
+    return Model(
+        "GeoTIFF canopy",
+        (part,),
+        raster.crs,
+        tuple(notes),
+        crowns=grid,
+        is_high_in_metres=raster.has_unit,
+    )
 
 
 def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -> tuple[Part, int]:

@@ -95,8 +95,13 @@ def extrude_table(table: Table, choices: Choices) -> Model:
         if end > start
     ]
     return Model(
-        table.format, tuple(parts), table.crs, tuple(notes), is_afloat=base is None
-    )  # fmt: skip
+        table.format,
+        tuple(parts),
+        table.crs,
+        tuple(notes),
+        is_afloat=base is None,
+        is_high_in_metres=True,
+    )
 
 
 def _check_corners(table: Table) -> None:

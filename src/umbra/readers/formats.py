@@ -6,6 +6,7 @@ from pathlib import Path
 
 from umbra.errors import InputError
 from umbra.readers.model import Choices, Model
+from umbra.readers.unread import find_unread
 
 __all__ = ["FORMATS", "find_reader"]
 
@@ -63,16 +64,6 @@ BY_CONTENT = {
     b"\x00\x00\x27\x0a": "vector",
 }
 
-UNREAD = {
-    b"<?xml": "XML (CityGML, COLLADA) is not read; convert it to CityJSON, glTF or OBJ",
-    b"\x1f\x8b": "is compressed (gzip); unpack it first",
-    b"PK\x03\x04": "is a ZIP archive; unpack it first",
-    b"Kaydara FBX": "FBX is not read; export it as glTF or OBJ",
-    b"BLENDER": "Blender files are not read; export it as glTF or OBJ",
-    b"\x89HDF": "HDF5 files are not read",
-    b"version https://git-lfs": "is a Git LFS pointer, not the file; run git lfs pull",
-}
-
 
 def find_reader(data: bytes, path: Path) -> Reader:
     """
@@ -95,10 +86,10 @@ def find_reader(data: bytes, path: Path) -> Reader:
         If the format is not one that is read.
     """
     start = data[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
-    for magic, what in UNREAD.items():
-        if start.startswith(magic):
-            msg = f"{what}; umbra reads {FORMATS}"
-            raise InputError(msg)
+    unread = find_unread(data, path, by_ending=False)
+    if unread is not None:
+        msg = f"{unread}; umbra reads {FORMATS}"
+        raise InputError(msg)
     kind = BY_ENDING.get(path.suffix.lower())
     told = next((found for magic, found in BY_CONTENT.items() if start.startswith(magic)), None)
     if told is not None:
@@ -108,6 +99,10 @@ def find_reader(data: bytes, path: Path) -> Reader:
     elif kind is None and start.startswith(b"OFF"):
         kind = "off"
     if kind is None:
+        unread = find_unread(data, path, by_ending=True)
+        if unread is not None:
+            msg = f"{unread}; umbra reads {FORMATS}"
+            raise InputError(msg)
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
         msg = f"is in no format that is read (by its content and {ending}); umbra reads {FORMATS}"
         raise InputError(msg)

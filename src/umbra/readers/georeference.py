@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pyproj import CRS
 
 __all__ = [
+    "assumes_height_unit",
     "bring_to",
     "is_degrees",
     "is_known",
@@ -86,7 +87,9 @@ def is_same_plan(one: str, other: str) -> bool:
     return one == other or (a is not None and b is not None and a.to_2d() == b.to_2d())
 
 
-def bring_to(parts: tuple[Part, ...], crs: str, target: str) -> tuple[Part, ...]:
+def bring_to(
+    parts: tuple[Part, ...], crs: str, target: str, *, is_high_in_metres: bool
+) -> tuple[Part, ...]:
     """
     Move parts from one CRS to another; heights are kept, but for their unit.
 
@@ -97,6 +100,8 @@ def bring_to(parts: tuple[Part, ...], crs: str, target: str) -> tuple[Part, ...]
         Of the parts.
     target : str
         A CRS in metres.
+    is_high_in_metres : bool
+        Whether heights are in metres already, whatever the CRS says.
 
     Returns
     -------
@@ -105,24 +110,20 @@ def bring_to(parts: tuple[Part, ...], crs: str, target: str) -> tuple[Part, ...]
     Raises
     ------
     InputError
-        If one of the two is not known or geocentric, or the heights' unit is not said.
+        If one of the two is not known or geocentric.
     """
     found, wanted = _find_crs(crs), _find_crs(target)
     shown, goal = show_crs(crs), show_crs(target)
     if not is_known(crs) or not is_known(target) or found is None or wanted is None:
         msg = f"{shown} cannot be converted to {goal}; convert to one coordinate reference system"
         raise InputError(msg, crs=(crs, target))
-    _, height = _metres_per_unit(found)
-    if height is None:
-        msg = (
-            f"coordinates are in feet ({shown}, {found.name}) and the unit of the heights is "
-            f"not said; convert to {goal}"
-        )
-        raise InputError(msg, crs=crs)
+    height = 1.0 if is_high_in_metres else _metres_per_unit(found)[1]
     return _move_plan(parts, found, target, height)
 
 
-def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...], str | None]:
+def to_metres(
+    parts: tuple[Part, ...], crs: str | None, *, is_high_in_metres: bool
+) -> tuple[tuple[Part, ...], str | None]:
     """
     Turn coordinates in degrees or feet into metres of the local UTM zone.
 
@@ -131,6 +132,8 @@ def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...
     parts : tuple of Part
     crs : str or None
         A CRS that is not known leaves the coordinates as they are.
+    is_high_in_metres : bool
+        Whether heights are in metres already, whatever the CRS says.
 
     Returns
     -------
@@ -141,7 +144,7 @@ def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...
     Raises
     ------
     InputError
-        If the CRS is geocentric, or in feet without the heights' unit.
+        If the CRS is geocentric.
     """
     found = _find_crs(crs)
     if found is None or crs is None:
@@ -153,18 +156,14 @@ def to_metres(parts: tuple[Part, ...], crs: str | None) -> tuple[tuple[Part, ...
     if not (found.is_projected or found.is_geographic):
         return parts, crs
     flat, height = _metres_per_unit(found)
-    if found.is_projected and flat == 1.0 and height in {1.0, None}:
+    if is_high_in_metres:
+        height = 1.0
+    if found.is_projected and flat == 1.0 and height == 1.0:
         return parts, crs
-    if height is None and found.is_projected:
-        msg = (
-            f"coordinates are in feet ({shown}, {found.name}) and the unit of the heights is not "
-            "said; convert to a CRS in metres (cjio FILE crs_reproject EPSG save OUT)"
-        )
-        raise InputError(msg, crs=crs)
     if found.is_geographic and any(part.transform is not None for part in parts):
         msg = f"geometry templates in degrees ({shown}) are not read; convert to a CRS in metres"
         raise InputError(msg, crs=crs)
-    return _reproject(parts, crs, found, height or 1.0)
+    return _reproject(parts, crs, found, height)
 
 
 def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
@@ -227,15 +226,24 @@ def _find_crs(crs: str | None) -> "CRS | None":
         return None
 
 
-def _metres_per_unit(crs: "CRS") -> tuple[float, float | None]:
-    """Give metres per plan unit and per height unit; None if heights have no unit."""
+def assumes_height_unit(crs: str) -> bool:
+    """Tell whether a CRS in feet does not say in what heights are; then they are in feet, too."""
+    found = _find_crs(crs)
+    if found is None or not found.is_projected:
+        return False
+    axes = found.axis_info
+    return axes[0].unit_conversion_factor != 1.0 and all(axis.direction != "up" for axis in axes)
+
+
+def _metres_per_unit(crs: "CRS") -> tuple[float, float]:
+    """Give metres per plan unit and per height unit."""
     axes = crs.axis_info
     up = [axis.unit_conversion_factor for axis in axes if axis.direction == "up"]
     plan = axes[0].unit_conversion_factor
     if up:
         return plan, up[0]
-    # Without an axis of their own, heights go with a plan in metres.
-    return plan, 1.0 if plan == 1.0 or crs.is_geographic else None
+    # Without an axis of their own, heights go with the plan; degrees are no length.
+    return plan, 1.0 if crs.is_geographic else plan
 
 
 def _reproject(

@@ -78,7 +78,9 @@ def read_gltf_tree(
     """
     version = str(tree.get("asset", {}).get("version", "2.0"))
     if not version.startswith("2"):
-        msg = f"is glTF {version}; umbra reads 2.0, convert it (gltf-pipeline is one tool)"
+        msg = (
+            f"is glTF {version}; umbra reads 2.0, convert it (npx gltf-pipeline -i FILE -o OUT.glb)"
+        )
         raise InputError(msg, version=version)
     for name in tree.get("extensionsUsed", ()):
         if name in GEOMETRY_EXTENSIONS:

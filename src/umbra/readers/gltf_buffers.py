@@ -34,7 +34,10 @@ def split_glb(data: bytes) -> tuple[bytes, bytes]:
         raise InputError(msg)
     _, version, length = struct.unpack_from("<4sII", data)
     if version != 2:
-        msg = f"is GLB version {version}; umbra reads version 2"
+        msg = (
+            f"is GLB version {version}; umbra reads version 2, convert it "
+            "(npx gltf-pipeline -i FILE -o OUT.glb)"
+        )
         raise InputError(msg, version=version)
     if length > len(data):
         msg = f"is cut short: its header says {length} bytes, it has {len(data)}; fetch it again"

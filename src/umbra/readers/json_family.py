@@ -9,6 +9,8 @@ from umbra.readers.model import Choices, Model
 
 __all__ = ["read_json"]
 
+OLD = "is glTF 1.0; umbra reads 2.0, convert it (npx gltf-pipeline -i FILE -o OUT.glb)"
+
 BOM = b"\xef\xbb\xbf"
 
 GEOJSON = {"FeatureCollection", "Feature", "GeometryCollection", "MultiPolygon", "Polygon"}
@@ -60,6 +62,14 @@ def read_json(data: bytes, path: Path, choices: Choices) -> Model:
         from umbra.readers.geojson import read_geojson  # noqa: PLC0415
 
         return read_geojson(documents, choices)
+    if kind == "Model" and "properties" in head:
+        msg = (
+            "is a Honeybee model (HBJSON), which is not read; export OBJ or STL from Rhino, or "
+            "geometry from honeybee-vtk (honeybee-vtk translate FILE)"
+        )
+        raise InputError(msg)
+    if isinstance(head.get("accessors"), dict):
+        raise InputError(OLD)
     if kind == "Topology":
         msg = "is TopoJSON, which is not read; convert it to GeoJSON or CityJSON"
         raise InputError(msg)

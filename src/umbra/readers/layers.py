@@ -14,7 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.readers.georeference import bring_to, is_known, is_same_plan, show_crs, to_metres
+from umbra.readers.georeference import (
+    assumes_height_unit,
+    bring_to,
+    is_known,
+    is_same_plan,
+    show_crs,
+    to_metres,
+)
 from umbra.readers.model import Model
 from umbra.readers.overlap import find_far, find_overlaps
 from umbra.readers.terrain import find_ground, stand_on
@@ -103,10 +110,10 @@ def combine(
     target: tuple[str, str, Path] | None = None  # the CRS in metres, the file's own, the file
     moved: list[tuple[Part, ...]] = []
     for layer in layers:
-        crs, parts = layer.model.crs, layer.model.parts
+        crs, parts, metric = layer.model.crs, layer.model.parts, layer.model.is_high_in_metres
         if crs is not None and target is None:
-            parts, metric = to_metres(parts, crs)
-            target = (metric or crs, crs, layer.path)
+            parts, own = to_metres(parts, crs, is_high_in_metres=metric)
+            target = (own or crs, crs, layer.path)
         elif crs is not None and target is not None and not is_same_plan(crs, target[0]):
             if not is_known(crs) or not is_known(target[0]):
                 msg = (
@@ -115,12 +122,18 @@ def combine(
                     "convert them to one coordinate reference system"
                 )
                 raise InputError(msg, crs=(target[1], crs))
-            parts = bring_to(parts, crs, target[0])
+            parts = bring_to(parts, crs, target[0], is_high_in_metres=metric)
         if crs is not None and target is not None and parts is not layer.model.parts:
             whose = f"{show_name(layer.path)}: " if len(layers) > 1 else ""
             notes.append(
                 f"{whose}coordinates were converted from {show_crs(crs)} to {show_crs(target[0])}"
             )
+            if assumes_height_unit(crs):
+                unit = "metres" if metric else "feet, as the plan is"
+                notes.append(
+                    f"{whose}{show_crs(crs)} does not say the unit of heights: taken as {unit} "
+                    "(a CRS with a height system says it, as EPSG:2263+5703)"
+                )
         if layer.name:
             parts = tuple(replace(part, layer=layer.name) for part in parts)
         moved.append(parts)

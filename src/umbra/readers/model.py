@@ -160,6 +160,8 @@ class Model:
     is_afloat : bool
         Whether the file does not say how high its parts stand: they stand on 0, or
         on a terrain if another file brings one.
+    is_high_in_metres : bool
+        Whether heights are in metres even where the CRS is in feet.
     is_terrain : bool
         Whether parts without a height may be stood on it.
     crowns : CrownRaster, optional
@@ -174,5 +176,6 @@ class Model:
     lights: tuple[Light, ...] = ()
     place: Place = NOWHERE
     is_afloat: bool = False
+    is_high_in_metres: bool = False
     is_terrain: bool = False
     crowns: CrownRaster | None = None

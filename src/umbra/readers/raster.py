@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.companions import Companions
 from umbra.readers.extras import need
-from umbra.readers.georeference import name_crs
+from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
 from umbra.readers.model import Choices, Model
 from umbra.scene import Mesh, Part
 
@@ -46,12 +46,15 @@ class HeightRaster:
     matrix : (2, 3) float64
         From (column, row, 1), cell corners, to x and y.
     crs : str, optional
+    has_unit : bool
+        Whether the file says the unit of its heights, so that they are in metres for certain.
     """
 
     heights: NDArray[np.float64]
     there: NDArray[np.bool_]
     matrix: NDArray[np.float64]
     crs: str | None
+    has_unit: bool = False
 
 
 def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
@@ -85,7 +88,14 @@ def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
         msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
         raise InputError(msg)
     part = Part(path.stem, "Raster", Mesh(vertices, faces))
-    return Model("GeoTIFF", (part,), raster.crs, tuple(notes), is_terrain=True)
+    return Model(
+        "GeoTIFF",
+        (part,),
+        raster.crs,
+        tuple(notes),
+        is_terrain=True,
+        is_high_in_metres=raster.has_unit,
+    )
 
 
 def open_raster(path: Path, choices: Choices, notes: list[str]) -> HeightRaster:
@@ -105,6 +115,7 @@ def open_raster(path: Path, choices: Choices, notes: list[str]) -> HeightRaster:
             _check_bands(source, notes)
             heights, there = _read_heights(source, notes)
             affine, wkt = source.transform, source.crs
+            has_unit = bool((source.units[0] or "").strip())
     except rasterio.errors.RasterioError as error:
         reason = " ".join(str(error).split())[:200]
         msg = f"cannot be read as a raster ({reason}); export it again as GeoTIFF"
@@ -114,6 +125,12 @@ def open_raster(path: Path, choices: Choices, notes: list[str]) -> HeightRaster:
         msg = "says that its cells have no area; repair its georeference"
         raise InputError(msg)
     crs = None if wkt is None else _name(wkt)
+    if crs is not None and not has_unit and assumes_height_unit(crs):
+        msg = (
+            f"coordinates are in feet ({show_crs(crs)}) and the unit of the heights is not said; "
+            "declare it (gdal_edit.py -units ft FILE)"
+        )
+        raise InputError(msg, crs=crs)
     if crs is None:
         plain = affine == affine.identity()
         notes.append(
@@ -121,7 +138,7 @@ def open_raster(path: Path, choices: Choices, notes: list[str]) -> HeightRaster:
             if plain
             else "no CRS is named, so coordinates are taken as metres"
         )
-    return HeightRaster(heights, there, matrix, crs)
+    return HeightRaster(heights, there, matrix, crs, has_unit)
 
 
 def make_surface(

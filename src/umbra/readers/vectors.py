@@ -1,6 +1,7 @@
 """GeoPackage and Shapefile through pyogrio: a table of polygons."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -81,10 +82,7 @@ def read_vectors(data: bytes, path: Path, choices: Choices) -> Model:
         tuple(notes),
     )
     model = extrude_table(table, choices)
-    return Model(
-        model.format, model.parts, model.crs, model.notes, _find_companions(path, companions),
-        is_afloat=model.is_afloat,
-    )  # fmt: skip
+    return replace(model, companions=_find_companions(path, companions))
 
 
 def _choose_table(pyogrio: Any, path: Path, choices: Choices) -> tuple[str, list[str]]:
