@@ -24,6 +24,7 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--hide-scrollbars",
     "--force-color-profile=srgb",
+    "--force-prefers-reduced-motion",  # a page that glides is elsewhere when it is pointed at
     "--remote-debugging-pipe",
 )
 PATIENCE = 60  # [s]; a machine under load starts it slowly

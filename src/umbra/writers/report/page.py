@@ -38,18 +38,20 @@ from umbra.writers.report.timeline import (
 __all__ = ["write_point_report", "write_report"]
 
 COMMON = ("read", "timeline", "signs")
-PLAN = ("plan",)
+PLAN = ("zoom", "plan")
 MODEL = ("camera", "receivers", "model", "turn")
 STAGE = ("tables", "stage", "main")
 _WORDS = {
     "plan": {
         "picture": "The receivers of the study. Arrow keys move the point, with Shift ten cells "
-        "at once.",
+        "at once; plus and minus enlarge and shrink the picture, 0 shows all of it.",
         "at": "At this point",
-        "hint": "Point at the picture to read another place; click or tap to keep it.",
+        "hint": "Point at the picture to read another place; click or tap to keep it. Ctrl and "
+        "wheel (after a click the wheel alone), two fingers, or the keys + and - enlarge it; drag "
+        "it when it is larger.",
         "shadow_first": " checked",
         "hours_first": "",
-        "views": "",
+        "views": "zoom.html",
     },
     "model": {
         "picture": "The model with its hours. Arrow keys turn it, plus and minus enlarge and "
@@ -61,6 +63,7 @@ _WORDS = {
         "is not sampled, and backs.",
         "shadow_first": "",
         "hours_first": " checked",
+        "views": "views.html",
     },
 }
 
@@ -154,10 +157,8 @@ def write_point_report(
     instants = make_point_timeline(study)
     data = make_model_data(study, instants)
     words = _WORDS["model"]
-    views = (files("umbra.writers.report") / "assets" / "views.html").read_text("utf-8")
     parts = words | {
         "at": words["at"].format(receiver="point" if study.samples is None else "sample"),
-        "views": views,
         "script": _read_scripts(MODEL),
         "resolution": escape(tell_model(study, instants, data)),
         "left_out": make_notice(instants.tell_left_out(study, own_hours=True)),
@@ -189,6 +190,7 @@ def _write(
         "date": escape(plan.date),
         "place": escape(plan.place),
         "policy": escape(_make_policy(_read("page.css"), parts["script"])),
+        "views": _read(parts["views"]),
         "style": _read("page.css"),
         "summary": make_summary(_sum_up(study)),
         "tables": "\n".join(make_table(table) for table in shown),

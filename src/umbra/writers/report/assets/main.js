@@ -12,6 +12,7 @@ try {
 if (picture) stage = makeStage(picture);
 dressTables(picture && picture.show ? (kind, index) => {
   stage.pick(picture.show(kind, index));
-  $("through").scrollIntoView({ behavior: "smooth", block: "start" });
+  const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  $("through").scrollIntoView({ behavior: isCalm ? "auto" : "smooth", block: "start" });
 } : null);
 document.documentElement.dataset.ready = picture ? "yes" : "tables";

@@ -12,6 +12,10 @@ const makePlan = async () => {
 
   const map = $("map"), pen = map.getContext("2d");
   const signs = makeSigns(pen, map);
+  const frame = makeWindow(map, cols, rows);
+  const places = (data.places || []).map((place) => ({
+    ...place, col: (place.x - data.x0) / data.dx + 0.5, row: rows - 0.5 - (place.y - data.y0) / data.dy,
+  }));
   const layer = document.createElement("canvas");
   layer.width = cols; layer.height = rows;
   const layerPen = layer.getContext("2d");
@@ -20,6 +24,7 @@ const makePlan = async () => {
   const CLEAR = 0, SHADES = { lit: CLEAR, night: CLEAR, dark: color(57, 69, 107, 175), behind: color(66, 122, 72, 120) };
   const VOID = data.is_plan ? color(226, 226, 231) : CLEAR;  // where nothing receives
 
+  let current = null;
   const shown = { key: "", hours: null, most: 0 };
   const chooseHours = (view) => {
     const [first, last] = view.mode === "day" ? [days[view.day].first, days[view.day].last] : [0, n - 1];
@@ -54,14 +59,16 @@ const makePlan = async () => {
     const reach = Math.min(dx ? w / Math.abs(dx) : Infinity, dy ? h / Math.abs(dy) : Infinity);
     signs.sun(map.width / 2 + dx * reach, map.height / 2 + dy * reach, dot);
   };
+  const middleOf = (cell) => [(cell % cols) + 0.5, rows - 0.5 - Math.floor(cell / cols)];
   const draw = (view) => {
-    const scale = map.width / cols;
+    current = view;
+    const { across, down, left, top } = frame.lay();
     const dot = map.width / (map.clientWidth || map.width);  // device pixels of one CSS pixel
     const isNight = !steps.up[view.now] && view.mode === "shadow";
-    pen.imageSmoothingEnabled = scale < 2;
+    pen.imageSmoothingEnabled = across < 2;
     pen.fillStyle = !data.is_plan ? "#ffffff" : isNight ? "#d9d9e0" : "#fbf8f0";
     pen.fillRect(0, 0, map.width, map.height);
-    const lay = (what) => pen.drawImage(what, 0, 0, map.width, map.height);
+    const lay = (what) => pen.drawImage(what, left, top, cols * across, rows * down);
     if (data.receivers === "ground") { lay(layer); lay(roofs); }
     else if (view.mode === "shadow") { lay(roofs); lay(layer); }
     else {  // a little of the surfaces' shading, so that their forms show
@@ -72,17 +79,18 @@ const makePlan = async () => {
       pen.globalCompositeOperation = "source-over";
       pen.globalAlpha = 1;
     }
-    if (data.has_scale) signs.scale(map.width / (cols * data.dx), dot);
+    if (data.has_scale) signs.scale(across / data.dx, dot);
     if (data.is_plan) { signs.north(data.north, dot); drawSun(view, dot); }
-    const row = Math.floor(view.chosen / cols);
-    signs.ring(((view.chosen % cols) + 0.5) * scale, (rows - 0.5 - row) * (map.height / rows), dot);
+    signs.pins(places.map((place) => ({ ...place, x: left + place.col * across, y: top + place.row * down })), dot);
+    const [col, row] = middleOf(view.chosen);
+    signs.ring(left + col * across, top + row * down, dot);
   };
-  const fit = () => {
+  const fit = (least = 1) => {
     const wide = Math.max(1, map.parentElement.clientWidth);
     // A tall plan is held to the window's height, so that the slider stays in view.
     const most = Math.max(320, window.innerHeight * 0.82);
     const shownWide = Math.min(wide, (most * cols * data.dx) / (rows * data.dy));
-    const dot = Math.min(window.devicePixelRatio || 1, 3);
+    const dot = Math.max(least, Math.min(window.devicePixelRatio || 1, 3));
     map.style.width = shownWide + "px";
     map.style.margin = "0 auto";
     map.width = Math.round(shownWide * dot);
@@ -91,16 +99,21 @@ const makePlan = async () => {
 
   // ---- reading a point
 
-  const cellAt = (event) => {
-    const box = map.getBoundingClientRect();
-    const col = Math.floor(((event.clientX - box.left) / box.width) * cols);
-    const row = rows - 1 - Math.floor(((event.clientY - box.top) / box.height) * rows);
+  const cellOf = (x, y) => {
+    const col = Math.floor(x), row = rows - 1 - Math.floor(y);
     return col < 0 || row < 0 || col >= cols || row >= rows ? -1 : row * cols + col;
+  };
+  const cellAt = (event) => {
+    // A pin draws the pointer to its own place.
+    const [x, y] = frame.at(event), { across, down } = frame.lay(), reach = (8 * map.width) / map.clientWidth;
+    const pin = places.find((place) => Math.hypot((place.col - x) * across, (place.row - y) * down) < reach);
+    return pin ? cellOf(pin.col, pin.row) : cellOf(x, y);
   };
   const where = (cell) => {
     const row = Math.floor(cell / cols), col = cell % cols;
     const [up, across] = data.axes;
-    return `${across} ${number(data.x0 + col * data.dx)}, ${up} ${number(data.y0 + row * data.dy)}` +
+    const named = places.filter((place) => cellOf(place.col, place.row) === cell).map((place) => place.name + ": ");
+    return named.join("") + `${across} ${number(data.x0 + col * data.dx)}, ${up} ${number(data.y0 + row * data.dy)}` +
       (data.has_scale ? " m" : "") +
       (exists(cell) ? "" : data.is_plan ? ": nothing receives here" : ": nothing is seen here") +
       (heights[cell] > 0.005
@@ -110,17 +123,29 @@ const makePlan = async () => {
         : "");
   };
   const move = (key, isFar, cell) => {
+    if (frame.press(key)) return cell;
     const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
     if (!arrow) return null;
     const times = isFar ? 10 : 1;
     const col = Math.max(0, Math.min(cols - 1, (cell % cols) + arrow[0] * times));
     const row = Math.max(0, Math.min(rows - 1, Math.floor(cell / cols) + arrow[1] * times));
+    frame.follow(col + 0.5, rows - 0.5 - row);
     return row * cols + col;
   };
+  const show = (_, index) => {
+    const { col, row } = places[index];
+    frame.center(col, row);
+    return cellOf(col, row);
+  };
   const listen = ({ hover, pick }) => {
-    map.addEventListener("pointermove", (event) => { if (event.pointerType === "mouse") hover(cellAt(event)); });
+    const fingers = frame.listen(() => draw(current), (event) => {
+      const cell = cellAt(event);
+      if (cell >= 0) pick(cell);
+    });
+    map.addEventListener("pointermove", (event) => {
+      if (event.pointerType === "mouse" && !fingers.size) hover(cellAt(event));
+    });
     map.addEventListener("pointerleave", () => hover(-1));
-    map.addEventListener("click", (event) => { const cell = cellAt(event); if (cell >= 0) pick(cell); });
   };
   const choose = () => {
     // An open place near the middle, with about half the day's sun.
@@ -134,6 +159,6 @@ const makePlan = async () => {
     }
     return chosen;
   };
-  return { ...masks, hours, behindHours, exists, where, move, listen, choose, paint: paintLayer, draw, fit,
+  return { ...masks, hours, behindHours, exists, where, move, show, listen, choose, paint: paintLayer, draw, fit,
     mostHours: (view) => (view.mode === "shadow" ? upHours : chooseHours(view).most) };
 };

@@ -69,5 +69,38 @@ const makeSigns = (pen, canvas) => {
     }
     pen.setLineDash([]);
   };
-  return { halo, scale, north, sun, ring };
+  const pins = (places, dot) => {
+    // Places that rules judge: the point is the place, the head says the outcome, by form too.
+    const taken = [];
+    for (const { x, y, passes } of places) {
+      const r = 8 * dot, high = y - 2.2 * r;
+      pen.beginPath();
+      pen.arc(x, high, r, Math.PI * 0.85, Math.PI * 0.15);
+      pen.lineTo(x, y);
+      pen.closePath();
+      pen.fillStyle = passes ? "#1c6b37" : "#a32020";
+      pen.strokeStyle = "#ffffff";
+      pen.lineWidth = 1.6 * dot;
+      pen.fill();
+      pen.stroke();
+      pen.beginPath();
+      const marks = passes ? [[-3.5, 0.5], [-1, 3], [3.5, -3]] : [[-3, -3], [3, 3], null, [3, -3], [-3, 3]];
+      let isNew = true;
+      for (const mark of marks) {
+        if (mark) pen[isNew ? "moveTo" : "lineTo"](x + mark[0] * dot, high + mark[1] * dot);
+        isNew = !mark;
+      }
+      pen.stroke();
+    }
+    for (const { x, y, name } of places) {  // a name that would lie over another is left out
+      const wide = 7 * dot * name.length, at = y - 14 * dot;
+      if (taken.some(([tx, ty, tw]) => x < tx + tw && x + wide > tx && Math.abs(at - ty) < 14 * dot)) continue;
+      taken.push([x, at, wide]);
+      const isFar = x + 12 * dot + wide > canvas.width;
+      pen.textAlign = isFar ? "right" : "left";
+      halo(name, x + (isFar ? -12 : 12) * dot, at, dot);
+      pen.textAlign = "left";
+    }
+  };
+  return { halo, scale, north, sun, ring, pins };
 };

@@ -3,7 +3,7 @@
 const makeStage = (picture) => {
   const mode = document.querySelector("input[name=mode]:checked").value;
   const view = { now: 0, day: 0, mode, chosen: 0 };
-  let pinned = 0, hovered = -1, timer = 0;
+  let pinned = 0, hovered = -1, timer = 0, speaking = 0;
   const slider = $("time"), chooser = $("day");
 
   const draw = () => {
@@ -93,6 +93,11 @@ const makeStage = (picture) => {
     hovered = -1;
     read();
     draw();
+    // For who listens: one short line, of the last of many moves.
+    clearTimeout(speaking);
+    speaking = setTimeout(() => {
+      $("said").textContent = `${picture.where(receiver)}: ${$("in-sun").textContent} of sun, ${$("in-shadow").textContent} of shadow`;
+    }, 500);
   };
   picture.listen({ hover, pick, draw, view });
   document.addEventListener("keydown", (event) => {
@@ -136,12 +141,21 @@ const makeStage = (picture) => {
   for (let i = 0; i <= days[0].last; i++) if (steps.altitude[i] > steps.altitude[noon]) noon = i;
   $("stage").hidden = false;
   $("key").hidden = view.mode === "shadow";
-  const fit = () => { picture.fit(); draw(); };
+  const fit = (least = 1) => { picture.fit(least); draw(); };
   picture.fit();
   go(noon);
   recolor();
   read();
-  window.addEventListener("resize", fit);
-  window.addEventListener("beforeprint", fit);
+  window.addEventListener("resize", () => fit());
+  // Paper is finer than a screen, and browsers misplace a canvas on it: it gets a picture.
+  const paper = new Image();
+  paper.id = "paper";
+  paper.alt = $("map").getAttribute("aria-label");
+  $("map").after(paper);
+  window.addEventListener("beforeprint", () => {
+    fit(2.5);
+    paper.src = $("map").toDataURL();
+    fit();
+  });
   return { pick, view, draw };
 };

@@ -154,10 +154,10 @@ const makeModel = async () => {
   };
   const everything = boxOf(Array.from({ length: count }, (_, k) => k));
   const whole = () => eye.frame(everything, map.clientWidth, map.clientHeight, isSampled ? 2 : 12);
-  const fit = () => {
+  const fit = (least = 1) => {
     const wide = Math.max(1, map.parentElement.clientWidth), was = map.clientWidth;
     const high = Math.round(Math.min(Math.max(300, wide * 0.7), Math.max(300, window.innerHeight * 0.78)));
-    const dot = Math.min(window.devicePixelRatio || 1, 2);
+    const dot = Math.max(Math.min(least, 2), Math.min(window.devicePixelRatio || 1, 2));
     map.style.width = wide + "px";
     map.style.height = high + "px";
     map.width = Math.round(wide * dot);
