@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from umbra.errors import InputError
-from umbra.writers import results
-from umbra.writers.results import replace_results
+from umbra.writers.results import KEPT, replace_results
+from umbra.writers.unfinished import LOCK, PREFIX, SEAL
 
 NAMES = ("study.nc", "hours.png")
 
@@ -132,7 +132,9 @@ def test_a_live_run_is_left_alone(tmp_path):
 
 
 def test_a_folder_left_half_removed_is_swept_up(tmp_path):
-    (tmp_path / f"{results.PREFIX}x").mkdir()
+    (tmp_path / f"{PREFIX}x").mkdir()
+    (tmp_path / f"{PREFIX}y").mkdir()
+    (tmp_path / f"{PREFIX}y" / "half.nc").write_text("half")  # its lock went first
     with replace_results(tmp_path):
         assert len(list(tmp_path.iterdir())) == 1
     assert not list(tmp_path.iterdir())
@@ -185,7 +187,7 @@ def test_a_folder_in_a_results_place_stops_all_moves(tmp_path):
     assert held(tmp_path) == {"hours.png": "old"}
 
 
-def test_ctrl_c_during_the_moves_waits_for_them(tmp_path, monkeypatch):
+def test_ctrl_c_during_the_moves_waits_for_them_and_tells_the_truth(tmp_path, monkeypatch):
     put(tmp_path, "old")
     rename = Path.replace
 
@@ -194,6 +196,197 @@ def test_ctrl_c_during_the_moves_waits_for_them(tmp_path, monkeypatch):
         return rename(self, target)
 
     monkeypatch.setattr(Path, "replace", interrupt)
-    with pytest.raises(KeyboardInterrupt), replace_results(tmp_path) as unfinished:
+    with (
+        pytest.raises(KeyboardInterrupt, match=r"the new results in '.*' are complete"),
+        replace_results(tmp_path) as unfinished,
+    ):
         put(unfinished, "new")
     assert held(tmp_path) == dict.fromkeys(sorted(NAMES), "new")
+    with pytest.raises(KeyboardInterrupt, match=KEPT):
+        fail_half_way(tmp_path, KeyboardInterrupt())
+
+
+STEPS = """
+import os, sys
+from umbra.writers.results import replace_results
+folder, at, number = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+steps = None
+
+def watch(event, _):
+    global steps
+    if steps is not None and event.partition(".")[0] in {"os", "open", "shutil", "fcntl"}:
+        steps += 1
+        if steps == at:
+            os.kill(os.getpid(), number)
+
+sys.addaudithook(watch)  # it hears of every call to the system before it is made
+with replace_results(folder) as unfinished:
+    for name in ("study.nc", "hours.png"):
+        (unfinished / name).write_text("new")
+    steps = 0
+print(steps)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows ends a process for any signal")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_a_kill_at_any_step_of_the_moves_mixes_no_results(tmp_path, number):
+    found = set()
+    for at in range(1, 200):
+        folder = tmp_path / str(at)
+        folder.mkdir()
+        put(folder, "old")
+        done = subprocess.run(
+            [sys.executable, "-c", STEPS, folder, str(at), str(int(number))],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if done.stdout:
+            break
+        assert done.returncode == -number, done.stderr
+        if number != signal.SIGKILL:
+            texts = {(folder / name).read_text() for name in NAMES}
+            assert len(texts) == 1, f"mixed by a signal at step {at}"
+            word = KEPT if texts == {"old"} else "the new results in"
+            assert number == signal.SIGTERM or word in done.stderr.splitlines()[-1]
+        with replace_results(folder):
+            pass  # whatever the next run makes
+        texts = held(folder)
+        assert len(texts) == 2, texts
+        assert len(set(texts.values())) == 1, f"mixed by a kill at step {at}"
+        assert {p.name for p in folder.iterdir()} == set(NAMES)
+        found |= set(texts.values())
+    assert at > 10
+    assert found == {"old", "new"}
+
+
+def test_two_runs_that_end_at_once_do_not_mix(tmp_path):
+    code = """
+    import sys, time
+    from pathlib import Path
+    from umbra.writers.results import replace_results
+    rename = Path.replace
+
+    def slow(self, target):
+        time.sleep({"a 0.nc": 0.5, "b 3.nc": 1}.get(f"{sys.argv[2]} {self.name}", 0))
+        return rename(self, target)
+
+    Path.replace = slow
+    with replace_results(sys.argv[1]) as unfinished:
+        for n in range(5):
+            (unfinished / f"{n}.nc").write_text(sys.argv[2])
+        print("ready", flush=True)
+        sys.stdin.readline()
+    """
+    runs = [
+        subprocess.Popen(
+            [sys.executable, "-c", textwrap.dedent(code), tmp_path, name],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )
+        for name in "ab"
+    ]  # fmt: skip
+    for run in runs:
+        assert run.stdout.readline() == "ready\n"
+    for run in runs:
+        run.stdin.write("go\n")
+        run.stdin.flush()
+    for run in runs:
+        run.communicate()
+        assert run.returncode == 0
+    assert len(held(tmp_path)) == 5
+    assert len(set(held(tmp_path).values())) == 1
+
+
+def test_a_run_that_was_killed_in_its_moves_never_overwrites_a_later_one(tmp_path):
+    """The one killed is finished first: even by a run that began before it."""
+    with replace_results(tmp_path) as unfinished:
+        put(unfinished, "later")
+        for at in range(1, 200):
+            with replace_results(tmp_path) as clean:  # after the last one that was killed
+                put(clean, "old")
+            subprocess.run(
+                [sys.executable, "-c", STEPS, tmp_path, str(at), str(int(signal.SIGKILL))],
+                capture_output=True, check=False,
+            )  # fmt: skip
+            if {(tmp_path / name).read_text() for name in NAMES} == {"old", "new"}:
+                break
+        else:
+            pytest.fail("no kill came between the renames")
+    assert held(tmp_path) == dict.fromkeys(sorted(NAMES), "later")
+    with replace_results(tmp_path):
+        pass
+    assert held(tmp_path) == dict.fromkeys(sorted(NAMES), "later")
+
+
+@pytest.fixture
+def elsewhere(tmp_path):
+    """A folder that no run into ``out`` may touch."""
+    folder = tmp_path / "elsewhere"
+    (folder / "deep").mkdir(parents=True)
+    (folder / "out").mkdir()
+    for name in ("thesis.txt", LOCK, "deep/data.csv"):
+        (folder / name).write_text("mine")
+    return folder
+
+
+def test_links_in_the_folder_lead_no_removal_elsewhere(tmp_path, elsewhere):
+    out, kept = tmp_path / "out", held(elsewhere)
+    out.mkdir()
+    (out / f"{PREFIX}x").symlink_to(elsewhere)
+    killed = out / f"{PREFIX}y"
+    killed.mkdir()
+    (killed / LOCK).write_text("")
+    (killed / "frames").symlink_to(elsewhere)
+    (killed / "study.nc").symlink_to(elsewhere / "thesis.txt")
+    (out / f"{PREFIX}z").mkdir()
+    (out / f"{PREFIX}z" / LOCK).symlink_to(elsewhere / LOCK)
+    os.mkfifo(out / "pipe")
+    (out / "study.nc").symlink_to(elsewhere / "thesis.txt")
+    for _ in range(2):
+        with replace_results(out) as unfinished:
+            put(unfinished, "new")
+        assert held(elsewhere) == kept
+        assert not killed.exists()
+    assert (out / "study.nc").read_text() == "new"
+    assert not (out / "study.nc").is_symlink()
+    (out / "frames").symlink_to(elsewhere / "deep")
+    with pytest.raises(InputError, match=r"frames' is no folder.*remove or rename"):
+        put_deep(out)
+    assert held(elsewhere) == kept
+
+
+def put_deep(folder):
+    with replace_results(folder) as unfinished:
+        (unfinished / "frames").mkdir()
+        (unfinished / "frames" / "data.csv").write_text("new")
+
+
+def test_a_seal_that_another_hand_wrote_moves_nothing(tmp_path):
+    (tmp_path / "thesis.txt").write_text("mine")
+    planted = tmp_path / f"{PREFIX}x"
+    planted.mkdir()
+    for name, text in ((LOCK, ""), (SEAL, "64769 131"), ("thesis.txt", "theirs")):
+        (planted / name).write_text(text)
+    with replace_results(tmp_path):
+        pass
+    assert held(tmp_path) == {"thesis.txt": "mine"}
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="takes root to chown")
+def test_another_users_folder_is_left_alone(tmp_path):
+    theirs = tmp_path / f"{PREFIX}x"
+    theirs.mkdir()
+    (theirs / LOCK).write_text("")
+    os.chown(theirs, 12345, 12345)
+    with replace_results(tmp_path):
+        pass
+    assert (theirs / LOCK).exists()
+
+
+@pytest.mark.parametrize("name", ["n" * 256, "nul\0l"])
+def test_a_folder_whose_name_cannot_be_is_refused_in_a_line(tmp_path, name):
+    with (
+        pytest.raises(InputError, match=r"cannot write to the output folder.*name a folder"),
+        replace_results(tmp_path / name),
+    ):
+        pytest.fail("the work began")
+    assert not list(tmp_path.iterdir())

@@ -32,11 +32,11 @@ class _Commands(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as error:
             # click would print an empty line; only a terminal, which shows ^C, needs it.
             if sys.stderr.isatty():
                 echo(err=True)
-            raise click.Abort from None
+            raise click.Abort(*error.args) from None
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -106,8 +106,8 @@ def _run(arguments: list[str], debug: bool) -> int:
         return _fail(error.format_message(), 2, debug)
     except InputError as error:
         return _fail(str(error), 2, debug)
-    except (KeyboardInterrupt, click.Abort):
-        return _fail("interrupted; earlier results are as they were", 2, debug)
+    except (KeyboardInterrupt, click.Abort) as error:
+        return _fail("; ".join(["interrupted", *map(str, error.args)]), 2, debug)
     except BrokenPipeError:
         sys.stderr.close()  # whoever read the output has gone
         return 1

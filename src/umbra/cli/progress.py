@@ -1,27 +1,74 @@
-"""A bar on the error stream, if that is a terminal: what is done now, and the time left."""
+"""
+What is done now, and the time left, on the error stream.
 
+A terminal has a bar; a file or a pipe, such as a server's log, a line now and then.
+"""
+
+import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
+from umbra.cli.terminal import echo
 from umbra.printable import make_printable, shorten
 
 __all__ = ["Stages", "name_reading", "show_progress"]
 
 _SLOW = 2.0  # [s]
+_EVERY = 20.0  # between lines [s]; a run that is shorter says nothing
 _FIRST_RUN = "preparing; a first run compiles its kernels, later ones start at once"
 
 
 class Stages:
-    """Stages of work that no one watches."""
+    """
+    Stages of work that no one watches.
+
+    Compiled code calls back into Python here and there, and an exception that is raised
+    there is lost, that of Ctrl-C as well. So it is noted, and raised at the next stage.
+    """
+
+    _is_interrupted = False
 
     def begin(self, what: str) -> None:
         """Begin work whose length is not known."""
+        self.check()
 
     def advance(self, done: int, everything: int) -> None:
         """Tell how many instants are counted, and of how many."""
+        self.check()
+
+    def end(self) -> None:
+        """Let go of what shows them."""
+
+    def check(self) -> None:
+        """Raise the Ctrl-C that was pressed, if no one has heard of it."""
+        if self._is_interrupted:
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def noting_interrupts(self) -> Iterator[None]:
+        """Lose no Ctrl-C in the block."""
+        is_main = threading.current_thread() is threading.main_thread()
+        if not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+            yield  # the caller has other plans for it
+            return
+        signal.signal(signal.SIGINT, self._note)
+        try:
+            yield
+            self.check()
+        except Exception as error:  # what compiled code makes of it is anything
+            if self._is_interrupted:
+                raise KeyboardInterrupt from error
+            raise
+        finally:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def _note(self, number: int, frame: Any) -> None:
+        self._is_interrupted = True
+        signal.default_int_handler(number, frame)
 
 
 def name_reading(files: Sequence[str]) -> str:
@@ -38,22 +85,62 @@ def show_progress(quiet: bool) -> Iterator[Stages]:
     Parameters
     ----------
     quiet : bool
-        Show nothing, as when the error stream is no terminal.
+        Show nothing.
 
     Yields
     ------
     stages : Stages
         What is written to the error stream meanwhile comes above the bar.
     """
-    if quiet or not sys.stderr.isatty():
-        yield Stages()
-        return
-    with _make_bar() as bar:
-        stages = _Watched(bar)
+    stages: Stages
+    if quiet or sys.stderr is None:
+        stages = Stages()
+    elif sys.stderr.isatty():
+        stages = _Watched(_make_bar())
+    else:
+        stages = _Logged()
+    with stages.noting_interrupts():
         try:
             yield stages
         finally:
             stages.end()
+
+
+class _Logged(Stages):
+    """Stages of a long run told in plain lines."""
+
+    def __init__(self) -> None:
+        self._what = "starting"
+        self._done: tuple[int, int] | None = None
+        self._begun = 0.0
+        self._is_over = threading.Event()
+        threading.Thread(target=self._tell, daemon=True).start()
+
+    def begin(self, what: str) -> None:
+        super().begin(what)
+        self._what, self._done = what, None
+
+    def advance(self, done: int, everything: int) -> None:
+        super().advance(done, everything)
+        if self._done is None:
+            self._what, self._begun = "counting shadows", time.monotonic()
+        self._done = done, everything
+
+    def end(self) -> None:
+        self._is_over.set()
+
+    def _tell(self) -> None:
+        with suppress(OSError, ValueError):  # whoever read it has gone
+            while not self._is_over.wait(_EVERY):
+                echo(f"umbra: {self._show()}", err=True)
+
+    def _show(self) -> str:
+        if self._done is None:
+            return self._what
+        done, everything = self._done
+        left = (time.monotonic() - self._begun) * (everything / max(done, 1) - 1)
+        minutes, seconds = divmod(int(left), 60)
+        return f"{self._what}: {done} of {everything} suns, {minutes}:{seconds:02} left"
 
 
 class _Watched(Stages):
@@ -61,11 +148,13 @@ class _Watched(Stages):
 
     def __init__(self, bar: Any) -> None:
         self._bar = bar
+        bar.start()
         self._task = bar.add_task("starting", total=None)
         self._is_counting = False
         self._notice: threading.Timer | None = None
 
     def begin(self, what: str) -> None:
+        super().begin(what)
         self._show(what, None)
         self._is_counting = False
         if what == "preparing":
@@ -74,19 +163,23 @@ class _Watched(Stages):
             self._notice.start()
 
     def advance(self, done: int, everything: int) -> None:
+        super().advance(done, everything)
         if not self._is_counting:
             self._show("counting shadows", everything)
             self._is_counting = True
         self._bar.update(self._task, completed=done)
 
     def end(self) -> None:
-        """Let go of the timer."""
+        self._stop_timer()
+        self._bar.stop()
+
+    def _stop_timer(self) -> None:
         if self._notice is not None:
             self._notice.cancel()
             self._notice = None
 
     def _show(self, what: str, total: int | None) -> None:
-        self.end()
+        self._stop_timer()
         self._bar.remove_task(self._task)
         self._task = self._bar.add_task(what, total=total)
 

@@ -1,0 +1,224 @@
+"""
+Temporary folders inside a results folder: made, locked, sealed, swept up.
+
+A lock file tells a live run's folder from one that was killed: the system lets go of the
+lock with the process, whatever ended it. A seal, written when every file is complete,
+tells that the files are to be moved: a run that is killed between the renames is so
+finished by the next one, and what is not sealed is dropped.
+
+The results folder may be a stranger's. No link in it is followed, and only folders of this
+user's own are swept up. A seal names the folder's own inode, which no archive can carry.
+"""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, Self
+
+from umbra.errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # Windows has no fcntl; there an open file cannot be removed, which serves
+    fcntl = None  # type: ignore[assignment]
+
+__all__ = ["UnfinishedFolder", "lock_folder"]
+
+PREFIX = ".umbra-unfinished-"
+LOCK, SEAL = ".lock", ".complete"
+_BLOCKING_NOT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
+
+
+class UnfinishedFolder:
+    """
+    One run's temporary folder in a results folder, held by a lock.
+
+    Parameters
+    ----------
+    path : Path
+    lock : file
+        Open and locked.
+    """
+
+    def __init__(self, path: Path, lock: IO[bytes]) -> None:
+        self.path = path
+        self._lock = lock
+
+    @classmethod
+    def make(cls, target: Path) -> Self:
+        """
+        Make the folder in ``target``, which is made if missing; sweep up after killed runs.
+
+        Raises
+        ------
+        OSError
+            If ``target`` cannot be made or written to.
+        """
+        for attempts_left in reversed(range(20)):
+            try:
+                target.mkdir(parents=True, exist_ok=True)
+                path = Path(tempfile.mkdtemp(prefix=PREFIX, dir=target))
+                lock = (path / LOCK).open("wb")
+            except FileNotFoundError:
+                if attempts_left:
+                    continue  # another run may have swept the folder away before it was locked
+                raise
+            if _lock(lock) is not False and (path / LOCK).exists():
+                break
+            lock.close()
+        made = cls(path, lock)
+        try:
+            with lock_folder(target):
+                made.finish_others()
+        except BaseException:
+            made.remove()
+            raise
+        return made
+
+    def check_places(self) -> None:
+        """
+        Check that every file can be moved into the results folder.
+
+        Raises
+        ------
+        InputError
+            If a folder is where a file goes, or a link or a file where a folder goes.
+        """
+        for name in self._names():
+            place = self.path.parent / name
+            if place.is_dir() and not place.is_symlink():
+                msg = f"'{place}' is a folder where a result goes; remove or rename it"
+                raise InputError(msg, path=place)
+            for folder in place.relative_to(self.path.parent).parents[:-1]:
+                there = self.path.parent / folder
+                if there.is_symlink() or (there.exists() and not there.is_dir()):
+                    msg = f"'{there}' is no folder, and results go into it; remove or rename it"
+                    raise InputError(msg, path=there)
+
+    def move(self) -> None:
+        """Move every file over its namesake in the results folder; what is killed goes on later."""
+        seal = self.path / SEAL
+        if not self.is_sealed:
+            unsealed = seal.with_suffix(".part")
+            unsealed.write_text(self._word(), encoding="ascii")
+            unsealed.replace(seal)
+        for name in self._names():
+            place = self.path.parent / name
+            place.parent.mkdir(parents=True, exist_ok=True)
+            (self.path / name).replace(place)
+        seal.unlink()
+
+    @property
+    def is_sealed(self) -> bool:
+        """Whether its files are complete and some may be moved already."""
+        try:
+            file = os.open(self.path / SEAL, os.O_RDONLY | _BLOCKING_NOT)
+        except OSError:
+            return False
+        with open(file, "rb") as seal:  # noqa: PTH123 - a descriptor
+            return seal.read(100) == self._word().encode()
+
+    def remove(self) -> None:
+        """Remove the folder, its lock last; what could not be moved stays for the next run."""
+        if self.is_sealed:
+            self._lock.close()
+            return
+        if fcntl is None:
+            self._lock.close()  # an open file stays there
+        # It follows no links, and takes no link for the folder.
+        shutil.rmtree(self.path, ignore_errors=True)
+        self._lock.close()
+
+    def finish_others(self) -> None:
+        """
+        Finish the runs that were killed while they moved, drop those killed before.
+
+        Live runs, links and other users' folders stay. Call with the results folder locked.
+        """
+        mine = self.path.lstat().st_uid
+        for path in sorted(self.path.parent.glob(f"{PREFIX}*")):
+            with suppress(FileNotFoundError):
+                is_folder = path.is_dir() and not path.is_symlink()
+                if path == self.path or not is_folder or path.lstat().st_uid != mine:
+                    continue
+                lock = _take_abandoned(path)
+                if lock is None:
+                    continue
+                other = UnfinishedFolder(path, lock)
+                try:
+                    if other.is_sealed:
+                        other.check_places()
+                        other.move()
+                finally:
+                    other.remove()
+
+    def _names(self) -> list[Path]:
+        """Give the files that are results, relative to the folder."""
+        found = []
+        for folder, _, names in os.walk(self.path):  # follows no links
+            found += [(Path(folder) / name).relative_to(self.path) for name in names]
+        own = {LOCK, SEAL, Path(SEAL).with_suffix(".part").name}
+        return sorted(name for name in found if str(name) not in own)
+
+    def _word(self) -> str:
+        """Give what only a seal of this very folder says."""
+        status = self.path.lstat()
+        return f"{status.st_dev} {status.st_ino}"
+
+
+@contextmanager
+def lock_folder(folder: Path) -> Iterator[None]:
+    """Hold a folder for this run alone: two that move at once would mix."""
+    if fcntl is None:
+        yield
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _lock(file: IO[bytes]) -> bool | None:
+    """Take a file's lock: True, False where a live process has it, None where none exist."""
+    if fcntl is None:
+        return None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return None
+    return True
+
+
+def _take_abandoned(path: Path) -> IO[bytes] | None:
+    """Give the lock of a killed run's folder; None if the run lives, or the folder is gone."""
+    lock: IO[bytes]
+    try:
+        lock = open(os.open(path / LOCK, os.O_RDWR | _BLOCKING_NOT), "rb+")  # noqa: PTH123, SIM115
+    except FileNotFoundError:
+        # Of a run that has just made it, or that was killed while it removed it.
+        with suppress(OSError):
+            path.rmdir()
+            return None
+        if (path / LOCK).exists():
+            return None
+        lock = (path / LOCK).open("wb")
+    except OSError:  # a link, or another hand's
+        return None
+    if fcntl is None:
+        lock.close()
+        with suppress(OSError):
+            (path / LOCK).unlink()  # raises while a live run holds it open
+            return (path / LOCK).open("wb")
+        return None
+    if not _lock(lock):
+        lock.close()
+        return None
+    return lock

@@ -1,0 +1,74 @@
+"""A long run tells where it is, on a terminal or not, and no Ctrl-C is lost on the way."""
+
+import contextlib
+import signal
+import time
+
+import pytest
+
+from umbra.cli import progress
+from umbra.cli.progress import show_progress
+
+
+def test_a_long_run_without_a_terminal_tells_its_stages_in_lines(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "_EVERY", 0.05)
+    with show_progress(quiet=False) as stages:
+        stages.begin("reading town.ifc")
+        time.sleep(0.08)
+        stages.begin("preparing")
+        stages.advance(1, 500)
+        stages._begun = time.monotonic() - 10
+        stages.advance(100, 500)
+        time.sleep(0.05)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "umbra: reading town.ifc"
+    assert lines[-1] == "umbra: counting shadows: 100 of 500 suns, 0:40 left"
+    assert len(lines) <= 3
+    time.sleep(0.1)
+    assert capsys.readouterr().err == ""  # nothing after the end
+
+
+def test_a_short_run_and_a_quiet_one_tell_nothing(capsys, monkeypatch):
+    assert 10 <= progress._EVERY <= 30
+    with show_progress(quiet=False) as stages:
+        stages.begin("reading")
+        stages.advance(1, 2)
+    monkeypatch.setattr(progress, "_EVERY", 0.01)
+    with show_progress(quiet=True) as stages:
+        stages.begin("reading")
+        time.sleep(0.05)
+    assert capsys.readouterr().err == ""
+
+
+def swallow(then):
+    """Press Ctrl-C where the exception is lost; then go on."""
+    with show_progress(quiet=True) as stages:
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        then(stages)
+
+
+def fail(_):
+    raise SystemError("returned a result with an exception set")  # noqa: EM101
+
+
+@pytest.mark.parametrize(
+    "then",
+    [lambda s: s.advance(1, 2), lambda s: s.begin("drawing"), lambda _: None, fail],
+    ids=["counting", "drawing", "end", "failing"],
+)
+def test_a_ctrl_c_that_was_swallowed_comes_back(then):
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        swallow(then)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_callers_own_ctrl_c_is_left_to_him():
+    heard = []
+    before = signal.signal(signal.SIGINT, lambda *_: heard.append(1))
+    try:
+        swallow(lambda stages: stages.advance(1, 2))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert heard == [1]
