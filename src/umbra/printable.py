@@ -2,8 +2,10 @@
 
 import json
 import re
+from collections import Counter
+from collections.abc import Sequence
 
-__all__ = ["LONGEST", "make_printable", "shorten"]
+__all__ = ["LONGEST", "fit_names", "make_printable", "shorten"]
 
 LONGEST = 500
 """Letters of a message; what a file's names add to it is cut from its middle."""
@@ -56,3 +58,28 @@ def shorten(text: str, longest: int = LONGEST) -> str:
         return text
     gap = f" … ({len(text):,} characters in all) … "
     return text[: longest - len(gap) - _TAIL] + gap + text[-_TAIL:]
+
+
+def fit_names(names: Sequence[str], width: int) -> list[str]:
+    """
+    Cut names for a column of a table so that no two come out alike.
+
+    Parameters
+    ----------
+    names : sequence of str
+    width : int
+        Letters in the column.
+
+    Returns
+    -------
+    shown : list of str
+        With the middle left out where a name is too long: programs number things at the
+        end. Whole, however long, where two names would still be the same.
+    """
+    tail = width // 2
+    cut = {
+        name: name if len(name) <= width else f"{name[: width - tail - 1]}…{name[-tail:]}"
+        for name in names
+    }
+    uses = Counter(cut.values())
+    return [cut[name] if uses[cut[name]] == 1 else name for name in names]

@@ -115,3 +115,14 @@ def test_a_vertex_that_no_face_uses_is_not_the_model(umbra_here, tmp_path, stray
     found = umbra_here("inspect", path, "--json").json()
     assert found["bounds"] == [[0, 0, 0], [4, 3, 2]]
     assert found["vertices"] == 8
+
+
+def test_names_that_are_cut_alike_are_told_apart(umbra_here, tmp_path):
+    start, end = "Basic Wall:Exterior - Brick on Block Cavity Wall:", ":level 00"
+    meshes = {f"{start}{number}": HOUSE for number in (346660, 346661)}
+    meshes |= {f"{start}{number}{'x' * 30}{end}": HOUSE for number in (1, 2)}
+    said = umbra_here("inspect", save_obj(tmp_path / "m.obj", meshes))
+    shown = [line.rpartition("mesh")[0] or line for line in said.out.splitlines()]
+    table = shown[next(i for i, line in enumerate(shown) if line.startswith("part ")) + 1 :]
+    assert len(set(table)) == 4
+    assert table[0].startswith("Basic Wall:Exterior - B…Block Cavity Wall:346660 ")

@@ -1,5 +1,11 @@
 """IFC: what a part is called, what is cut, and where the file stands."""
 
+import re
+import signal
+import subprocess
+import sys
+import time
+
 import numpy as np
 import pytest
 from support.ifc_files import IfcFile
@@ -316,3 +322,147 @@ def test_numbers_that_come_twice_are_refused(tmp_path, count):
     path.write_bytes(b"\n".join(lines))
     with pytest.raises(InputError, match=f"more than once: {count}, first: #5"):
         umbra.read(path)
+
+
+def rename_schema(path, name):
+    text = path.read_text()
+    path.write_text(re.sub(r"FILE_SCHEMA\(\('[^']*'\)\)", f"FILE_SCHEMA(('{name}'))", text))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("made", "said", "is_noted"),
+    [
+        ("IFC4X3", "IFC4X3", False),
+        ("IFC4X3", "IFC4X3_ADD1", False),
+        ("IFC4X3", "Ifc4x3_add2", False),
+        ("IFC4X3", "IFC4X3_RC2", True),
+        ("IFC4X3", "IFC4X3_RC4", True),
+        ("IFC4X3", "IFC4X1", True),
+        ("IFC4", "IFC4_ADD2_TC1", False),
+        ("IFC2X3", "IFC2X3_TC1", False),
+    ],
+)
+def test_every_edition_of_a_schema_is_read(tmp_path, made, said, is_noted):
+    model = IfcFile(made)
+    model.box("IfcWall", "Außenwand", (4, 0.5, 3))
+    scene = umbra.read(rename_schema(model.write(tmp_path / "a.ifc"), said))
+    assert [part.name for part in scene.parts] == ["Außenwand"]
+    assert scene.sources[0].format == f"IFC ({made})"
+    assert [f"its schema {said} is a draft" in note for note in scene.notes] == [True] * is_noted
+
+
+@pytest.mark.parametrize(
+    ("said", "what"),
+    [
+        ("AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }", "but not IFC, of the schema 'AUTOMOTIVE_"),
+        ("IFC2X2_FINAL", "IFC of the schema 'IFC2X2_FINAL', which is not read; export it as IFC4"),
+        ("", "schema ''"),
+    ],
+)
+def test_another_schema_is_named(tmp_path, said, what):
+    path = IfcFile().write(tmp_path / "a.ifc")
+    with pytest.raises(InputError) as caught:
+        umbra.read(rename_schema(path, said))
+    assert what in str(caught.value)
+
+
+def test_an_opening_of_the_wrong_class_is_left_out(tmp_path, measure):
+    model = IfcFile()
+    wall = model.box("IfcWall", "wall", (4, 0.5, 3))
+    other = model.box("IfcWall", "other", (1, 1, 1), at=(9, 0, 0))
+    model.opening(wall, (1, 0.5, 1), at=(1, 0, 1))
+    path = model.write(tmp_path / "a.ifc")
+    # A file of this kind cannot be made by the package, which checks; it is made by hand.
+    for wrong in (other, model.project, model.storeys[0]):
+        text = path.read_text()
+        broken = re.sub(r"(IFCRELVOIDSELEMENT\(.*),#\d+\);", rf"\1,#{wrong.id()});", text)
+        assert broken != text
+        (tmp_path / "b.ifc").write_text(broken)
+        scene = umbra.read(tmp_path / "b.ifc")
+        assert measure.volume(scene) == pytest.approx(6 + 1)
+        assert scene.notes == ("b.ifc: openings that are not in the file left out: 1",)
+
+
+def write_trap(tmp_path, *, hangs):
+    """Write two sound walls about one at which the engine ends, or never comes back."""
+    model = IfcFile()
+    model.box("IfcWall", "first", (1, 1, 1))
+    wall = model.box("IfcWall", "trap", (4, 0.5, 3), at=(5, 0, 0))
+    model.opening(wall, (1, 0.5, 1), at=(7, 0, 1))
+    model.box("IfcWall", "last", (2, 1, 1), at=(20, 0, 0))
+    path = model.write(tmp_path / "trap.ifc")
+    text = path.read_text()
+    if hangs:
+        number = wall.ObjectPlacement.RelativePlacement.Location.id()
+        begin = f"#{number}=IFCCARTESIANPOINT(("
+        trap = text.replace(f"{begin}0.,", f"{begin}-inf,")
+    else:  # a placement that is relative to itself
+        begin = f"#{wall.ObjectPlacement.id()}="
+        trap = text.replace(f"{begin}IFCLOCALPLACEMENT($", f"{begin}IFCLOCALPLACEMENT({begin[:-1]}")
+    assert trap != text
+    path.write_text(trap)
+    return path
+
+
+@pytest.mark.parametrize(("hangs", "why"), [(False, "engine ends"), (True, "too long")])
+def test_what_ends_or_hangs_the_engine_is_named_and_the_rest_is_read(
+    tmp_path, measure, monkeypatch, hangs, why
+):
+    monkeypatch.setattr("umbra.readers.ifc_child.SECONDS", 1.0)
+    scene = umbra.read(write_trap(tmp_path, hangs=hangs))
+    assert [part.name for part in scene.parts] == ["first", "last"]
+    assert measure.volume(scene) == pytest.approx(1 + 2)
+    (note,) = scene.notes
+    assert why in note
+    assert "left out: 1 (first: IfcWall 'trap')" in note
+
+
+def test_elements_after_too_many_losses_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr("umbra.readers.ifc_child.SECONDS", 1.0)
+    monkeypatch.setattr("umbra.readers.ifc_child.LOSSES", 1)
+    scene = umbra.read(write_trap(tmp_path, hangs=True))
+    assert [part.name for part in scene.parts] == ["first"]
+    assert len(scene.notes) == 2
+    assert "not read any more: 1 (first: IfcWall 'last')" in scene.notes[1]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGPROF"), reason="Windows sends no SIGINT to one process")
+def test_ctrl_c_ends_a_hanging_engine(tmp_path):
+    path = write_trap(tmp_path, hangs=True)
+    code = f"import umbra; print(1, flush=True); umbra.read({str(path)!r})"
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    ) as reading:  # fmt: skip
+        reading.stdout.readline()
+        time.sleep(4)  # until the engine is at work; earlier, Ctrl-C ends it as well
+        reading.send_signal(signal.SIGINT)
+        _, said = reading.communicate(timeout=10)
+    assert b"KeyboardInterrupt" in said
+
+
+def test_a_map_in_feet_becomes_metres(tmp_path):
+    model = IfcFile()
+    # New York's plane in US survey feet; a project in millimetres, a map in feet.
+    model.map_conversion("EPSG:2263", 981000, 196000, 10)
+    (conversion,) = model.file.by_type("IfcMapConversion")
+    foot = model.file.createIfcConversionBasedUnit(
+        model.file.createIfcDimensionalExponents(1, 0, 0, 0, 0, 0, 0),
+        "LENGTHUNIT",
+        "US SURVEY FOOT",
+        model.file.createIfcMeasureWithUnit(
+            model.file.create_entity("IfcLengthMeasure", 1200 / 3937),
+            model.file.createIfcSIUnit(None, "LENGTHUNIT", None, "METRE"),
+        ),
+    )
+    conversion.TargetCRS.MapUnit = foot
+    conversion.Scale = 0.001 * 3937 / 1200
+    model.box("IfcWall", "wall", (4, 0.5, 3))
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert scene.crs == "EPSG:26918"  # NAD83 / UTM zone 18N
+    assert (scene.latitude, scene.longitude) == pytest.approx((40.70465, -74.0117), abs=1e-4)
+    # A metre of the wall is one, but for the zone's scale; feet of height are metres now.
+    low, high = scene.bounds()
+    assert np.ptp([low, high], axis=0) == pytest.approx([4, 0.5, 3], abs=0.05)
+    assert low[2] == pytest.approx(10 * 1200 / 3937)

@@ -10,6 +10,7 @@ from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.terminal import echo, echo_json
+from umbra.printable import fit_names
 
 __all__ = ["command"]
 
@@ -151,8 +152,10 @@ def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) ->
     if not shared:
         return
     echo(f"\n{what:24}    parts  triangles")
-    for word, (n, triangles) in sorted(shared.items(), key=lambda one: -one[1][0])[:_MOST]:
-        echo(f"{word[:24]:24} {n:8} {triangles:10}")
+    first = sorted(shared.items(), key=lambda one: -one[1][0])[:_MOST]
+    shown = fit_names([word for word, _ in first], 24)
+    for word, (_, (n, triangles)) in zip(shown, first, strict=True):
+        echo(f"{word:24} {n:8} {triangles:10}")
     if len(shared) > _MOST:
         echo(f"and {len(shared) - _MOST} more (--json lists all)")
 
@@ -166,14 +169,17 @@ def _list_parts(parts: list[dict]) -> None:
         tally[1] += part["triangles"]
         tally[2] += part["closed"]
     echo("\nkind                       parts  triangles  closed")
-    for kind, (n, triangles, closed) in sorted(kinds.items()):
-        echo(f"{kind[:24]:24} {n:7} {triangles:10} {closed:7}")
+    for shown, (_, tally) in zip(fit_names(sorted(kinds), 24), sorted(kinds.items()), strict=True):
+        n, triangles, closed = tally
+        echo(f"{shown:24} {n:7} {triangles:10} {closed:7}")
     width = min(max(len(part["name"]) for part in parts), 48)
     echo(f"\n{'part':{width}}  {'kind':20} triangles  closed  border  >2 faces  windings")
-    for part in parts[:_MOST]:
-        name = part["name"] if len(part["name"]) <= width else part["name"][: width - 1] + "…"
+    listed = parts[:_MOST]
+    names = fit_names([part["name"] for part in listed], width)
+    kinds_shown = fit_names([part["kind"] for part in listed], 20)
+    for part, name, kind in zip(listed, names, kinds_shown, strict=True):
         echo(
-            f"{name:{width}}  {part['kind'][:20]:20} {part['triangles']:9}  "
+            f"{name:{width}}  {kind:20} {part['triangles']:9}  "
             f"{'yes' if part['closed'] else 'no':>6}  {part['border_edges']:6}  "
             f"{part['nonmanifold_edges']:8}  {part['inconsistent_edges']:8}"
         )

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = [
     "assumes_height_unit",
     "bring_to",
+    "find_plan_unit",
     "is_degrees",
     "is_known",
     "is_same_plan",
@@ -119,6 +120,12 @@ def bring_to(
         raise InputError(msg, crs=(crs, target))
     height = 1.0 if is_high_in_metres else _metres_per_unit(found)[1]
     return _move_plan(parts, found, target, height)
+
+
+def find_plan_unit(crs: str) -> float:
+    """Give the metres in a unit of a projected CRS's plan; 1 for any other CRS."""
+    found = _find_crs(crs)
+    return _metres_per_unit(found)[0] if found is not None and found.is_projected else 1.0
 
 
 def to_metres(

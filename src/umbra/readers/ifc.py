@@ -6,19 +6,18 @@ or a stair is chosen as one; what it is itself (own name and class, storey, type
 materials, styles) are its tags. Openings are cut by ifcopenshell's geometry engine.
 """
 
-import re
-from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
-from umbra.readers.extras import need
-from umbra.readers.ifc_place import find_map, find_place
-from umbra.readers.ifc_words import Words, count_names, describe
+from umbra.readers.georeference import find_plan_unit, to_metres
+from umbra.readers.ifc_child import IfcHarvest, harvest
+from umbra.readers.ifc_engine import IfcFacts, IfcShape
+from umbra.readers.ifc_header import check_whole, find_schema
+from umbra.readers.ifc_words import Words
 from umbra.readers.model import Model, Place
 from umbra.readers.turn import turn_up
 from umbra.scene import Material, Mesh, Part
@@ -26,36 +25,15 @@ from umbra.scene.mesh import transform_points
 
 __all__ = ["read_ifc"]
 
-# What has a shape and casts no shadow: rooms, holes, lines on a plan.
-LEFT_OUT = (
-    "IfcSpace",
-    "IfcSpatialZone",
-    "IfcExternalSpatialElement",
-    "IfcFeatureElementSubtraction",
-    "IfcVirtualElement",
-    "IfcAnnotation",
-    "IfcGrid",
-    "IfcStructuralItem",
-    "IfcPort",
-)
-
-# The first is quick and right for what it takes; the other takes what is left.
-ENGINES = ("hybrid-cgal-simple-opencascade", "opencascade")
-
-ENTITY = re.compile(rb"\n#(\d+) *=")
-ERROR = re.compile(r"^\[error\](?: *\[[^\]]*\])* *(.*)$", re.IGNORECASE | re.MULTILINE)
-
-Shape = tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32], list[Any]]
-
 
 def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
     """
-    Read an IFC file, 2x3 or 4 and later.
+    Read an IFC file: 2x3, 4, 4x3 and its drafts.
 
     Parameters
     ----------
     data : bytes
-        Only looked at to see that it is whole; the engine reads the file itself.
+        Only looked at to see that it is whole; the parser reads the file itself.
     path : Path
     up : {'x', 'y', 'z'}, optional
         z if None, as IFC has it.
@@ -68,179 +46,66 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
     Raises
     ------
     InputError
-        If the file is damaged or ifcopenshell is not installed.
+        If the file is damaged, of a schema that is not read, or ifcopenshell is not
+        installed.
     """
-    ifcopenshell = need("ifcopenshell", "ifc", "IFC")
-    if b"END-ISO-10303-21" not in data[-4096:]:
-        msg = (
-            f"is IFC that ends too early (no END-ISO-10303-21 in its {len(data)} bytes); "
-            "export it again"
-        )
-        raise InputError(msg, byte=len(data))
-    _check_numbers(data)
-    ifcopenshell.get_log()  # empties it
-    try:
-        file = ifcopenshell.open(str(path))
-        projects = file.by_type("IfcProject")
-    except Exception as error:  # whatever the parser raises, the file is not IFC
-        errors = _list_errors(ifcopenshell.get_log()) or [_one_line(error)]
-        msg = f"is damaged IFC ({errors[-1]}); export it again"
-        raise InputError(msg) from error
-    errors = _list_errors(ifcopenshell.get_log())
-    if not projects:
-        msg = "is IFC without an IfcProject, so its units are not known; export the whole project"
-        raise InputError(msg)
-
-    products = {
-        product.id(): product
-        for product in sorted(file.by_type("IfcProduct"), key=lambda product: product.id())
-        if product.Representation and not any(product.is_a(name) for name in LEFT_OUT)
-    }
-    notes = []
-    if errors:
-        notes.append(f"errors in the file: {len(errors)} (first: {errors[0]})")
-    broken = _drop_broken_openings(file)
-    if broken:
-        notes.append(f"openings that are not in the file left out: {broken}")
-    shapes = _make_shapes(file, list(products.values()))
-    missing = [product for number, product in products.items() if number not in shapes]
-    if missing:
-        first = f"{missing[0].is_a()} '{missing[0].Name or missing[0].GlobalId}'"
-        notes.append(f"elements without a usable shape left out: {len(missing)} (first: {first})")
-
-    uses = count_names(products.values())
-    materials: dict[tuple[Any, ...], tuple[str, Material]] = {}
-    parts = [
+    find_schema(data)
+    check_whole(data)
+    facts, found = harvest(str(path.absolute()))
+    parts = tuple(
         part
-        for number, shape in shapes.items()
-        for part in _make_parts(describe(products[number], uses), shape, file, materials)
-    ]
-    place, remarks = find_place(file)
-    notes += remarks
-    matrix, crs, remarks = find_map(file, place)
-    notes += remarks
-    if matrix is not None:
-        parts = [_move(part, matrix) for part in parts]
+        for number in sorted(found.shapes)
+        for part in _make_parts(facts.elements[number], found.shapes[number])
+    )
+    place, crs = facts.place, facts.crs
+    if facts.matrix is not None and crs is not None:
+        # The map's plan may be in feet; heights are metres.
+        scale = np.diag([1 / find_plan_unit(crs)] * 2 + [1, 1])
+        moved = tuple(_move(part, scale @ facts.matrix) for part in parts)
+        parts, crs = to_metres(moved, crs, is_high_in_metres=True)
         place = Place(place.latitude, place.longitude, place.elevation)
     place = replace(place, ground=_find_ground(parts))
-    return Model(f"IFC ({file.schema})", turn_up(tuple(parts), up), crs, tuple(notes), place=place)
+    notes = (*facts.notes, *_tell_losses(facts, found))
+    return Model(f"IFC ({facts.schema})", turn_up(parts, up), crs, notes, place=place)
 
 
-def _check_numbers(data: bytes) -> None:
-    """Refuse a file in which two entities have one number: the engine may end the process."""
-    numbers = ENTITY.findall(data)
-    if len(set(numbers)) == len(numbers):
-        return
-    twice = [int(number) for number, count in Counter(numbers).items() if count > 1]
-    msg = (
-        f"is damaged IFC (entity numbers that come more than once: {len(twice)}, "
-        f"first: #{twice[0]}); export it again"
-    )
-    raise InputError(msg, entity=twice[0])
-
-
-def _list_errors(log: str) -> list[str]:
-    """Give the errors in ifcopenshell's log, without their time."""
-    return [" ".join(found.split())[:200] for found in ERROR.findall(log)]
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())[:200]
-
-
-def _drop_broken_openings(file: Any) -> int:
-    """Drop openings that name an element that is not there: the engine would crash on them."""
-    broken = [
-        relation
-        for relation in file.by_type("IfcRelVoidsElement")
-        if relation.RelatedOpeningElement is None or relation.RelatingBuildingElement is None
+def _tell_losses(facts: IfcFacts, found: IfcHarvest) -> list[str]:
+    """Say how many elements have no shape, why, and which is the first."""
+    missing = set(range(len(facts.elements))) - set(found.shapes)
+    hung, ended = missing & found.hung, missing & found.ended - found.hung
+    useless = missing - hung - ended
+    unread = set() if found.is_whole else useless
+    reasons = [
+        ("elements at which the geometry engine ends left out", ended),
+        ("elements that take the geometry engine too long left out", hung),
+        ("elements after those not read any more", unread),
+        ("elements without a usable shape left out", useless - unread),
     ]
-    for relation in broken:
-        file.remove(relation)
-    return len(broken)
+    return [
+        f"{reason}: {len(which)} (first: {_show(facts.elements[min(which)])})"
+        for reason, which in reasons
+        if which
+    ]
 
 
-def _make_shapes(file: Any, products: list[Any]) -> dict[int, Shape]:
-    """Give vertices, faces, style of each face and styles, by product's number; in metres."""
-    geom = need("ifcopenshell.geom", "ifc", "IFC")
-    settings = geom.settings()
-    settings.set("use-world-coords", True)
-    settings.set("no-normals", True)
-    shapes: dict[int, Shape] = {}
-    failed = ""
-    for engine in ENGINES:
-        left = [product for product in products if product.id() not in shapes]
-        if not left:
-            break
-        try:
-            _run_engine(geom, settings, file, engine, left, shapes)
-        except RuntimeError as error:  # of C++; or this build lacks the engine
-            failed = _one_line(error)
-    if failed and not shapes:
-        msg = f"is IFC that the geometry engine cannot read ({failed}); export it again"
-        raise InputError(msg)
-    return {product.id(): shapes[product.id()] for product in products if product.id() in shapes}
+def _show(words: Words) -> str:
+    return f"{words.own_kind} '{words.own_name}'"
 
 
-def _run_engine(
-    geom: Any, settings: Any, file: Any, engine: str, products: list[Any], shapes: dict[int, Shape]
-) -> None:
-    # One thread: two are no faster on any file measured.
-    iterator = geom.iterator(settings, file, 1, include=products, geometry_library=engine)
-    more = iterator.initialize()
-    while more:
-        shape = iterator.get()
-        geometry = shape.geometry
-        faces = np.array(geometry.faces, np.int32).reshape(-1, 3)
-        if len(faces):
-            vertices = np.array(geometry.verts, np.float64).reshape(-1, 3)
-            style = np.array(geometry.material_ids, np.int32)
-            shapes[shape.id] = (vertices, faces, style, list(geometry.materials))
-        more = iterator.next()
-
-
-def _make_parts(
-    words: Words,
-    shape: Shape,
-    file: Any,
-    materials: dict[tuple[Any, ...], tuple[str, Material]],
-) -> list[Part]:
-    vertices, faces, style, styles = shape
-    made = [_find_material(one, file, materials) for one in styles]
+def _make_parts(words: Words, shape: IfcShape) -> list[Part]:
     # An element repeats a style for each of its pieces: one part for each style.
-    looks = list(dict.fromkeys(made))
-    if len(style) != len(faces):
-        style = np.full(len(faces), -1, np.int32)
-    look = np.array([looks.index(one) for one in made] + [-1], np.int32)[style]
+    looks = list(dict.fromkeys(shape.styles))
+    look = np.array([looks.index(one) for one in shape.styles] + [-1], np.int32)[shape.style]
     parts = []
     for number in np.unique(look).tolist():
         name, material = looks[number] if number >= 0 else ("", Material())
         tags = words.tags if not name or name in words.tags else (*words.tags, name)
-        mesh = Mesh(vertices, faces[look == number])
+        mesh = Mesh(shape.vertices, shape.faces[look == number])
         parts.append(Part(words.name, words.kind, mesh, material=material, tags=tags))
     return parts
 
 
-def _find_material(
-    style: Any, file: Any, materials: dict[tuple[Any, ...], tuple[str, Material]]
-) -> tuple[str, Material]:
-    """Give a style's name, and its colour in linear RGB."""
-    number = style.instance_id()
-    entity = file.by_id(number) if number else None
-    name = getattr(entity, "Name", None) or ""
-    diffuse = style.diffuse
-    srgb = np.clip([diffuse.r(), diffuse.g(), diffuse.b()], 0, 1)
-    clear = float(style.transparency)
-    clear = min(max(clear, 0.0), 1.0) if np.isfinite(clear) else 0.0
-    key = (name, *srgb.tolist(), clear)
-    if key not in materials:
-        linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-        red, green, blue = np.nan_to_num(linear, nan=0.7).tolist()
-        materials[key] = (name, Material((red, green, blue), opacity=1 - clear))
-    return materials[key]
-
-
-def _find_ground(parts: list[Part]) -> float | None:
+def _find_ground(parts: Sequence[Part]) -> float | None:
     """Give the height of the site's own body, if its top is level and it has no other slope."""
     site = [part for part in parts if part.kind == "IfcSite"]
     if not site:

@@ -12,11 +12,13 @@ __all__ = ["Words", "count_names", "describe"]
 
 @dataclass(frozen=True)
 class Words:
-    """What an element is called: the whole's name and kind, and its own tags."""
+    """What an element is called: the whole's name and kind, its own tags, name and kind."""
 
     name: str
     kind: str
     tags: tuple[str, ...]
+    own_name: str
+    own_kind: str
 
 
 def count_names(products: Iterable[Any]) -> Counter[str]:
@@ -61,7 +63,7 @@ def describe(product: Any, uses: Counter[str]) -> Words:
     words.append(_find_storey(element.get_container(whole)))
     skip = {name, whole.is_a(), "NOTDEFINED", "USERDEFINED"}
     tags = tuple(dict.fromkeys(str(w) for w in words if w and w not in skip))
-    return Words(name, whole.is_a(), tags)
+    return Words(name, whole.is_a(), tags, product.Name or product.GlobalId, product.is_a())
 
 
 def _find_storey(container: Any) -> str | None:
