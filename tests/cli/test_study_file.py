@@ -134,3 +134,17 @@ def test_points_come_from_a_table(study, tmp_path):
     table.write_text("x,y\n1,2\n")
     refused = study("--receivers", "points", "--points", table, cell=None).refusal()
     assert "line 1" in refused
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("date = " + "[" * 50_000, "nested too deep"),
+        ('date = "2026-03-21"\n' + "#" * 1_000_000, "is larger than 1 MB"),
+    ],
+)
+def test_an_options_file_is_short_and_flat(umbra_here, tmp_path, text, match):
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    said = umbra_here("study", "a.obj", "--options", path, "--out", tmp_path / "out").refusal()
+    assert match in said

@@ -321,3 +321,18 @@ def test_samples_go_into_tables(tmp_path):
     with (tmp_path / "points.csv").open(newline="") as file:
         (line,) = csv.DictReader(file)
     assert (line["name"], line["nx"]) == ("a, b", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("rules: " + "[" * 20_000, "nested too deep"),
+        ("a: &a [1, 2]\nb: &b [*a, *a]\n", r"line 2: .*an alias \(\*name\)"),
+        ("#" * 1_000_001, "larger than 1 MB"),
+    ],
+)
+def test_rules_are_short_and_flat(tmp_path, text, match):
+    path = tmp_path / "rules.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=match):
+        read_rules(path)

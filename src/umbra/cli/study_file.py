@@ -16,6 +16,7 @@ from umbra.errors import InputError
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
 
 OPTIONS_FILE = "study.toml"
+_LARGEST = 1_000_000  # [byte]
 _NOT_KEPT = {"out", "as_json", "quiet", "threads", "allow_outside"}
 _LAYER = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
 
@@ -24,9 +25,17 @@ def _read(context: click.Context, _: click.Parameter, path: str | None) -> str |
     """Take the file's values as defaults, so that what is typed comes before them."""
     if path is None:
         return None
+    from umbra.readers.companions import read_bounded  # noqa: PLC0415 - the help needs no reader
+
     try:
         with Path(path).open("rb") as file:
-            given = tomllib.load(file)
+            given = tomllib.loads(read_bounded(file, _LARGEST).decode())
+    except InputError as error:
+        msg = f"--options {path}: {error}"
+        raise InputError(msg, path=path) from None
+    except RecursionError:
+        msg = f"--options {path}: lists are nested too deep; write options one a line"
+        raise InputError(msg, path=path) from None
     except OSError as error:
         msg = f"--options {path}: {(error.strerror or str(error)).lower()}; name a TOML file"
         raise InputError(msg, path=path) from None

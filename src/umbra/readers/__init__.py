@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.budget import check_soup
 from umbra.readers.companions import read_bounded
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate
@@ -116,7 +117,7 @@ def _read_files(files: list[tuple[str, Path, bytes]], choices: Choices) -> Scene
     sources: list[Source] = []
     for name, path, data in files:
         crowns = choices.crowns if choices.crowns and choices.crowns.matches(name, path) else None
-        model, source = _read_one(path, data, replace(choices, crowns=crowns))
+        model, source = _read_one(path, data, replace(choices, crowns=crowns, size=len(data)))
         layers.append(Layer(name, path, model))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
     return _assemble(layers, tuple(sources))
@@ -233,6 +234,7 @@ def _read_one(path: Path, data: bytes, choices: Choices) -> tuple[Model, Source]
     try:
         model = find_reader(data, path)(data, path, choices)
         _check_triangles(model)
+        check_soup(model.parts)
     except InputError as error:
         msg = f"{path}: {error}"
         raise InputError(msg, path=path, **error.data) from error

@@ -93,9 +93,10 @@ def choose_geometries(
         elif geometries:
             what = "objects without surfaces (points or lines) left out"
             counts[what] = counts.get(what, 0) + 1
+    places = _Places(vertices)
     for name in list(choices):
         try:
-            repeated = _find_repeats(name, objects, choices, vertices)
+            repeated = _find_repeats(name, objects, choices, places)
         except DAMAGE as error:
             raise damaged(name, error, where) from error
         for other in repeated:
@@ -207,8 +208,21 @@ def _key(surface: list[list[int]], vertices: Sequence[Any]) -> frozenset[tuple[f
     return frozenset(tuple(vertices[i]) for i in surface[0])
 
 
+class _Places:
+    """The surfaces of shapes by the places of their outer rings, each shape's found once."""
+
+    def __init__(self, vertices: Sequence[Any]) -> None:
+        self._vertices = vertices
+        self._found: dict[int, set[frozenset[tuple[float, ...]]]] = {}
+
+    def find(self, shape: dict[str, Any]) -> set[frozenset[tuple[float, ...]]]:
+        if id(shape) not in self._found:
+            self._found[id(shape)] = {_key(s, self._vertices) for s in flatten(shape)}
+        return self._found[id(shape)]
+
+
 def _find_repeats(
-    name: str, objects: dict[str, Any], choices: dict[str, Choice], vertices: Sequence[Any]
+    name: str, objects: dict[str, Any], choices: dict[str, Choice], places: _Places
 ) -> list[str]:
     """
     Find which of an object and its children repeat each other.
@@ -218,7 +232,8 @@ def _find_repeats(
     a finer level of detail of the whole; a child (an installation cut out of the
     building's solid) only where all its surfaces are its parent's too.
     """
-    children = [c for c in objects[name].get("children") or () if c in choices]
+    named = dict.fromkeys(objects[name].get("children") or ())
+    children = [c for c in named if c in choices]
     if name not in choices or not children:
         return []
     own = choices[name]
@@ -227,12 +242,12 @@ def _find_repeats(
         return [name]
     if own.shape is not own.geometry:
         return []
-    mine = {_key(surface, vertices) for surface in flatten(own.shape)}
+    mine = places.find(own.shape)
     theirs = {
-        c: {_key(surface, vertices) for surface in flatten(choices[c].shape)}
+        c: places.find(choices[c].shape)
         for c in children
         if choices[c].shape is choices[c].geometry
     }
-    if mine <= set().union(*theirs.values()):
+    if all(any(surface in other for other in theirs.values()) for surface in mine):
         return [name]
     return [c for c, surfaces in theirs.items() if surfaces <= mine]

@@ -26,6 +26,7 @@ class Templates:
     def __init__(self, data: Any) -> None:
         self.shapes: list[dict[str, Any]] = data["templates"] if data else []
         self._raw: list[Any] = data["vertices-templates"] if data else []
+        self._vertices: NDArray[np.float64] | None = None
         self._meshes: dict[int, dict[str, Mesh]] = {}
 
     def place(
@@ -71,7 +72,9 @@ class Templates:
         ]
 
     def _cut(self, index: int, counts: dict[str, int]) -> dict[str, Mesh]:
-        vertices = np.array(self._raw, np.float64).reshape(-1, 3)
+        if self._vertices is None:
+            self._vertices = np.array(self._raw, np.float64).reshape(-1, 3)
+        vertices = self._vertices
         shape = self.shapes[index]
         surfaces = Surfaces()
         kinds = find_kinds(Choice(shape, shape), "", self._raw)

@@ -9,6 +9,7 @@ import numpy as np
 import orjson
 
 from umbra.errors import InputError
+from umbra.readers.budget import Budget
 from umbra.readers.companions import Companions
 from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
 from umbra.readers.gltf_lights import read_lights
@@ -87,7 +88,7 @@ def read_gltf_tree(
             msg = f"uses {name}, which is not read; {GEOMETRY_EXTENSIONS[name]}"
             raise InputError(msg, extension=name)
     companions = Companions(path, allow_outside=choices.allow_outside)
-    buffers = Buffers(tree, binary, companions)
+    buffers = Buffers(tree, binary, companions, Budget(choices.size))
     counts: Counter[str] = Counter()
     materials = Materials(tree, buffers, companions, counts)
     rig, slots, shown = read_nodes(tree, turning(choices.up or "y"))
@@ -170,6 +171,7 @@ class _Shapes:
         return self._shapes[key]
 
     def _make(self, piece: Piece, number: int | None, given: tuple[float, ...]) -> Shape:
+        self._buffers.budget.spend(2 * piece.mesh.vertices.nbytes, piece.where)
         count = 0 if piece.offsets is None else len(piece.offsets)
         weights = np.zeros(count)
         weights[: len(given)] = given[:count]

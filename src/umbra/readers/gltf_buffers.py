@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.budget import Budget
 from umbra.readers.companions import Companions
 from umbra.scene import Source
 
@@ -82,12 +83,17 @@ class Buffers:
         The binary chunk of a GLB.
     companions : Companions
         The files beside it.
+    budget : Budget
+        What arrays take is taken from it.
     """
 
-    def __init__(self, tree: dict[str, Any], binary: bytes | None, companions: Companions) -> None:
+    def __init__(
+        self, tree: dict[str, Any], binary: bytes | None, companions: Companions, budget: Budget
+    ) -> None:
         self._tree = tree
         self._binary = binary
         self._companions = companions
+        self.budget = budget
         self._loaded: dict[int, bytes] = {}
         self._sources: list[Source] = []
 
@@ -127,6 +133,7 @@ class Buffers:
             )
         else:
             self._check_count(count, where)
+            self.budget.spend(count * width * dtype.itemsize, where)
             values = np.zeros((count, width), dtype)
         if "sparse" in accessor:
             values = self._fill_sparse(values, accessor["sparse"], where)
@@ -178,6 +185,7 @@ class Buffers:
         end = min(view.get("byteOffset", 0) + view["byteLength"], len(data))
         if count == 0:
             return np.zeros((0, width), dtype)
+        self.budget.spend(count * row, where)
         need = start + (count - 1) * stride + row
         if start < 0 or stride < row or need > end:
             msg = (
@@ -211,5 +219,6 @@ class Buffers:
         except InputError as error:
             msg = f"buffer {error}"
             raise InputError(msg, buffer=uri, **error.data) from error
+        self.budget.grow(len(data))
         self._sources.append(Source(name, str(self._companions.record[name]), "glTF buffer"))
         return data

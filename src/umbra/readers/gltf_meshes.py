@@ -86,6 +86,8 @@ def read_mesh(
                 f"({bad} such corners in all); export it again"
             )
             raise InputError(msg, count=bad)
+        # In float64, with corners of int64 on the way.
+        buffers.budget.spend(24 * len(vertices) + 12 * len(corners), where)
         surface = materials.find(primitive.get("material"))
         faces = _join_corners(corners.astype(np.int64), mode)
         texture = f"TEXCOORD_{surface.coordinates or 0}"
@@ -148,6 +150,7 @@ def _read_targets(
     """Read the morph targets' offsets; zeros where one does not move this."""
     if not any(key in target for target in targets):
         return None
+    buffers.budget.spend(len(targets) * count * 12, where)
     offsets = np.zeros((len(targets), count, 3), np.float32)
     for number, target in enumerate(targets):
         if key not in target:

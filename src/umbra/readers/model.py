@@ -100,6 +100,8 @@ class Choices:
         Which rasters are canopies.
     allow_outside : bool
         Whether a model may name files outside its own folder.
+    size : int
+        Of the file [byte], which bounds what reading it may take.
     """
 
     up: str | None = None
@@ -107,6 +109,7 @@ class Choices:
     base_column: str | None = None
     crowns: Crowns | None = None
     allow_outside: bool = False
+    size: int = 0
 
 
 @dataclass(frozen=True)

@@ -88,6 +88,9 @@ class Block:
         return nodes
 
 
+_LARGEST = 1_000_000  # [byte]; thousands of rules
+
+
 def load_block(path: Path, keys: Sequence[str]) -> Block:
     """
     Read a YAML file whose top is a mapping.
@@ -101,8 +104,23 @@ def load_block(path: Path, keys: Sequence[str]) -> Block:
     """
     import yaml  # noqa: PLC0415  (few studies have rules)
 
+    class Loader(yaml.BaseLoader):
+        """Without aliases, by which a small file names the same rules a million times."""
+
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            if self.check_event(yaml.AliasEvent):
+                problem = "an alias (*name); write it out"
+                raise yaml.composer.ComposerError(None, None, problem, self.peek_event().start_mark)
+            return super().compose_node(parent, index)
+
     try:
-        node = yaml.compose(path.read_text("utf-8"), Loader=yaml.BaseLoader)
+        if path.stat().st_size > _LARGEST:
+            msg = f"the rules '{path}' are larger than {_LARGEST / 1e6:g} MB; give fewer"
+            raise InputError(msg, path=path)
+        node = yaml.compose(path.read_text("utf-8"), Loader=Loader)
+    except RecursionError as error:
+        msg = f"{path.name}: lists and mappings are nested too deep; rules need four levels"
+        raise InputError(msg, path=path) from error
     except OSError as error:
         msg = f"cannot read the rules '{path}' ({error.strerror}); check the name"
         raise InputError(msg, path=path) from error
