@@ -3,11 +3,13 @@
 import os
 import time
 from dataclasses import fields
+from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.gltf_files import Document
 from support.model_files import save_city, save_glb, save_obj
 from support.shapes import box, moved
 
@@ -15,7 +17,8 @@ import umbra
 from umbra import readers
 from umbra.cache import folder as cache_folder
 from umbra.cache import keep_scene, load_scene, measure
-from umbra.cache.scenes import _PLACE, _WIDTHS
+from umbra.cache.scenes import _PLACE, _WIDTHS, _sum
+from umbra.errors import InputError
 from umbra.readers import kept
 from umbra.scene import Material, Mesh, Part, Scene, Source, make_scene
 
@@ -161,8 +164,41 @@ def test_material_libraries_are_part_of_the_key(tmp_path, reads):
     assert [pair[0] for pair in colors[1:]] == [1.0, 0.5]
     (tmp_path / "town.mtl").write_text("newmtl red\nmap_Kd brick.png\n")
     for _ in range(2):
-        umbra.read(path, cache=True)
+        scene = umbra.read(path, cache=True)
+    assert len(reads.files) == 4
+    assert scene.notes == ("town.obj: textures that are not there, drawn plain: 1",)
+    (tmp_path / "brick.png").write_bytes(b"there now")
+    umbra.read(path, cache=True)
     assert len(reads.files) == 5
+
+
+def test_buffers_beside_a_file_count(tmp_path, reads):
+    """The file itself is the same to the byte; a folder of the same name is another place."""
+    vertices, faces = box((0, 0, 0), (4, 4, 9))
+    heights = []
+    for height, folder in ((9, "a"), (12, "a"), (None, "a"), (7, "a"), (8, "b")):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        beside = tmp_path / folder / "town.bin"
+        beside.unlink(missing_ok=True)
+        document = Document()
+        corners = (vertices * (1, 1, (height or 9) / 9)).astype("f4")
+        attributes = {"POSITION": document.accessor(corners)}
+        indices = document.accessor(faces.ravel().astype("u4"))
+        document.node(mesh=document.mesh({"attributes": attributes, "indices": indices}))
+        text, data = document.gltf("town.bin"), document.bytes
+        path = tmp_path / folder / "town.json"
+        path.write_text(text)
+        if height is None:
+            with pytest.raises(InputError, match=r"town\.bin"):
+                umbra.read(path, cache=True, up="z")
+            continue
+        beside.write_bytes(data)
+        found = [umbra.read(path, cache=True, up="z") for _ in range(2)]
+        check_same(*found)
+        heights.append(float(np.ptp(found[1].bounds()[:, 2])))
+        assert found[1].sources[1].sha256 == sha256(data).hexdigest()
+    assert heights == [9, 12, 7, 8]
+    assert reads.files == ["town.json"] * 5
 
 
 def test_another_version_of_the_readers_reads_again(tmp_path, reads, monkeypatch):
@@ -225,11 +261,38 @@ def test_arrays_that_make_no_scene_are_read_around(tmp_path, folder, reads):
         arrays = dict(found)
     pickled = {**arrays, "faces": np.array([Trap(tmp_path / "sprung")], object)}
     wrong = {**arrays, "faces": arrays["faces"] + 1000}
-    for number, bad in enumerate((pickled, wrong, {"words": arrays["words"]}), 2):
-        np.savez(file, **bad)
+    moved_a_little = {**arrays, "vertices": arrays["vertices"] + 1e-3}
+    bad = [pickled, wrong, moved_a_little, {"words": arrays["words"]}]
+    # As from a hand that knows the sum: no number may count beyond its array.
+    bad += [
+        summed({**arrays, name: change(arrays[name].copy())})
+        for name, change in (
+            ("faces", lambda a: a - 1),
+            ("faces", lambda a: a + 1000),
+            ("parts", lambda a: a - 2),
+            ("parts", lambda a: a + [0, 0, 1]),
+            ("parts", lambda a: a + [0, 100, 0]),
+            ("meshes", lambda a: a - 1),
+            ("meshes", lambda a: a + [0, 0, 0, 1, 0]),
+            ("vertices_length", lambda a: a * [2, 0, *[1] * (len(a) - 2)]),
+            ("vertices_length", lambda a: a * -1),
+            ("vertices", lambda a: a * np.nan),
+            ("vertices", lambda a: a.astype(np.float32)),
+            ("origin", lambda a: a[:2]),
+            ("parts", lambda a: a[:, :2]),
+            ("faces", lambda a: a[:, :2]),
+        )
+    ]
+    for number, one in enumerate(bad, 2):
+        np.savez(file, **one)
         check_same(scene, umbra.read(path, cache=True))
-        assert len(reads.files) == number
+        assert len(reads.files) == number, f"served as scene {number - 2}"
     assert not (tmp_path / "sprung").exists()
+
+
+def summed(arrays):
+    arrays.pop("sum")
+    return {**arrays, "sum": _sum(arrays)}
 
 
 def test_the_oldest_go_first(folder, monkeypatch):

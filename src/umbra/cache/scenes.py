@@ -3,10 +3,14 @@ Scenes as a few arrays, so that a thousand parts load as fast as one.
 
 Arrays that parts share are stored once and shared again; small ones lie end to end. What
 shines, moves or bears a picture is not kept: it comes in formats that read as fast.
+
+A scene comes back only as it was kept: its arrays have a SHA-256 among them, and since kernels
+that are compiled check no bounds, every number that is an index is checked besides.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from hashlib import sha256
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,41 +28,52 @@ _PLACE = ("latitude", "longitude", "elevation", "true_north", "ground")
 _WIDTHS = {"vertices": 3, "faces": 3, "normals": 3, "uv": 2, "colors": 3}
 _NONE = -1
 
+Beside = list[list[Any]]
+"""Files beside the scene's own that were read or missed, as their reader tells them."""
 
-def keep_scene(key: str, scene: Scene) -> None:
+
+def keep_scene(key: str, scene: Scene, beside: Beside | None = None) -> None:
     """
     Keep a scene for later runs, if it is of a kind that is kept.
 
     Parameters
     ----------
     key : str
-        Of all that the scene depends on.
+        Of the files that were named, and of how they were read.
     scene : Scene
+    beside : list of lists of str and int
+        What else it depends on.
     """
     if scene.lights or any(part.binding or part.material.image for part in scene.parts):
         return
     if not all(np.isfinite(getattr(scene, name) or 0.0) for name in _PLACE):
         return
     try:
-        arrays = _pack(scene)
+        arrays = _pack(scene, beside or [])
     except TypeError:  # of a text that is no Unicode, in a file's name say
         return
-    keep(key, arrays)
+    keep(key, {**arrays, "sum": _sum(arrays)})
 
 
-def load_scene(key: str) -> Scene | None:
+def load_scene(key: str, is_current: Callable[[Beside], bool] = lambda _: True) -> Scene | None:
     """
     Give the scene that was kept by a key, or None.
 
     Parameters
     ----------
     key : str
+    is_current : function of (beside) -> bool
+        Whether what it depends on besides is as it was.
     """
     arrays = load(key)
     if arrays is None:
         return None
     try:
-        return _unpack(arrays)
+        if arrays.pop("sum").tobytes() != _sum(arrays).tobytes():
+            msg = "another hand changed it"
+            raise ValueError(msg)  # noqa: TRY301
+        words = orjson.loads(arrays["words"].tobytes())
+        return _unpack(arrays, words) if is_current(words["beside"]) else None
     except Exception:  # noqa: BLE001 - whatever another hand wrote there
         drop(key)
         return None
@@ -81,7 +96,17 @@ class _Pool:
         return number
 
 
-def _pack(scene: Scene) -> dict[str, NDArray]:
+def _sum(arrays: Mapping[str, NDArray]) -> NDArray[np.uint8]:
+    """Sum up arrays by SHA-256, with their names, types and shapes."""
+    summed = sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        summed.update(f"{name} {array.dtype.str} {array.shape} ".encode())
+        summed.update(array.data if array.size else b"")
+    return np.frombuffer(summed.digest(), np.uint8)
+
+
+def _pack(scene: Scene, beside: Beside) -> dict[str, NDArray]:
     meshes, materials, transforms = _Pool(), _Pool(), _Pool()
     table = [
         (meshes.add(part.mesh), materials.add(part.material), transforms.add(part.transform))
@@ -99,6 +124,7 @@ def _pack(scene: Scene) -> dict[str, NDArray]:
         "crs": scene.crs,
         "sources": [asdict(source) for source in scene.sources],
         "notes": scene.notes,
+        "beside": beside,
     }
     arrays: dict[str, NDArray] = {
         "words": np.frombuffer(orjson.dumps(words), np.uint8),
@@ -114,9 +140,18 @@ def _pack(scene: Scene) -> dict[str, NDArray]:
     return arrays
 
 
-def _unpack(arrays: dict[str, NDArray]) -> Scene:
-    words = orjson.loads(arrays["words"].tobytes())
+def _unpack(arrays: dict[str, NDArray], words: dict[str, Any]) -> Scene:
     pools = {name: _cut(arrays[name], arrays[f"{name}_length"]) for name in _WIDTHS}
+    _check_numbers(
+        arrays["meshes"], list(pools.values()), is_optional=[False, False, True, True, True]
+    )
+    tables = [arrays["meshes"], words["materials"], arrays["transforms"]]
+    _check_numbers(arrays["parts"], tables, is_optional=[False, False, True])
+    for name, shape in (("vertices", (-1, 3)), ("transforms", (-1, 4, 4)), ("origin", (3,))):
+        array = arrays[name].reshape(shape)
+        if array.dtype != np.float64 or not np.isfinite(array).all():
+            msg = f"{name} are not all numbers"
+            raise ValueError(msg)
     meshes = [
         Mesh(*(_pick(pools[name], number) for name, number in zip(_WIDTHS, row, strict=True)))
         for row in arrays["meshes"].tolist()
@@ -145,8 +180,21 @@ def _unpack(arrays: dict[str, NDArray]) -> Scene:
 
 def _cut(array: NDArray, lengths: NDArray[np.int64]) -> list[NDArray]:
     """Give the pieces of an array, without copying."""
+    if (lengths < 0).any() or lengths.sum() != len(array):
+        msg = "pieces that do not make up their array"
+        raise ValueError(msg)
     ends = np.cumsum(lengths).tolist()
     return [array[end - length : end] for end, length in zip(ends, lengths.tolist(), strict=True)]
+
+
+def _check_numbers(
+    table: NDArray[np.int64], pools: Sequence[Sequence], is_optional: Sequence[bool]
+) -> None:
+    """Check that each column of a table counts within its pool; -1 is none."""
+    lowest = [_NONE if optional else 0 for optional in is_optional]
+    if (table < lowest).any() or (table >= [len(pool) for pool in pools]).any():
+        msg = "numbers of what is not there"
+        raise ValueError(msg)
 
 
 def _pick(things: Sequence[T], number: int) -> Any:

@@ -120,6 +120,28 @@ class Companions:
         self.record[name] = sha256(data).hexdigest()
         return data
 
+    def look(self, name: str, *, is_read: bool) -> str:
+        """
+        Sum up a file as it is now: the same word, the same scene.
+
+        Parameters
+        ----------
+        name : str
+        is_read : bool
+            Whether the scene depends on its content, or only on whether it could be read.
+
+        Returns
+        -------
+        word : str
+        """
+        try:
+            if is_read:
+                return sha256(self.read(name)).hexdigest()
+            status = self.find(name).stat()
+        except (InputError, OSError) as error:
+            return str(error)
+        return f"{status.st_size} {status.st_mtime_ns}"
+
     def check_beside(self) -> None:
         """
         Check the files that bear the model's name with other endings, which a library will open.

@@ -10,7 +10,6 @@ import orjson
 
 from umbra.errors import InputError
 from umbra.readers.budget import Budget
-from umbra.readers.companions import Companions
 from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
 from umbra.readers.gltf_lights import read_lights
 from umbra.readers.gltf_materials import Materials
@@ -87,7 +86,7 @@ def read_gltf_tree(
         if name in GEOMETRY_EXTENSIONS:
             msg = f"uses {name}, which is not read; {GEOMETRY_EXTENSIONS[name]}"
             raise InputError(msg, extension=name)
-    companions = Companions(path, allow_outside=choices.allow_outside)
+    companions = choices.companions_of(path)
     buffers = Buffers(tree, binary, companions, Budget(choices.size))
     counts: Counter[str] = Counter()
     materials = Materials(tree, buffers, companions, counts)

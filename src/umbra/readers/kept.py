@@ -1,21 +1,19 @@
 """
 Which scenes are kept from run to run, and by which key.
 
-The key sums up all that a scene depends on: the files' bytes and names, the choices, and
-the versions of umbra and of the packages that read. Kept are scenes of text formats,
-which take long to parse and are whole in themselves; binary ones read as fast as a cache.
+The key sums up what a scene depends on: the files' bytes and names, the choices, and the
+versions of umbra and of the packages that read. The files that models name, such as buffers
+and material libraries, are recorded with the scene as they were, and looked at again. Kept
+are scenes of text formats, which take long to parse; binary ones read as fast as a cache.
 """
 
-import re
 from collections.abc import Callable
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from umbra import __version__
-from umbra.cache import keep_scene, load_scene
-from umbra.errors import InputError
-from umbra.readers.companions import Companions
+from umbra.cache import Beside, keep_scene, load_scene
 from umbra.readers.model import Choices
 from umbra.scene import Scene
 
@@ -28,7 +26,6 @@ LEAST = 200_000
 
 _ENDINGS = {".json", ".jsonl", ".cityjson", ".geojson", ".ifc", ".obj", ".off"}
 _PACKAGES = ("ifcopenshell", "mapbox-earcut", "pyproj", "shapely")
-_LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+(.*)$", re.MULTILINE)
 
 
 def read_kept(files: Files, choices: Choices, read: Callable[[Files, Choices], Scene]) -> Scene:
@@ -49,10 +46,11 @@ def read_kept(files: Files, choices: Choices, read: Callable[[Files, Choices], S
     key = _find_key(files, choices)
     if key is None:
         return read(files, choices)
-    scene = load_scene(key)
+    scene = load_scene(key, lambda beside: _are_current(beside, files, choices))
     if scene is None:
+        choices.opened.clear()
         scene = read(files, choices)
-        keep_scene(key, scene)
+        keep_scene(key, scene, _record(files, choices))
     return scene
 
 
@@ -64,31 +62,28 @@ def _find_key(files: Files, choices: Choices) -> str | None:
         return None
     summed = sha256(f"{_find_versions()} {choices}".encode())
     for layer, path, data in files:
-        beside = _read_libraries(path, data, choices) if path.suffix.lower() == ".obj" else []
-        if beside is None:
-            return None
         for word in (layer, path.name, path.suffix):
             summed.update(f"{word!r} ".encode())
-        for content in (data, *beside):
-            summed.update(sha256(content).digest())
+        summed.update(sha256(data).digest())
     return summed.hexdigest()
 
 
-def _read_libraries(path: Path, data: bytes, choices: Choices) -> list[bytes] | None:
-    """Give the contents of an OBJ file's material libraries; None if they name textures."""
-    companions = Companions(path, allow_outside=choices.allow_outside)
-    contents = []
-    for name in _LIBRARY.findall(data):
-        try:
-            text = companions.read(name.strip().decode().replace("\\", "/"))
-        except InputError as error:
-            text = str(error).encode()  # which the scene's notes say
-        except UnicodeDecodeError:
-            return None
-        if b"map_" in text:
-            return None
-        contents.append(text)
-    return contents
+def _record(files: Files, choices: Choices) -> Beside:
+    """Give each file that a model named: whose, its name, whether it was read, how it is."""
+    number = {path: n for n, (_, path, _) in enumerate(files)}
+    return [
+        [number[one.path], name, found is not None, found or one.look(name, is_read=False)]
+        for one in choices.opened
+        for name, found in sorted(one.record.items())
+    ]
+
+
+def _are_current(beside: Beside, files: Files, choices: Choices) -> bool:
+    """Tell whether the files that models named are as they were."""
+    return all(
+        choices.companions_of(files[number][1]).look(name, is_read=is_read) == word
+        for number, name, is_read, word in beside
+    )
 
 
 def _find_versions() -> str:

@@ -1,12 +1,13 @@
 """What every reader returns: parts in the file's own coordinates, and what it says of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.readers.companions import Companions
 from umbra.scene import Light, Part, Source
 
 __all__ = [
@@ -102,6 +103,8 @@ class Choices:
         Whether a model may name files outside its own folder.
     size : int
         Of the file [byte], which bounds what reading it may take.
+    opened : list of Companions
+        Those of each model that was read: the scene depends on what they record.
     """
 
     up: str | None = None
@@ -110,6 +113,12 @@ class Choices:
     crowns: Crowns | None = None
     allow_outside: bool = False
     size: int = 0
+    opened: list[Companions] = field(default_factory=list, repr=False, compare=False)
+
+    def companions_of(self, path: Path) -> Companions:
+        """Give what opens the files that a model names."""
+        self.opened.append(Companions(path, allow_outside=self.allow_outside))
+        return self.opened[-1]
 
 
 @dataclass(frozen=True)

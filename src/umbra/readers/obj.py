@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.companions import Companions
 from umbra.readers.materials import read_materials
 from umbra.readers.model import Choices, Model
 from umbra.readers.obj_texture import read_texture_corners
@@ -73,7 +72,7 @@ def read_obj(data: bytes, path: Path, choices: Choices) -> Model:
     ends = np.cumsum(np.bincount(part, minlength=len(keys))).tolist()
     spans = {key: slice(start, end) for key, start, end in zip(keys, [0, *ends], ends)}
     spans = {key: span for key, span in spans.items() if span.stop > span.start}
-    companions = Companions(path, allow_outside=choices.allow_outside)
+    companions = choices.companions_of(path)
     kinds = [kind for _, kind in spans]
     materials, notes = read_materials(statements.libraries, companions, kinds)
     meshes = {key: Mesh(vertices, faces[span]) for key, span in spans.items()}

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.companions import Companions
 from umbra.readers.extras import need
 from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
 from umbra.readers.model import Choices, Model
@@ -108,7 +107,7 @@ def open_raster(path: Path, choices: Choices, notes: list[str]) -> HeightRaster:
         As ``read_raster``.
     """
     rasterio = need("rasterio", "gis", "GeoTIFF")
-    Companions(path, allow_outside=choices.allow_outside).check_beside()
+    choices.companions_of(path).check_beside()
     try:
         # By name, not from memory: overviews, masks and world files lie beside it.
         with _quietly(), rasterio.open(path, driver="GTiff") as source:

@@ -50,7 +50,7 @@ def read_vectors(data: bytes, path: Path, choices: Choices) -> Model:
     pyogrio = need("pyogrio", "gis", form)
     raw = need("pyogrio.raw", "gis", form)
     shapely = need("shapely", "gis", form)
-    companions = Companions(path, allow_outside=choices.allow_outside)
+    companions = choices.companions_of(path)
     companions.check_beside()
     try:
         name, notes = _choose_table(pyogrio, path, choices)
