@@ -222,3 +222,20 @@ def test_a_view_with_a_title_of_its_own_tells_from_where_it_is_seen(study, tmp_p
     picture = (tmp_path / "out" / "hours.svg").read_text()
     assert ">Mill Lane</text>" in picture
     assert ">elevation from the south · 2026-09-18, 10:00 to 14:00" in picture
+
+
+def test_the_times_that_are_asked_for_are_shown(study, tmp_path):
+    given = ("--at", "13:00,10:30", "--at", "12:00", "--write", "dxf,svg")
+    assert study(*given).status == 0
+    picture = (tmp_path / "out" / "profile.svg").read_text()
+    assert all(f">{clock}</text>" in picture for clock in ("10:30", "12:00", "13:00"))
+    assert ">11:00</text>" not in picture
+    drawing = (tmp_path / "out" / "study.dxf").read_text()
+    found = {line for line in drawing.splitlines() if line.startswith("SHADOW_")}
+    assert found == {f"SHADOW_2026-09-18_{clock}" for clock in ("1030", "1200", "1300")}
+    assert "BUILDINGS" in drawing
+    assert 'at = ["13:00,10:30", "12:00"]' in (tmp_path / "out" / "study.toml").read_text()
+
+
+def test_a_time_that_is_none_is_refused_before_any_work(study):
+    assert "'noon' is not a clock time" in study("--at", "09:00,noon").refusal()

@@ -13,14 +13,16 @@ from support.shapes import box, moved
 from umbra.errors import UmbraError
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
+from umbra.study.preview import make_preview
 from umbra.sun import Site
+from umbra.sun.stamps import Stamps
 from umbra.writers import film
 from umbra.writers.color import shade_ramp
 from umbra.writers.formats import FORMATS, Job, write_formats
 from umbra.writers.model_glb import write_model_glb
-from umbra.writers.report.timeline import make_timeline
 from umbra.writers.tables import write_cells, write_instants
 
+CLOCK = [f"{hour:02}:00" for hour in range(8, 19)]
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {
     "house": moved(box((-6, -4, 0), (4, 6, 14)), (2500, 340000, 180)),
@@ -148,21 +150,23 @@ def test_glb_carries_the_hours_as_colours(tmp_path, receivers):
         assert np.median(np.abs(rgb - expected(surfaces.vertices[inner]))) <= 1
 
 
-def test_a_film_shows_every_instant_with_the_sun_up(study, tmp_path):
+def test_a_film_shows_round_times_as_dense_as_the_steps(study, tmp_path):
+    moments = film.find_frames(study)
+    assert [f"{moment.local:%H:%M}" for moment in moments] == CLOCK
     assert write(study, tmp_path, "gif") == (["day.gif"], [])
-    timeline = make_timeline(study)
+    view = make_preview(study, steps=Stamps(stamps=study.steps.stamps, zone=study.site.zone))
     with Image.open(tmp_path / "day.gif") as gif:
-        assert gif.n_frames == study.sun.is_up.sum() == film.count_frames(study, timeline)
+        assert gif.n_frames == len(moments)
         assert gif.info["loop"] == 0
-        rows, cols = timeline.shape
+        rows, cols = view.shadows.shape[1:]
         wide, high = gif.width, gif.height - film.STRIP
         assert high / wide == pytest.approx(55 / 70, rel=0.01)
         checked = 0
         for k in (1, 5, 9):
             gif.seek(k)
             pixels = np.asarray(gif.convert("RGB")).astype(int)
-            mask = timeline.masks(k, k + 1)[0]
-            for row, col in np.argwhere(timeline.surface <= 0)[::97]:
+            mask = view.shadows[k]
+            for row, col in np.argwhere(view.heights <= 0)[::97]:
                 y = film.STRIP + high - round((row + 0.5) / rows * high)
                 around = mask[max(0, row - 1) : row + 2, max(0, col - 1) : col + 2]
                 if around.any() != around.all():
@@ -172,6 +176,13 @@ def test_a_film_shows_every_instant_with_the_sun_up(study, tmp_path):
     assert checked > 60
 
 
+def test_a_film_shows_the_times_that_are_asked_for(study, tmp_path):
+    job = Job(study, tmp_path, "tower", print, at=("15:00,09:00", "12:00"))
+    assert write_formats(job, ["gif"]) == ["day.gif"]
+    with Image.open(tmp_path / "day.gif") as gif:
+        assert gif.n_frames == 3
+
+
 def test_mp4_plays_as_long_as_the_gif(study, tmp_path):
     av = pytest.importorskip("av")
     assert write(study, tmp_path, "mp4") == (["day.mp4"], [])
@@ -179,7 +190,7 @@ def test_mp4_plays_as_long_as_the_gif(study, tmp_path):
         stream = film_.streams.video[0]
         assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
         frames = list(film_.decode(video=0))
-    assert len(frames) == study.sun.is_up.sum()
+    assert len(frames) == len(CLOCK)
     assert frames[0].width % 2 == frames[0].height % 2 == 0
 
 
@@ -204,7 +215,7 @@ def test_every_format_names_its_files(tmp_path, study):
         pytest.importorskip(package)
     names, said = write(study, tmp_path, *FORMATS)
     assert sorted(names) == sorted(path.name for path in tmp_path.iterdir())
-    assert not said
+    assert [line.partition(" at ")[0] for line in said] == ["note: shadows are outlined"]
 
 
 @contextmanager

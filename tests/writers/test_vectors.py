@@ -1,7 +1,9 @@
 """Outlines and hour lines: rasterised again they are the masks; every format holds them all."""
 
+import datetime as dt
 import json
 from pathlib import Path
+from zoneinfo import ZoneInfo
 
 import numpy as np
 import pytest
@@ -15,7 +17,8 @@ from umbra.errors import InputError
 from umbra.scene import Mesh, Part, make_scene
 from umbra.scene.grid import Grid
 from umbra.study import run_study
-from umbra.sun import Site
+from umbra.study.moments import Moment, find_moments
+from umbra.sun import Site, find_sun
 from umbra.volume.adjacency import make_caster
 from umbra.writers.formats import Job, write_formats
 from umbra.writers.vectors.hour_lines import find_hour_lines
@@ -26,10 +29,12 @@ shapely = pytest.importorskip("shapely")
 
 from umbra.writers.vectors import outlines as outlining  # noqa: E402
 from umbra.writers.vectors.dxf import write_dxf  # noqa: E402
+from umbra.writers.vectors.footprints import find_footprints  # noqa: E402
 from umbra.writers.vectors.geojson import write_geojson  # noqa: E402
 from umbra.writers.vectors.outlines import find_outlines, resolve_shadow  # noqa: E402
 from umbra.writers.vectors.shapes import make_line_layer, make_outline_layer  # noqa: E402
 
+HOURS = [f"{hour:02}:00" for hour in range(9, 18)]
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 GRID = Grid(-19.8371, -19.9137, 0.41, 0.43, 97, 93)  # no centre on a wall
 SUNS = np.array([(0.3, 0.4, 0.6), (-0.8, 0.1, 0.35), (0.01, -0.6, 0.5), (0, 0, 1.0)])
@@ -167,8 +172,21 @@ def study(town):
     )  # fmt: skip
 
 
+def find_midpoints(study):
+    """Give the moments at which the study was counted."""
+    zone = ZoneInfo(study.site.zone)
+    return [
+        Moment(
+            (instant := study.period.instants[k].tolist().replace(tzinfo=dt.UTC)),
+            instant.astimezone(zone), study.sun.altitude[k], study.sun.azimuth[k],
+            study.sun.direction[k],
+        )
+        for k in np.flatnonzero(study.sun.is_up)
+    ]  # fmt: skip
+
+
 def test_outlines_of_a_study_are_its_masks(study):
-    found = list(find_outlines(study))
+    found = list(find_outlines(study, find_midpoints(study)))
     up = np.flatnonzero(study.sun.is_up)
     assert len(found) == len(up)
     x, y = np.meshgrid(study.x, study.y)
@@ -277,6 +295,69 @@ def test_dxf_has_a_layer_for_each_instant(study, tmp_path):
     assert {f"HOURS_{line.shadow_hours:02.0f}" for line in lines} < layers
 
 
+def test_outlines_are_those_of_whole_hours_or_of_times_that_are_asked_for(study):
+    def clock(moments):
+        return [f"{moment.local:%H:%M:%S}" for moment in moments]
+
+    assert clock(find_outlines(study)) == [f"{hour:02}:00:00" for hour in range(8, 19)]
+    asked = find_moments(study, ["15:00", "09:30,12:00", "23:00"], every=60, most=100)
+    assert clock(find_outlines(study, asked)) == ["09:30:00", "12:00:00", "15:00:00"]
+    sun = find_sun(VIENNA, np.array(["2026-09-18T13:00"], "datetime64[us]"))
+    assert asked[-1].altitude == pytest.approx(sun.altitude[0], abs=1e-9)
+    np.testing.assert_allclose(asked[-1].direction, sun.direction[0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "step", "every", "most", "expected"),
+    [
+        ("09:00", "17:00", "15min", 60, 100, " ".join(HOURS)),
+        ("09:07", "10:40", "15min", 60, 100, "09:15 09:30 09:45 10:00 10:15 10:30"),
+        ("09:00", "13:00", "7min", None, 100, " ".join(
+            f"{9 + k // 6:02}:{k % 6}0" for k in range(25))),
+        ("09:00", "17:00", "15min", None, 10, " ".join(HOURS)),
+        ("09:00", "17:00", "15min", None, 5, "10:00 12:00 14:00 16:00"),
+    ],
+)  # fmt: skip
+def test_times_that_nobody_asked_for_are_round(town, start, end, step, every, most, expected):
+    some = run_study(town, VIENNA, date="2026-09-18", start=start, end=end, every=step, cell=5)
+    found = find_moments(some, every=every, most=most)
+    assert " ".join(f"{moment.local:%H:%M}" for moment in found) == expected
+
+
+def test_of_many_dates_few_times_are_shown(town):
+    days = run_study(town, VIENNA, date="2026-09", every="1h", cell=5)
+    assert {f"{m.local:%H:%M}" for m in find_moments(days, every=None, most=60)} == {
+        "12:00", "16:00",
+    }  # fmt: skip
+    assert len({m.local.date() for m in find_moments(days, every=None, most=10)}) == 10
+
+
+def test_footprints_are_where_the_study_has_buildings(study):
+    footprints = find_footprints(study)
+    assert list(footprints) == ["BUILDINGS"]
+    shapes = [shapely.Polygon(rings[0], rings[1:]) for rings in footprints["BUILDINGS"]]
+    assert all(shape.is_valid for shape in shapes)
+    x, y = np.meshgrid(study.x, study.y)
+    whole = shapely.union_all(shapes)
+    shapely.prepare(whole)
+    np.testing.assert_array_equal(shapely.contains_xy(whole, x, y), study.heights > study.ground)
+
+
+def test_dxf_has_the_buildings_on_a_layer_of_their_own(study, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    crowns = {"CANOPIES": [[np.array([(0.0, 0), (1, 0), (0, 1)])]]}
+    footprints = find_footprints(study) | crowns
+    write_dxf(tmp_path / "a.dxf", [], [], height=3.0, up_hours=8, footprints=footprints)
+    drawing = ezdxf.readfile(tmp_path / "a.dxf")
+    for layer, polygons in footprints.items():
+        polylines = drawing.modelspace().query(f'LWPOLYLINE[layer=="{layer}"]')
+        rings = [ring for rings in polygons for ring in rings]
+        for polyline, ring in zip(polylines, rings, strict=True):
+            assert polyline.closed
+            assert polyline.dxf.elevation == 3.0
+            np.testing.assert_allclose(polyline.get_points("xy"), ring, atol=1e-9)
+
+
 def test_a_real_town():
     path = Path(__file__).parents[2] / "../shared/data/delft.city.json"
     if not path.exists():
@@ -287,7 +368,7 @@ def test_a_real_town():
         end="17:00", every="4h", size=(300, 300), masks=True,
     )  # fmt: skip
     x, y = np.meshgrid(delft.x, delft.y)
-    for k, outline in enumerate(find_outlines(delft)):
+    for k, outline in enumerate(find_outlines(delft, find_midpoints(delft))):
         shape = make_outline_layer([outline]).geometries[0]
         shapely.prepare(shape)
         np.testing.assert_array_equal(shapely.contains_xy(shape, x, y), delft.masks[k] > 0)

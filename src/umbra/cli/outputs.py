@@ -75,6 +75,8 @@ class Outputs:
         Of the pictures' files.
     show : {'shadow', 'sun'}
         Which hours pictures and lines tell.
+    at : tuple of str
+        Clock times that are outlined and filmed; round ones by default.
     """
 
     report: bool
@@ -84,6 +86,7 @@ class Outputs:
     sheet: bool = False
     endings: tuple[str, ...] = ("png",)
     show: "Show" = "shadow"
+    at: tuple[str, ...] = ()
 
     def write(
         self,
@@ -112,7 +115,7 @@ class Outputs:
             if not is_quiet:
                 echo(line, err=True)
 
-        job = Job(study, folder, plan.title, say, self.show)
+        job = Job(study, folder, plan.title, say, self.show, self.at)
         names = write_formats(job, self.formats)
         tables = []
         if self.rules:
@@ -235,7 +238,9 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
         msg = "--sheet shows a plan and its elevations; choose --receivers ground or top"
         raise InputError(msg)
     _check_receivers(options.get("receivers", "ground"), formats, rules is not None)
-    return Outputs(report, formats, tuple(casters), rules, sheet, endings, options["show"])
+    return Outputs(
+        report, formats, tuple(casters), rules, sheet, endings, options["show"], options["at"]
+    )
 
 
 def _check_receivers(receivers: str, formats: tuple[str, ...], has_rules: bool) -> None:

@@ -245,6 +245,14 @@ _PICTURES = [
         show_default=True,
         help="Which hours pictures and lines of equal hours tell; study.nc has both.",
     ),
+    click.option(
+        "--at",
+        multiple=True,
+        metavar="HH:MM,...",
+        help="Clock times that the profile, films and outlines show: 09:00,12:00,15:00; default: "
+        "of the profile the ends of all steps, of films round times as dense, of outlines whole "
+        "hours.",
+    ),
 ]
 _RUN = [
     click.option(

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from umbra.cli.captions import describe, list_few
 from umbra.scene import Scene
 from umbra.study import Preview, Study, make_preview
+from umbra.study.moments import choose_stamps
 from umbra.study.preview import LONGEST
+from umbra.sun.stamps import Stamps
 from umbra.writers.painter import Painter
 from umbra.writers.plan import Plan, Show, find_map_size
 
@@ -59,7 +61,7 @@ def draw_pictures(
     folder : Path
     """
     days = study.period.days
-    preview = make_preview(study)
+    preview = make_preview(study, steps=choose_stamps(study.steps, options["at"]))
     plan = describe(study, preview, scene, options, range(len(days)))
     if study.receivers != "ground":
         from umbra.writers.edges import make_look  # noqa: PLC0415
@@ -132,11 +134,12 @@ def _draw_days(
     """Have the profile drawn, a panel for each date; of few dates pictures of each, too."""
     days = study.period.days
     if len(days) == 1:
-        _draw_profile(painter, folder / "profile.png", plan, study, preview, 0)
+        stamps = choose_stamps(study.steps, options["at"])
+        _draw_profile(painter, folder / "profile.png", plan, study, preview, stamps)
         return []
     shown = range(0, len(days), -(-len(days) // MOST_PANELS))
     longest = round(LONGEST / math.sqrt(len(shown)))
-    steps = study.period.steps
+    steps = [choose_stamps(each, options["at"]) for each in study.period.steps]
     views = [make_preview(study, longest, steps[k]) for k in shown]
     zones = dict.fromkeys(name for k in shown for name in steps[k].abbreviations())
     whole = replace(plan, x=views[0].x, y=views[0].y, building_height=views[0].heights)  # type: ignore[arg-type]
@@ -158,7 +161,7 @@ def _draw_days(
         of_day = preview if k == 0 else make_preview(study, steps=steps[k])
         own = replace(describe(study, of_day, scene, options, range(k, k + 1)), look=plan.look)
         up = float(study.more["up_hours_by_day"][1][k])
-        _draw_profile(painter, folder / f"profile_{day}.png", own, study, of_day, k)
+        _draw_profile(painter, folder / f"profile_{day}.png", own, study, of_day, steps[k])
         _draw_hours(painter, folder / f"hours_{day}.png", own, study, by_day[1][k], up, show)
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
@@ -183,12 +186,11 @@ def _draw_hours(
 
 
 def _draw_profile(
-    painter: Painter, path: Path, plan: Plan, study: Study, preview: Preview, day: int
+    painter: Painter, path: Path, plan: Plan, study: Study, preview: Preview, stamps: Stamps
 ) -> None:
-    steps = study.period.steps[day]
-    zone = "/".join(dict.fromkeys(steps.abbreviations()))
+    zone = "/".join(dict.fromkeys(stamps.abbreviations()))
     painter.draw_profile(
-        path, plan, preview.shadows, steps.labels(), zone=zone, receivers=_kind(study)
+        path, plan, preview.shadows, stamps.labels(), zone=zone, receivers=_kind(study)
     )
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study.result import Study
-from umbra.sun import Steps, find_sun
+from umbra.sun import find_sun
+from umbra.sun.stamps import Stamps
 
 __all__ = ["Preview", "make_preview"]
 
@@ -79,7 +80,7 @@ class Preview:
         return bool(np.quantile(inside, 0.1) < LOW * inside.max())
 
 
-def make_preview(study: Study, longest: int = LONGEST, steps: Steps | None = None) -> Preview:
+def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = None) -> Preview:
     """
     Count where shadow falls at each stamp of a study's day.
 
@@ -88,8 +89,8 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Steps | None = Non
     study : Study
     longest : int
         Most cells along a side.
-    steps : Steps, optional
-        Of the day; the study's first by default.
+    steps : Stamps, optional
+        The clock times of a day; those of the study's first by default.
 
     Returns
     -------

@@ -6,9 +6,7 @@ they: from 01:00 to 05:00 on the night the clock jumps ahead is three hours.
 """
 
 import datetime as dt
-import itertools
 import re
-import zoneinfo
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -18,6 +16,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.site import find_zone
+from umbra.sun.stamps import Stamps
 
 __all__ = ["Steps", "make_steps", "parse_duration"]
 
@@ -27,8 +26,8 @@ UNITS = {"h": 3600, "hour": 3600, "min": 60, "minute": 60, "m": 60, "s": 1, "sec
 DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|sec|second)s?\s*")
 
 
-@dataclass(frozen=True, eq=False)
-class Steps:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Steps(Stamps):
     """
     The n steps of a period, in order and without gaps.
 
@@ -46,62 +45,6 @@ class Steps:
 
     instants: NDArray[np.datetime64]
     hours: NDArray[np.float64]
-    stamps: NDArray[np.datetime64]
-    zone: str
-
-    def labels(self) -> list[str]:
-        """
-        Read the stamps off the local clock.
-
-        Returns
-        -------
-        labels : list of str
-            ``HH:MM``, or ``HH:MM:SS`` where seconds are needed; the end of the day
-            is 24:00. Where the clock goes back within the period, each carries its
-            abbreviation: ``02:30 CEST``, ``02:30 CET``.
-        """
-        local = self._local()
-        spec = "minutes"
-        if any(when.second or when.microsecond for when in local):
-            spec = "microseconds" if any(when.microsecond for when in local) else "seconds"
-        labels = [when.time().isoformat(spec) for when in local]
-        if local[-1].date() > local[0].date():
-            labels[-1] = dt.time().isoformat(spec).replace("00", "24", 1)
-        if any(later <= label for label, later in itertools.pairwise(labels)):
-            labels = [f"{label} {name}" for label, name in zip(labels, self.abbreviations())]
-        return labels
-
-    def abbreviations(self) -> list[str]:
-        """
-        Name the local time of each stamp.
-
-        Returns
-        -------
-        names : list of str
-            Such as ``CEST``; ``UTC+05:45`` where the zone has letters for none.
-        """
-        offsets = self.offsets()
-        names = [when.tzname() or "" for when in self._local()]
-        return [name if name.isalpha() else offset for name, offset in zip(names, offsets)]
-
-    def offsets(self) -> list[str]:
-        """
-        Give what the local clock is ahead of UTC at each stamp.
-
-        Returns
-        -------
-        offsets : list of str
-            Such as ``UTC+02:00``.
-        """
-        return [f"UTC{when.isoformat()[len(_clock_text(when)) :]}" for when in self._local()]
-
-    def _local(self) -> list[dt.datetime]:
-        zone = zoneinfo.ZoneInfo(self.zone)
-        return [when.replace(tzinfo=dt.UTC).astimezone(zone) for when in self.stamps.tolist()]
-
-
-def _clock_text(when: dt.datetime) -> str:
-    return when.replace(tzinfo=None).isoformat()
 
 
 def make_steps(
@@ -167,7 +110,7 @@ def make_steps(
     stamps = np.datetime64(first.replace(tzinfo=None), "us") + marks.astype("timedelta64[us]")
     lengths = np.diff(marks)
     instants = stamps[:-1] + (lengths // 2).astype("timedelta64[us]")
-    return Steps(instants, lengths / 3.6e9, stamps, zone)
+    return Steps(instants=instants, hours=lengths / 3.6e9, stamps=stamps, zone=zone)
 
 
 def parse_duration(every: str | dt.timedelta, what: str = "step") -> dt.timedelta:

@@ -1,8 +1,7 @@
 """The day as a film: GIF for anywhere, MP4 for larger plans."""
 
 import os
-import zoneinfo
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -11,14 +10,16 @@ from PIL import Image, ImageDraw, ImageFont
 
 from umbra.errors import UmbraError
 from umbra.study import Study
+from umbra.study.moments import Moment, find_moments
 from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.raster import resample
-from umbra.writers.report.timeline import Timeline
 
-__all__ = ["count_frames", "draw_frames", "write_gif", "write_mp4"]
+__all__ = ["draw_frames", "find_frames", "write_gif", "write_mp4"]
 
 LONGEST = 960
 """Pixels along the longer side of the plan."""
+CELLS = 800
+"""Cells along it at most."""
 STRIP = 44
 """Pixels above the plan, for the clock."""
 MOST_FRAMES = 400
@@ -29,14 +30,27 @@ SHADE = np.array([118, 123, 148], np.float32)
 INK, QUIET = "#1c1c22", "#5a5a64"
 
 
-def draw_frames(study: Study, timeline: Timeline, title: str = "") -> Iterator[Image.Image]:
+def find_frames(study: Study, at: Sequence[str] = ()) -> list[Moment]:
     """
-    Draw the plan at each step's midpoint while the sun is up.
+    Find the moments that a film shows while the sun is up.
 
     Parameters
     ----------
     study : Study
-    timeline : Timeline
+    at : sequence of str
+        Clock times, "09:00"; round ones as far apart as the study's steps by default.
+    """
+    return find_moments(study, at, every=None, most=MOST_FRAMES)
+
+
+def draw_frames(study: Study, moments: Sequence[Moment], title: str = "") -> Iterator[Image.Image]:
+    """
+    Draw the plan at some moments.
+
+    Parameters
+    ----------
+    study : Study
+    moments : sequence of Moment
     title : str
 
     Yields
@@ -44,8 +58,12 @@ def draw_frames(study: Study, timeline: Timeline, title: str = "") -> Iterator[I
     frame : PIL.Image
         RGB, sides of even length.
     """
-    rows, cols = timeline.shape
-    plan = Plan(timeline.x, timeline.y, timeline.surface.astype(np.float32))
+    grid = study.grid.coarser(CELLS)
+    rows, cols = grid.rows, grid.cols
+    tile = study.model.make_tile(grid)
+    heights = np.where(tile.nothing, np.nan, tile.relief)
+    plan = Plan(grid.x, grid.y, heights.astype(np.float32))
+    counter = tile.make_counter()
     (dx, dy), side = plan.cell, min(plan.cell)
     # Square cells become squares of whole pixels. H.264 wants even sides.
     times = max(1, int(LONGEST * side // max(rows * dy, cols * dx)))
@@ -57,12 +75,9 @@ def draw_frames(study: Study, timeline: Timeline, title: str = "") -> Iterator[I
         return np.pad(enlarged, 1, mode="edge")[1 : high + 1, 1 : wide + 1, None]
 
     grey, coverage = map(enlarge, shade_roofs(plan, (rows, cols)))
-    zone = zoneinfo.ZoneInfo(study.site.zone)
-    instants = study.period.instants.astype("datetime64[us]").tolist()
-    up = np.flatnonzero(study.sun.is_up[timeline.which])
-    for k in up[:: max(1, -(-len(up) // MOST_FRAMES))]:
-        step = timeline.which[k]
-        shade = enlarge(timeline.masks(k, k + 1)[0])
+    for moment in moments:
+        masks = counter.masks(moment.direction[None]).view(np.bool_)
+        shade = enlarge(masks[0] & ~tile.nothing)
         if study.receivers == "top":
             base = GROUND + coverage * (grey * 255 - GROUND)
             image: NDArray = base * (1 - shade * (1 - SHADE / 251))
@@ -72,7 +87,7 @@ def draw_frames(study: Study, timeline: Timeline, title: str = "") -> Iterator[I
         frame = Image.new("RGB", (wide, high + STRIP), "white")
         pixels = np.clip(np.rint(image[::-1]), 0, 255).astype(np.uint8)
         frame.paste(Image.fromarray(pixels), (0, STRIP))
-        local = instants[step].replace(tzinfo=zoneinfo.ZoneInfo("UTC")).astimezone(zone)
+        local = moment.local
         _letter(frame, f"{local:%H:%M}", f"{local:%Y-%m-%d} {local.tzname()}", title)
         yield frame
 
@@ -153,9 +168,3 @@ def write_mp4(path: str | os.PathLike[str], frames: Iterator[Image.Image], n: in
             film.mux(stream.encode(av.VideoFrame.from_image(frame)))
         if stream is not None:
             film.mux(stream.encode(None))
-
-
-def count_frames(study: Study, timeline: Timeline) -> int:
-    """Tell how many frames ``draw_frames`` gives."""
-    up = int(study.sun.is_up[timeline.which].sum())
-    return len(range(0, up, max(1, -(-up // MOST_FRAMES))))

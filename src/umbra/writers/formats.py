@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from umbra.study import Study
+    from umbra.study.moments import Moment
     from umbra.writers.plan import Show
     from umbra.writers.report.timeline import Timeline
     from umbra.writers.vectors.hour_lines import HourLine
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from umbra.writers.vectors.shapes import Layer
 
 __all__ = ["FORMATS", "Format", "Job", "check_extra", "write_formats"]
+
+FEW_TIMES = 12  # clock times that are named one by one
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +41,8 @@ class Job:
         Told what a user should know, in one line.
     show : {'shadow', 'sun'}
         Whose whole hours lines of equal hours are of.
+    at : sequence of str
+        Clock times that are outlined and filmed; round ones by default.
     """
 
     study: "Study"
@@ -46,6 +50,7 @@ class Job:
     title: str
     say: Callable[[str], object]
     show: "Show" = "shadow"
+    at: Sequence[str] = ()
 
     @property
     def crs(self) -> object:
@@ -76,7 +81,8 @@ class Job:
     @cached_property
     def outlines(self) -> "list[Outline]":
         """Shadows on the ground; none with other receivers."""
-        from umbra.writers.vectors.outlines import MOST, find_outlines  # noqa: PLC0415
+        from umbra.study.moments import find_moments  # noqa: PLC0415
+        from umbra.writers.vectors.outlines import EVERY, MOST, find_outlines  # noqa: PLC0415
 
         if not self.has_outlines:
             other = self.study.receivers if self.study.is_plan else "views"
@@ -85,10 +91,10 @@ class Job:
                 "of equal hours"
             )
             return []
-        up = int(self.study.sun.is_up.sum())
-        if up > MOST:
-            self.say(f"note: {up:,} instants; every {-(-up // MOST)}th is outlined")
-        return list(find_outlines(self.study))
+        moments = find_moments(self.study, self.at, every=EVERY, most=MOST)
+        if not self.at:
+            self.say(f"note: shadows are outlined at {_name_times(moments)}; --at chooses others")
+        return list(find_outlines(self.study, moments))
 
     @cached_property
     def hour_lines(self) -> "list[HourLine]":
@@ -195,6 +201,7 @@ def _write_geopackage(job: Job) -> list[str]:
 
 def _write_dxf(job: Job) -> list[str]:
     from umbra.writers.vectors.dxf import write_dxf  # noqa: PLC0415
+    from umbra.writers.vectors.footprints import find_footprints  # noqa: PLC0415
     from umbra.writers.vectors.places import find_crs, name_crs  # noqa: PLC0415
 
     height = job.study.ground if job.study.is_plan else 0.0
@@ -202,6 +209,7 @@ def _write_dxf(job: Job) -> list[str]:
     write_dxf(
         job.folder / "study.dxf", job.outlines, job.hour_lines, height=height, seen=job.seen,
         up_hours=job.study.up_hours, note=f"{job.title}; {coordinates}", show=job.show,
+        footprints=find_footprints(job.study) if job.study.is_plan else {},
     )  # fmt: skip
     return ["study.dxf"]
 
@@ -245,22 +253,31 @@ def _write_film(kind: str) -> Callable[[Job], list[str]]:
     def write(job: Job) -> list[str]:
         from umbra.writers import film  # noqa: PLC0415
 
-        n = film.count_frames(job.study, job.timeline)
+        moments = film.find_frames(job.study, job.at)
+        n = len(moments)
         if not n:
             job.say(f"note: the sun stays below the horizon; there is no day.{kind}")
             return []
 
-        def draw() -> "Iterator[Image]":
-            return film.draw_frames(job.study, job.timeline, job.title)
+        def draw(moments: "Sequence[Moment]") -> "Iterator[Image]":
+            return film.draw_frames(job.study, moments, job.title)
 
         path = job.folder / f"day.{kind}"
         if kind == "gif":
-            film.write_gif(path, draw(), next(islice(draw(), n // 2, None)), n)
+            film.write_gif(path, draw(moments), next(draw(moments[n // 2 :][:1])), n)
         else:
-            film.write_mp4(path, draw(), n)
+            film.write_mp4(path, draw(moments), n)
         return [path.name]
 
     return write
+
+
+def _name_times(moments: "Sequence[Moment]") -> str:
+    """Say which clock times are shown, in few words."""
+    clock = list(dict.fromkeys(f"{moment.local:%H:%M}" for moment in moments))
+    if len(clock) <= FEW_TIMES:
+        return ", ".join(clock) or "no time, as the sun stays below the horizon"
+    return f"{len(clock)} times from {min(clock)} to {max(clock)}"
 
 
 _POLYGONS: tuple[Any, ...] = ("pyclipr", "shapely")

@@ -1,19 +1,22 @@
 """DXF for CAD: closed polylines of shadows, a layer for each instant; lines of equal hours."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from umbra.writers.color import make_stamp_tints, shade_ramp
 from umbra.writers.vectors.hour_lines import HourLine
-from umbra.writers.vectors.outlines import Outline
+from umbra.writers.vectors.outlines import Outline, Polygon
 
 if TYPE_CHECKING:
     from umbra.writers.plan import Show
 
 __all__ = ["write_dxf"]
+
+_INKS = {"CANOPIES": (0.18, 0.43, 0.2)}  # of layers that are not black
 
 
 def write_dxf(
@@ -26,14 +29,15 @@ def write_dxf(
     note: str = "",
     seen: Sequence[np.ndarray] = (),
     show: "Show" = "shadow",
+    footprints: Mapping[str, Sequence[Polygon]] = MappingProxyType({}),
 ) -> None:
     """
     Write outlines and lines as lightweight polylines in metres.
 
-    Layers are ``SHADOW_2026-03-21_0900`` (local time) and ``HOURS_03`` (hours in shadow), or
-    ``SUN_03`` (hours of sun).
-    Rings, holes among them, are closed polylines of one layer: hatching a layer's
-    rings as islands gives its shadow.
+    Layers are ``SHADOW_2026-03-21_0900`` (local time), ``HOURS_03`` (hours in shadow) or
+    ``SUN_03`` (hours of sun), and what stands there: ``BUILDINGS`` and ``CANOPIES``. Rings, holes
+    among them, are closed polylines of one layer: hatching a layer's rings as islands gives its
+    shadow.
 
     Parameters
     ----------
@@ -50,6 +54,8 @@ def write_dxf(
         Closed borders of what a view sees, for the layer ``SEEN``.
     show : {'shadow', 'sun'}
         Whose whole hours the lines are of.
+    footprints : mapping of str to sequence of polygons
+        What stands there, by layer, ``BUILDINGS``: of each polygon its rings.
 
     Raises
     ------
@@ -70,6 +76,10 @@ def write_dxf(
             layer.rgb = (red, green, blue)
         return name
 
+    for layer, polygons in footprints.items():
+        name = add_layer(layer, np.array(_INKS.get(layer, (0.0, 0.0, 0.0))))
+        for ring in (ring for polygon in polygons for ring in polygon):
+            space.add_lwpolyline(ring, close=True, dxfattribs={"layer": name, "elevation": height})
     tints = make_stamp_tints(len(outlines)) * 0.8  # dark enough for white paper
     for outline, tint in zip(outlines, tints, strict=True):
         clock = outline.local

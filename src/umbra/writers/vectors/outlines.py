@@ -9,8 +9,7 @@ millionth of a metre.
 """
 
 import datetime as dt
-import zoneinfo
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,16 +19,21 @@ from umbra.cpu.plane import PlaneSweep
 from umbra.errors import InputError
 from umbra.study import Study
 from umbra.study.layout import TILE
+from umbra.study.moments import Moment, find_moments
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouette_edges
 from umbra.writers.vectors.loops import trace_loops
 
-__all__ = ["LATTICE", "MOST", "Outline", "find_outlines", "resolve_shadow"]
+__all__ = [
+    "EVERY", "LATTICE", "MOST", "Outline", "Polygon", "find_outlines", "gather", "resolve_shadow",
+]  # fmt: skip
 
 LATTICE = 1e-6
 """Corners lie on multiples of this, from the local origin [m]."""
+EVERY = 60
+"""Between the clock times that are outlined if none are asked for [min]."""
 MOST = 2000
-"""Instants that are outlined; of more, every n-th."""
+"""Of them; of more, fewer a date."""
 
 Ring = NDArray[np.float64]
 Polygon = list[Ring]
@@ -60,14 +64,16 @@ class Outline:
     polygons: list[Polygon]
 
 
-def find_outlines(study: Study) -> Iterator[Outline]:
+def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iterator[Outline]:
     """
-    Outline the shadow on the ground at each step's midpoint while the sun is up.
+    Outline the shadow on the ground at some moments.
 
     Parameters
     ----------
     study : Study
         With the ground as receiver.
+    moments : sequence of Moment, optional
+        Whole hours by default, as ``umbra.study.moments.find_moments`` finds them.
 
     Yields
     ------
@@ -90,17 +96,15 @@ def find_outlines(study: Study) -> Iterator[Outline]:
     low = np.array([grid.x0 - grid.dx / 2, grid.y0 - grid.dy / 2])
     high = low + (grid.dx * grid.cols, grid.dy * grid.rows)
     shift = np.array([study.x[0] - grid.x0, study.y[0] - grid.y0])
-    zone = zoneinfo.ZoneInfo(study.site.zone)
-    instants = study.period.instants.astype("datetime64[us]").tolist()
-    up = np.flatnonzero(study.sun.is_up)
-    for k in up[:: max(1, -(-len(up) // MOST))]:
-        instant = instants[k].replace(tzinfo=dt.UTC)
-        polygons = resolve_shadow(sweep.caster, study.sun.direction[k], ground, (low, high))
+    if moments is None:
+        moments = find_moments(study, every=EVERY, most=MOST)
+    for moment in moments:
+        polygons = resolve_shadow(sweep.caster, moment.direction, ground, (low, high))
         yield Outline(
-            instant,
-            instant.astimezone(zone),
-            float(study.sun.altitude[k]),
-            float(study.sun.azimuth[k]),
+            moment.instant,
+            moment.local,
+            moment.altitude,
+            moment.azimuth,
             [[ring + shift for ring in polygon] for polygon in polygons],
         )
 
@@ -147,17 +151,17 @@ def resolve_shadow(
     clipper.addPath(frame, pyclipr.Clip, False)
     tree = clipper.execute2(pyclipr.Intersection, pyclipr.FillRule.NonZero)
     found: list[Polygon] = []
-    _gather(tree, found)
+    gather(tree, found)
     return [[ring + box[0] for ring in polygon] for polygon in found]
 
 
-def _gather(node: object, found: list[Polygon]) -> None:
+def gather(node: object, found: list[Polygon]) -> None:
     """Turn a tree of rings in rings into polygons with holes."""
     for outer in node.children:  # type: ignore[attr-defined]
         holes = [_orient(hole.polygon, -1) for hole in outer.children]
         found.append([_orient(outer.polygon, 1), *holes])
         for hole in outer.children:
-            _gather(hole, found)
+            gather(hole, found)
 
 
 def _orient(ring: NDArray[np.float64], sign: int) -> Ring:
