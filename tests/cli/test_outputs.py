@@ -125,6 +125,15 @@ def test_rules_give_verdicts_in_csv_and_report(study, tmp_path):
     assert "An example, 0: all pass" in (tmp_path / "out" / "report.html").read_text()
 
 
+def test_a_place_inside_a_building_is_told(study, tmp_path):
+    check = "{name: bench, dates: 03-21, at_least: 2h, where: [{name: seat, x: 1, y: 0}]}"
+    (tmp_path / "rules.yaml").write_text(RULES + f"  - {check}\n")
+    said = study("--rules", tmp_path / "rules.yaml")
+    assert said.status == 0
+    assert "not in the open: 'seat' inside tower; each is judged where it is" in said.err
+    assert "inside tower: no sun" in (tmp_path / "out" / "verdicts.csv").read_text()
+
+
 def test_a_slip_in_the_rules_is_found_before_any_work(study, tmp_path):
     (tmp_path / "rules.yaml").write_text(RULES.replace("at_least", "atleast"))
     refusal = study("--rules", tmp_path / "rules.yaml").refusal()

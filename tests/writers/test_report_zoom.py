@@ -7,6 +7,8 @@ import pytest
 from support.pages import FIGURES, INK, READY, RECT, expect, place_of, words
 from writers.test_report import make_study, save
 
+from umbra.writers.report.table import Pin, Table
+
 CELL = "document.getElementById('where').textContent"
 
 
@@ -199,6 +201,35 @@ def test_on_paper_nothing_lies_over_anything(page, tmp_path, extent):
     shown = "[...document.querySelectorAll('.modes span')].filter(s => s.offsetWidth)"
     assert page.ask(f"{shown}.map(s => s.textContent)") == ["Shadow now"]
     assert page.ask("document.getElementById('paper').naturalWidth") > 1.5 * (right - left)
+
+
+def test_places_of_verdicts_are_pinned_and_a_line_leads_there(page, study, tmp_path):
+    pins = [Pin("bench", 20.0, 20.0, True), Pin("<b>swing", -1.0, 1.0, False, "inside house")]
+    verdicts = Table(
+        "Rules: 1 of 3 fail", ("check", "where", "verdict"),
+        [("area", "open ground", "pass"), ("a", "bench", "pass"), ("b", "<b>swing", "fail")],
+        kind="place", index=[None, 0, 1], link=1, pins=pins,
+    )  # fmt: skip
+    page.open(save(tmp_path / "report.html", study, tables=[verdicts])[0], READY)
+    for _ in range(4):
+        page.ask("document.querySelector('[data-zoom=\"+\"]').click()")
+    rows = page.ask("document.querySelectorAll('tbody tr[data-kind=place]').length")
+    assert rows == 2
+    heads = {}
+    for k, pin in enumerate(pins):
+        page.ask(f"document.querySelectorAll('tr[data-kind=place] button')[{k}].click()")
+        said = words(page, "where")[0]
+        assert said.startswith(f"{pin.name}, {pin.standing}: x" if pin.standing else "bench: x")
+        assert find_place(page) == pytest.approx((pin.x, pin.y), abs=0.51)
+        # It stands in the middle of the enlarged picture, its head above it.
+        left, top, wide, high = page.ask(RECT)
+        x, y = left + wide / 2, top + high / 2
+        page.mouse("mouseMoved", x + 3, y - 2)
+        assert words(page, "where")[0] == said
+        heads[pin.passes] = page.ask(INK.format(x + 5, y - 12))[:3]
+        page.mouse("mouseMoved", 5, 5)
+    assert heads[True][1] > heads[True][0] + 40  # green
+    assert heads[False][0] > heads[False][1] + 40  # red
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

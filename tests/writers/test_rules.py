@@ -3,6 +3,8 @@
 import csv
 import datetime as dt
 import re
+import subprocess
+import sys
 import zoneinfo
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 from support.shapes import box
 
+import umbra
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_point_study, run_study
@@ -18,6 +21,7 @@ from umbra.writers.rules import judge, judge_points, make_verdict_table, read_ru
 from umbra.writers.rules.read import CHECK_KEYS
 from umbra.writers.tables import write_samples, write_table
 
+ROOT = Path(__file__).parents[2]
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 RULES = """\
 format: 1
@@ -211,13 +215,73 @@ def test_roofs_need_the_topmost_surfaces(study, tmp_path):
 
 
 def test_the_example_of_the_docs_is_right(tmp_path):
-    page = (Path(__file__).parents[2] / "docs" / "results.md").read_text()
+    page = (ROOT / "docs" / "results.md").read_text()
     (example,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     rules = read(tmp_path, example)
     assert "Invented" in rules.source
     assert [len(check.dates) for check in rules.checks] == [1, 2]
     for key in CHECK_KEYS:  # each has its row in the table
         assert f"`{key}`" in page
+
+
+def test_the_places_of_the_docs_lie_in_the_open(tmp_path):
+    path = tmp_path / "block.city.json"
+    make = [sys.executable, ROOT / "examples" / "city_block.py", path]
+    subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
+    scene = umbra.read(path)
+    options = {"date": "2026-03-21", "every": "4h", "cell": 4}
+    study = run_study(scene, umbra.find_site(scene), **options)
+    (text,) = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/results.md").read_text(), re.DOTALL)
+    verdicts = judge(study, read(tmp_path, text))[1:]
+    # One that passes on both dates, one that fails on one: each word of the page is earned.
+    assert [(v.where, v.date.month, v.passes, v.standing) for v in verdicts] == [
+        ("playground", 3, True, ""), ("bench", 3, True, ""),
+        ("playground", 12, True, ""), ("bench", 12, False, ""),
+    ]  # fmt: skip
+    inside = judge(study, read(tmp_path, text.replace("x: 2670, y: 340090", "x: 2720, y: 340095")))
+    assert inside[1].standing == "inside Church-nave"
+
+
+STANDING = {
+    "tower": box((-5, -4, 0), (5, 4, 20)),
+    "bridge": box((10, -4, 5), (20, 4, 6)),
+    "hall": tuple(array[:, ::-1] if k else array for k, array in
+                  enumerate(box((-5, 10, 0), (5, 16, 6)))),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "receivers", "standing"),
+    [
+        (0, 0, "ground", "inside tower"),
+        (15, 0, "ground", "under bridge"),
+        (1, 12, "ground", "inside hall"),  # wound inside out
+        (5.2, 0, "ground", ""),
+        (0, 8, "ground", ""),
+        (15, 0, "top", "on top of bridge"),
+        (0, 8, "top", ""),
+    ],
+)
+def test_a_place_in_under_or_on_something_is_told(tmp_path, x, y, receivers, standing):
+    parts = [Part(name, "", Mesh(*mesh)) for name, mesh in STANDING.items()]
+    options = {"date": "2026-06-01", "start": "12:00", "end": "13:00", "every": "1h", "cell": 1,
+               "extent": (-30, -20, 30, 40), "receivers": receivers}  # fmt: skip
+    found = run_study(make_scene(parts), VIENNA, **options)
+    text = RULES.replace("name: north, x: 0, y: 8", f"name: north, x: {x}, y: {y}")
+    *_, north, south = judge(found, read(tmp_path, text))
+    assert (north.standing, south.standing) == (standing, "")
+    assert north.evidence.startswith(f"{standing}: ") == bool(standing)
+
+
+def test_a_place_is_marked_once_and_passes_if_all_its_verdicts_do(study, tmp_path):
+    text = RULES.replace("x: 0, y: 8", "x: 0, y: 0")
+    rules = read(tmp_path, text)
+    table = make_verdict_table(rules, judge(study, rules))
+    assert [(p.name, p.x, p.y, p.passes, p.standing) for p in table.pins] == [
+        ("north", 0, 0, False, "inside tower"), ("south", 0, -8, True, ""),
+    ]  # fmt: skip
+    assert list(table.index) == [None, None, 0, 1]
+    assert (table.kind, table.columns[table.link]) == ("place", "where")
 
 
 WINDOWS = """\

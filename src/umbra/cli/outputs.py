@@ -1,7 +1,7 @@
 """The options of ``umbra study`` that ask for more than its three files, and who writes them."""
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from umbra.writers.painter import Painter
     from umbra.writers.plan import Plan, Show
     from umbra.writers.report import Table
+    from umbra.writers.report.table import Pin
     from umbra.writers.rules import Rules
 
 __all__ = ["Outputs", "output_options", "take_outputs"]
@@ -122,7 +123,9 @@ class Outputs:
             from umbra.writers.rules import judge, make_verdict_table  # noqa: PLC0415
             from umbra.writers.tables import write_table  # noqa: PLC0415
 
-            tables.append(make_verdict_table(self.rules, judge(study, self.rules)))
+            verdicts = judge(study, self.rules)
+            tables.append(make_verdict_table(self.rules, verdicts))
+            _note_standing(tables[0].pins, say)
             write_table(folder / VERDICTS, tables[0].columns, tables[0].rows)
             names.append(VERDICTS)
         if self.report:
@@ -166,6 +169,17 @@ class Outputs:
             )  # fmt: skip
             names.append(REPORT)
         return names
+
+
+def _note_standing(pins: "Sequence[Pin]", say: Callable[[str], None]) -> None:
+    """Say which of the rules' places lie in or under something, or on top of it."""
+    found = [f"'{pin.name}' {pin.standing}" for pin in pins if pin.standing]
+    if found:
+        some = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
+        say(
+            f"note: places of the rules that are not in the open: {some}; each is judged where it "
+            "is; move it in the rule file if that is not meant"
+        )
 
 
 def _judge_points(folder: Path, study: "PointStudy", scene: "Scene", rules: "Rules",

@@ -71,10 +71,11 @@ def make_table(table: Table) -> str:
 
     def line(n: int, row: Sequence[object]) -> str:
         cells = list(map(cell, row, marks, places))
-        if not table.kind:
+        if not table.kind or table.index[n] is None:
             return f"<tr>{''.join(cells)}</tr>"
-        name = f'<button type="button" class="goto">{text(str(row[0]))}</button>'
-        cells[0] = f'<td class="{"short" if len(str(row[0])) <= _NAME else ""}">{name}</td>'
+        words = str(row[table.link])
+        name = f'<button type="button" class="goto">{text(words)}</button>'
+        cells[table.link] = f'<td class="{"short" if len(words) <= _NAME else ""}">{name}</td>'
         return f'<tr data-kind="{table.kind}" data-index="{table.index[n]}">{"".join(cells)}</tr>'
 
     head = "".join(

@@ -112,7 +112,8 @@ def write_report(
         If the file cannot be written.
     """
     timeline = timeline or make_timeline(study)
-    data = make_plan_data(study, plan, timeline)
+    pins = [pin for table in tables for pin in table.pins]
+    data = make_plan_data(study, plan, timeline, pins)
     told = tell_plan(study, timeline, "hours" in data)
     parts = _WORDS["plan"] | {"script": _read_scripts(PLAN), "resolution": escape(told)}
     parts["left_out"] = make_notice(timeline.tell_left_out(study, "hours" in data))

@@ -1,6 +1,8 @@
 """What the page's script reads of a raster: a plan, an elevation, a camera's picture."""
 
 import io
+from collections.abc import Sequence
+from dataclasses import asdict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,7 @@ from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.raster import resample
 from umbra.writers.report.markup import make_address
 from umbra.writers.report.packed import make_steps, pack, pack_hours, pack_instants
+from umbra.writers.report.table import Pin
 from umbra.writers.report.timeline import LONGEST_VIEW, Timeline
 
 __all__ = ["make_plan_data", "tell_plan"]
@@ -21,7 +24,9 @@ _BRIGHT, _INK = 0.9, 0.7  # of a view's surfaces, and how dark its lines are
 _AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
 
 
-def make_plan_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, object]:
+def make_plan_data(
+    study: Study, plan: Plan, timeline: Timeline, pins: Sequence[Pin] = ()
+) -> dict[str, object]:
     """Gather what the script reads."""
     rows, cols = timeline.shape
     x, y = timeline.x, timeline.y
@@ -54,6 +59,7 @@ def make_plan_data(study: Study, plan: Plan, timeline: Timeline) -> dict[str, ob
         **pack_instants(timeline, study.sun.is_up),
         "heights": pack(heights.tobytes()),
         "roofs": drawn,
+        "places": [asdict(pin) for pin in pins],
         "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
         **more,
     }

@@ -3,7 +3,29 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["Table"]
+__all__ = ["Pin", "Table"]
+
+
+@dataclass(frozen=True)
+class Pin:
+    """
+    A place that is marked on a plan.
+
+    Parameters
+    ----------
+    name : str
+    x, y : float
+        In the model's own coordinates [m].
+    passes : bool
+    standing : str
+        What it lies in, under or on, if anything.
+    """
+
+    name: str
+    x: float
+    y: float
+    passes: bool
+    standing: str = ""
 
 
 @dataclass(frozen=True)
@@ -22,9 +44,14 @@ class Table:
     note : str
         What a reader must know besides.
     kind : str
-        What a click on a row shows in the picture: ``part``, ``surface``, ``point``.
+        What a click on a row shows in the picture: ``part``, ``surface``, ``point``, or the
+        ``place`` of a pin.
     index : sequence of int
-        Which one, of each row.
+        Which one, of each row; None where a row shows nothing.
+    link : int
+        The column that says so.
+    pins : sequence of Pin
+        What is marked on a plan.
     """
 
     title: str
@@ -32,4 +59,6 @@ class Table:
     rows: Sequence[Sequence[object]]
     note: str = ""
     kind: str = ""
-    index: Sequence[int] = ()
+    index: Sequence[int | None] = ()
+    link: int = 0
+    pins: Sequence[Pin] = ()

@@ -14,8 +14,9 @@ from umbra.study import Study
 from umbra.study.canopy import Canopy
 from umbra.study.period import Period, make_period
 from umbra.study.spells import Spells, SpellState, to_hours
-from umbra.writers.report.table import Table
+from umbra.writers.report.table import Pin, Table
 from umbra.writers.rules.read import Check, Place, Rules
+from umbra.writers.rules.standing import find_standing
 
 __all__ = ["Verdict", "judge", "make_verdict_table"]
 
@@ -47,6 +48,10 @@ class Verdict:
     passes : bool
     evidence : str
         What the verdict rests on.
+    place : Place, optional
+        Where a named place is.
+    standing : str
+        What it lies in, under or on: ``inside Church``.
     """
 
     check: str
@@ -56,6 +61,8 @@ class Verdict:
     measured: str
     passes: bool
     evidence: str
+    place: Place | None = None
+    standing: str = ""
 
 
 def judge(study: Study, rules: Rules) -> list[Verdict]:
@@ -103,6 +110,8 @@ def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
     """Lay verdicts out for a report or a CSV file."""
     failed = sum(not verdict.passes for verdict in verdicts)
     outcome = "all pass" if not failed else f"{failed} of {len(verdicts)} fail"
+    pins = _find_pins(verdicts)
+    places = list(pins)
     return Table(
         f"{rules.name}, {rules.version}: {outcome}",
         ("check", "date", "where", "wanted", "measured", "verdict", "evidence"),
@@ -112,7 +121,21 @@ def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
             for v in verdicts
         ],
         f"Source: {rules.source}",
+        kind="place" if pins else "",
+        index=[None if v.place is None else places.index(v.place) for v in verdicts],
+        link=2,
+        pins=list(pins.values()),
     )  # fmt: skip
+
+
+def _find_pins(verdicts: Sequence[Verdict]) -> dict[Place, Pin]:
+    """Mark each named place once; it passes if all its verdicts do."""
+    pins: dict[Place, Pin] = {}
+    for v in verdicts:
+        if v.place is not None:
+            passes = v.passes and (v.place not in pins or pins[v.place].passes)
+            pins[v.place] = Pin(v.where, v.place.x, v.place.y, passes, v.standing)
+    return pins
 
 
 def find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -> dt.date:
@@ -239,6 +262,7 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
     # The point itself, not its cell's middle.
     spells = _measure(study, check, period, replace(grid, x0=x, y0=y, cols=1, rows=1))
     hours = pick_hours(check, period, spells)
+    standing = find_standing(study, x, y)
     return Verdict(
         check.name,
         period.days[0],
@@ -246,7 +270,10 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
         say_limit(check),
         say_hours(float(hours[0, 0])),
         bool(meets_limit(check, hours)[0, 0]),
-        f"{say_spells(study.site.zone, spells, (0, 0))}; {say_how(check)}",
+        (f"{standing}: " if standing else "")
+        + f"{say_spells(study.site.zone, spells, (0, 0))}; {say_how(check)}",
+        place,
+        standing,
     )
 
 

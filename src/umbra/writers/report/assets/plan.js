@@ -112,7 +112,8 @@ const makePlan = async () => {
   const where = (cell) => {
     const row = Math.floor(cell / cols), col = cell % cols;
     const [up, across] = data.axes;
-    const named = places.filter((place) => cellOf(place.col, place.row) === cell).map((place) => place.name + ": ");
+    const named = places.filter((place) => cellOf(place.col, place.row) === cell)
+      .map((place) => place.name + (place.standing ? ", " + place.standing : "") + ": ");
     return named.join("") + `${across} ${number(data.x0 + col * data.dx)}, ${up} ${number(data.y0 + row * data.dy)}` +
       (data.has_scale ? " m" : "") +
       (exists(cell) ? "" : data.is_plan ? ": nothing receives here" : ": nothing is seen here") +
