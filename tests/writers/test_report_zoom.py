@@ -226,7 +226,7 @@ def test_places_of_verdicts_are_pinned_and_a_line_leads_there(page, study, tmp_p
         x, y = left + wide / 2, top + high / 2
         page.mouse("mouseMoved", x + 3, y - 2)
         assert words(page, "where")[0] == said
-        heads[pin.passes] = page.ask(INK.format(x + 5, y - 12))[:3]
+        heads[pin.passes] = page.ask(INK.format(x + 6, y - 20))[:3]
         page.mouse("mouseMoved", 5, 5)
     assert heads[True][1] > heads[True][0] + 40  # green
     assert heads[False][0] > heads[False][1] + 40  # red
