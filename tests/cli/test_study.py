@@ -322,6 +322,8 @@ def test_a_dataset_in_python_knows_its_units_as_the_file_does(study, tower, tmp_
     assert set(made.variables) == set(written.variables)
     for name in written.variables:
         assert written[name].attrs.items() >= made[name].attrs.items(), name
-    assert made.shadow_hours.attrs == {"long_name": "hours in shadow", "units": "h"}
+    summed = {"long_name": "hours in shadow, sum of 2 dates", "units": "h"}
+    assert made.shadow_hours.attrs == summed
     assert made.sun_spells_by_day.attrs["long_name"].endswith(", on the day")
-    assert made.shadow_hours.plot().colorbar.ax.get_ylabel() == "hours in shadow [h]"
+    label = made.shadow_hours.plot().colorbar.ax.get_ylabel()
+    assert label.replace("\n", " ") == "hours in shadow, sum of 2 dates [h]"

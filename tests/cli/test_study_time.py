@@ -8,6 +8,8 @@ import xarray as xr
 from support.model_files import save_obj
 from support.shapes import box, moved
 
+from umbra.writers import painter
+
 ENGINES = ["h5netcdf"] + (["netcdf4"] if find_spec("netCDF4") else [])
 HALF_DAY = ["--from", "10:00", "--to", "14:00", "--every", "1h"]
 
@@ -108,3 +110,88 @@ def test_who_casts_and_what_is_lost_are_written(study, tmp_path):
     assert float(result.neighbour_area_touched.sum()) == pytest.approx((lost > 1e-4).sum())
     assert "matches no part" in study(*HALF_DAY, "--who", "tower", files=[path]).refusal()
     assert "least sun" in study(*HALF_DAY, "--under", "0h", files=[path]).refusal()
+
+
+def find_pictures(monkeypatch):
+    """Note what each picture is asked to show."""
+    seen = {}
+
+    def note(self, path, plan, hours, *args, **options):
+        seen[path.name] = (hours, args, options, plan)
+        path.write_bytes(b"a picture")
+
+    for name in ("draw_hours", "draw_hour_panels"):
+        monkeypatch.setattr(painter.Painter, name, note)
+    return seen
+
+
+@pytest.fixture
+def street(tmp_path):
+    houses = {
+        "tower": box((-3, -8, 0), (3, -4, 13)), "house": box((-5, 4, 0), (5, 10, 4)),
+    }  # fmt: skip
+    return save_obj(tmp_path / "street.obj", houses)
+
+
+ASKED = ["--proposed", "tower", "--under", "2h", "--receivers", "top"]
+
+
+def test_pictures_of_several_dates_show_each_with_its_daylight(study, street, monkeypatch):
+    seen = find_pictures(monkeypatch)
+    dates = ["--date", "2026-03-21,2026-06-21,2026-12-21"]
+    said = study(*dates, *ASKED, "--json", files=[street], day=None)
+    assert said.status == 0, said
+    result = said.json()
+    for name, what in (("hours.png", "hours in shadow on the date"),
+                       ("hours_lost.png", "hours of sun lost to tower")):  # fmt: skip
+        maps, _, options, plan = seen[name]
+        assert [each.title for each in maps] == ["2026-03-21", "2026-06-21", "2026-12-21"]
+        assert maps[0].remark.startswith("sunrise 05:56, sunset 18:09")
+        assert options["what"] == what
+        assert "+" not in plan.date.split(",")[0]
+    # Each has the area that is newly under the limit on its date, as the table has it.
+    for each in seen["hours_lost.png"][0]:
+        rows = [row for row in result["neighbours"] if row["date"] == each.title]
+        area = sum(row["area_newly_under"] for row in rows)
+        assert each.hatched.sum() == area
+        told = "nowhere" if area == 0 else f"{area:.0f} m²"
+        assert each.remark.endswith(f"newly under 2 h: {told}")
+    assert sum(each.hatched.sum() for each in seen["hours_lost.png"][0]) > 0
+    # The colours of a date's own picture are those of its map among the others.
+    assert seen["hours_2026-12-21.png"][1][0] == seen["hours.png"][1][0] == 8.0
+    assert [day["date"] for day in result["dates"]] == ["2026-03-21", "2026-06-21", "2026-12-21"]
+    assert result["dates"][2]["sunset"].startswith("2026-12-21T16:02:")
+    assert result["dates"][2]["hours"] < result["dates"][0]["hours"] == 8
+    assert result["days"] == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "says", "most"),
+    [
+        (["--date", "2026-06-01..2026-06-30"], " a day, mean of 30 dates", 8.0),
+        (["--date", "2026-06-01..2026-06-30", "--sum"], ", sum of 30 dates", 240.0),
+        (["--date", "2026-06-01,2026-06-02", "--sum"], ", sum of 2 dates", 16.0),
+    ],
+)
+def test_all_dates_together_are_a_mean_or_a_sum_and_say_so(
+    study, street, monkeypatch, options, says, most
+):
+    seen = find_pictures(monkeypatch)
+    assert study(*options, *ASKED, "--every", "1h", files=[street], day=None).status == 0
+    hours, (scale,), named, _ = seen["hours.png"]
+    assert named["what"] == f"hours in shadow{says}"
+    assert scale == most
+    assert hours.max() <= most
+    lost, _, named, _ = seen["hours_lost.png"]
+    assert named["what"] == f"hours of sun lost to tower{says}"
+    assert np.nanmax(lost) <= most
+    assert named["hatch"].startswith("newly under 2 h on at least one of")
+
+
+def test_of_very_many_dates_by_day_every_nth_has_a_map(study, street, monkeypatch):
+    seen = find_pictures(monkeypatch)
+    options = ["--date", "2026-06-01..2026-06-30", "--by-day", "--every", "2h"]
+    assert study(*options, files=[street], day=None).status == 0
+    maps, _, _, plan = seen["hours.png"]
+    assert [each.title[-2:] for each in maps] == [f"{k:02d}" for k in range(1, 31, 3)]
+    assert plan.date.startswith("10 of 30 days from 2026-06-01 to 2026-06-30")

@@ -12,7 +12,9 @@ from PIL import Image
 
 from umbra.writers.color import SHADE_STOPS, make_ramp, make_stamp_tints, shade_ramp
 from umbra.writers.contours import find_levels, trace
+from umbra.writers.day_map import DayMap
 from umbra.writers.dots import draw_points, make_points_sheet
+from umbra.writers.hour_panels import make_hour_panels
 from umbra.writers.hours import MISSING, draw_hours, make_hours_sheet
 from umbra.writers.overlay import compose_profile
 from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size, shade_roofs
@@ -488,6 +490,56 @@ def test_many_points_have_no_labels():
     assert not any(": 1 h" in text for text in (t.get_text() for t in sheet.figure.findobj(Text)))
     few = make_points_sheet(plan, points[:9], normals[:9], np.ones(9, np.float32), 8.0)
     assert {f"{k + 1}: 1 h" for k in range(9)} <= check_layout(few)
+
+
+@pytest.mark.parametrize(("shape", "n"), [((60, 80), 3), ((600, 60), 2), ((60, 600), 12)])
+def test_hours_of_several_dates_are_maps_on_one_scale(shape, n):
+    plan = make_plan(*shape, origin=LARGE, words=WORDS)
+    hours = [np.full(shape, 8.0 * (k + 1) / n, np.float32) for k in range(n)]
+    days = [
+        DayMap(f"2026-{k + 1:02d}-21", "sunrise 07:42, sunset 16:03 · newly under 2 h: 712 m²", h)
+        for k, h in enumerate(hours)
+    ]
+    sheet, panels = make_hour_panels(plan, days, 8.0, "top", hatch="newly under 2 h")
+    texts = check_layout(sheet)
+    assert {*(day.title for day in days), "hours in shadow", "8 h", "newly under 2 h"} <= texts
+    assert sum(text.startswith("sunrise 07:42") for text in texts) == 1  # the same for each here
+    sheet.figure.canvas.draw()
+    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float)
+    ramp = 255 * shade_ramp()
+    for k, panel in enumerate(panels):
+        x, y, w, h = panel.map_box
+        at = pixels[round((y + h / 8) * DOTS_PER_INCH), round((x + w / 8) * DOTS_PER_INCH)]
+        wanted = ramp[round((len(ramp) - 1) * (k + 1) / n)]
+        np.testing.assert_allclose(at, wanted, atol=2)
+    with pytest.raises(ValueError, match="2026-01-21 are"):
+        make_hour_panels(plan, [replace(days[0], hours=hours[0][1:])], 8.0)
+
+
+def test_what_is_newly_under_is_hatched_where_it_is_and_told_in_the_key():
+    plan = make_plan(300, 400)
+    newly = np.zeros(plan.shape, bool)
+    newly[20:80, 40:120] = True
+    lost = np.full(plan.shape, 8.0, np.float32)
+    drawn = []
+    for hatched in (np.zeros_like(newly), newly):
+        sheet = make_hours_sheet(plan, lost, 8.0, "top", hatched=hatched, hatch="newly under 2 h")
+        assert any("newly under 2 h" in text for text in check_layout(sheet))
+        sheet.figure.canvas.draw()
+        drawn.append(np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float))
+    left, bottom = (round(v * DOTS_PER_INCH) for v in sheet.map_box[:2])
+    rows, cols = sheet.map_size
+    plain, hatch = (d[bottom : bottom + rows, left : left + cols].mean(-1) for d in drawn)
+    inside = resample(newly, sheet.map_size) > 0.999
+    changed = np.abs(hatch - plain) > 8
+    # Dark lines with light rims are seen on the scale's darkest colour, over most of the region.
+    assert 0.2 < changed[inside].mean() < 0.7
+    assert (hatch - plain)[inside].max() > 60
+    rows, cols = (np.flatnonzero(changed.any(axis)) for axis in (1, 0))
+    for ends, side in ((rows, inside.any(1)), (cols, inside.any(0))):
+        where = np.flatnonzero(side)  # the border is drawn upon the edge
+        assert where[0] - 4 <= ends[0]
+        assert ends[-1] <= where[-1] + 4
 
 
 def test_what_is_proposed_is_named_and_outlined_in_red():

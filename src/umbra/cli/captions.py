@@ -69,9 +69,9 @@ def name_files(scene: Scene) -> str:
 
 
 def name_dates(days: Sequence) -> str:
-    """Say which dates a study's hours are the sum of."""
+    """Say which dates a study has."""
     if len(days) <= FEW:
-        return " + ".join(map(str, days))
+        return ", ".join(map(str, days))
     return f"{len(days)} days from {days[0]} to {days[-1]}"
 
 

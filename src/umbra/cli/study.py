@@ -177,26 +177,57 @@ def _note_floating(scene: Any, ground: float, say: Callable[[str], None]) -> Non
 
 
 def _sum_up(study: Any) -> dict[str, Any]:
-    """Give a study's numbers for ``--json``."""
-    import numpy as np  # noqa: PLC0415
+    """Give a study's numbers for ``--json``; of several dates those of each, too."""
+    from umbra.study import split_dates  # noqa: PLC0415
+    from umbra.sun import find_daylight  # noqa: PLC0415
 
     if study.receivers in {"surfaces", "points"}:
         size: dict[str, Any] = {"samples": len(study.shadow_hours)}
     else:
         size = {"cols": len(study.x), "rows": len(study.y), "cell": [study.grid.dx, study.grid.dy]}
-    lost = [name for name in study.more if name.startswith("neighbour_")]
-    if lost:
-        columns = [study.more[name][1].tolist() for name in ("neighbour", *lost)]
-        keys = ["name", *(name.removeprefix("neighbour_") for name in lost)]
-        size["neighbours"] = [dict(zip(keys, row)) for row in zip(*columns)]
-    known = study.shadow_hours[np.isfinite(study.shadow_hours)]
+    dates, count = split_dates(study), len(study.period.days)
+    if "neighbour" in study.more:
+        size["neighbours"] = [row for one in dates for row in _list_neighbours(one)]
+    if count > 1:
+        size["days"] = count
+    if len(dates) > 1:
+        size["dates"] = []
+        for one in dates:
+            day = one.period.days[0]
+            daylight = find_daylight(study.site, day)
+            clock = {
+                name: None if when is None else when.isoformat(timespec="seconds")
+                for name, when in (("sunrise", daylight.rises), ("sunset", daylight.sets))
+            }
+            size["dates"].append({"date": str(day), **clock, **_find_hours(one)})
     return {
         **size,
+        **_find_hours(study),
+        **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
+    }
+
+
+def _find_hours(study: Any) -> dict[str, Any]:
+    """Give how long the sun was up, and the hours in shadow."""
+    import numpy as np  # noqa: PLC0415
+
+    known = study.shadow_hours[np.isfinite(study.shadow_hours)]
+    return {
         "hours": study.up_hours,
         "most_shadow_hours": float(known.max(initial=0.0)),
         "mean_shadow_hours": float(known.mean()) if known.size else None,
-        **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
     }
+
+
+def _list_neighbours(study: Any) -> list[dict[str, Any]]:
+    """Give who loses sun on a date, or on all dates together."""
+    from umbra.study import tell_dates  # noqa: PLC0415
+
+    names = [name for name in study.more if name.startswith("neighbour_")]
+    columns = [study.more[name][1].tolist() for name in ("neighbour", *names)]
+    keys = ["name", *(name.removeprefix("neighbour_") for name in names)]
+    rows = [dict(zip(keys, row)) for row in zip(*columns)]
+    return [{"date": tell_dates(study), **row} for row in rows if row["area_touched"] > 0]
 
 
 def _check_clock(options: dict[str, Any]) -> None:

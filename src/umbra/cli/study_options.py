@@ -83,7 +83,7 @@ _TIME = [
         "--by-day/--sum",
         "by_day",
         default=None,
-        help="Keep results by date as well, or only all together; default: by date up to 12 dates.",
+        help="Keep results by date as well, or only their sums; default: by date up to 12 dates.",
     ),
 ]
 _RECEIVERS = [

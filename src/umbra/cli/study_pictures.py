@@ -8,21 +8,23 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cli.captions import describe, list_few
+from umbra.cli.captions import describe
+from umbra.cli.lost_pictures import draw_lost
+from umbra.cli.shown_dates import choose_panels, find_together, name_shown, tell_daylight
 from umbra.scene import Scene
-from umbra.study import Preview, Study, make_preview
+from umbra.study import Preview, Study, make_preview, split_dates, tell_dates
 from umbra.study.moments import choose_stamps
 from umbra.study.preview import LONGEST
+from umbra.sun import find_daylight
 from umbra.sun.stamps import Stamps
+from umbra.writers.day_map import DayMap
 from umbra.writers.painter import Painter
-from umbra.writers.plan import Plan, Show, find_map_size
+from umbra.writers.plan import Plan, Show, find_map_size, name_hours
 
 __all__ = ["Sheets", "draw_pictures"]
 
 MOST_DAYS = 4
-"""Of so many dates each has its own pictures besides those of all together."""
-MOST_PANELS = 12
-"""Dates of which profile.png has a panel; of more, every n-th."""
+"""Of so many dates each has its own pictures besides its map among the others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,59 +69,12 @@ def draw_pictures(
         from umbra.writers.edges import make_look  # noqa: PLC0415
 
         plan = replace(plan, look=make_look(study, find_map_size(plan)))
-    show = options["show"]
-    _draw_hours(
-        painter, folder / "hours.png", plan, study, study.shadow_hours, study.up_hours, show
-    )
+    _draw_dates(painter, folder / "hours.png", plan, study, options)
     names = ["hours.png", "profile.png"]
-    if "hours_lost" in study.more and _draw_lost(
-        painter, folder, plan, study, scene, preview, options
-    ):
-        names.append("hours_lost.png")
+    if "hours_lost" in study.more:
+        names += draw_lost(painter, folder, plan, study, scene, preview, options)
     names += _draw_days(painter, folder, plan, study, scene, preview, options)
     return Sheets(plan, preview, names)
-
-
-def _draw_lost(
-    painter: Painter,
-    folder: Path,
-    plan: Plan,
-    study: Study,
-    scene: Scene,
-    preview: Preview,
-    options: dict[str, Any],
-) -> bool:
-    """Have drawn what the proposal takes away, close up, and the proposal outlined."""
-    lost = _coarsen(study.more["hours_lost"][1], plan.shape)
-    most = float(np.nanmax(lost, initial=0.0))
-    if most <= 0:
-        return False
-    new = np.isin(preview.find_parts(), list(scene.select(options["proposed"])))
-    plan = replace(plan, proposed=new)
-    if study.is_plan and options["extent"] is None:
-        where = _find_window((np.nan_to_num(lost) > 0) | new)
-        plan, lost = plan.crop(where), lost[where]
-        if plan.look is not None:
-            from umbra.writers.edges import make_look  # noqa: PLC0415
-
-            part = study.grid.coarser(LONGEST).part(*where)
-            plan = replace(plan, look=make_look(study, find_map_size(plan), part))
-    painter.draw_hours(
-        folder / "hours_lost.png", plan, lost, most,
-        receivers=_kind(study), what=f"hours of sun lost to {list_few(options['proposed'])}",
-    )  # fmt: skip
-    return True
-
-
-def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Give the rows and columns about some cells, a quarter of their length around them."""
-    window = []
-    room = round(0.25 * max(np.ptp(np.flatnonzero(is_shown.any(axis))) for axis in (0, 1))) + 1
-    for axis in (1, 0):
-        found = np.flatnonzero(is_shown.any(axis))
-        end = min(int(found[-1]) + 1 + room, is_shown.shape[1 - axis])
-        window.append(slice(max(int(found[0]) - room, 0), end))
-    return window[0], window[1]
 
 
 def _draw_days(
@@ -137,32 +92,29 @@ def _draw_days(
         stamps = choose_stamps(study.steps, options["at"])
         _draw_profile(painter, folder / "profile.png", plan, study, preview, stamps)
         return []
-    shown = range(0, len(days), -(-len(days) // MOST_PANELS))
+    shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
     steps = [choose_stamps(each, options["at"]) for each in study.period.steps]
     views = [make_preview(study, longest, steps[k]) for k in shown]
     zones = dict.fromkeys(name for k in shown for name in steps[k].abbreviations())
     whole = replace(plan, x=views[0].x, y=views[0].y, building_height=views[0].heights)  # type: ignore[arg-type]
-    date = plan.date.replace(" + ", ", ")  # side by side, not added up
-    if len(shown) < len(days):
-        date = f"{len(shown)} of {date}"
-    whole = replace(whole, date=date)
+    whole = name_shown(whole, study)
     painter.draw_profiles(
         folder / "profile.png", whole,
         [(str(days[k]), view.shadows, steps[k].labels()) for k, view in zip(shown, views)],
         zone="/".join(zones), receivers=_kind(study),
+        remarks=[str(find_daylight(study.site, days[k])) for k in shown],
     )  # fmt: skip
-    by_day = study.more.get("shadow_hours_by_day")
+    dates = split_dates(study)
     names: list[str] = []
-    show = options["show"]
-    if by_day is None or len(days) > MOST_DAYS:
+    if not 1 < len(dates) <= MOST_DAYS:
         return names
-    for k, day in enumerate(days):
+    most = max(one.up_hours for one in dates)
+    for k, (day, one) in enumerate(zip(days, dates, strict=True)):
         of_day = preview if k == 0 else make_preview(study, steps=steps[k])
         own = replace(describe(study, of_day, scene, options, range(k, k + 1)), look=plan.look)
-        up = float(study.more["up_hours_by_day"][1][k])
         _draw_profile(painter, folder / f"profile_{day}.png", own, study, of_day, steps[k])
-        _draw_hours(painter, folder / f"hours_{day}.png", own, study, by_day[1][k], up, show)
+        _draw_date(painter, folder / f"hours_{day}.png", own, one, most, options["show"])
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
 
@@ -171,18 +123,41 @@ def _kind(study: Study) -> Literal["ground", "top"]:
     return "ground" if study.receivers == "ground" else "top"
 
 
-def _draw_hours(
-    painter: Painter,
-    path: Path,
-    plan: Plan,
-    study: Study,
-    hours: NDArray[np.float32],
-    up_hours: float,
-    show: Show,
+def _draw_dates(
+    painter: Painter, path: Path, plan: Plan, study: Study, options: dict[str, Any]
 ) -> None:
+    """Have the hours drawn: of several dates a map of each on one scale, or all together."""
+    dates, show = split_dates(study), options["show"]
+    if len(dates) > 1:
+        most = max(one.up_hours for one in dates)
+        maps = [
+            DayMap(tell_dates(one), tell_daylight(one), _scale_hours(one, plan, most, show))
+            for one in (dates[k] for k in choose_panels(study))
+        ]
+        painter.draw_hour_panels(
+            path, name_shown(plan, study), maps, most, receivers=_kind(study),
+            what=f"{name_hours(show)} on the date", show=show,
+        )  # fmt: skip
+        return
+    divisor, words = find_together(study, options)
     painter.draw_hours(
-        path, plan, _coarsen(hours, plan.shape), up_hours, receivers=_kind(study), show=show
-    )
+        path, plan, _coarsen(study.shadow_hours, plan.shape) / divisor, study.up_hours / divisor,
+        receivers=_kind(study), what=f"{name_hours(show)}{words}", show=show,
+    )  # fmt: skip
+
+
+def _draw_date(
+    painter: Painter, path: Path, plan: Plan, study: Study, most: float, show: Show
+) -> None:
+    """Have the hours of one of several dates drawn, on the scale of them all."""
+    hours = _scale_hours(study, plan, most, show)
+    painter.draw_hours(path, plan, hours, most, receivers=_kind(study), show=show)
+
+
+def _scale_hours(study: Study, plan: Plan, most: float, show: Show) -> NDArray[np.float32]:
+    """Give hours in shadow on a scale that ends at ``most``, whose sun is the date's own."""
+    hours = _coarsen(study.shadow_hours, plan.shape)
+    return hours + np.float32(most - study.up_hours) if show == "sun" else hours
 
 
 def _draw_profile(

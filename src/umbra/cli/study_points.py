@@ -114,7 +114,7 @@ def draw_surfaces(
     azimuth = 215 if site.latitude >= 0 else 325
     view = {**options, "receivers": f"{azimuth}/{_TILT}"}
     kept = {n: v for n, v in view.items() if n not in {*POINTS_ONLY, *QUESTIONS}}
-    study = run_study(scene, site, by_day=False, **kept)
+    study = run_study(scene, site, by_day=options["by_day"], **kept)
     return draw_pictures(study, scene, view, painter, folder).names
 
 

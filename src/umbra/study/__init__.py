@@ -1,5 +1,6 @@
 """Shadow studies: from a scene, a place and a day to hours of shadow."""
 
+from umbra.study.by_date import split_dates, tell_dates
 from umbra.study.compare import compare
 from umbra.study.point_table import read_points
 from umbra.study.points import PointStudy, run_point_study
@@ -17,4 +18,6 @@ __all__ = [
     "run_point_study",
     "run_study",
     "shadow_study",
+    "split_dates",
+    "tell_dates",
 ]

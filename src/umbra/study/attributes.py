@@ -1,6 +1,6 @@
 """What the variables of a result are, in CF terms: in files, and on the axes of plots."""
 
-__all__ = ["find_attributes"]
+__all__ = ["find_attributes", "is_sum"]
 
 _ATTRIBUTES: dict[str, dict[str, str]] = {
     "x": {"long_name": "x of cell centres", "units": "m", "axis": "X"},
@@ -96,6 +96,11 @@ _SUMMED = {
 }
 _JUDGED = {"newly_under", "neighbour_area_touched", "neighbour_area_newly_under"}
 """Of several dates these are not of a sum: a limit is one of a date."""
+
+
+def is_sum(name: str) -> bool:
+    """Tell whether a variable of several dates is their sum."""
+    return name in _SUMMED
 
 
 def find_attributes(name: str, dates: int = 1) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 import datetime as dt
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -68,6 +68,12 @@ class Period:
         """How long the sun is up on each day, by whole steps, (n_days,) [h]."""
         lengths = np.where(self.sun.is_up, self.hours, 0.0)
         return np.bincount(self.day_of_step, lengths, len(self.days)).astype(np.float64)
+
+    def pick(self, day: int) -> "Period":
+        """Give one of the days alone."""
+        mine, sun = self.day_of_step == day, self.sun
+        kept = (sun.altitude[mine], sun.azimuth[mine], sun.direction[mine], sun.is_up[mine])
+        return replace(self, days=(self.days[day],), steps=(self.steps[day],), sun=SunPath(*kept))
 
 
 def make_period(

@@ -9,7 +9,18 @@ Data flows one way::
 
 from umbra.sun.clock import Steps, make_steps
 from umbra.sun.dates import parse_dates
+from umbra.sun.daylight import Daylight, find_daylight
 from umbra.sun.position import SunPath, find_sun
 from umbra.sun.site import Site, find_site
 
-__all__ = ["Site", "Steps", "SunPath", "find_site", "find_sun", "make_steps", "parse_dates"]
+__all__ = [
+    "Daylight",
+    "Site",
+    "Steps",
+    "SunPath",
+    "find_daylight",
+    "find_site",
+    "find_sun",
+    "make_steps",
+    "parse_dates",
+]

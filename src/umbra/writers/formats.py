@@ -170,13 +170,17 @@ def write_formats(job: Job, names: Sequence[str]) -> list[str]:
 
 
 def _write_geotiff(job: Job) -> list[str]:
+    from umbra.writers.by_date import find_columns  # noqa: PLC0415
     from umbra.writers.geotiff import write_geotiff  # noqa: PLC0415
 
     study = job.study
-    bands = [("shadow_hours", "h", study.shadow_hours), ("sun_hours", "h", study.sun_hours)]
-    for name, (dimensions, array) in study.more.items():
-        if dimensions == ("y", "x") and array.dtype.kind in "fiu":
-            bands.append((name, "h" if "hours" in name else "1", array))
+    columns = find_columns(study, ("y", "x"))
+    del columns["receiver_z"]
+    bands = [
+        (name, "h" if "hours" in name else "1", array)
+        for name, array in columns.items()
+        if array.dtype.kind in "fiu"
+    ]
     write_geotiff(
         job.folder / "hours.tif", study.x, study.y, bands,
         cell=(study.grid.dx, study.grid.dy), crs=job.crs, facts=study.facts,

@@ -1,6 +1,7 @@
 """The picture of a study: hours in shadow on a plan."""
 
 import os
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -8,8 +9,9 @@ from numpy.typing import NDArray
 
 from umbra.writers.color import shade_ramp
 from umbra.writers.contours import draw_contours, find_levels, trace
+from umbra.writers.hatch import draw_hatch, draw_hatch_swatch
 from umbra.writers.keys import draw_color_bar
-from umbra.writers.lettering import wrap
+from umbra.writers.lettering import LINE, SMALL, wrap
 from umbra.writers.look import draw_look
 from umbra.writers.paper import INK, QUIET, Panel
 from umbra.writers.plan import Plan, Show, name_hours, shade_roofs
@@ -19,6 +21,7 @@ from umbra.writers.sheet import KEY_WIDTH, Sheet, make_sheet
 __all__ = ["OUTLINE", "draw_hours", "draw_hours_key", "fill_hours", "make_hours_sheet"]
 
 MISSING = 0.93  # grey of cells without a value
+BAR = 5.0  # of a long colour bar, with its title and what is hatched [inch]
 OUTLINE, PROPOSED = "#55555e", "#d0312d"
 
 
@@ -30,6 +33,8 @@ def draw_hours(
     receivers: Literal["ground", "top"] = "ground",
     what: str = "",
     show: Show = "shadow",
+    hatched: NDArray[np.bool_] | None = None,
+    hatch: str = "",
 ) -> None:
     """
     Draw hours in shadow or in the sun, with contour lines at whole hours.
@@ -50,6 +55,9 @@ def draw_hours(
         What the hours are of, for the key; hours in shadow or in the sun by default.
     show : {'shadow', 'sun'}
         ``sun``: max_hours less the hours in shadow are drawn; a place has the same colour.
+    hatched : (rows, cols) bool, optional
+        What is hatched; ``hatch`` says in the key what that is.
+    hatch : str
 
     Raises
     ------
@@ -58,7 +66,8 @@ def draw_hours(
     OSError
         If the file cannot be written.
     """
-    make_hours_sheet(plan, shadow_hours, max_hours, receivers, what, show).save(path)
+    sheet = make_hours_sheet(plan, shadow_hours, max_hours, receivers, what, show, hatched, hatch)
+    sheet.save(path)
 
 
 def make_hours_sheet(
@@ -68,6 +77,8 @@ def make_hours_sheet(
     receivers: Literal["ground", "top"] = "ground",
     what: str = "",
     show: Show = "shadow",
+    hatched: NDArray[np.bool_] | None = None,
+    hatch: str = "",
 ) -> Sheet:
     """Lay out what ``draw_hours`` writes; same parameters, less the path."""
     hours = np.asarray(shadow_hours, np.float32)
@@ -76,9 +87,11 @@ def make_hours_sheet(
         raise ValueError(msg)
     sheet = make_sheet(plan, key_height=0.55)
     fill_hours(sheet, hours, max_hours, receivers, show)
+    if hatched is not None and hatched.any():
+        draw_hatch(sheet, hatched)
     if max_hours > 0:
         remark = "" if plan.proposed is None else "outlined in red: proposed"
-        draw_hours_key(sheet, max_hours, what, remark, show)
+        draw_hours_key(sheet, max_hours, what, remark, show, hatch)
     return sheet
 
 
@@ -137,13 +150,34 @@ def fill_hours(
 
 
 def draw_hours_key(
-    sheet: Sheet, max_hours: float, what: str = "", remark: str = "", show: Show = "shadow"
+    sheet: Sheet,
+    max_hours: float,
+    what: str = "",
+    remark: str = "",
+    show: Show = "shadow",
+    hatch: str = "",
 ) -> None:
-    """Draw the scale of hours up to ``max_hours``, above 0, in a sheet's key."""
+    """Draw the scale of hours up to ``max_hours``, above 0, and the hatch in a sheet's key."""
     what = what or name_hours(show)
+    if hatch and sheet.is_wide:
+        remark = ", ".join(filter(None, (remark, f"hatched: {hatch}")))
+    elif hatch:
+        sheet = _draw_hatch_key(sheet, hatch)
     title = [what] if sheet.is_wide else wrap(what, 8.0, KEY_WIDTH)
     ramp = shade_ramp()[:: -1 if show == "sun" else 1]
     draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), title, remark)
+
+
+def _draw_hatch_key(sheet: Sheet, hatch: str) -> Sheet:
+    """Say what is hatched at the foot of the key; give the sheet with what is left of it."""
+    x, y, w, h = sheet.key_box
+    y, h = max(y, y + h - BAR), min(h, BAR)
+    lines = wrap(hatch, SMALL, KEY_WIDTH - 0.3)
+    room = len(lines) * SMALL * LINE + 0.14
+    draw_hatch_swatch(sheet, x, y + room - 0.24, 0.22, 0.14)
+    for n, line in enumerate(lines):
+        sheet.write(x + 0.29, y + room - 0.2 - n * SMALL * LINE, line, SMALL)
+    return replace(sheet, key_box=(x, y + room, w, h - room))
 
 
 def _find_line_color(share: float) -> tuple[str, str]:

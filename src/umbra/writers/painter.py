@@ -67,6 +67,13 @@ class Painter:
         hours = np.asarray(hours, np.float32)
         return self._submit(MODULES[0], "draw_hours", (path, plan, hours, *args), options)
 
+    def draw_hour_panels(
+        self, path: os.PathLike[str], plan: Plan, days: Sequence[Any], *args: Any, **options: Any
+    ) -> Future[None]:
+        """Have ``umbra.writers.hour_panels.draw_hour_panels`` called; same parameters."""
+        job = (path, plan, list(days), *args)
+        return self._submit("umbra.writers.hour_panels", "draw_hour_panels", job, options)
+
     def draw_profile(
         self,
         path: os.PathLike[str],

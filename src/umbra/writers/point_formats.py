@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from umbra.study import PointStudy
+from umbra.writers.by_date import find_columns
 
 __all__ = ["OF_POINTS", "OF_SURFACES", "make_point_layer", "write_point_formats"]
 
@@ -71,10 +72,7 @@ def make_point_layer(study: PointStudy) -> Any:
     from umbra.writers.vectors.shapes import Layer  # noqa: PLC0415
 
     values: dict[str, list] = {}
-    for name, (dims, array) in study.variables().items():
-        if dims != ("sample",):
-            continue
-        found = np.asarray(array)
+    for name, found in find_columns(study, ("sample",)).items():
         if found.dtype.kind == "M":
             texts = np.datetime_as_string(found.astype("datetime64[s]"), timezone="UTC")
             values[name] = ["" if text == "NaT" else str(text) for text in texts]

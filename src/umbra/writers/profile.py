@@ -64,6 +64,7 @@ def draw_profiles(
     days: Sequence[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str]]],
     zone: str = "",
     receivers: Literal["ground", "top"] = "ground",
+    remarks: Sequence[str] = (),
 ) -> None:
     """
     Draw the shadow profiles of several dates, a panel for each.
@@ -77,8 +78,10 @@ def draw_profiles(
         Of each as ``draw_profile`` takes them.
     zone : str
     receivers : {'ground', 'top'}
+    remarks : sequence of str
+        Said below each date: sunrise and sunset.
     """
-    make_profile_panels(plan, days, zone, receivers)[0].save(path)
+    make_profile_panels(plan, days, zone, receivers, remarks)[0].save(path)
 
 
 def make_profile_sheet(
@@ -100,9 +103,10 @@ def make_profile_panels(
     days: Sequence[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str]]],
     zone: str = "",
     receivers: Literal["ground", "top"] = "ground",
+    remarks: Sequence[str] = (),
 ) -> tuple[Sheet, list[Panel]]:
     """Lay out what ``draw_profiles`` writes; same parameters, less the path."""
-    sheet, panels = make_panels(plan, [day for day, _, _ in days])
+    sheet, panels = make_panels(plan, [day for day, _, _ in days], remarks)
     for panel, (_, shadows, labels) in zip(panels, days, strict=True):
         _fill_map(panel, shadows, len(labels), receivers)
     _draw_key(sheet, max((labels for _, _, labels in days), key=len), zone)

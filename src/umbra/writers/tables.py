@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from umbra.study import PointStudy, Study
+from umbra.writers.by_date import find_columns
 
 __all__ = ["write_cells", "write_instants", "write_samples", "write_table"]
 
@@ -51,25 +52,17 @@ def write_cells(path: str | os.PathLike[str], study: Study) -> None:
     path : path
     study : Study
         Every (y, x) array of its result becomes a column, of a view those of its own axes;
-        instants are UTC.
+        instants are UTC. Of several dates there is a column for each.
     """
-    arrays = {
-        name: np.asarray(array)
-        for name, (dimensions, array) in study.variables().items()
-        if dimensions == study.dims
-    }
-    order: list[str] = [
-        name for name in ("receiver_z", "sun_hours", "shadow_hours") if name in arrays
-    ]
-    order += [name for name in arrays if name not in order]
-    digits = {name: 3 if name == "receiver_z" else 4 for name in order}
+    arrays = find_columns(study, study.dims, ("receiver_z", "sun_hours", "shadow_hours"))
+    digits = {name: 3 if name == "receiver_z" else 4 for name in arrays}
     rows, cols = study.shadow_hours.shape
     xs, ys = ([f"{v:.3f}" for v in axis] for axis in (study.x, study.y))
     with Path(path).open("w", encoding="utf-8", newline="") as file:
-        file.write(",".join([*study.dims[::-1], *order]) + "\n")
+        file.write(",".join([*study.dims[::-1], *arrays]) + "\n")
         for row in range(rows):
             columns = [xs, [ys[row]] * cols]
-            columns += [_to_text(arrays[name][row], digits[name]) for name in order]
+            columns += [_to_text(array[row], digits[name]) for name, array in arrays.items()]
             file.write("\n".join(map(",".join, zip(*columns, strict=True))) + "\n")
 
 
@@ -133,21 +126,18 @@ def write_samples(folder: Path, study: PointStudy) -> list[str]:
     names : list of str
         ``points.csv`` or ``samples.csv``, ``surfaces.csv``, ``parts.csv``.
     """
-    variables = {
-        name: (dims, np.asarray(array)) for name, (dims, array) in study.variables().items()
-    }
+    places = study.places
     points = {
         axis: array[:, k]
-        for name, axes in (("position", "xyz"), ("normal", ("nx", "ny", "nz")))
+        for array, axes in ((places.points, "xyz"), (places.normals, ("nx", "ny", "nz")))
         for k, axis in enumerate(axes)
-        for array in (variables[name][1],)
     }
     is_sampled = study.receivers == "surfaces"
     files = {"samples.csv" if is_sampled else "points.csv": ("sample", points)}
     if is_sampled:
         files |= {"surfaces.csv": ("surface", {}), "parts.csv": ("part", {})}
     for file, (dimension, columns) in files.items():
-        own = {name: array for name, (dims, array) in variables.items() if dims == (dimension,)}
+        own = find_columns(study, (dimension,))
         first = [name for name in ("name", dimension) if name in own]
         own = {name: own.pop(name) for name in first} | columns | own
         texts = [
