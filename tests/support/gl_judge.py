@@ -57,7 +57,7 @@ class Judge:
         self.counter = GlFrameCounter(self.scene, ground=ground, device=device, **options)
         soup = self.scene.triangles()
         self.caster = make_caster(soup.vertices, soup.faces)
-        self.rays = RayCaster(soup.vertices, soup.faces)
+        self.rays = RayCaster(soup.vertices, soup.faces, self.scene.origin)
         self.component = np.zeros(len(soup.faces), np.int64)
         self.component[self.caster.source] = self.caster.component
         self.is_closed = closed_faces(self.caster, len(soup.faces))

@@ -7,6 +7,8 @@ edge     it differs, within ``EDGE`` of a place where the true count changes
 rim      it differs, within ``EDGE`` of where the viewer's line grazes a triangle's edge
 contact  it differs, but another triangle touches the point within rounding
 grazing  it differs, on a surface that the light sees edge-on: attached shadow anyway
+nudged   it differs, but is right for a lamp as near to this one as float64 can tell: near
+         an edge of the mesh, that turns the edge's shadow
 wrong    anything else; tests let none pass
 """
 
@@ -28,6 +30,9 @@ EDGE = 1e-6
 GRAZING = 1e-9
 """Sine of the angle between a surface and the light, below which it is seen edge-on."""
 
+NUDGE = 2.0**-47
+"""Of the largest coordinate: what sums and products of float64 lose of it."""
+
 ZENITH = np.array([0.0, 0.0, 1.0, 0.0])
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -44,6 +49,7 @@ class Verdicts:
     rim: int = 0
     contact: int = 0
     grazing: int = 0
+    nudged: int = 0
     wrong: list[str] = field(default_factory=list)
     deepest: int = 0
 
@@ -54,19 +60,20 @@ class Verdicts:
             self.rim + other.rim,
             self.contact + other.contact,
             self.grazing + other.grazing,
+            self.nudged + other.nudged,
             self.wrong + other.wrong,
             max(self.deepest, other.deepest),
         )
 
     def check(self, most_on_edges=0.002):
         """Fail if any count is wrong, or if suspiciously many lie on edges."""
-        excused = self.edge + self.rim + self.contact + self.grazing
+        excused = self.edge + self.rim + self.contact + self.grazing + self.nudged
         judged = self.right + excused + len(self.wrong)
         assert not self.wrong, f"{len(self.wrong)} of {judged} counts are wrong: " + "\n".join(
             self.wrong[:5]
         )
         assert judged > 0
-        assert self.edge + self.contact <= most_on_edges * judged + 1, self
+        assert self.edge + self.contact + self.nudged <= most_on_edges * judged + 1, self
         assert self.rim <= 0.1 * most_on_edges * judged + 2, self
         return self
 
@@ -138,6 +145,8 @@ def judge(caster, seen, light, is_closed, counts, edge=EDGE, grazing=GRAZING):
             verdicts.rim += 1
         elif pierced.touching[i]:
             verdicts.contact += 1
+        elif is_nudged(caster, seen[i : i + 1], light, is_closed, counts[i]):
+            verdicts.nudged += 1
         else:
             verdicts.wrong.append(
                 f"point {i} at {seen.points[i].tolist()} on face {seen.own[i]}, light "
@@ -145,6 +154,21 @@ def judge(caster, seen, light, is_closed, counts, edge=EDGE, grazing=GRAZING):
                 f"{'some' if pierced.any[i] else 'none'} at all, {distance:.2g} m from an edge"
             )
     return verdicts
+
+
+def is_nudged(caster, seen, light, is_closed, count, tries=40):
+    """Tell whether a count is right for some lamp that float64 can hardly tell from this one."""
+    if light[3] == 0.0:
+        return False
+    rng = np.random.default_rng(0)
+    size = max(np.abs(places).max() for places in (light[:3], caster.vertices, seen.points))
+    size += caster.origin
+    for _ in range(tries):
+        beside = np.append(light[:3] + NUDGE * size * rng.uniform(-1, 1, 3), light[3])
+        pierced = caster.count(seen.points, seen.own, seen.eye, beside, is_closed)
+        if pierced.count[0] == count and pierced.any[0] == (count > 0):
+            return True
+    return False
 
 
 def closed_faces(caster, n_faces):
@@ -225,19 +249,6 @@ def judge_field(mesh, grid, suns, ground=0.0, threads=1, group=None):
     return verdicts, counts
 
 
-def touches(point, corners):
-    """Whether a point lies in each of some triangles (n, 3, 3), within rounding."""
-    a, b, c = corners.transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a)
-    square = np.maximum(np.einsum("ij,ij->i", normal, normal), 1e-300)
-    inside = np.abs(np.einsum("ij,ij->i", normal, point - a)) <= 1e-9 * np.sqrt(square)
-    inside &= square > 1e-300
-    for p, q in ((a, b), (b, c), (c, a)):
-        side = np.einsum("ij,ij->i", normal, np.cross(q - p, point - p))
-        inside &= side >= -1e-9 * square
-    return inside
-
-
 def find_opened(rays, component, camera, eye, light, origin):
     """
     Find the closed components whose unlit faces must count too in a frame.
@@ -249,9 +260,8 @@ def find_opened(rays, component, camera, eye, light, origin):
     depth = (rays.vertices[rays.faces] + origin - camera.eye) @ camera.axes()[2]
     cut = np.zeros(len(opened), bool)
     cut[component[depth.min(1) < camera.near]] = True
-    if light[3]:  # a light in a face is neither inside nor outside
-        on_it = touches(light[:3], rays.vertices[rays.faces])
-        opened |= np.bincount(component, on_it, len(opened)) > 0
+    # A light in a face is neither inside nor outside.
+    opened |= np.bincount(component, rays.holds(light), len(opened)) > 0
     sky = np.array([0.36, 0.48, 0.8, 0.0])
     a, b, c = (rays.vertices[rays.faces[:, k]] for k in range(3))
     volume = np.bincount(component, np.einsum("ij,ij->i", a, np.cross(b, c)), len(opened))
@@ -280,7 +290,7 @@ def judge_frame(mesh, camera, light, ground=0.0, threads=1):
     if not is_seen.any():
         return Verdicts(), counts
     local = scene.triangles().vertices
-    rays = RayCaster(local, mesh[1])
+    rays = RayCaster(local, mesh[1], scene.origin)
     eye, place = camera.apex(scene.origin), light.local(scene.origin)
     component = np.zeros(len(mesh[1]), np.int64)
     component[counter.caster.source] = counter.caster.component

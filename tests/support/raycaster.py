@@ -10,6 +10,9 @@ never both miss a way, nor both take it.
 A point is meant as the limit from the viewer's side: a face that the point lies on
 (its own, or one within ``TOUCH``) is between point and light exactly if the viewer
 and the light are on opposite sides of it.
+
+A face that holds the light, no farther from it than ``HOLDS`` of the largest coordinate,
+is between no point and that light.
 """
 
 from dataclasses import dataclass
@@ -19,6 +22,9 @@ from numba import njit
 
 TOUCH = 1e-6
 """Within this distance of a plane [m] a point lies on it."""
+
+HOLDS = 2.0**-44
+"""Within so much of the largest coordinate a light lies on a face."""
 
 ASIDE = np.array([0.61e-9, 0.57e-9, 0.0])
 """How far a point steps aside when its way to the light passes through a vertex [m]."""
@@ -53,14 +59,17 @@ class RayCaster:
     ----------
     vertices : (n_vertices, 3) float64
     faces : (n_faces, 3) int
+    origin : (3,) float64
+        Of their frame: coordinates are as coarse as they are in the model's own.
     """
 
-    def __init__(self, vertices, faces):
+    def __init__(self, vertices, faces, origin=(0.0, 0.0, 0.0)):
         vertices = np.asarray(vertices, np.float64) + 0.0
+        self.origin = np.abs(origin).max()
         self.vertices, place = np.unique(vertices, axis=0, return_inverse=True)
         self.faces = place.ravel()[np.asarray(faces)].astype(np.int64).reshape(-1, 3)
 
-    def count(self, points, own, eye, light, is_closed):
+    def count(self, points, own, eye, light, is_closed, touch=TOUCH):
         """
         Count the triangles between points and a light.
 
@@ -73,6 +82,8 @@ class RayCaster:
             Homogeneous.
         is_closed : (n_faces,) bool
             Whether only its lit side lets a face count.
+        touch : float
+            Within this distance of a plane a point lies on it [m].
         """
         points = np.array(points, np.float64)
         own = np.asarray(own, np.int64)
@@ -88,6 +99,8 @@ class RayCaster:
                 self.vertices,
                 self.faces,
                 np.asarray(is_closed, bool),
+                self.holds(np.asarray(light, np.float64)),
+                touch,
                 count,
                 found,
                 touching,
@@ -105,13 +118,36 @@ class RayCaster:
             points[which] += ASIDE
         return pierced
 
+    def holds(self, light):
+        """Tell which faces hold a light, (n_faces,) bool: in the digits of a long double."""
+        if light[3] == 0.0:
+            return np.zeros(len(self.faces), bool)
+        place = light[:3].astype(np.longdouble) / light[3]
+        corners = self.vertices[self.faces].astype(np.longdouble)
+        size = np.maximum(np.abs(corners).max((1, 2)), np.abs(place).max()) + self.origin
+        a, b, c = (corners[:, k] - place for k in range(3))
+        normal = np.cross(b - a, c - a)
+        square = np.einsum("ij,ij->i", normal, normal)
+        apart = np.full(len(a), np.inf, np.longdouble)
+        is_over = square > 0
+        for p, q in ((a, b), (b, c), (c, a)):
+            along = q - p
+            length = np.einsum("ij,ij->i", along, along)
+            t = -np.einsum("ij,ij->i", p, along) / np.where(length > 0, length, 1)
+            nearest = p + np.clip(t, 0, 1)[:, None] * along
+            apart = np.minimum(apart, np.sqrt(np.einsum("ij,ij->i", nearest, nearest)))
+            is_over &= np.einsum("ij,ij->i", normal, np.cross(p, q)) >= 0
+        height = np.abs(np.einsum("ij,ij->i", normal, a)) / np.sqrt(np.where(is_over, square, 1))
+        return np.asarray(np.where(is_over, np.minimum(height, apart), apart) <= HOLDS * size)
+
     def winding_excess(self, eye, light, component):
         """
         Give each component's winding number at the eye less that at the light.
 
         It is the number of lit faces less that of unlit faces on the way between.
         """
-        start, end = (eye, light) if eye[3] else (light, eye)
+        # From the light, which may be as near to faces as float64 can tell.
+        start, end = (light, eye) if light[3] else (eye, light)
         excess = np.zeros(int(component.max(initial=-1)) + 1, np.int64)
         if start[3] == 0:
             return excess
@@ -119,8 +155,11 @@ class RayCaster:
         turn = 1 if start is eye else -1
         for part in range(len(excess)):
             mine = RayCaster(self.vertices, self.faces[component == part])
-            lit = mine.count(point, [-1], end, end, np.ones(len(mine.faces), bool)).count[0]
-            both = mine.count(point, [-1], end, end, np.zeros(len(mine.faces), bool)).count[0]
+            mine.origin = self.origin
+            lit, both = (
+                mine.count(point, [-1], end, end, np.full(len(mine.faces), rule), 0.0).count[0]
+                for rule in (True, False)
+            )
             excess[part] = turn * (2 * lit - both)
         return excess
 
@@ -130,6 +169,7 @@ class RayCaster:
         normal = np.cross(b - a, c - a)
         side = normal @ light[:3] - light[3] * np.einsum("ij,ij->i", normal, a)
         adds = np.where(side > 0, 1, np.where((side < 0) & ~is_closed, -1, 0))
+        adds[self.holds(light)] = 0
         tail, head = self.faces.ravel(), np.roll(self.faces, -1, 1).ravel()
         along = np.repeat(adds, 3) * np.where(tail < head, 1, -1)
         pairs = np.stack([np.minimum(tail, head), np.maximum(tail, head)], 1)
@@ -197,7 +237,9 @@ def _is_inside(way, corners, face):
 
 
 @njit(cache=True, nogil=True)
-def _pierce(points, own, eye, light, vertices, faces, is_closed, count, found, touching, corner):
+def _pierce(
+    points, own, eye, light, vertices, faces, is_closed, held, touch, count, found, touching, corner
+):
     way = np.empty(3)
     corners = np.empty((3, 3))
     for f in range(faces.shape[0]):
@@ -209,7 +251,7 @@ def _pierce(points, own, eye, light, vertices, faces, is_closed, count, found, t
         normal /= length
         at_light = (normal * (light[:3] - light[3] * a)).sum()
         at_eye = (normal * (eye[:3] - eye[3] * a)).sum()
-        if at_light == 0.0:
+        if at_light == 0.0 or held[f]:
             continue
         casts = at_light > 0.0 or not is_closed[f]
         for i in range(points.shape[0]):
@@ -221,7 +263,7 @@ def _pierce(points, own, eye, light, vertices, faces, is_closed, count, found, t
                     count[i] += casts
                     found[i] += 1
                 continue
-            on_it = abs(height) <= TOUCH
+            on_it = abs(height) <= touch
             if not on_it and not height * at_light < 0.0:
                 continue
             for k in range(3):

@@ -57,8 +57,6 @@ class Anchor:
     ----------
     lit, unlit : (n_components,) int64
         Pierced faces of each component that face the light, or do not.
-    touched : (n_components,) bool
-        Components with a face on which the light lies.
     is_clean : bool
         Whether the way passes no edge within rounding, nor starts in a face: the eye is
         in no volume's side.
@@ -66,7 +64,6 @@ class Anchor:
 
     lit: NDArray[np.int64]
     unlit: NDArray[np.int64]
-    touched: NDArray[np.bool_]
     is_clean: bool
 
     def count(self, is_closed: NDArray[np.bool_]) -> int:
@@ -79,10 +76,9 @@ class Anchor:
         Components around the light but not the eye, more often than the reverse.
 
         Lit minus unlit is the winding number at the eye less that at the light;
-        where it is negative, the closed rule could miss a shadow. A light in a face
-        is neither inside nor outside, so the closed rule does not hold for it.
+        where it is negative, the closed rule could miss a shadow.
         """
-        return (self.lit < self.unlit) | self.touched
+        return self.lit < self.unlit
 
 
 def find_anchor(
@@ -103,15 +99,15 @@ def find_anchor(
     anchor : Anchor
     """
     n = len(caster.is_closed)
-    lit, unlit, touched = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.bool_)
+    lit, unlit = np.zeros((2, n), np.int64)
     if eye[3] == 0 and light[3] == 0:
-        return Anchor(lit, unlit, touched, True)  # both beyond everything
+        return Anchor(lit, unlit, True)  # both beyond everything
     start, end = (eye, light) if eye[3] else (light, eye)
     is_clean = _pierce(
         caster.vertices, caster.faces, caster.planes, caster.component, blocks.bounds,
-        start[:3], end[:3] - end[3] * start[:3], bool(end[3]), eye, light, lit, unlit, touched,
+        start[:3], end[:3] - end[3] * start[:3], bool(end[3]), eye, light, lit, unlit,
     )  # fmt: skip
-    return Anchor(lit, unlit, touched, is_clean)
+    return Anchor(lit, unlit, is_clean)
 
 
 @njit(cache=True, nogil=True)
@@ -168,27 +164,22 @@ def _lies_on(point, a, b, c, normal):
 
 
 @njit(cache=True, nogil=True)
-def _pierce(
-    vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit, touched
-):
+def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit):
     """Count pierced faces; False if the way passes an edge or starts in a face, about."""
     clean = True
+    end = light[:3] if eye[3] else eye[:3]
     for block in range(boxes.shape[0]):
         if _misses(boxes[block], start, way, finite):
             continue
         for f in range(block * BLOCK, min(faces.shape[0], block * BLOCK + BLOCK)):
             at_light = 0.0
             at_eye = 0.0
-            size = 0.0
             size_eye = 0.0
             for k in range(4):
                 at_light += planes[k, f] * light[k]
                 at_eye += planes[k, f] * eye[k]
-                size += abs(planes[k, f] * light[k])
                 size_eye += abs(planes[k, f] * eye[k])
             a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-            if light[3] > 0.0 and abs(at_light) <= 1e-12 * size:
-                touched[component[f]] |= _lies_on(light, a, b, c, planes[:, f])
             if eye[3] > 0.0 and abs(at_eye) <= 1e-12 * size_eye:
                 clean = clean and not _lies_on(eye, a, b, c, planes[:, f])
             if not ((at_light > 0.0 and at_eye < 0.0) or (at_light < 0.0 and at_eye > 0.0)):
@@ -202,9 +193,16 @@ def _pierce(
                 j = faces[f, (k + 1) % 3]
                 # Both faces of an edge must agree on a tie: ask in one direction only.
                 low, high = vertices[min(i, j)], vertices[max(i, j)]
+                # Seen from the end that is nearer, which may be as good as on the edge.
+                size = _size_of_side(low, high, start, way)
                 side = _side(low, high, start, way)
+                if finite:
+                    other = _size_of_side(low, high, end, way)
+                    if other < size:
+                        size = other
+                        side = _side(low, high, end, way)
                 positive += (side >= 0.0) == (i < j)
-                if abs(side) <= 1e-13 * _size_of_side(low, high, start, way):
+                if abs(side) <= 1e-13 * size:
                     flat += 1
                 elif (side > 0.0) == (i < j):
                     ahead += 1

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.anchor import FaceBlocks
 from umbra.cpu.depth import NOTHING, View, add_ground, see
+from umbra.cpu.holding import find_holders
 from umbra.cpu.polygons import count_polygons
 from umbra.cpu.sides import LANES, add_sides, find_nearest_tiles
 from umbra.cpu.threads import use_threads
@@ -137,10 +138,11 @@ class FrameCounter:
         origin = self.scene.origin
         place = light.local(origin)
         near = camera.key_range()[1]
-        vantage = find_vantage(self.caster, self.blocks, camera, origin, place)
-        near_faces = find_near_faces(self.caster, self.blocks, camera, origin)
-        cut_open = find_cut_open(self.caster, self.blocks, near_faces, place)
-        caster = self.caster.opened(vantage.start.enclosed | cut_open)
+        casting = self._find_casting(place)
+        vantage = find_vantage(casting, self.blocks, camera, origin, place)
+        near_faces = find_near_faces(casting, self.blocks, camera, origin)
+        cut_open = find_cut_open(casting, self.blocks, near_faces, place)
+        caster = casting.opened(vantage.start.enclosed | cut_open)
         start = vantage.start.count(caster.is_closed)
         caps = make_light_cap(caster, place, near_faces)
         before = np.zeros((1, 1), np.int32)
@@ -200,9 +202,10 @@ class FrameCounter:
         """
         use_threads(self.threads)
         place = light.local(self.scene.origin)
-        vantage = find_vantage(self.caster, self.blocks, camera, self.scene.origin, place)
+        casting = self._find_casting(place)
+        vantage = find_vantage(casting, self.blocks, camera, self.scene.origin, place)
         matrix = vantage.matrix
-        caster = self.caster.opened(vantage.start.enclosed)
+        caster = casting.opened(vantage.start.enclosed)
         size = view.key.shape[::-1]
         cap = make_light_cap(caster, place)
         counts: NDArray[np.signedinteger]
@@ -219,6 +222,11 @@ class FrameCounter:
                 floor = self._find_floor(camera)
                 counts = counts + self._in_front(caster, view, matrix, place, floor)
         return counts * (view.face != NOTHING)
+
+    def _find_casting(self, light: NDArray[np.float64]) -> Caster:
+        """Give what casts under a light, (4,) in the scene's frame: all but what it lies on."""
+        held = find_holders(self.caster, self.blocks, light, self.scene.origin)
+        return self.caster.without(held)
 
     def _in_front(
         self, caster: Caster, view: View, matrix: NDArray, light: NDArray, floor: float

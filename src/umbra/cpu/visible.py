@@ -16,6 +16,9 @@ from umbra.scene.scene import Triangles
 
 __all__ = ["Frame", "locate"]
 
+_GRAIN = 2.0**-42
+"""Of the largest coordinate: how well the place of a visible point is known."""
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -55,7 +58,10 @@ class Frame:
         """
         position = np.nan_to_num(self.position)
         way = light.position[:3] - light.position[3] * position
-        facing = np.einsum("ijk,ijk->ij", np.nan_to_num(self.normal), way) > 0
+        # What a lamp lies in the plane of, it sees edge-on: positions tell no more than this.
+        coarse = np.abs(position).max(-1) + np.abs(light.position[:3]).max()
+        least = light.position[3] * _GRAIN * coarse
+        facing = np.einsum("ijk,ijk->ij", np.nan_to_num(self.normal), way) > least
         if light.axis is not None or light.range < np.inf:
             facing &= light.is_within(position)
         return facing & (counts == 0) & (self.part != NOTHING)

@@ -12,19 +12,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.anchor import find_anchor
+from umbra.cpu.holding import find_holders
 from umbra.gl.casters import Body
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene import Camera
+from umbra.volume.adjacency import Caster
 
-__all__ = ["find_opened", "find_start"]
+__all__ = ["find_held", "find_opened", "find_start"]
 
 _SKY = np.array([0.36, 0.48, 0.8, 0.0])
 _ATTEMPTS = 8
 _TILT = 1e-5  # a millimetre in a hundred metres
 
 
+def find_held(
+    body: Body, origin: NDArray[np.float64], lights: NDArray[np.float64]
+) -> NDArray[np.intp]:
+    """
+    Find the faces of a body's instances that hold the light, and so cast nothing.
+
+    Parameters
+    ----------
+    body : Body
+    origin : (3,) float64
+        Of the scene.
+    lights : (n_instances, 4) float64
+        In each instance's own frame.
+
+    Returns
+    -------
+    held : (n, 2) int
+        Instance and face.
+    """
+    if not lights[0, 3]:
+        return np.zeros((0, 2), np.intp)
+    low, high = body.bounds[:, 0].min(0), body.bounds[:, 1].max(0)
+    near = _hold(np.stack([low, high])[None], lights).any(1)
+    held = []
+    for instance in np.flatnonzero(near):
+        transform = body.transforms[instance]
+        coarse = np.abs(origin) + np.abs(transform[:3, 3])  # what the model's coordinates add
+        moved = np.abs(np.linalg.inv(transform[:3, :3])) @ coarse
+        faces = find_holders(body.caster, body.blocks, lights[instance], moved)
+        held.append(np.stack([np.full(len(faces), instance), faces], 1))
+    return np.concatenate([np.zeros((0, 2), np.intp), *held])
+
+
 def find_opened(
-    body: Body, camera: Camera, origin: NDArray[np.float64], lights: NDArray[np.float64]
+    body: Body,
+    camera: Camera,
+    origin: NDArray[np.float64],
+    lights: NDArray[np.float64],
+    held: NDArray[np.intp],
 ) -> NDArray[np.bool_]:
     """
     Find the components to open, of each of a body's instances.
@@ -37,6 +76,8 @@ def find_opened(
         Of the scene.
     lights : (n_instances, 4) float64
         In each instance's own frame.
+    held : (n, 2) int
+        Of ``find_held``.
 
     Returns
     -------
@@ -51,14 +92,15 @@ def find_opened(
         transform = body.transforms[instance]
         eye = np.linalg.solve(transform, apex)
         eye[3] = apex[3]
-        found = _enclose(body, eye, light)
+        caster = body.caster.without(held[held[:, 0] == instance, 1])
+        found = _enclose(body, caster, eye, light)
         # Past a wall that the near plane cuts away the winding number is not the eye's.
         depth = np.append(forward, -forward @ (camera.eye - origin)) @ transform
         cut = _reach_before(body, depth, camera.near) & suspects
         if cut.any():
-            around = find_anchor(body.caster, body.blocks, _SKY, light)
+            around = find_anchor(caster, body.blocks, _SKY, light)
             found |= cut & ((around.lit != around.unlit) | body.is_inward)
-        opened[instance] = found
+        opened[instance] = found | (body.caster.is_closed & ~caster.is_closed)
     return opened
 
 
@@ -70,14 +112,14 @@ def _hold(bounds: NDArray[np.float64], lights: NDArray[np.float64]) -> NDArray[n
     return np.asarray(inside.all(2) & (lights[:, 3:] != 0))
 
 
-def _enclose(body: Body, eye: NDArray, light: NDArray) -> NDArray[np.bool_]:
+def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArray[np.bool_]:
     """Find the components around the light more often than around the eye."""
     size = 1.0 + max(np.abs(eye[:3]).max(), np.abs(body.bounds).max())
     if eye[3] == 0:
         size = 1.0
     for attempt in range(_ATTEMPTS):  # an eye in a volume's side steps aside
         aside = 1e-10 * attempt * size * np.array([0.83, 0.56, 0.37, 0.0])
-        anchor = find_anchor(body.caster, body.blocks, eye + aside, light)
+        anchor = find_anchor(caster, body.blocks, eye + aside, light)
         if anchor.is_clean:
             break
     return anchor.enclosed
@@ -144,7 +186,7 @@ def _end_rays(
             if light[3] and chosen[offset : offset + body.n_things].any():
                 inside = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))
                 end = np.append(inside[:3], 0.0)
-                anchor = find_anchor(body.caster, body.blocks, end, light)
+                anchor = find_anchor(each.caster_of(instance), body.blocks, end, light)
                 adds = anchor.lit + anchor.unlit * ~each.is_closed[instance]
                 start += int(adds[chosen[offset + body.component_thing]].sum())
                 is_clean &= anchor.is_clean

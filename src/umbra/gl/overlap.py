@@ -15,6 +15,7 @@ from umbra.gl.casters import Body
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.volume.bounds import find_box_points
+from umbra.volume.facing import find_sides
 
 __all__ = ["STENCIL_MOST", "bound_boxes", "bound_count", "find_most"]
 
@@ -85,11 +86,11 @@ def _find_casting(volumes: list[BodyVolumes]) -> tuple[NDArray[np.float64], NDAr
     """Give the points of all instances in the scene's frame, and the faces that cast."""
     points, faces, count = [], [], 0
     for each in volumes:
-        caster = each.body.caster
-        for light, transform, is_closed in zip(
-            each.lights, each.body.transforms, each.is_closed, strict=True
+        for instance, (light, transform, is_closed) in enumerate(
+            zip(each.lights, each.body.transforms, each.is_closed, strict=True)
         ):
-            side = light @ caster.planes[:, :-1]
+            caster = each.caster_of(instance)
+            side = find_sides(caster.planes[:, :-1], light)
             casts = (side > 0) | ((side < 0) & ~is_closed[caster.component])
             faces.append(caster.faces[casts].astype(np.int64) + count)
             points.append(transform_points(transform, caster.vertices))

@@ -21,7 +21,7 @@ from umbra.gl.drawing import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan, Statistics
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import Indices
 from umbra.gl.narrow import find_reach, turn_scissor
-from umbra.gl.openings import find_opened, find_start
+from umbra.gl.openings import find_held, find_opened, find_start
 from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.projection import Projection
 from umbra.gl.selection import METHODS, Choices, Selection, select
@@ -242,12 +242,13 @@ class Planner:
         volumes: list[BodyVolumes] = []
         for index, body in enumerate(self.bodies):
             lights = body.lights(source)
-            opened = find_opened(body, camera, self.scene.origin, lights)
+            held = find_held(body, self.scene.origin, lights)
+            opened = find_opened(body, camera, self.scene.origin, lights, held)
             last = old.volumes[index] if old is not None else None
             if last is not None and last.is_of(lights, opened):
                 volumes.append(last)
             else:
-                volumes.append(make_volumes(body, source, opened))
+                volumes.append(make_volumes(body, source, opened, held))
         same = old is not None and all(map(operator.is_, volumes, old.volumes))
         if old is not None and same and old.moves == self._moves:
             return old

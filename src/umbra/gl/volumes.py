@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.volume.adjacency import Caster
+from umbra.volume.facing import find_sides
 from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["BodyVolumes", "gather", "make_volumes"]
@@ -39,6 +40,8 @@ class BodyVolumes:
         Two triangles each, wound outward.
     side_thing : (n_sides,) int
         Ascending: instance * n_things + thing.
+    held : (n, 2) int
+        Instance and face: those on which the light lies cast nothing.
     """
 
     body: Body
@@ -46,6 +49,7 @@ class BodyVolumes:
     opened: NDArray[np.bool_]
     sides: NDArray[np.uint32]
     side_thing: NDArray[np.intp]
+    held: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), np.intp))
     _cap: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 3), np.uint32))
     _cap_thing: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
     _capped: NDArray[np.bool_] | None = None
@@ -55,15 +59,19 @@ class BodyVolumes:
         """Whether only lit faces cast, (n_instances, n_components) bool."""
         return self.body.caster.is_closed & ~self.opened
 
+    def caster_of(self, instance: int) -> Caster:
+        """Give what casts of one instance: all faces but those on which the light lies."""
+        return self.body.caster.without(self.held[self.held[:, 0] == instance, 1])
+
     def is_of(self, lights: NDArray[np.float64], opened: NDArray[np.bool_]) -> bool:
         """Tell whether these are still the volumes of such lights and open components."""
         return np.array_equal(self.lights, lights) and np.array_equal(self.opened, opened)
 
     def casting(self, instance: int, thing: int) -> NDArray[np.intp]:
         """Find the faces of one thing that cast."""
-        body, caster = self.body, self.body.caster
+        body, caster = self.body, self.caster_of(instance)
         faces = body.faces[body.face_starts[thing] : body.face_starts[thing + 1]]
-        side = self.lights[instance] @ caster.planes[:, faces]
+        side = find_sides(caster.planes[:, faces], self.lights[instance])
         return faces[(side > 0) | ((side < 0) & ~self.is_closed[instance, caster.component[faces]])]
 
     def light_cap(self, wanted: NDArray[np.bool_]) -> NDArray[np.uint32]:
@@ -122,7 +130,10 @@ class BodyVolumes:
         owner = np.repeat(np.arange(len(chosen)), lengths)
         within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
         faces = body.faces[starts[owner] + within]
-        side = np.einsum("ij,ij->j", self.lights[instance[owner]].T, caster.planes[:, faces])
+        side = find_sides(caster.planes[:, faces], self.lights[instance[owner]].T)
+        if len(self.held):
+            number = instance[owner] * len(caster.faces) + faces
+            side[np.isin(number, self.held @ (len(caster.faces), 1))] = 0.0
         casts = (side > 0) | (
             (side < 0) & ~self.is_closed[instance[owner], caster.component[faces]]
         )
@@ -133,7 +144,12 @@ class BodyVolumes:
         return (2 * corners).astype(np.uint32), chosen[owner]
 
 
-def make_volumes(body: Body, light: NDArray[np.float64], opened: NDArray[np.bool_]) -> BodyVolumes:
+def make_volumes(
+    body: Body,
+    light: NDArray[np.float64],
+    opened: NDArray[np.bool_],
+    held: NDArray[np.intp] | None = None,
+) -> BodyVolumes:
     """
     Find the silhouettes of all instances of a body and make their sides.
 
@@ -144,24 +160,31 @@ def make_volumes(body: Body, light: NDArray[np.float64], opened: NDArray[np.bool
         Relative to the scene's origin.
     opened : (n_instances, n_components) bool
         Closed components that follow the open rule.
+    held : (n, 2) int, optional
+        Instance and face: those on which the light lies; none by default.
 
     Returns
     -------
     volumes : BodyVolumes
     """
     lights = body.lights(light)
+    held = np.zeros((0, 2), np.intp) if held is None else held
     sides: list[NDArray[np.uint32]] = []
     things: list[NDArray[np.intp]] = []
     # Nearly always all instances open the same components, namely none.
     kinds = opened[:1] if (opened == opened[:1]).all() else np.unique(opened, axis=0)
+    apart = np.bincount(held[:, 0], minlength=len(opened)) > 0
     for kind in kinds:
-        alike = np.flatnonzero((opened == kind).all(1))
+        alike = np.flatnonzero((opened == kind).all(1) & ~apart)
         _add_sides(body, body.caster.opened(kind), lights, alike, sides, things)
+    for instance in np.flatnonzero(apart):
+        caster = body.caster.without(held[held[:, 0] == instance, 1]).opened(opened[instance])
+        _add_sides(body, caster, lights, np.array([instance]), sides, things)
     side, thing = np.concatenate(sides), np.concatenate(things)
     if (np.diff(thing) < 0).any():  # what was seen edge-on comes last
         order = np.argsort(thing, kind="stable")
         side, thing = side[order], thing[order]
-    return BodyVolumes(body, lights, opened, side, thing)
+    return BodyVolumes(body, lights, opened, side, thing, held)
 
 
 def _add_sides(

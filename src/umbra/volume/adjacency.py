@@ -55,6 +55,8 @@ class Caster:
         The faces (a, b) of the pair.
     turn : (n_edges,) bool
     weight : (n_edges,) int8
+    whole : (4, n_faces + 1) float64, optional
+        The planes of all faces, where ``planes`` are those that ``without`` left.
     """
 
     vertices: NDArray[np.float64]
@@ -67,6 +69,12 @@ class Caster:
     edge_faces: NDArray[np.int32]
     turn: NDArray[np.bool_]
     weight: NDArray[np.int8]
+    whole: NDArray[np.float64] | None = None
+
+    @property
+    def whole_planes(self) -> NDArray[np.float64]:
+        """The planes of all faces, whichever of them cast, (4, n_faces + 1) float64."""
+        return self.planes if self.whole is None else self.whole
 
     @property
     def face_is_closed(self) -> NDArray[np.bool_]:
@@ -95,6 +103,25 @@ class Caster:
         doubled = change[self.component[self.edge_faces[:, 0]]]
         weight = np.where(doubled, 2 * self.weight, self.weight)
         return replace(self, is_closed=self.is_closed & ~change, weight=weight.astype(np.int8))
+
+    def without(self, faces: NDArray[np.intp]) -> "Caster":
+        """
+        Let faces cast nothing: those on which a light lies.
+
+        To every light they are exactly edge-on, and their components follow the open rule:
+        the light is neither inside of them nor outside.
+
+        Parameters
+        ----------
+        faces : (n,) int
+        """
+        if not len(faces):
+            return self
+        planes = self.planes.copy()
+        planes[:, faces] = 0.0
+        touched = np.zeros(len(self.is_closed), np.bool_)
+        touched[self.component[faces]] = True
+        return replace(self.opened(touched), planes=planes, whole=self.whole_planes)
 
 
 def make_caster(

@@ -14,7 +14,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
-from umbra.volume.facing import LIGHTS_AT_ONCE, find_lit
+from umbra.volume.facing import LIGHTS_AT_ONCE, find_lit, find_sides
 
 __all__ = ["Silhouettes", "ask_every_edge"]
 
@@ -196,8 +196,8 @@ def _drop_edge_on(
     for k in range(len(lights)):
         mine = codes[starts[k] : starts[k + 1]]
         if flat >> k & 1:
-            light = lights[k]  # summed up as in find_lit: a 0 there must be a 0 here
-            side = sum(caster.planes[i] * light[i] for i in range(4))
+            light = lights[k]
+            side = find_sides(caster.planes, light)
             edge_on = (side == 0) & is_open
             one = np.flatnonzero(edge_on[a] ^ edge_on[b])
             mine = mine[~(edge_on[a] | edge_on[b])[mine >> 2]]

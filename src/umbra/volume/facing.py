@@ -2,8 +2,9 @@
 
 import numpy as np
 from numba import njit, prange
+from numpy.typing import NDArray
 
-__all__ = ["LIGHTS_AT_ONCE", "find_lit"]
+__all__ = ["LIGHTS_AT_ONCE", "find_lit", "find_sides"]
 
 LIGHTS_AT_ONCE = 64
 _BLOCK = 512  # faces whose planes stay in the first-level cache while lights pass
@@ -51,3 +52,25 @@ def find_lit(planes, lights, lit, edge_on):
             if zeros > 0:
                 flat |= bit
         edge_on[block] = flat
+
+
+def find_sides(planes: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Tell on which side of faces a light is: above 0 it lights them, at 0 in their plane.
+
+    Summed up as ``find_lit`` does, to the last bit. A matrix product would round otherwise,
+    and its caps would not fit the silhouette where a light is as good as in a face's plane.
+
+    Parameters
+    ----------
+    planes : (4, ...) float64
+    light : (4,) or (4, ...) float64
+
+    Returns
+    -------
+    sides : (...) float64
+    """
+    sides = planes[0] * light[0]
+    for k in (1, 2, 3):
+        sides += planes[k] * light[k]
+    return sides

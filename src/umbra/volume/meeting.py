@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
+from umbra.volume.facing import find_sides
 
 __all__ = ["Casting", "any_meets"]
 
@@ -27,7 +28,7 @@ class Casting:
         """Keep those of some faces that cast."""
         if self.caster is None:
             return faces
-        side = self.light @ self.caster.planes[:, faces]
+        side = find_sides(self.caster.planes[:, faces], self.light)
         is_closed = self.caster.is_closed[self.caster.component[faces]]
         return faces[(side > 0) | ((side < 0) & ~is_closed)]
 

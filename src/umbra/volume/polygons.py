@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
+from umbra.volume.facing import find_sides
 from umbra.volume.silhouette import find_silhouette_edges
 
 __all__ = ["Polygons", "make_dark_cap", "make_light_cap", "make_sides"]
@@ -56,7 +57,7 @@ def make_light_cap(
         Triangles with w = 1.
     """
     some = np.arange(len(caster.faces)) if among is None else among
-    side = light @ caster.planes[:, some]
+    side = find_sides(caster.planes[:, some], light)
     turned = (side < 0) & ~caster.is_closed[caster.component[some]]
     faces = np.concatenate([caster.faces[some[side > 0]], caster.faces[some[turned]][:, ::-1]])
     corners = np.ones((len(faces), 3, 4))

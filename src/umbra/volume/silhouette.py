@@ -221,8 +221,8 @@ def _look_up(caster: Caster) -> _Kept:
     """Give what is kept of a caster; it goes when its edges go."""
     key = id(caster.edge_faces)
     kept = _kept.get(key)
-    if kept is None or kept.planes() is not caster.planes:
+    if kept is None or kept.planes() is not caster.whole_planes:
         if kept is None:
             weakref.finalize(caster.edge_faces, _kept.pop, key, None)
-        kept = _kept[key] = _Kept(weakref.ref(caster.planes))
+        kept = _kept[key] = _Kept(weakref.ref(caster.whole_planes))
     return kept

@@ -1,0 +1,96 @@
+"""
+Faces that hold a light: a lamp on a wall, on an edge or at a corner of what casts.
+
+From there a face looks neither lit nor unlit, and rounding would tell each of those that
+meet at a corner something else. So one rule is asked once for each light, and all
+devices follow it: **a face that holds the light casts nothing**, and its component
+follows the open rule, as the light is neither inside of it nor outside.
+
+A face holds a light that lies on it as well as float64 can tell: no farther from it than
+``HOLDS`` times the largest coordinate. Its edges and corners belong to it, so no edge that
+the light lies on is ever part of a silhouette.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.cpu.anchor import BLOCK, FaceBlocks
+from umbra.volume.adjacency import Caster
+
+__all__ = ["HOLDS", "find_holders"]
+
+HOLDS = 2.0**-44
+"""Of the largest coordinate: eight halves of its last digit."""
+
+
+def find_holders(
+    caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64], origin: ArrayLike
+) -> NDArray[np.intp]:
+    """
+    Find the faces that hold a light.
+
+    Parameters
+    ----------
+    caster : Caster
+    blocks : FaceBlocks
+        Of the caster.
+    light : (4,) float64
+        Homogeneous, in the caster's frame.
+    origin : (3,) float64
+        Of that frame in the model's own coordinates, which are rounded there [m].
+
+    Returns
+    -------
+    faces : (n,) int
+        Ascending; none for a directional light.
+    """
+    if light[3] == 0.0:
+        return np.zeros(0, np.intp)
+    place = light[:3] / light[3]
+    coarse = float(np.abs(origin).max()) + float(np.abs(place).max())
+    size = coarse + np.abs(blocks.bounds).max(1)
+    low, high = blocks.bounds[:, :3], blocks.bounds[:, 3:]
+    margin = HOLDS * size[:, None]
+    near = ((place >= low - margin) & (place <= high + margin)).all(1)
+    faces = (np.flatnonzero(near)[:, None] * BLOCK + np.arange(BLOCK)).ravel()
+    faces = faces[faces < len(caster.faces)]
+    apart, largest = np.zeros((2, len(faces)))
+    _measure(caster.vertices, caster.faces, faces, place, apart, largest)
+    size = np.maximum(largest, np.abs(place).max()) + float(np.abs(origin).max())
+    return faces[apart <= HOLDS * size]
+
+
+@njit(cache=True, nogil=True)
+def _dot(p, q):
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+
+
+@njit(cache=True, nogil=True)
+def _to_segment(p, q):
+    """Give the distance from 0 to the segment between two points."""
+    along = q - p
+    square = _dot(along, along)
+    t = 0.0 if square == 0.0 else min(1.0, max(0.0, -_dot(p, along) / square))
+    nearest = p + t * along
+    return np.sqrt(_dot(nearest, nearest))
+
+
+@njit(cache=True, nogil=True)
+def _measure(vertices, faces, some, place, apart, largest):
+    """Find how far a place is from some faces, and their largest coordinates."""
+    for i in range(some.size):
+        corners = vertices[faces[some[i]]]
+        largest[i] = np.abs(corners).max()
+        # Seen from the place, so that what is near it has all its digits.
+        a, b, c = corners[0] - place, corners[1] - place, corners[2] - place
+        apart[i] = min(_to_segment(a, b), min(_to_segment(b, c), _to_segment(c, a)))
+        normal = np.cross(b - a, c - a)
+        square = _dot(normal, normal)
+        if (
+            square > 0.0
+            and _dot(normal, np.cross(a, b)) > 0.0
+            and _dot(normal, np.cross(b, c)) > 0.0
+            and _dot(normal, np.cross(c, a)) > 0.0
+        ):
+            apart[i] = min(apart[i], abs(_dot(normal, a)) / np.sqrt(square))
