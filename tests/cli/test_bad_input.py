@@ -171,7 +171,7 @@ def test_a_raster_too_large_names_a_cell_that_fits(study, keep, monkeypatch):
     monkeypatch.setattr(layout, "find_memory", lambda: 0.45e9)
     line = study("--extent", "-100,-100,100,100", cell="0.01").refusal()
     assert "20000x20000 cells needs" in line
-    assert "this machine has 0.5 GB" in line or "this machine has 0.4 GB" in line
+    assert "this process may use 0.5 GB" in line or "this process may use 0.4 GB" in line
     assert keep()
     cell = line.partition("a cell of ")[2].partition(" m ")[0]
     assert study("--extent", "-100,-100,100,100", cell=cell).status == 0

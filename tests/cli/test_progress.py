@@ -3,11 +3,13 @@
 import contextlib
 import signal
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from umbra.cli import progress
 from umbra.cli.progress import show_progress
+from umbra.errors import UmbraError
 
 
 def test_a_long_run_without_a_terminal_tells_its_stages_in_lines(capsys, monkeypatch):
@@ -62,6 +64,28 @@ def test_a_ctrl_c_that_was_swallowed_comes_back(then):
     with pytest.raises(KeyboardInterrupt):
         swallow(then)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def run_out(stage, triangles=0):
+    with show_progress(quiet=True) as stages:
+        stages.begin("reading town.ifc")
+        if triangles:
+            stages.show_scene(SimpleNamespace(parts=[SimpleNamespace(triangles=triangles)] * 2))
+            stages.begin(stage)
+        raise MemoryError
+
+
+def test_out_of_memory_names_what_took_it():
+    with pytest.raises(
+        UmbraError, match=r"while reading town\.ifc: this .* GB; cut the model"
+    ) as e:
+        run_out("reading")
+    assert "cells" not in str(e.value)
+    words = (
+        r"while preparing, with 6,000,000 triangles: .* GB; cut the model .*, or choose fewer cells"
+    )
+    with pytest.raises(UmbraError, match=words):
+        run_out("preparing", 3_000_000)
 
 
 def test_a_callers_own_ctrl_c_is_left_to_him():

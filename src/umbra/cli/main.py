@@ -114,7 +114,7 @@ def _run(arguments: list[str], debug: bool) -> int:
     except UmbraError as error:
         return _fail(str(error), 1, debug)
     except MemoryError:
-        return _fail("out of memory; choose fewer cells or pixels, or fewer --threads", 1, debug)
+        return _fail("out of memory; cut the model to what matters", 1, debug)
     except Exception as error:  # noqa: BLE001  (the last line of defence)
         return _fail(f"{type(error).__name__}: {error} (--debug shows where)", 1, debug)
     return status or 0

@@ -13,6 +13,8 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from umbra.cli.terminal import echo
+from umbra.cpu.memory import find_memory, name_memory
+from umbra.errors import UmbraError
 from umbra.printable import make_printable, shorten
 
 __all__ = ["Stages", "name_reading", "show_progress"]
@@ -31,13 +33,21 @@ class Stages:
     """
 
     _is_interrupted = False
+    _stage = ""
+    _triangles = 0
 
     def begin(self, what: str) -> None:
         """Begin work whose length is not known."""
+        self._stage = what
         self.check()
+
+    def show_scene(self, scene: Any) -> None:
+        """Tell how large the scene is, for when it is too large."""
+        self._triangles = sum(part.triangles for part in scene.parts)
 
     def advance(self, done: int, everything: int) -> None:
         """Tell how many instants are counted, and of how many."""
+        self._stage = "counting shadows"
         self.check()
 
     def end(self) -> None:
@@ -65,6 +75,17 @@ class Stages:
             raise
         finally:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def explain_memory(self) -> str:
+        """Say what took the memory that there is not, and what would take less."""
+        held = name_memory(find_memory())
+        cut = "cut the model to what matters"
+        if not self._triangles:
+            return f"out of memory while {self._stage}: {held}; {cut}"
+        return (
+            f"out of memory while {self._stage}, with {self._triangles:,} triangles: {held}; "
+            f"{cut}, or choose fewer cells or pixels, or fewer --threads"
+        )
 
     def _note(self, number: int, frame: Any) -> None:
         self._is_interrupted = True
@@ -102,6 +123,8 @@ def show_progress(quiet: bool) -> Iterator[Stages]:
     with stages.noting_interrupts():
         try:
             yield stages
+        except MemoryError as error:
+            raise UmbraError(stages.explain_memory()) from error
         finally:
             stages.end()
 

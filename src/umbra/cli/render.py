@@ -188,6 +188,7 @@ def command(
         stages = stack.enter_context(show_progress(quiet=False))
         stages.begin(name_reading(files))
         scene = read_posed(files, axis_up, time, animation)
+        stages.show_scene(scene)
         stages.begin("drawing")
         if not all_lights:
             all_lights = list(expose_lights(scene))
@@ -284,7 +285,7 @@ def _count_on(device: str, scene: Any, ground: float | None, threads: int) -> It
 
 def _check_memory(size: tuple[int, int], lights: int) -> None:
     """Refuse a picture that memory cannot hold, before anything is read."""
-    from umbra.cpu.memory import find_memory  # noqa: PLC0415
+    from umbra.cpu.memory import find_memory, name_memory  # noqa: PLC0415
 
     cols, rows = size
     needed, held = cols * rows * (_BYTES + _LIGHT_BYTES * lights), find_memory()
@@ -292,8 +293,8 @@ def _check_memory(size: tuple[int, int], lights: int) -> None:
         return
     scale = math.sqrt(held / needed)
     msg = (
-        f"a picture of {cols}x{rows} pixels needs {needed / 1e9:.1f} GB and this machine has "
-        f"{held / 1e9:.1f} GB; a --size of {max(int(cols * scale), 1)}x{max(int(rows * scale), 1)} "
+        f"a picture of {cols}x{rows} pixels needs {needed / 1e9:.1f} GB and "
+        f"{name_memory(held)}; a --size of {max(int(cols * scale), 1)}x{max(int(rows * scale), 1)} "
         "would fit"
     )
     raise InputError(msg, bytes=needed)

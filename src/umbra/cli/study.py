@@ -110,6 +110,7 @@ def command(
             say(f"note: {note}")
         site = find_site(scene, lat, lon, tz, north)
         options["device"] = device
+        stages.show_scene(scene)
         stages.begin("preparing")
         study: Any
         if is_raster:

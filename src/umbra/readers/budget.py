@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from umbra.cpu.memory import find_memory
+from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
 from umbra.scene import Part
 
@@ -82,7 +82,7 @@ def check_soup(parts: Sequence[Part]) -> None:
     if needed > held or max(vertices, triangles) > MOST:
         msg = (
             f"its {len(parts):,} parts, {instances:,} of them placed, have {triangles:,} triangles "
-            f"and {vertices:,} vertices, which need {needed / 1e9:,.0f} GB; this machine has "
-            f"{held / 1e9:,.0f} GB, and {MOST:,} is the most of either: leave instances out"
+            f"and {vertices:,} vertices, which need {needed / 1e9:,.0f} GB; "
+            f"{name_memory(held)}, and {MOST:,} is the most of either: leave instances out"
         )
         raise InputError(msg, needed=needed, triangles=triangles)

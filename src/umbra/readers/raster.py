@@ -207,14 +207,14 @@ def _check_bands(source: Any, notes: list[str]) -> None:
     if rows < 2 or cols < 2:
         msg = f"has {cols}x{rows} cells; a surface needs at least 2x2"
         raise InputError(msg)
-    from umbra.cpu.memory import find_memory  # noqa: PLC0415
+    from umbra.cpu.memory import find_memory, name_memory  # noqa: PLC0415
 
     needed, held = rows * cols * MOST_BYTES, find_memory()
     if needed > held:
         step = math.ceil(math.sqrt(needed / held))
         msg = (
-            f"has {cols}x{rows} cells, a study of which needs {needed / 1e9:.0f} GB and this "
-            f"machine has {held / 1e9:.0f} GB; cut it to the area you need (gdal_translate "
+            f"has {cols}x{rows} cells, a study of which needs {needed / 1e9:.0f} GB and "
+            f"{name_memory(held)}; cut it to the area you need (gdal_translate "
             f"-projwin) or make it {step} times coarser (gdalwarp -tr)"
         )
         raise InputError(msg, bytes=needed)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.memory import find_memory
+from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 
@@ -186,6 +186,6 @@ def _too_large(
         advice += ", or leave out the masks"
     msg = (
         f"a raster of {cols}x{rows} cells needs {needed / 1e9:.1f} GB "
-        f"and this machine has {find_memory() / 1e9:.1f} GB; {advice}"
+        f"and {name_memory(find_memory())}; {advice}"
     )
     return InputError(msg, cells=cells, bytes=needed)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.cpu.face_tree import FaceTree
-from umbra.cpu.memory import find_memory
+from umbra.cpu.memory import find_memory, name_memory
 from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
 from umbra.scene import Scene
@@ -240,8 +240,8 @@ def run_point_study(
     kept = _BYTES + setup.bytes_kept + setup.bytes_of_masks
     if len(part) * kept > find_memory():
         msg = (
-            f"{len(part):,} samples need {len(part) * kept / 1e9:.1f} GB and this machine has "
-            f"{find_memory() / 1e9:.1f} GB; give a larger --spacing, or choose parts with --on"
+            f"{len(part):,} samples need {len(part) * kept / 1e9:.1f} GB and "
+            f"{name_memory(find_memory())}; give a larger --spacing, or choose parts with --on"
         )
         raise InputError(msg, samples=len(part))
     tiles = [

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.memory import find_memory
+from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 from umbra.study.attributes import find_attributes
@@ -165,8 +165,8 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
     packed = sum(array.size for _, array in variables.values() if not isinstance(array, np.ndarray))
     if packed > find_memory():
         msg = (
-            f"in_shadow takes {packed / 1e9:.0f} GB as an array and this machine has "
-            f"{find_memory() / 1e9:.1f} GB; read it from umbra.study.run_study(...).masks, which "
+            f"in_shadow takes {packed / 1e9:.0f} GB as an array and "
+            f"{name_memory(find_memory())}; read it from umbra.study.run_study(...).masks, which "
             "stays packed, or have umbra study --masks write it"
         )
         raise InputError(msg, bytes=packed)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.memory import find_memory
+from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
 from umbra.scene import Camera
 from umbra.scene.grid import Grid
@@ -126,8 +126,8 @@ def run_camera(
     kept = _PIXEL_BYTES + setup.bytes_kept + setup.bytes_of_masks
     if cols * rows * kept > find_memory():
         msg = (
-            f"a picture of {cols}x{rows} pixels needs {cols * rows * kept / 1e9:.1f} GB and this "
-            f"machine has {find_memory() / 1e9:.1f} GB; give a smaller --size"
+            f"a picture of {cols}x{rows} pixels needs {cols * rows * kept / 1e9:.1f} GB and "
+            f"{name_memory(find_memory())}; give a smaller --size"
         )
         raise InputError(msg, size=size)
     facts = {

@@ -1,0 +1,78 @@
+"""What memory there is: the least of the machine's, the control groups' and the process's own."""
+
+import math
+import subprocess
+import sys
+
+import pytest
+
+from umbra.cpu import memory
+from umbra.cpu.memory import find_memory, name_memory
+
+PHYSICAL = memory._find_physical()
+
+
+@pytest.fixture
+def groups(tmp_path, monkeypatch):
+    """Control groups of the test's own: give files, and this process's line in /proc."""
+    monkeypatch.setattr(memory, "_FOLDERS", tmp_path)
+    monkeypatch.setattr(memory, "_GROUPS", tmp_path / "cgroup")
+
+    def make(line, files):
+        memory._find_group_limit.cache_clear()
+        (tmp_path / "cgroup").write_text(line)
+        for name, text in files.items():
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).write_text(f"{text}\n")
+        return memory._find_group_limit()
+
+    yield make
+    memory._find_group_limit.cache_clear()
+
+
+def test_without_a_group_the_machine_is_the_limit(groups):
+    assert groups("", {}) == math.inf
+    assert find_memory() <= PHYSICAL
+    assert groups("0::/user.slice\n", {"user.slice/memory.max": "max"}) == math.inf
+
+
+def test_a_group_of_version_2_counts_and_each_that_holds_it(groups):
+    line = "0::/user.slice/job_7/step\n"
+    assert groups(line, {"user.slice/job_7/step/memory.max": 3e8}) == 3e8
+    assert groups(line, {"user.slice/job_7/memory.max": 2e8}) == 2e8
+    assert groups(line, {"memory.max": 1e8}) == 1e8  # a container's own root
+    assert find_memory() == 1e8
+    assert groups(line, {"unified/user.slice/memory.max": 5e7}) == 5e7
+
+
+def test_a_group_of_version_1_counts_and_each_that_holds_it(groups):
+    line = "9:name=systemd:/\n4:cpu,cpuacct:/a\n3:memory:/slurm/job_7\n0::/\n"
+    assert groups(line, {"memory/memory.limit_in_bytes": 9223372036854771712}) > 9e18
+    assert groups(line, {"memory/slurm/memory.limit_in_bytes": 4e8}) == 4e8
+    assert groups(line, {"memory/slurm/job_7/memory.limit_in_bytes": 2e8}) == 2e8
+    # In a container the path may be the host's, which is not there.
+    line = "3:memory:/docker/0123\n"
+    assert groups(line, {"memory/memory.limit_in_bytes": 1e8}) == 1e8
+
+
+def test_words_tell_the_machine_from_a_limit():
+    assert name_memory(PHYSICAL).startswith("this machine has ")
+    assert name_memory(1.04e9) == "this process may use 1.0 GB"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of Linux")
+@pytest.mark.parametrize("name", ["RLIMIT_AS", "RLIMIT_DATA"])
+def test_the_process_own_limits_count(name):
+    code = f"""
+    import resource, numpy as np
+    from umbra.cpu.memory import find_memory
+    resource.setrlimit(resource.{name}, (3_000_000_000,) * 2)
+    held = find_memory()
+    print(held)
+    np.ones(int(0.9 * held) - 200_000_000, np.uint8)  # it is true
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(map(str.strip, code.splitlines()))],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert 1e9 < float(done.stdout) <= 3e9
