@@ -12,11 +12,12 @@ SOURCES := $(shell find src -name '*.py')
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help study test lint docs bench pictures clean
+.PHONY: help study test fuzz lint docs bench pictures clean
 
 help:
 	@echo "make study     a shadow study of an example city quarter, from nothing to pictures"
 	@echo "make test      every test"
+	@echo "make fuzz      damaged files of every format for a minute (SECONDS=600: for ten; SEED=1: others)"
 	@echo "make lint      ruff (rules and format) and mypy"
 	@echo "make docs      the documentation, in docs/_build/html"
 	@echo "make bench     the benchmarks at small sizes (umbra bench NAME: in full)"
@@ -44,7 +45,7 @@ $(VENV)/.umbra: pyproject.toml | $(PY)
 	@touch $@
 
 # The tests use every extra; each is named once, in pyproject.toml.
-WITH_test := --editable '.[bench,dxf,gis,gl,ifc,video,view]'
+WITH_test := --editable '.[bench,dxf,gis,gl,gltf,ifc,video,view]'
 
 $(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.umbra
 	@echo "installing the packages of the group '$*' into $(VENV)"
@@ -79,6 +80,9 @@ study: $(OUT)/city_block/study.nc $(OUT)/city_block.png
 
 test: $(VENV)/.test
 	$(PY) -m pytest $(ARGS)
+
+fuzz: $(VENV)/.test
+	$(PY) tests/fuzz/run.py --seconds $(or $(SECONDS),60) --seed $(or $(SEED),0) --keep $(OUT)/fuzz
 
 lint: $(VENV)/.lint
 	$(VENV)/bin/ruff check .

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.budget import check_soup
 from umbra.readers.companions import read_bounded
+from umbra.readers.damage import describe_damage
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate
 from umbra.readers.layers import Layer, combine, name_layers, show_name
@@ -240,8 +241,7 @@ def _read_one(path: Path, data: bytes, choices: Choices) -> tuple[Model, Source]
         raise InputError(msg, path=path, **error.data) from error
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         # Readers name the damage they know; this is for what no one foresaw.
-        reason = " ".join(str(error).split())[:200]
-        msg = f"{path}: is damaged ({type(error).__name__}: {reason}); export it again"
+        msg = f"{path}: is damaged ({describe_damage(error)}); export it again"
         raise InputError(msg, path=path) from error
     except (MemoryError, RecursionError, AssertionError) as error:
         msg = f"{path}: is damaged or too large for memory; export it again"

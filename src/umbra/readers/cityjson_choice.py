@@ -7,6 +7,7 @@ from typing import Any
 __all__ = ["DAMAGE", "Choice", "choose_geometries", "damaged", "find_kinds", "flatten"]
 
 from umbra.errors import InputError
+from umbra.readers.damage import describe_damage
 
 # What damaged nesting raises where lists are walked without looking.
 DAMAGE = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
@@ -43,7 +44,7 @@ class Choice:
 
 def damaged(name: str, error: Exception, where: str = "") -> InputError:
     """Make the error for an object whose lists are not as CityJSON nests them."""
-    reason = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
+    reason = describe_damage(error)
     msg = f"{where}object '{name}' is damaged ({reason}); repair it or export the file again"
     return InputError(msg, object=name)
 

@@ -14,6 +14,7 @@ from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
 from umbra.readers.gltf_lights import read_lights
 from umbra.readers.gltf_materials import Materials
 from umbra.readers.gltf_meshes import Piece, read_mesh
+from umbra.readers.gltf_packed import list_instances
 from umbra.readers.gltf_rig import read_animations, read_nodes, read_skin
 from umbra.readers.model import Choices, Model
 from umbra.readers.turn import turning
@@ -24,13 +25,18 @@ from umbra.scene.shape import Shape, Skin
 
 __all__ = ["read_gltf", "read_gltf_tree"]
 
-# Extensions that change geometry; any other may be ignored without harm.
-GEOMETRY_EXTENSIONS = {
-    "KHR_draco_mesh_compression": "decompress it (gltf-transform draco is one tool)",
-    "EXT_meshopt_compression": "decompress it (gltfpack without -c writes it plain)",
-    "KHR_meshopt_compression": "decompress it (gltfpack without -c writes it plain)",
-    "EXT_mesh_gpu_instancing": "write its instances as nodes",
-}
+# A file may not be read right without these; any other is a matter of looks.
+KNOWN = (
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture",
+    "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
+    "KHR_materials",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_texture",
+)
 
 
 def read_gltf(data: bytes, path: Path, choices: Choices) -> Model:
@@ -82,14 +88,14 @@ def read_gltf_tree(
             f"is glTF {version}; umbra reads 2.0, convert it (npx gltf-pipeline -i FILE -o OUT.glb)"
         )
         raise InputError(msg, version=version)
-    for name in tree.get("extensionsUsed", ()):
-        if name in GEOMETRY_EXTENSIONS:
-            msg = f"uses {name}, which is not read; {GEOMETRY_EXTENSIONS[name]}"
-            raise InputError(msg, extension=name)
     companions = choices.companions_of(path)
     buffers = Buffers(tree, binary, companions, Budget(choices.size))
     counts: Counter[str] = Counter()
     materials = Materials(tree, buffers, companions, counts)
+    for name in tree.get("extensionsRequired", ()):
+        if not name.startswith(KNOWN):
+            counts[f"what the extension {name} says, left out"] += 1
+    list_instances(tree, buffers)
     rig, slots, shown = read_nodes(tree, turning(choices.up or "y"))
     nodes = tree.get("nodes", [])
     meshes: dict[int, list[Piece]] = {}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.budget import Budget
 from umbra.readers.companions import Companions
+from umbra.readers.gltf_packed import MESHOPT, unpack_meshopt
 from umbra.scene import Source
 
 __all__ = ["Buffers", "find_item", "split_glb"]
@@ -94,6 +95,8 @@ class Buffers:
         self._binary = binary
         self._companions = companions
         self.budget = budget
+        self._unpacked: dict[int, bytes] = {}  # views that were packed
+        self._held: dict[int, NDArray[Any]] = {}  # accessors whose values came otherwise
         self._loaded: dict[int, bytes] = {}
         self._sources: list[Source] = []
 
@@ -127,6 +130,8 @@ class Buffers:
         dtype = np.dtype(DTYPES[accessor["componentType"]])
         width = WIDTHS[accessor["type"]]
         count = accessor["count"]
+        if index in self._held:
+            return self._scale(accessor, self._held[index])
         if "bufferView" in accessor:
             values = self._read_view(
                 accessor["bufferView"], accessor.get("byteOffset", 0), count, width, dtype, where
@@ -137,9 +142,21 @@ class Buffers:
             values = np.zeros((count, width), dtype)
         if "sparse" in accessor:
             values = self._fill_sparse(values, accessor["sparse"], where)
-        if accessor.get("normalized") and dtype.kind != "f":
-            return np.maximum(values / np.iinfo(dtype).max, -1.0)
+        return self._scale(accessor, values)
+
+    def hold(self, index: int, values: NDArray[Any]) -> None:
+        """Give an accessor values that its bytes do not have, until it is given others."""
+        self._held[index] = values
+
+    def _scale(self, accessor: dict[str, Any], values: NDArray[Any]) -> NDArray[Any]:
+        """Give whole numbers as numbers from -1 to 1 if the accessor says that they are such."""
+        if accessor.get("normalized") and values.dtype.kind != "f":
+            return np.maximum(values / np.iinfo(values.dtype).max, -1.0)
         return values
+
+    def has_bytes(self, index: Any) -> bool:
+        """Tell whether an accessor has bytes of its own, beside a packed form."""
+        return "bufferView" in find_item(self._tree, "accessors", index)
 
     def read_bytes(self, index: int, where: str) -> bytes:
         """
@@ -177,23 +194,40 @@ class Buffers:
         self, index: int, offset: int, count: int, width: int, dtype: np.dtype[Any], where: str
     ) -> NDArray[Any]:
         view = find_item(self._tree, "bufferViews", index, where)
-        start = view.get("byteOffset", 0) + offset
         row = width * dtype.itemsize
         stride = view.get("byteStride", row)
         self._check_count(count, where)
-        data = self._load(view["buffer"], where)
-        end = min(view.get("byteOffset", 0) + view["byteLength"], len(data))
+        data, first, end = self._find_bytes(index, where)
         if count == 0:
             return np.zeros((0, width), dtype)
         self.budget.spend(count * row, where)
+        start = first + offset
         need = start + (count - 1) * stride + row
-        if start < 0 or stride < row or need > end:
+        if first < 0 or offset < 0 or stride < row or need > end:
             msg = (
                 f"{where} needs bytes {start} to {need} of buffer {view['buffer']}, but only "
                 f"{end} are there; the file is cut short or damaged, export it again"
             )
             raise InputError(msg)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize)).copy()
+
+    def _find_bytes(self, index: int, where: str) -> tuple[bytes, int, int]:
+        """Give what holds a view's bytes, where they begin, and where they end."""
+        if index in self._unpacked:
+            data = self._unpacked[index]
+            return data, 0, len(data)
+        view = find_item(self._tree, "bufferViews", index, where)
+        extensions = view.get("extensions", {})
+        packed = next((extensions[name] for name in MESHOPT if name in extensions), None)
+        given = view if packed is None else packed
+        data = self._load(given["buffer"], where)
+        first = given.get("byteOffset", 0)
+        end = min(first + given["byteLength"], len(data))
+        if packed is None:
+            return data, first, end
+        self.budget.spend(packed["count"] * packed["byteStride"], where)
+        data = self._unpacked[index] = unpack_meshopt(packed, data[max(first, 0) : end], where)
+        return data, 0, len(data)
 
     def _load(self, index: int, where: str) -> bytes:
         if index not in self._loaded:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.readers.gltf_materials import Materials, Surface
+from umbra.readers.gltf_packed import unpack_draco
 from umbra.scene import Mesh
 
 __all__ = ["Piece", "read_mesh"]
@@ -74,8 +75,15 @@ def read_mesh(
             counts["primitives without triangles (points or lines) left out"] += 1
             continue
         where = f"mesh {index}, primitive {number}"
+        unpacked = unpack_draco(primitive, buffers, where)
+        if unpacked is not None:
+            mode = TRIANGLES
+            for name in unpacked[1].keys() & attributes.keys():
+                buffers.hold(attributes[name], unpacked[1][name])
         vertices = _read_vectors(buffers, attributes["POSITION"], where, "positions")
-        if "indices" in primitive:
+        if unpacked is not None:
+            corners = unpacked[0]
+        elif "indices" in primitive:
             corners = buffers.read_accessor(primitive["indices"], where).ravel()
         else:
             corners = np.arange(len(vertices))

@@ -1,0 +1,117 @@
+"""Whole files for the mutators to begin with, as the tests make them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from support.gltf_files import Document
+from support.model_files import save_city, save_city_sequence, save_glb, save_obj
+from support.shapes import box, city, terrain
+from support.small_files import BYTES
+
+__all__ = ["make_seeds"]
+
+LIBRARY = "newmtl brick\nKd 0.5 0.2 0.1\nd 0.5\nmap_Kd -s 1 1 bricks.png\nnewmtl plain\nKe 1 1 1\n"
+
+
+def make_seeds(folder: Path) -> dict[str, bytes]:
+    """
+    Make a file of each kind.
+
+    Parameters
+    ----------
+    folder : Path
+        For files that are made by name; left with what they need beside them.
+
+    Returns
+    -------
+    seeds : dict of str to bytes
+        By file name, in an order that does not change.
+    """
+    meshes = {f"house {n}": box((3 * n, 0, 0), (3 * n + 2, 2, 4 + n)) for n in range(4)}
+    made = [
+        save_obj(folder / "town.obj", meshes),
+        save_glb(folder / "town.glb", meshes),
+        save_city(folder / "town.city.json", meshes, crs="EPSG:28992"),
+        save_city_sequence(folder / "town.city.jsonl", meshes, crs="EPSG:7415"),
+        save_city(folder / "block.city.json", {"block": city()}),
+        save_obj(folder / "land.obj", {"land": terrain(12)}),
+    ]
+    (folder / "colours.mtl").write_text(LIBRARY)
+    textured = b"mtllib colours.mtl\nusemtl brick\nvt 0 0\nvt 1 0\nvt 0 1\n"
+    seeds = {f"small-{name}": data for name, data in BYTES.items()}
+    seeds |= {path.name: path.read_bytes() for path in made}
+    seeds["colours.obj"] = textured + seeds["town.obj"] + b"f 1/1 2/2 3/3\n"
+    seeds["dancer.glb"] = _make_dancer()
+    seeds["holes.geojson"] = _make_holes()
+    return seeds
+
+
+def _make_dancer() -> bytes:
+    """Make a GLB with a skin, morph targets, an animation, lights, a texture and instances."""
+    document = Document()
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1]], "<f4")
+    attributes = {
+        "POSITION": document.accessor(points),
+        "NORMAL": document.accessor(np.tile(np.array([0, 0, 1], "<f4"), (4, 1))),
+        "TEXCOORD_0": document.accessor(points[:, :2].astype("<f4")),
+        "COLOR_0": document.accessor(np.full((4, 4), 200, "<u1"), normalized=True),
+        "JOINTS_0": document.accessor(np.array([[0, 1, 0, 0]] * 4, "<u1")),
+        "WEIGHTS_0": document.accessor(np.array([[0.5, 0.5, 0, 0]] * 4, "<f4")),
+    }
+    corners = document.accessor(np.array([0, 1, 2, 0, 2, 3], "<u2"))
+    targets = [{"POSITION": document.accessor(points * 0.5)}]
+    bent = {"attributes": attributes, "indices": corners, "targets": targets, "material": 0}
+    strip = {"attributes": {"POSITION": attributes["POSITION"]}, "mode": 5, "material": 1}
+    bones = [document.node(root=False, translation=[n, 0, 0]) for n in range(2)]
+    hip = document.node(children=bones)
+    dancer = document.node(mesh=document.mesh(bent, weights=[0.3]), skin=0)
+    document.node(mesh=document.mesh(strip), matrix=np.eye(4).ravel().tolist())
+    lamp = {"KHR_lights_punctual": {"light": 0}}
+    document.node(extensions=lamp, translation=[0, 3, 0])
+    kind = {"type": "spot", "color": [1, 0.5, 0], "intensity": 40, "spot": {"outerConeAngle": 0.5}}
+    matrices = document.accessor(np.tile(np.eye(4, dtype="<f4"), (2, 1, 1)))
+    times = document.accessor(np.array([0, 1, 2], "<f4"))
+    turns = document.accessor(np.array([[0, 0, 0, 1], [0, 1, 0, 0], [0, 0, 0, 1]], "<f4"))
+    weights = document.accessor(np.array([0, 1, 0], "<f4"))
+    document.tree |= {
+        "skins": [{"joints": bones, "inverseBindMatrices": matrices}],
+        "extensions": {"KHR_lights_punctual": {"lights": [kind]}},
+        "animations": [
+            {
+                "channels": [
+                    {"sampler": 0, "target": {"node": hip, "path": "rotation"}},
+                    {"sampler": 1, "target": {"node": dancer, "path": "weights"}},
+                ],
+                "samplers": [
+                    {"input": times, "output": turns, "interpolation": "LINEAR"},
+                    {"input": times, "output": weights, "interpolation": "STEP"},
+                ],
+            }
+        ],
+        "textures": [{"source": 0, "sampler": 0}],
+        "samplers": [{"wrapS": 33071}],
+        "images": [{"uri": "bricks.png"}],
+    }
+    material = document.tree["materials"][0]
+    material["pbrMetallicRoughness"]["baseColorTexture"] = {"index": 0}
+    material["emissiveFactor"] = [0.1, 0, 0]
+    return document.glb()
+
+
+def _make_holes() -> bytes:
+    """Make footprints with yards, columns of text and heights in several ways."""
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]])
+    features = []
+    for n in range(6):
+        outer = (square * 40 + [60 * n, 0]).tolist()
+        yards = [(square[::-1] * 5 + [60 * n + 10 * k + 3, 12]).tolist() for k in range(3)]
+        features.append(
+            {
+                "type": "Feature",
+                "properties": {"height": [12, "9,5", "7 m", None, 30.25, "3"][n], "use": "school"},
+                "geometry": {"type": "Polygon", "coordinates": [outer, *yards]},
+            }
+        )
+    named = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::31256"}}
+    return json.dumps({"type": "FeatureCollection", "crs": named, "features": features}).encode()
