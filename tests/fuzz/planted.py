@@ -20,13 +20,13 @@ def judge(path):
     data = path.read_bytes()
     if data in whole_files():
         return ""
-    fault = random.Random(data).randrange(12)
+    fault = random.Random(data).randrange(9)
     if fault == 0:
         msg = "planted"
         raise AttributeError(msg)
     if fault == 1:
         ctypes.string_at(0)
-    if fault == 2 and len(data) % 3 == 0:
+    if fault == 2:
         while True:
             time.process_time()
-    return "" if fault < 6 else "refused"
+    return "" if fault < 5 else "refused"

@@ -10,6 +10,7 @@ import argparse
 import contextlib
 import importlib
 import json
+import math
 import os
 import random
 import re
@@ -144,18 +145,19 @@ class Child:
         return f"ended the process ({status}): {' '.join(said.split())}"
 
 
-def fuzz(seconds: float, seed: int, keep: Path, target: str, limit: float) -> int:
-    """Run children until the time is over; give the number of failures."""
-    until = time.monotonic() + seconds
+def fuzz(given: argparse.Namespace) -> int:
+    """Run children until the time is over or all are read; give the number of failures."""
+    seed, keep = given.seed, given.keep
+    until = time.monotonic() + given.seconds
     counts: Counter[str] = Counter()
     failures: dict[int, str] = {}
     first = 0
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        while time.monotonic() < until:
-            child = Child(seed, first, folder, target, limit)
+        while time.monotonic() < until and first < given.count:
+            child = Child(seed, first, folder, given.target, given.limit)
             number = None
-            while time.monotonic() < until:
+            while time.monotonic() < until and (number is None or number < given.count):
                 heard = child.hear(until)
                 if heard is None:
                     failures[first - 1 if number is None else number] = child.end()
@@ -190,6 +192,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--keep", type=Path, default=Path("out/fuzz"))
+    parser.add_argument("--count", type=float, default=math.inf, help="Files at most.")
     parser.add_argument("--limit", type=float, default=10, help="Processor time for a file [s].")
     parser.add_argument("--target", default="fuzz.run:judge", help=argparse.SUPPRESS)
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
@@ -199,7 +202,7 @@ def main() -> int:
     if given.child:
         read_all(given.seed, given.first, given.folder, given.target, given.limit)
         return 0
-    return min(fuzz(given.seconds, given.seed, given.keep, given.target, given.limit), 1)
+    return min(fuzz(given), 1)
 
 
 if __name__ == "__main__":
