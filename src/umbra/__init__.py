@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     )
     from umbra.study import shadow_study
     from umbra.study.compare import compare
-    from umbra.sun import Site, find_site, find_sun
+    from umbra.sun import Site, find_site, find_sun, sun_light
 
 __version__ = "0.1.0"
 
@@ -65,6 +65,7 @@ _HOMES = {
     "shadow_study": "umbra.study",
     "sphere_light": "umbra.scene",
     "spot_light": "umbra.scene",
+    "sun_light": "umbra.sun",
     "volume_light": "umbra.scene",
 }
 
@@ -93,6 +94,7 @@ __all__ = [
     "shadow_study",
     "sphere_light",
     "spot_light",
+    "sun_light",
     "volume_light",
 ]
 

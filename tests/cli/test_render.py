@@ -202,7 +202,7 @@ def test_half_a_view_is_refused(umbra_here, table, tmp_path, half):
         (["--out", "a.png", "--light", "0,8"], "X,Y,Z"),
         (["--out", "a.png", "--light", "0,0,nan"], "X,Y,Z"),
         (["--out", "a.png", "--light", "0,0,0,0"], "points nowhere"),
-        (["--out", "a.png", "--light", "0,0,8,-1"], "w must be"),
+        (["--out", "a.png", "--light", "0,0,8,-1"], "a point"),
         (["--out", "a.png", "--light", "0,0,8", "--method", "alpha"], "auto, z-pass, z-fail"),
         (["--out", "a.png", "--light", "0,0,8", "--method", "lengyel"], "auto, z-pass, z-fail"),
         (

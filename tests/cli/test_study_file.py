@@ -24,7 +24,7 @@ def test_a_study_repeats_itself_from_what_it_wrote(study, umbra_here, tmp_path):
     path = save_obj(tmp_path / 'to"wn.obj', HOUSES)
     options = [
         *HALF_DAY, "--no-cast", "shed", "--extent", "-5,-5,5,9", "--receivers", "top", "--spells",
-        "--date", "2026-06-21", "--sum", "--north", "-3.5", "--under", "90min",
+        "--date", "2026-06-21", "--sum", "--north", "-3.5", "--min-spell", "90min",
     ]  # fmt: skip
     assert study(*options, files=[path]).status == 0
     written = tmp_path / "out" / "study.toml"
@@ -69,7 +69,7 @@ def test_what_is_typed_comes_before_the_file(umbra_here, no_pictures, tmp_path):
         ('dates = "2026-03-21"', "did you mean 'date'"),
         ("date = ", "is not TOML"),
         ('[study]\ndate = "2026-03-21"', "without headings"),
-        ('date = "2026-03-21"\ncell = "wide"', "not a valid float"),
+        ('date = "2026-03-21"\ncell = "wide"', "is no length"),
         ('date = "2026-03-21"\nextent = [1, 2]', "--extent"),
         ('date = "yesterday"', "is not a date"),
     ],

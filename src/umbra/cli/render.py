@@ -1,8 +1,8 @@
 """``umbra render``: a picture with exact shadows."""
 
-import math
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,19 @@ from umbra.cli.columns import column_options
 from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
+from umbra.cli.render_checks import (
+    check_light,
+    check_memory,
+    check_method,
+    check_sun,
+    warn,
+    warn_of_view,
+)
 from umbra.cli.sections import make_sectioned
+from umbra.cli.site import site_options
 from umbra.cli.soft import check_soft, size_lights, soft_options, soften
-from umbra.cli.terminal import echo, echo_json, echo_path
-from umbra.cli.values import SIZE, Numbers
+from umbra.cli.terminal import echo_json, echo_path
+from umbra.cli.values import LENGTH, SIZE, Numbers
 from umbra.errors import InputError
 
 __all__ = ["command"]
@@ -24,6 +33,7 @@ __all__ = ["command"]
 SECTIONS = {
     "--eye": "Camera",
     "--light": "Lights",
+    "--lat": "Site",
     "--height-column": "Reading",
     "--ground": "Counting",
     "--axis-up": "Reading",
@@ -33,7 +43,6 @@ SECTIONS = {
 }
 
 POINT = Numbers("X,Y,Z", 3)
-_BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its lights
 
 
 @click.command("render", cls=make_sectioned(SECTIONS))
@@ -54,11 +63,14 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
     help="Vertical field of view [degrees].",
 )
 @click.option(
-    "--height", type=float, metavar="M", help="Orthographic instead: the picture's height [m]."
+    "--height", type=LENGTH, metavar="M", help="Orthographic instead: the picture's height [m]."
 )
 @click.option("--size", type=SIZE, default=(1024, 768), help="In pixels; default: 1024x768.")
 @click.option(
-    "--near", type=float, metavar="M", default=0.1, show_default=True, help="Near plane [m]."
+    "--near",
+    type=LENGTH,
+    metavar="M",
+    help="Near plane [m]; default: 0.1, or a thousandth of a model smaller than 100 m.",
 )
 @click.option(
     "--light",
@@ -74,11 +86,16 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its light
     multiple=True,
     help="Repeatable: place, target and half angle of a spot light, after the others.",
 )
+@click.option(
+    "--date", metavar="DATE", help="Also the sun's light on this local date, YYYY-MM-DD, at --at."
+)
+@click.option("--at", "clock", metavar="HH:MM", help="Local clock time of the sun.")
+@site_options
 @column_options
 @pose_options
 @outside_option
 @cache_option
-@click.option("--ground", type=float, metavar="Z", help="Add a ground plane [m].")
+@click.option("--ground", type=LENGTH, metavar="Z", help="Add a ground plane [m].")
 @click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
 @click.option(
     "--method",
@@ -124,9 +141,15 @@ def command(
     fov: float,
     height: float | None,
     size: tuple[int, int],
-    near: float,
+    near: float | None,
     lights: tuple[tuple[float, ...], ...],
     spots: tuple[tuple[float, ...], ...],
+    date: str | None,
+    clock: str | None,
+    lat: float | None,
+    lon: float | None,
+    tz: str | None,
+    north: float | None,
     time: float | None,
     animation: str | None,
     ground: float | None,
@@ -145,11 +168,12 @@ def command(
     """
     Draw a picture with exact hard shadows of any number of lights, or with soft ones.
 
-    Without --light and --spot a glTF file's own lights shine, or one from the upper left.
+    Without --light, --spot and --date a glTF file's own lights shine, or one from the upper left.
 
     \b
-    Example:
+    Examples:
     umbra render tower.glb --eye 40,-60,30 --target 0,0,10 --light 4,-3,8,0 --out tower.png
+    umbra render house.ifc --date 2026-03-21 --at 15:00 --out house.png
     """  # noqa: D301  (click asks for a real backspace)
     if out is None and arrays is None:
         msg = "nothing to write; give --out FILE.png or --arrays FILE.npz"
@@ -163,6 +187,7 @@ def command(
     from umbra.cpu.threads import count_cores  # noqa: PLC0415
     from umbra.scene import Camera, Light, directional_light, spot_light  # noqa: PLC0415
     from umbra.scene.exposure import expose_lights  # noqa: PLC0415
+    from umbra.sun import find_site, sun_light  # noqa: PLC0415
     from umbra.window.viewpoint import frame_bounds  # noqa: PLC0415
     from umbra.writers.beside import replace_file  # noqa: PLC0415
     from umbra.writers.png import write_png  # noqa: PLC0415
@@ -170,18 +195,20 @@ def command(
     if (eye is None) != (target is None):
         msg = "a view needs both --eye and --target; leave both out to see the whole model"
         raise InputError(msg)
-    _check_method(device, method)
+    check_sun(date, clock, {"lat": lat, "lon": lon, "tz": tz, "north": north})
+    check_method(device, method)
     check_soft(soft, light_sizes)
     if mask_scale != "1" and (device != "gl" or soft is not None):
         msg = "--mask-scale is for hard shadows on gl; give --device gl and no --soft"
         raise InputError(msg)
-    lens: dict[str, Any] = {"size": size, "fov": fov, "height": height, "near": near}
+    lens: dict[str, Any] = {"size": size, "fov": fov, "height": height}
+    lens |= {} if near is None else {"near": near}
     # Slips in a camera that is given are told before anything is read.
     camera = None if eye is None else Camera(eye, target, up, **lens)  # type: ignore[arg-type]
-    all_lights = [Light(np.array(v if len(v) == 4 else (*v, 1.0))) for v in lights]
+    all_lights = [Light(check_light(v)) for v in lights]
     all_lights += [spot_light(v[:3], v[3:6], v[6]) for v in spots]
     threads = threads or count_cores()
-    _check_memory(size, len(all_lights))
+    check_memory(size, len(all_lights))
     written = [path for path in (out, arrays) if path is not None]
     with ExitStack() as stack:
         beside = {path: stack.enter_context(replace_file(path)) for path in written}
@@ -190,18 +217,24 @@ def command(
         scene = read_posed(files, axis_up, time, animation)
         stages.show_scene(scene)
         stages.begin("drawing")
+        if date is not None and clock is not None:
+            all_lights.append(sun_light(find_site(scene, lat, lon, tz, north), date, clock))
+            check_memory(size, len(all_lights))
         if not all_lights:
             all_lights = list(expose_lights(scene))
-            _check_memory(size, len(all_lights))
+            check_memory(size, len(all_lights))
+        framed = frame_bounds(scene.bounds(), size, fov=fov).camera(size)
         if camera is None:
-            seen_from = frame_bounds(scene.bounds(), size).camera(size)
-            camera = Camera(seen_from.eye, seen_from.target, up, **lens)  # type: ignore[arg-type]
+            camera = Camera(framed.eye, framed.target, up, **lens)  # type: ignore[arg-type]
+        if near is None:
+            camera = replace(camera, near=framed.near)
         if not all_lights:
             right, up_there, forward = camera.axes()
             all_lights = [directional_light(-0.6 * right + 0.9 * up_there - 0.5 * forward)]
         sized = size_lights(all_lights, light_sizes) if soft is not None else []
         counter = stack.enter_context(_count_on(device, scene, ground, threads))
         view, frame = counter.see(camera)
+        warn_of_view(scene, camera, frame, threads)
         shares = []
         if mask_scale == "1":
             counts = [counter.count(view, camera, light, method) for light in all_lights]
@@ -251,54 +284,15 @@ def command(
             echo_path(path)
 
 
-def _check_method(device: str, method: str) -> None:
-    """Refuse a method that the device does not have, before anything is read."""
-    name: str
-    methods: tuple[str, ...]
-    if device == "gl":  # only the room of the device that is asked: imports take time
-        from umbra.gl import selection  # noqa: PLC0415
-        from umbra.gl.masks.registry import NAMES  # noqa: PLC0415
-
-        name, methods = "gl device", (*selection.METHODS, *NAMES)
-    else:
-        from umbra.cpu import frame  # noqa: PLC0415
-
-        name, methods = "cpu", frame.METHODS
-    if method not in methods:
-        msg = f"the {name} has no method '{method}'; it has {', '.join(methods)}"
-        raise InputError(msg, method=method)
-
-
 @contextmanager
 def _count_on(device: str, scene: Any, ground: float | None, threads: int) -> Iterator[Any]:
     """Give a counter of frames on a device."""
     if device == "gl":
         from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
 
-        with GlFrameCounter(scene, ground=ground, warn=_warn) as counter:
+        with GlFrameCounter(scene, ground=ground, warn=warn) as counter:
             yield counter
     else:
         from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
 
-        yield FrameCounter(scene, ground=ground, threads=threads, warn=_warn)
-
-
-def _check_memory(size: tuple[int, int], lights: int) -> None:
-    """Refuse a picture that memory cannot hold, before anything is read."""
-    from umbra.cpu.memory import find_memory, name_memory  # noqa: PLC0415
-
-    cols, rows = size
-    needed, held = cols * rows * (_BYTES + _LIGHT_BYTES * lights), find_memory()
-    if needed <= held:
-        return
-    scale = math.sqrt(held / needed)
-    msg = (
-        f"a picture of {cols}x{rows} pixels needs {needed / 1e9:.1f} GB and "
-        f"{name_memory(held)}; a --size of {max(int(cols * scale), 1)}x{max(int(rows * scale), 1)} "
-        "would fit"
-    )
-    raise InputError(msg, bytes=needed)
-
-
-def _warn(message: str) -> None:
-    echo(f"umbra: {message}", err=True)
+        yield FrameCounter(scene, ground=ground, threads=threads, warn=warn)

@@ -18,6 +18,7 @@ from umbra.cli.sections import make_sectioned
 from umbra.cli.study_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.study_options import study_options
 from umbra.cli.terminal import echo, echo_json, echo_path
+from umbra.errors import InputError
 
 __all__ = ["command"]
 
@@ -244,7 +245,11 @@ def _check_clock(options: dict[str, Any]) -> None:
     find_stamps(day, options["at"], "UTC")
     if options["min_spell"] is not None:
         parse_duration(options["min_spell"], "least spell")
-    parse_duration(options["under"], "least sun")
+    if options["under"] is not None:
+        parse_duration(options["under"], "least sun")
+        if not options["proposed"]:
+            msg = "--under is about what a proposal takes away; name its parts with --proposed"
+            raise InputError(msg, under=options["under"])
     check_transmissivity(options["canopy"], options["transmissivity"], options["leaf_on"])
     if options["receivers"] not in {"ground", "top", "camera", "surfaces", "points"}:
         from umbra.study.views import find_direction  # noqa: PLC0415

@@ -7,31 +7,11 @@ from typing import Any
 import click
 
 from umbra.cli.columns import remember
-from umbra.cli.values import SIZE, Numbers
+from umbra.cli.site import SITE
+from umbra.cli.values import LENGTH, SIZE, Numbers
 
 __all__ = ["study_options"]
 
-_SITE = [
-    click.option("--lat", type=float, metavar="DEG", help="Latitude; default: what the file says."),
-    click.option(
-        "--lon",
-        type=float,
-        metavar="DEG",
-        help="Longitude, east positive; default: what the file says.",
-    ),
-    click.option(
-        "--tz",
-        metavar="ZONE",
-        help="IANA zone, as Europe/Vienna; default: that of the coordinates.",
-    ),
-    click.option(
-        "--north",
-        type=float,
-        metavar="DEG",
-        help="True north's azimuth in the plan, clockwise from y; default: what the file says, "
-        "or 0.",
-    ),
-]
 _TIME = [
     click.option(
         "--date",
@@ -128,7 +108,7 @@ _RECEIVERS = [
     ),
     click.option(
         "--ground",
-        type=float,
+        type=LENGTH,
         metavar="Z",
         help="The ground's height [m]; default: the lowest point.",
     ),
@@ -139,7 +119,7 @@ _RECEIVERS = [
     ),
     click.option(
         "--cell",
-        type=float,
+        type=LENGTH,
         metavar="M",
         help="Side of a cell [m]; default: about 1000 cells on the longer side.",
     ),
@@ -212,10 +192,9 @@ _RESULTS = [
     ),
     click.option(
         "--under",
-        default="2h",
-        show_default=True,
         metavar="DURATION",
-        help="With --proposed: where fewer hours of sun are left than this, but were not before.",
+        help="With --proposed: where fewer hours of sun are left than this, but were not before; "
+        "default: 2h.",
     ),
     click.option(
         "--spells",
@@ -277,6 +256,6 @@ _RUN = [
 
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command all options of a study, in the order of its help."""
-    for option in reversed([*_SITE, *_TIME, *_RECEIVERS, *_CASTERS, *_RESULTS, *_PICTURES, *_RUN]):
+    for option in reversed([*SITE, *_TIME, *_RECEIVERS, *_CASTERS, *_RESULTS, *_PICTURES, *_RUN]):
         command = option(command)
     return command

@@ -1,11 +1,15 @@
-"""Values that options take: points, sizes, extents."""
+"""Values that options take: points, sizes, extents, lengths."""
 
 import math
+import re
 from typing import Any
 
 import click
 
-__all__ = ["SIZE", "Numbers", "Size"]
+__all__ = ["LENGTH", "SIZE", "Length", "Numbers", "Size"]
+
+_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "ft": 0.3048}
+_LENGTH = re.compile(r"(.*?)\s*(mm|cm|m|km|ft)?", re.IGNORECASE | re.DOTALL)
 
 
 class Numbers(click.ParamType):
@@ -59,4 +63,20 @@ class Size(click.ParamType):
         return self.name
 
 
+class Length(click.ParamType):
+    """Metres, or another unit where it is named: ``0.5``, ``50cm``."""
+
+    name = "M"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        """Parse; a number passes as it is."""
+        number, unit = _LENGTH.fullmatch(str(value)).groups()  # type: ignore[union-attr]
+        try:
+            return float(number) * _UNITS[(unit or "m").lower()]
+        except ValueError:
+            units = ", ".join(_UNITS)
+            self.fail(f"'{value}' is no length; give metres, or one in {units}: 50cm", param, ctx)
+
+
+LENGTH = Length()
 SIZE = Size()

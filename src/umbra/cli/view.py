@@ -10,7 +10,7 @@ from umbra.cli.columns import column_options
 from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.soft import NAMES
-from umbra.cli.values import SIZE
+from umbra.cli.values import LENGTH, SIZE
 
 __all__ = ["command"]
 
@@ -36,7 +36,7 @@ __all__ = ["command"]
 @cache_option
 @click.option(
     "--ground",
-    type=float,
+    type=LENGTH,
     metavar="Z",
     help="The ground plane [m]; default: what the file says, or just below the model.",
 )

@@ -235,10 +235,13 @@ class Scene:
                 tags = Counter(tag for part in self.parts for tag in part.tags)
                 common = [tag for tag, count in tags.most_common(6) if count > 1]
                 words = list(dict.fromkeys(layers + kinds + common + names))
+                near = _find_alike(pattern, words)
                 shown = ", ".join(words[:12])
                 more = len(words) - 12
                 msg = (
-                    f"'{pattern}' matches no part; the file has {shown}"
+                    f"'{pattern}' matches no part; "
+                    + (f"did you mean '{near}'? " if near else "")
+                    + f"the file has {shown}"
                     + (f" and {more} more" if more > 0 else "")
                     + " (umbra inspect lists them)"
                 )
@@ -248,6 +251,13 @@ class Scene:
         chosen = set().union(*map(matches, cast)) if cast else set(range(len(self.parts)))
         dropped = set().union(*map(matches, no_cast))
         return sorted(chosen - dropped)
+
+
+def _find_alike(pattern: str, words: Sequence[str]) -> str | None:
+    """Find the word that somebody most likely meant; case counts in names, not in slips."""
+    folded = {word.casefold(): word for word in reversed(words)}
+    near = difflib.get_close_matches(pattern.casefold(), folded, n=1)
+    return folded[near[0]] if near else None
 
 
 def make_scene(

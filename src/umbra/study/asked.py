@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.face_tree import FaceTree
+from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.canopy import Canopy
 from umbra.study.compare import read_hours
@@ -84,19 +85,22 @@ class Asked:
         who: Sequence[str],
         by: str | None,
         proposed: Sequence[str],
-        under: str | float | dt.timedelta,
+        under: str | float | dt.timedelta | None,
         canopy: Canopy | None = None,
     ) -> "Asked":
         """Read the options, see ``umbra.shadow_study``."""
         weak = () if canopy is None else canopy.casting
         groups = find_groups(scene, casters, who, by, weak) if who or by else None
+        if under is not None and not proposed:
+            msg = f"under={under!r} is about what a proposal takes away; name its parts: proposed="
+            raise InputError(msg, under=under)
         if not proposed:
             return cls(groups, len(groups.names) if groups else 0)
         parts = tuple(sorted(set().union(*(scene.select([pattern]) for pattern in proposed))))
         new = find_groups(scene, casters, proposed, None, weak)  # refuses those that do not cast
         whole = Groups(("proposed",), new.pieces, np.atleast_2d(new.member.any(0)), new.is_weak)
         shown = len(groups.names) if groups else 0
-        return cls(_join(groups, whole), shown, parts, read_hours(under))
+        return cls(_join(groups, whole), shown, parts, read_hours("2h" if under is None else under))
 
     def bytes_kept(self, days: int) -> int:
         """Give what is kept of each receiver, and of each of so many dates besides [byte]."""

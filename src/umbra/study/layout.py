@@ -17,6 +17,8 @@ LONGEST_SHADOW = 4.0
 TILE = 4096
 """Side of the tiles that a large raster is counted in [cell], so that work arrays stay small."""
 _LONG_SIDE = 1024  # cells of the default raster
+NEARBY = 1000.0  # [m]; so far from a model, and
+LOWEST_SUN = 100  # times its height farther, an extent may lie: the sun is half a degree high there
 _BYTES = 32  # held for each cell: heights, hours, and their copies on the way to the file
 _WORK = 30  # held for each cell of the tile that is counted,
 _THREAD_WORK = 4  # and this by each thread
@@ -93,6 +95,7 @@ def lay_out(
                 f"got {','.join(f'{v:g}' for v in extent)}"
             )
             raise InputError(msg, extent=tuple(extent))
+        _check_near(low, high, points, ground)
     most = _most_cells(masks + kept, threads)
     wide, deep = (float(length) for length in high - low)
     if size is None:
@@ -109,6 +112,22 @@ def lay_out(
         raise _too_large(cols, rows, most, wide, deep, masks, kept, threads)
     grid = Grid(float(low[0] + dx / 2), float(low[1] + dy / 2), float(dx), float(dy), cols, rows)
     return grid, grid.x, grid.y
+
+
+def _check_near(
+    low: NDArray[np.float64], high: NDArray[np.float64], points: NDArray[np.float64], ground: float
+) -> None:
+    """Refuse an extent that no shadow reaches: the map would be blank."""
+    least, most = points.min(0), points.max(0)
+    gap = float(np.hypot(*np.maximum(np.maximum(least[:2] - high, low - most[:2]), 0)))
+    if gap <= NEARBY + LOWEST_SUN * max(float(most[2]) - ground, 0.0):
+        return
+    where = ", ".join(f"{a} {least[i]:.6g} to {most[i]:.6g}" for i, a in enumerate("xy"))
+    msg = (
+        f"the extent lies {gap / 1e3:.3g} km from the model, beyond its shadows; the model's own "
+        f"coordinates are {where} [m]"
+    )
+    raise InputError(msg, extent=(*low.tolist(), *high.tolist()))
 
 
 def _reach(

@@ -107,7 +107,7 @@ class Setup:
         who: Sequence[str] = (),
         by: str | None = None,
         proposed: Sequence[str] = (),
-        under: str | float | dt.timedelta = "2h",
+        under: str | float | dt.timedelta | None = None,
         cast: Sequence[str] = (),
         no_cast: Sequence[str] = (),
         canopy: Sequence[str] = (),

@@ -59,6 +59,12 @@ def find_direction(receivers: str) -> tuple[float, float]:
         tilt = float(down) if slash else 0.0
     except ValueError:
         azimuth = tilt = np.nan
+    if np.isfinite(azimuth) and not 0 <= azimuth <= 360:
+        msg = (
+            f"an elevation's azimuth lies between 0 and 360 degrees; got receivers '{receivers}'"
+            + (f" (the same as {azimuth % 360:g}?)" if abs(azimuth) < 1e4 else "")
+        )
+        raise InputError(msg, receivers=receivers)
     if not (np.isfinite(azimuth) and 0 <= tilt < 90):
         msg = (
             f"unknown receivers '{receivers}'; choose ground or top, an elevation from north, "

@@ -10,6 +10,7 @@ Data flows one way::
 from umbra.sun.clock import Steps, make_steps
 from umbra.sun.dates import parse_dates
 from umbra.sun.daylight import Daylight, find_daylight
+from umbra.sun.light import sun_light
 from umbra.sun.position import SunPath, find_sun
 from umbra.sun.site import Site, find_site
 
@@ -23,4 +24,5 @@ __all__ = [
     "find_sun",
     "make_steps",
     "parse_dates",
+    "sun_light",
 ]

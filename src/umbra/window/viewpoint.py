@@ -118,7 +118,10 @@ class Viewpoint:
 
 
 def frame_bounds(
-    bounds: NDArray[np.float64], size: tuple[int, int], like: Viewpoint | None = None
+    bounds: NDArray[np.float64],
+    size: tuple[int, int],
+    like: Viewpoint | None = None,
+    fov: float | None = None,
 ) -> Viewpoint:
     """
     Find the viewpoint from which a box fills the picture.
@@ -131,6 +134,8 @@ def frame_bounds(
         Columns and rows of the picture.
     like : Viewpoint, optional
         Look in the same direction.
+    fov : float, optional
+        Vertical field of view [degrees]; that of ``like`` by default.
 
     Returns
     -------
@@ -140,7 +145,7 @@ def frame_bounds(
     diagonal = max(float(np.linalg.norm(np.ptp(bounds, axis=0))), 1e-3)
     near = float(np.clip(_NEAR_SHARE * diagonal, _NEAR_LEAST, _NEAR_MOST))
     start = like or Viewpoint(_point(middle))
-    start = replace(start, target=_point(middle), near=near)
+    start = replace(start, target=_point(middle), near=near, fov=fov or start.fov)
     right, up, forward = start.axes()
     corners = np.stack(np.meshgrid(*bounds.T), -1).reshape(-1, 3) - middle
     across = np.tan(np.radians(start.fov) / 2) * np.array([size[0] / size[1], 1.0])
