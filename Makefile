@@ -52,6 +52,14 @@ $(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.umbra
 	@$(PY) -m pip install --quiet $(WITH_$*) --group $*
 	@touch $@
 
+# Without a driver of the system's, the tests use OpenGL from PyPI (84 MB) where there is one.
+$(VENV)/.opengl: $(VENV)/.test
+	@$(PY) -c 'from umbra.gl.context import open_device; open_device()' 2>/dev/null || { \
+	  echo "no OpenGL here: installing one from PyPI into $(VENV)"; \
+	  $(PY) -m pip install --quiet --only-binary :all: --editable '.[osmesa]' || \
+	    echo "PyPI has none for this machine: tests of OpenGL will skip"; }
+	@touch $@
+
 # -- the example -------------------------------------------------------------------------
 
 BLOCK := $(OUT)/city_block.city.json
@@ -78,7 +86,7 @@ study: $(OUT)/city_block/study.nc $(OUT)/city_block.png
 
 # -- checks ------------------------------------------------------------------------------
 
-test: $(VENV)/.test
+test: $(VENV)/.opengl
 	$(PY) -m pytest $(ARGS)
 
 fuzz: $(VENV)/.test

@@ -3,6 +3,7 @@
 import signal
 
 import pytest
+from support.skips import WANTS, find_unexpected, read_reason, tell
 
 # A shell that runs the suite in the background has it ignore Ctrl-C, and so do its
 # children; the tests of Ctrl-C need it heard, as in front of a terminal.
@@ -15,3 +16,37 @@ def _cache_of_the_tests(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("UMBRA_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--lacking",
+        metavar="WHAT,...",
+        help=f"What this machine lacks, of {', '.join(WANTS)}, or nothing: "
+        "a test that skips for another reason fails the run.",
+    )
+
+
+def _find_skips(config):
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    return [read_reason(report) for report in reporter.stats.get("skipped", ())]
+
+
+def _find_unexpected(config):
+    lacking = config.getoption("--lacking")
+    return [] if lacking is None else find_unexpected(_find_skips(config), lacking.split(","))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session):
+    if session.exitstatus == 0 and _find_unexpected(session.config):
+        session.exitstatus = 1
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if reasons := _find_skips(config):
+        terminalreporter.section("skipped")
+        for line in tell(reasons):
+            terminalreporter.line(line)
+    for reason in _find_unexpected(config):
+        terminalreporter.line(f"FAILED: no test may skip here, and some did: {reason}", red=True)

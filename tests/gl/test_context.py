@@ -51,8 +51,29 @@ def test_every_backend_that_opens_is_right(backend):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     if done.stdout.startswith("none:"):
-        pytest.skip(done.stdout.strip())
+        pytest.skip(f"one backend of several, {backend}, does not open here")
     assert done.stdout.strip() == "live: 0"
+
+
+@pytest.mark.parametrize("backend", ["egl", "osmesa"])
+def test_a_context_lives_on_when_a_later_one_is_released(backend):
+    again = """
+import sys
+from umbra.errors import UmbraError
+from umbra.gl.context import open_device
+try:
+    first, second = open_device(sys.argv[1]), open_device(sys.argv[1])
+except UmbraError as error:
+    sys.exit("none")
+second.release()
+print(len(first.context.buffer(b"umbra").read()))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", again, backend], capture_output=True, text=True, check=False
+    )
+    if done.stderr.strip() == "none":
+        pytest.skip(f"one backend of several, {backend}, does not open here")
+    assert (done.returncode, done.stdout) == (0, "5\n"), done.stderr
 
 
 def test_an_unknown_backend_is_refused():

@@ -12,7 +12,7 @@ from ctypes.util import find_library
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.functions import Functions
@@ -238,7 +238,10 @@ class OffscreenMesa:
     A context of OSMesa's, in the shape that moderngl takes from its loader.
 
     The library is the system's, or the one that the package ``lavavu-osmesa`` brings.
+    One that is released gives way to the one that was opened before it and lives.
     """
+
+    _open: ClassVar[list["OffscreenMesa"]] = []
 
     def __init__(self) -> None:
         library = _load_osmesa()
@@ -259,6 +262,7 @@ class OffscreenMesa:
         if not self._context or not self._make_current():
             msg = "OSMesa makes no context of OpenGL 3.3"
             raise UmbraError(msg)
+        self._open.append(self)
 
     def _make_current(self) -> bool:
         return bool(self._library.OSMesaMakeCurrent(self._context, self._pixels, 0x1401, 4, 4))
@@ -274,6 +278,9 @@ class OffscreenMesa:
         if self._context:
             self._library.OSMesaMakeCurrent(None, None, 0, 0, 0)
             self._library.OSMesaDestroyContext(self._context)
+            self._open.remove(self)
+            if self._open:
+                self._open[-1]._make_current()
         self._context = None
 
     def __enter__(self) -> "OffscreenMesa":
