@@ -265,3 +265,17 @@ def test_tokyo(real_file, measure):
     assert measure.open_edges(scene) == []
     assert scene.bounds()[:, 2].tolist() == [0, 96]
     assert any("repaired: 3" in note for note in scene.notes) or len(scene.notes) == 2
+
+
+def test_tangled_footprints_are_not_repaired_but_named(write):
+    # A repair adds a corner at each of some million crossings.
+    pytest.importorskip("shapely")
+    tangle = np.random.default_rng(0).uniform(0, 100, (3000, 2)).tolist()
+    tangle.append(tangle[0])
+    bow = [[200, 0], [210, 10], [210, 0], [200, 10], [200, 0]]
+    shapes = [feature(ring, properties={"height": 10}) for ring in (tangle, bow)]
+    scene = umbra.read(write(*shapes))
+    notes = " ".join(scene.notes)
+    assert "footprints too tangled to repair" in notes
+    assert ": 1 (first: feature 1)" in notes
+    assert "footprints repaired: 1 (first: feature 2" in notes

@@ -5,21 +5,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from umbra.readers import ears
+from umbra.readers.monotone import cut_by_sweep
 from umbra.readers.polygons import Polygons, triangulate
+
+WAYS = pytest.mark.parametrize("most", [ears.MOST, 0], ids=["ears", "sweep"])
 
 UP = [0.0, 0.0, 1.0]
 
 
-def cut(rings, points):
-    """Triangulate one polygon given as rings of indices."""
-    return triangulate(
-        np.asarray(points, float),
-        Polygons(
-            np.array([c for ring in rings for c in ring], np.int64),
-            np.array([len(ring) for ring in rings], np.int64),
-            np.array([len(rings)], np.int64),
-        ),
-    )
+def cut(rings, points, most=ears.MOST):
+    """Triangulate one polygon given as rings of indices, by ears or, from ``most`` on, a sweep."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ears, "MOST", most)
+        return triangulate(
+            np.asarray(points, float),
+            Polygons(
+                np.array([c for ring in rings for c in ring], np.int64),
+                np.array([len(ring) for ring in rings], np.int64),
+                np.array([len(rings)], np.int64),
+            ),
+        )
 
 
 def vector_areas(points, faces):
@@ -239,11 +245,12 @@ def _depth(ring):
     return np.linalg.norm(a + t[:, None] * (b - a), axis=1).min()
 
 
+@WAYS
 @given(star_polygons())
 @settings(deadline=None, max_examples=300)
-def test_triangles_fill_the_polygon_and_keep_every_edge(drawn):
+def test_triangles_fill_the_polygon_and_keep_every_edge(most, drawn):
     rings, points = drawn
-    result = cut(rings, points)
+    result = cut(rings, points, most)
     exact = points - points[0]
     expected = sum(
         np.cross(exact[ring], np.roll(exact[ring], -1, axis=0)).sum(0) / 2 for ring in rings
@@ -257,17 +264,18 @@ def test_triangles_fill_the_polygon_and_keep_every_edge(drawn):
     assert set(result.faces.ravel().tolist()) == {c for ring in rings for c in ring}
 
 
+@WAYS
 @given(
     st.lists(
         st.tuples(st.integers(0, 3), st.integers(0, 3), st.integers(0, 1)), min_size=3, max_size=9
     )
 )
 @settings(deadline=None, max_examples=300)
-def test_any_ring_at_all_keeps_its_signed_boundary(corners):
+def test_any_ring_at_all_keeps_its_signed_boundary(most, corners):
     # Crossed, folded, warped, repeated: whatever the ring, its neighbours still fit.
     points = np.array(corners, float)
     ring = list(range(len(points)))
-    result = cut([ring], points)
+    result = cut([ring], points, most)
     sums = {}
 
     def add(a, b, sign):
@@ -282,3 +290,69 @@ def test_any_ring_at_all_keeps_its_signed_boundary(corners):
         for k in range(3):
             add(face[k - 1], face[k], -1)
     assert not any(sums.values())
+
+
+def whole_rings(*rings):
+    """Give corners of rings, and which follows each."""
+    ends = np.cumsum([len(ring) for ring in rings])
+    following = np.arange(1, ends[-1] + 1)
+    following[ends - 1] = ends - [len(ring) for ring in rings]
+    return np.concatenate(rings).astype(float), following
+
+
+def swept_area(points, faces):
+    a, b, c = points[faces].transpose(1, 0, 2)
+    (ax, ay), (bx, by) = (b - a).T, (c - a).T
+    areas = (ax * by - ay * bx) / 2
+    assert (areas >= 0).all()
+    return areas.sum()
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 90, 211])
+def test_a_sweep_cuts_combs_stars_and_rows_of_holes(degrees):
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn = np.array([[cos, sin], [-sin, cos]])
+    angle = np.arange(40_000) * 2 * np.pi / 40_000
+    radius = np.where(np.arange(40_000) % 2, 50.0, 100.0)
+    star = np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1)
+    teeth = np.stack([np.arange(30_001), np.where(np.arange(30_001) % 2, 100.0, 1.0)], 1)
+    comb = np.concatenate([[[0.0, 0.0], [30_000.0, 0.0]], teeth[::-1]])
+    square = np.array([[0.25, 0.25], [0.25, 0.75], [0.75, 0.75], [0.75, 0.25]])
+    yards = [square + [k % 100, k // 100] for k in range(10_000)]
+    block = np.array([[-1.0, -1], [101, -1], [101, 101], [-1, 101]])
+    for rings, area in (
+        ([star], 40_000 * 0.5 * 100 * 50 * np.sin(np.pi / 20_000)),
+        ([comb], 30_000 * 50.5),
+        ([block, *yards], 102**2 - 2500),
+    ):
+        points, following = whole_rings(*rings)
+        points = points @ turn
+        faces = cut_by_sweep(points, following)
+        assert len(faces) == len(points) + 2 * (len(rings) - 1) - 2
+        assert swept_area(points, faces) == pytest.approx(area, rel=1e-9)
+        assert boundary(faces) == set(enumerate(following.tolist()))
+
+
+def test_a_sweep_refuses_rings_that_cross():
+    rng = np.random.default_rng(1)
+    for n in (5, 50, 5000):
+        assert cut_by_sweep(*whole_rings(rng.uniform(0, 10, (n, 2)))) is None
+    block = np.array([[0.0, 0], [4, 0], [4, 4], [0, 4]])
+    outside = np.array([[3.0, 1], [3, 2], [5, 2], [5, 1]])
+    assert cut_by_sweep(*whole_rings(block, outside)) is None
+
+
+def test_large_rings_that_cross_keep_their_boundary():
+    points = np.random.default_rng(2).uniform(0, 100, (30_000, 3))
+    ring = list(range(len(points)))
+    result = cut([ring], points)
+    assert len(result.faces) == len(points) - 2
+    assert result.crossed == 1
+    assert boundary(result.faces) == edges_of([ring])
+
+
+def test_a_corner_that_a_ring_visits_again_and_again():
+    petals = np.array([[[0, 0, 0], [k + 1, 1, 0], [k + 1, 2, 0]] for k in range(3000)], float)
+    points = petals.reshape(-1, 3)
+    result = cut([list(range(len(points)))], points)
+    assert len(result.faces) < 3 * len(points)

@@ -16,6 +16,7 @@ PLANES = ((1, 2), (2, 0), (0, 1))
 Point = tuple[float, float]
 Corners = tuple[int, int, int]
 
+MOST = 4e8  # steps of ear clipping, a second or two: corners times (corners + 10 holes)
 TOO_FAR = 1e15  # [m]; squares beyond it overflow into infinities soon
 
 
@@ -28,7 +29,8 @@ def clip_ears(
     Ear clipping drops corners on straight edges, which would open a crack where a
     neighbour uses them. They are put back by splitting the triangle on that edge;
     what cannot be mended so (rings that cross themselves, polygons without area)
-    is closed with slivers.
+    is closed with slivers. Polygons that would take long are swept; of those the ones that
+    cross or touch themselves become a fan for each ring.
 
     Parameters
     ----------
@@ -57,10 +59,7 @@ def clip_ears(
     flat = [(point[u], point[v]) for point in near]
 
     ends = list(accumulate(lengths))
-    ears = mapbox_earcut.triangulate_float64(
-        np.array(flat, np.float64), np.array(ends, np.uint32)
-    ).tolist()
-    triangles = list(zip(ears[::3], ears[1::3], ears[2::3], strict=True))
+    triangles = _cut(flat, lengths, ends)
     # Counter-clockwise as a rule, but earcut does not promise it.
     if sum(_find_area(flat, triangle) for triangle in triangles) < 0:
         triangles = [(c, b, a) for a, b, c in triangles]
@@ -82,6 +81,28 @@ def clip_ears(
     areas = [_find_area(flat, triangle) for triangle in triangles]
     crossed = sum(map(abs, areas)) > abs(sum(areas)) * (1 + 1e-6) + 1e-12
     return np.array(triangles, np.int64).reshape(-1, 3), crossed
+
+
+def _cut(flat: list[Point], lengths: Sequence[int], ends: list[int]) -> list[Corners]:
+    """Cut a polygon by its cost: ears, a sweep, or a fan for each ring where neither can."""
+    if ends[-1] * (ends[-1] + 10 * len(ends)) <= MOST:
+        ears = mapbox_earcut.triangulate_float64(
+            np.array(flat, np.float64), np.array(ends, np.uint32)
+        ).tolist()
+        return list(zip(ears[::3], ears[1::3], ears[2::3], strict=True))
+    from umbra.readers.monotone import cut_by_sweep  # noqa: PLC0415 - it compiles kernels
+
+    following = np.arange(1, ends[-1] + 1)
+    fans: list[Corners] = []
+    for index, (n, end) in enumerate(zip(lengths, ends, strict=True)):
+        start = end - n
+        ring = range(start, end)
+        if index and _find_area(flat, ring) > 0:
+            ring = ring[::-1]
+        following[list(ring)] = [*ring[1:], ring[0]]
+        fans += [(ring[0], a, b) for a, b in pairwise(ring[1:])]
+    swept = cut_by_sweep(np.array(flat, np.float64), following)
+    return fans if swept is None else [(a, b, c) for a, b, c in swept.tolist()]
 
 
 def _find_normal(ring: list[list[float]]) -> tuple[float, float, float]:
@@ -207,7 +228,7 @@ def _slivers(missing: dict[int, list[int]]) -> list[Corners]:
             slivers += [(loop[0], loop[i], loop[i + 1]) for i in range(1, len(loop) - 1)]
             for corner in loop[1:]:
                 del seen[corner]
-            path = path[: seen[step] + 1]
+            del path[seen[step] + 1 :]
             if step not in missing:
                 break
     return slivers
