@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.errors import InputError
+from umbra.study import split_dates, tell_dates
 
 if TYPE_CHECKING:
     import numpy as np
@@ -102,6 +103,11 @@ class Job:
         from umbra.writers.vectors.hour_lines import find_hour_lines  # noqa: PLC0415
 
         return list(find_hour_lines(self.study, self.show))
+
+    @property
+    def most_hours(self) -> float:
+        """Most hours with the sun up on one of the dates; on all, if only sums are kept."""
+        return max(one.up_hours for one in split_dates(self.study))
 
     @cached_property
     def seen(self) -> "list[NDArray[np.float64]]":
@@ -212,7 +218,7 @@ def _write_dxf(job: Job) -> list[str]:
     coordinates = job.frame or name_crs(find_crs(job.crs))
     write_dxf(
         job.folder / "study.dxf", job.outlines, job.hour_lines, height=height, seen=job.seen,
-        up_hours=job.study.up_hours, note=f"{job.title}; {coordinates}", show=job.show,
+        up_hours=job.most_hours, note=f"{job.title}; {coordinates}", show=job.show,
         footprints=find_footprints(job.study) if job.study.is_plan else {},
     )  # fmt: skip
     return ["study.dxf"]
@@ -249,8 +255,11 @@ def _write_csv(job: Job) -> list[str]:
 def _write_glb(job: Job) -> list[str]:
     from umbra.writers.model_glb import write_model_glb  # noqa: PLC0415
 
-    write_model_glb(job.folder / "hours.glb", job.study)
-    return ["hours.glb"]
+    dates = split_dates(job.study)
+    names = [f"hours_{tell_dates(one)}.glb" for one in dates] if len(dates) > 1 else ["hours.glb"]
+    for name, one in zip(names, dates, strict=True):
+        write_model_glb(job.folder / name, one, job.most_hours)
+    return names
 
 
 def _write_film(kind: str) -> Callable[[Job], list[str]]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.study import Study
+from umbra.study import Study, tell_dates
 from umbra.writers.color import shade_ramp
 from umbra.writers.glb import Glb, turn_up
 
@@ -33,7 +33,9 @@ class _Mesh:
     faces: NDArray[np.uint32]
 
 
-def write_model_glb(path: str | os.PathLike[str], study: Study) -> None:
+def write_model_glb(
+    path: str | os.PathLike[str], study: Study, most_hours: float | None = None
+) -> None:
     """
     Write model and ground; colours are those of ``hours.png``, the walls' is grey.
 
@@ -44,6 +46,9 @@ def write_model_glb(path: str | os.PathLike[str], study: Study) -> None:
     ----------
     path : path
     study : Study
+    most_hours : float, optional
+        Of the darkest colour, where several files share a scale; the hours with the sun up by
+        default [h].
 
     Raises
     ------
@@ -55,6 +60,7 @@ def write_model_glb(path: str | os.PathLike[str], study: Study) -> None:
     if study.receivers not in {"ground", "top"}:
         msg = f"the model is coloured from a plan, and this study has --receivers {study.receivers}"
         raise InputError(msg)
+    most = study.up_hours if most_hours is None else most_hours
     corners = study.model.soup.vertices[study.model.soup.faces]
     meshes = []
     if study.receivers == "top":
@@ -63,12 +69,12 @@ def write_model_glb(path: str | os.PathLike[str], study: Study) -> None:
         is_seen = np.abs(normal[:, 2]) > _LEVEL * np.maximum(length, 1e-12)
         side = max(study.grid.dx, study.grid.dy)
         divided = _divide(corners[is_seen], side)
-        meshes.append(_colored("surfaces", divided, _sample(study, divided)))
+        meshes.append(_colored("surfaces", divided, _sample(study, divided, most)))
         corners = corners[~is_seen]
     meshes.append(_colored("model", corners, None))
-    meshes.append(_make_ground(study))
+    meshes.append(_make_ground(study, most))
     origin = np.array([study.x[0] - study.grid.x0, study.y[0] - study.grid.y0])
-    _write(path, [mesh for mesh in meshes if len(mesh.faces)], study, origin)
+    _write(path, [mesh for mesh in meshes if len(mesh.faces)], study, origin, most)
 
 
 def _find_ground(study: Study) -> float:
@@ -109,7 +115,7 @@ def _divide(corners: NDArray[np.float64], side: float) -> NDArray[np.float64]:
     return np.concatenate(done)
 
 
-def _sample(study: Study, corners: NDArray[np.float64]) -> NDArray[np.float32]:
+def _sample(study: Study, corners: NDArray[np.float64], most: float) -> NDArray[np.float32]:
     """Take each corner's colour from the raster; grey where something else is on top."""
     middle = corners.mean(1, keepdims=True)
     inward = (corners + 1e-3 * (middle - corners)).reshape(-1, 3)  # off the edge, into its face
@@ -118,7 +124,7 @@ def _sample(study: Study, corners: NDArray[np.float64]) -> NDArray[np.float32]:
     row = np.rint((inward[:, 1] - grid.y0) / grid.dy).astype(int)
     is_in = (col >= 0) & (col < grid.cols) & (row >= 0) & (row < grid.rows)
     col, row = np.clip(col, 0, grid.cols - 1), np.clip(row, 0, grid.rows - 1)
-    colors = _find_colors(study, study.shadow_hours[row, col])
+    colors = _find_colors(study.shadow_hours[row, col], most)
     height = study.heights[row, col] - (study.ground - _find_ground(study))
     # A slope's cell centre lies up to a cell from the corner.
     reach = _NEAR + np.repeat(np.ptp(corners[..., 2], axis=1), 3) + max(grid.dx, grid.dy)
@@ -126,17 +132,17 @@ def _sample(study: Study, corners: NDArray[np.float64]) -> NDArray[np.float32]:
     return colors
 
 
-def _find_colors(study: Study, hours: NDArray[np.float32]) -> NDArray[np.float32]:
+def _find_colors(hours: NDArray[np.float32], most: float) -> NDArray[np.float32]:
     """Colour hours as the sheet does, in linear light as glTF wants vertex colours."""
     ramp = shade_ramp().astype(np.float32)
     linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
-    share = np.nan_to_num(hours) / max(study.up_hours, 1e-9)
+    share = np.nan_to_num(hours) / max(most, 1e-9)
     colors = linear[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
     colors[np.isnan(hours)] = GREY
     return colors.astype(np.float32)
 
 
-def _make_ground(study: Study) -> _Mesh:
+def _make_ground(study: Study, most: float) -> _Mesh:
     """Lay a grid under the model, each corner coloured by its cell."""
     grid = study.grid
     stride = max(1, -(-max(grid.rows, grid.cols) // MOST_GROUND))
@@ -149,7 +155,7 @@ def _make_ground(study: Study) -> _Mesh:
     a, b = index[:-1, :-1], index[:-1, 1:]
     c, d = index[1:, 1:], index[1:, :-1]
     faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2).reshape(-1, 3)
-    colors = _find_colors(study, hours.ravel())
+    colors = _find_colors(hours.ravel(), most)
     if study.receivers == "top":
         height = study.heights[np.ix_(rows, cols)].ravel() - study.ground
         colors[height > 1e-6] = GREY
@@ -157,7 +163,11 @@ def _make_ground(study: Study) -> _Mesh:
 
 
 def _write(
-    path: str | os.PathLike[str], meshes: Sequence[_Mesh], study: Study, origin: NDArray
+    path: str | os.PathLike[str],
+    meshes: Sequence[_Mesh],
+    study: Study,
+    origin: NDArray,
+    most: float,
 ) -> None:
     """Pack meshes into a GLB about the plan's middle; glTF's y is up."""
     bounds = np.concatenate([[mesh.positions.min(0), mesh.positions.max(0)] for mesh in meshes])
@@ -167,8 +177,9 @@ def _write(
     extras = {
         "origin": [float(v) for v in shift],
         "crs": study.facts.get("crs"),
-        "hours_of_darkest": study.up_hours,
-        "legend": make_legend(study.up_hours),
+        "date": tell_dates(study),
+        "hours_of_darkest": most,
+        "legend": make_legend(most),
     }
     glb = Glb(f"umbra {study.facts['umbra_version']}", extras)
     material = glb.add_material()

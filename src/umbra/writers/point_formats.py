@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from umbra.study import PointStudy
+from umbra.study import PointStudy, split_dates, tell_dates
 from umbra.writers.by_date import find_columns
 
 __all__ = ["OF_POINTS", "OF_SURFACES", "make_point_layer", "write_point_formats"]
@@ -40,8 +40,12 @@ def write_point_formats(folder: Path, study: PointStudy, names: Sequence[str]) -
         elif name == "glb":
             from umbra.writers.surfaces_glb import write_surfaces_glb  # noqa: PLC0415
 
-            write_surfaces_glb(folder / "hours.glb", study)
-            files.append("hours.glb")
+            dates = split_dates(study)
+            most = max(one.up_hours for one in dates)
+            for one in dates:
+                file = f"hours_{tell_dates(one)}.glb" if len(dates) > 1 else "hours.glb"
+                write_surfaces_glb(folder / file, one, most)
+                files.append(file)
         elif name == "geojson":
             from umbra.writers.vectors.geojson import write_geojson  # noqa: PLC0415
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from umbra.errors import InputError
-from umbra.study import PointStudy
+from umbra.study import PointStudy, tell_dates
 from umbra.study.surfaces import Samples
 from umbra.writers.color import shade_ramp
 from umbra.writers.glb import Glb, turn_up
@@ -25,7 +25,9 @@ _RIM = 1  # pixels around each surface, of its own colours, for viewers that ble
 _GREY = (0.80, 0.80, 0.80, 1.0)  # of what is not sampled
 
 
-def write_surfaces_glb(path: str | os.PathLike[str], study: PointStudy) -> None:
+def write_surfaces_glb(
+    path: str | os.PathLike[str], study: PointStudy, most_hours: float | None = None
+) -> None:
     """
     Write the sampled parts, a node each, coloured by hours in shadow; the rest is grey.
 
@@ -34,6 +36,9 @@ def write_surfaces_glb(path: str | os.PathLike[str], study: PointStudy) -> None:
     path : path
     study : PointStudy
         Of surfaces.
+    most_hours : float, optional
+        Of the darkest colour, where several files share a scale; the hours with the sun up by
+        default [h].
 
     Raises
     ------
@@ -46,9 +51,10 @@ def write_surfaces_glb(path: str | os.PathLike[str], study: PointStudy) -> None:
     if samples is None:
         msg = f"surfaces are coloured, and this study has --receivers {study.receivers}"
         raise InputError(msg)
+    most = study.up_hours if most_hours is None else most_hours
     scene, soup = study.model.scene, study.model.soup
     unfolded = unfold(samples, MOST_SQUARES)
-    picture, corner, scale = _draw(unfolded, study.shadow_hours / max(study.up_hours, 1e-9))
+    picture, corner, scale = _draw(unfolded, study.shadow_hours / max(most, 1e-9))
     middle = np.round(scene.bounds().mean(0)) - scene.origin
     middle[2] = scene.bounds()[0, 2] - scene.origin[2]
     glb = Glb(
@@ -56,8 +62,9 @@ def write_surfaces_glb(path: str | os.PathLike[str], study: PointStudy) -> None:
         {
             "origin": (scene.origin + middle).tolist(),
             "crs": study.facts.get("crs"),
-            "hours_of_darkest": study.up_hours,
-            "legend": make_legend(study.up_hours),
+            "date": tell_dates(study),
+            "hours_of_darkest": most,
+            "legend": make_legend(most),
         },
     )
     stream = io.BytesIO()

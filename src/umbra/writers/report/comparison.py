@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from umbra.study import PointStudy, Study
-from umbra.study.ledger import MASKS
-from umbra.writers.report.counted import Counted, find_counted
+from umbra.writers.report.counted import find_counted
+from umbra.writers.report.dates import join_dates
 from umbra.writers.report.table import Table
 
 __all__ = ["find_comparisons"]
@@ -29,20 +28,15 @@ def find_comparisons(study: Study | PointStudy) -> list[Table]:
     tables : list of Table
         None where nothing was asked.
     """
-    # In-shadow masks are packed, and large: nothing here asks for them.
-    arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if n not in MASKS}
+    tables = (join_dates(study, make) for make in (_compare, _list_neighbours, _list_casters))
+    return [table for table in tables if table is not None]
+
+
+def _compare(study: Study | PointStudy) -> Table | None:
     counted = find_counted(study)
-    tables = []
-    if "hours_lost" in arrays and counted is not None:
-        tables.append(_compare(study, arrays["hours_lost"], counted))
-    if arrays.get("neighbour", np.zeros(0)).size and study.receivers != "points":
-        tables.append(_list_neighbours(study, arrays))
-    if arrays.get("caster", np.zeros(0)).size and counted is not None:
-        tables.append(_list_casters(arrays, counted))
-    return tables
-
-
-def _compare(study: Study | PointStudy, lost: NDArray[np.float32], counted: Counted) -> Table:
+    if "hours_lost" not in study.more or counted is None:
+        return None
+    lost = np.asarray(study.more["hours_lost"][1])
     both = replace(counted, which=counted.which & np.isfinite(lost))
     after = study.sun_hours.astype(np.float64)
     before = after + np.nan_to_num(lost)
@@ -54,32 +48,48 @@ def _compare(study: Study | PointStudy, lost: NDArray[np.float32], counted: Coun
         means = both.average(before), both.average(after)
         change = means[1] - means[0]
         rows.append(("mean sun [h]", *(round(v, 2) + 0.0 for v in (*means, change))))
-    for name, test in (
+    is_one_date = len(study.period.days) == 1
+    limits = (
         (f"at least {under:g} h of sun [{unit}]", lambda sun: sun >= under - _SLACK),
         (f"less than {under:g} h of sun [{unit}]", lambda sun: sun < under - _SLACK),
+    )
+    for name, test in (
+        *(limits if is_one_date else ()),  # a limit holds for a date, never for a sum
         (f"no sun at all [{unit}]", lambda sun: sun <= _SLACK),
         (f"no shadow at all [{unit}]", lambda sun: sun >= study.up_hours - _SLACK),
     ):
         old, new = (round(both.add_up(test(sun))) for sun in (before, after))
         rows.append((name, old, new, new - old))
-    touched = both.add_up(np.nan_to_num(lost) > _SLACK)
+    touched = round(both.add_up(np.nan_to_num(lost) > _SLACK))
+    rows.append((f"loses sun [{unit}]", 0, touched, touched))
+    if not is_one_date:
+        newly = round(both.add_up(np.asarray(study.more["newly_under"][1]) > 0))
+        rows.append((f"newly under {under:g} h on at least one date [{unit}]", 0, newly, newly))
     return Table(
         "Before and after",
         (counted.what.partition(",")[0], "before", "after", "change"),
         rows,
-        f"Of {both.whole:,.0f} {unit} that are there before and after; "
-        f"{touched:,.0f} {unit} lose sun.",
+        f"Of {both.whole:,.0f} {unit} that are there before and after.",
     )
 
 
-def _list_neighbours(study: Study | PointStudy, arrays: dict[str, NDArray]) -> Table:
-    under = study.facts.get("under_hours", 2.0)
+def _list_neighbours(study: Study | PointStudy) -> Table | None:
+    if "neighbour" not in study.more or study.receivers == "points":
+        return None
+    arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if "neighbour" in n}
+    touched = np.flatnonzero(arrays["neighbour_area_touched"] > 0)  # on this date
+    arrays = {name: array[touched] for name, array in arrays.items()}
     names = arrays["neighbour"].tolist()
+    if not names:
+        return None
+    under = f"newly under {study.facts.get('under_hours', 2.0):g} h"
+    if len(study.period.days) > 1:
+        under += " on at least one date"
     where = "here" if isinstance(study, PointStudy) else "in this picture"
     columns = {
         "area [m²]": ("neighbour_area", 1),
         "loses sun [m²]": ("neighbour_area_touched", 1),
-        f"newly under {under:g} h [m²]": ("neighbour_area_newly_under", 1),
+        f"{under} [m²]": ("neighbour_area_newly_under", 1),
         "most lost [h]": ("neighbour_most_hours_lost", 2),
         "mean lost [h]": ("neighbour_mean_hours_lost", 2),
     }
@@ -96,7 +106,11 @@ def _list_neighbours(study: Study | PointStudy, arrays: dict[str, NDArray]) -> T
     )
 
 
-def _list_casters(arrays: dict[str, NDArray], counted: Counted) -> Table:
+def _list_casters(study: Study | PointStudy) -> Table | None:
+    counted = find_counted(study)
+    if "caster" not in study.more or counted is None:
+        return None
+    arrays = {n: np.asarray(study.more[n][1]) for n in ("caster", "cast_hours", "sole_hours")}
     rows = []
     what = "all points" if counted.unit == "points" else counted.what.partition(",")[0]
     for k, name in enumerate(arrays["caster"].tolist()[:_MOST_ROWS]):

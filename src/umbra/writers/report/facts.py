@@ -9,6 +9,7 @@ import numpy as np
 from umbra.study import PointStudy, Study
 from umbra.study.canopy import Canopy
 from umbra.writers.report.counted import find_counted
+from umbra.writers.report.dates import join_dates
 from umbra.writers.report.table import Table
 
 __all__ = ["find_facts", "find_sun_areas"]
@@ -140,8 +141,13 @@ def find_sun_areas(study: Study | PointStudy) -> Table | None:
     Returns
     -------
     table : Table, optional
-        None where the sun is not up for an hour.
+        Of each date; None where the sun is not up for an hour.
     """
+    return join_dates(study, _find_sun_areas)
+
+
+def _find_sun_areas(study: Study | PointStudy) -> Table | None:
+    """Tell it of one date, or of sums."""
     whole = int(study.up_hours + 1e-6)
     counted = find_counted(study)
     if whole < 1 or counted is None:

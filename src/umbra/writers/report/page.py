@@ -9,13 +9,12 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-import numpy as np
 import orjson
 
-from umbra.study import PointStudy, Study
+from umbra.study import PointStudy, Study, split_dates, tell_dates
 from umbra.writers.plan import Plan, Show, name_hours
 from umbra.writers.report.comparison import find_comparisons
-from umbra.writers.report.counted import find_counted
+from umbra.writers.report.dates import find_figures, list_dates
 from umbra.writers.report.facts import find_facts, find_sun_areas
 from umbra.writers.report.markup import (
     make_facts,
@@ -183,7 +182,13 @@ def _write(
 ) -> None:
     """Fill the page."""
     areas = find_sun_areas(study)
-    shown = [*tables, *find_comparisons(study), *([areas] if areas else [])]
+    by_date = list_dates(study)
+    shown = [
+        *tables,
+        *([by_date] if by_date else []),
+        *find_comparisons(study),
+        *([areas] if areas else []),
+    ]
     parts = parts | {
         "version": escape(str(study.facts["umbra_version"])),
         "title": escape(plan.title),
@@ -245,26 +250,17 @@ def _read_scripts(own: Sequence[str]) -> str:
 
 
 def _sum_up(study: Study | PointStudy) -> list[tuple[str, str]]:
-    """Give the figures at the top."""
-    figures = [("sun above the horizon", _say(study.up_hours))]
-    counted = find_counted(study)
-    hours = study.shadow_hours
-    if counted is None:  # a camera's pixels stand for nothing but themselves
-        seen = np.isfinite(hours)
-        weight, what = seen.astype(np.float64), "surfaces"
-    else:
-        seen, weight, what = counted.which, counted.weight, counted.what.partition(",")[0]
-    if not seen.any():
-        return figures
-    share = weight[seen] / weight[seen].sum()
-    if what.startswith("all that"):
-        what = "surfaces"
-    return [
-        *figures,
-        (f"mean sun, {what}", _say(float(share @ study.sun_hours[seen]))),
-        ("never in the sun", f"{100 * share @ (study.sun_hours[seen] <= 1e-4):.1f} %"),
-        ("never in shadow", f"{100 * share @ (hours[seen] <= 1e-4):.1f} %"),
-    ]
+    """Give the figures at the top: of several dates the least and the most of one."""
+    dates = split_dates(study)
+    sums = f", {tell_dates(study)}" if len(dates) == 1 < len(study.period.days) else ""
+    told = []
+    for same in zip(*(find_figures(one) for one in dates), strict=True):
+        name, _, unit = same[0]
+        low, high = (pick(value for _, value, _ in same) for pick in (min, max))
+        each = [f"{v:.1f} %" if unit == "%" else _say(v) for v in (low, high)]
+        words = each[0] if each[0] == each[1] else f"{each[0].split()[0]} to {each[1]}"
+        told.append((name + (sums if unit == "h" else ""), words))
+    return told
 
 
 def _say(hours: float) -> str:

@@ -1,18 +1,20 @@
 """Tables of what was sampled: parts and surfaces, or points."""
 
 import zoneinfo
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import PointStudy
+from umbra.study import PointStudy, split_dates
 from umbra.study.ledger import MASKS
+from umbra.writers.report.dates import join_dates
 from umbra.writers.report.table import Table
 
 __all__ = ["MOST_ROWS", "list_receivers"]
 
 MOST_ROWS = 2000
-"""Of a table in the page; the largest areas come first into it."""
+"""Of a table in the page, all dates together; the largest areas come first into it."""
 
 
 def list_receivers(study: PointStudy) -> list[Table]:
@@ -27,15 +29,21 @@ def list_receivers(study: PointStudy) -> list[Table]:
     -------
     tables : list of Table
     """
-    arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if n not in MASKS}
-    if study.samples is None:
-        return [_list_points(study, arrays)]
-    return [_list_parts(study, arrays), _list_surfaces(study, arrays)]
+    most = MOST_ROWS // len(split_dates(study))
+    makers = [_list_points] if study.samples is None else [_list_parts, _list_surfaces]
+    tables = (join_dates(study, partial(make, most=most)) for make in makers)
+    return [table for table in tables if table is not None]
 
 
-def _list_parts(study: PointStudy, arrays: dict[str, NDArray]) -> Table:
+def _find_arrays(study: PointStudy) -> dict[str, NDArray]:
+    # In-shadow masks are packed, and large: nothing here asks for them.
+    return {n: np.asarray(array) for n, (_, array) in study.more.items() if n not in MASKS}
+
+
+def _list_parts(study: PointStudy, most: int) -> Table:
+    arrays = _find_arrays(study)
     area = arrays["part_area"]
-    which = _choose(area)
+    which = _choose(area, most)
     never = _find_share_without(study, arrays["surface_part"][arrays["surface_of_sample"]], area)
     count = np.bincount(arrays["surface_part"], minlength=len(area))
     rows = [
@@ -52,9 +60,10 @@ def _list_parts(study: PointStudy, arrays: dict[str, NDArray]) -> Table:
     return Table("Part by part", columns, rows, _tell(len(area), len(which)), "part", which)
 
 
-def _list_surfaces(study: PointStudy, arrays: dict[str, NDArray]) -> Table:
+def _list_surfaces(study: PointStudy, most: int) -> Table:
+    arrays = _find_arrays(study)
     area = arrays["surface_area"]
-    which = _choose(area)
+    which = _choose(area, most)
     never = _find_share_without(study, arrays["surface_of_sample"], area)
     azimuth, tilt = np.round(arrays["surface_azimuth"], 1), np.round(arrays["surface_tilt"], 1)
     rows = [
@@ -81,10 +90,11 @@ def _list_surfaces(study: PointStudy, arrays: dict[str, NDArray]) -> Table:
 _HOURS = ("mean sun [h]", "least [h]", "most [h]")
 
 
-def _list_points(study: PointStudy, arrays: dict[str, NDArray]) -> Table:
+def _list_points(study: PointStudy, most: int) -> Table:
+    arrays = _find_arrays(study)
     zone = zoneinfo.ZoneInfo(study.site.zone)
     names = arrays.get("name", np.array([f"point {k + 1}" for k in range(len(study.sun_hours))]))
-    which = list(range(min(len(names), MOST_ROWS)))
+    which = list(range(min(len(names), most)))
     columns = ["point", "x [m]", "y [m]", "z [m]", "sun [h]", "shadow [h]"]
     extra: list[NDArray] = []
     for name, title in (
@@ -141,9 +151,9 @@ def _find_share_without(
     return 100 * dark / np.maximum(area, 1e-12)
 
 
-def _choose(area: NDArray[np.float64]) -> list[int]:
+def _choose(area: NDArray[np.float64], most: int) -> list[int]:
     """Give all, or the largest, in their order."""
-    return np.sort(np.argsort(-area, kind="stable")[:MOST_ROWS]).tolist()
+    return np.sort(np.argsort(-area, kind="stable")[:most]).tolist()
 
 
 def _tell(count: int, shown: int) -> str:

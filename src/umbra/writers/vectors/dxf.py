@@ -95,12 +95,15 @@ def write_dxf(
             border[:-1], close=True, dxfattribs={"layer": name, "elevation": height}
         )
     ramp = shade_ramp()
-    for hour_line in hour_lines:
+    found = list(hour_lines)
+    has_dates = len({hour_line.date for hour_line in found}) > 1
+    for hour_line in found:
         share = hour_line.shadow_hours / max(up_hours, 1e-9)
         rgb = ramp[int(np.clip(0.3 + 0.7 * share, 0, 1) * (len(ramp) - 1))]
-        name = f"HOURS_{hour_line.shadow_hours:02.0f}"
+        of = "SUM_" if hour_line.date.startswith("sum") else f"{hour_line.date}_" * has_dates
+        name = f"HOURS_{of}{hour_line.shadow_hours:02.0f}"
         if show == "sun":
-            name = f"SUN_{hour_line.sun_hours:02.0f}"
+            name = f"SUN_{of}{hour_line.sun_hours:02.0f}"
         add_layer(name, rgb)
         for line in hour_line.lines:
             closed = bool((line[0] == line[-1]).all())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import Study
+from umbra.study import Study, split_dates, tell_dates
 
 if TYPE_CHECKING:
     from umbra.writers.plan import Show
@@ -26,11 +26,14 @@ class HourLine:
         On the line's deeper side at least, and at most [h]; of lines of equal sun the other way.
     lines : list of (k, 2) float64
         In the study's own coordinates: of a plan the model's, of a view along it and upward [m].
+    date : str
+        "2026-03-21", or "sum of 30 dates".
     """
 
     shadow_hours: float
     sun_hours: float
     lines: list[NDArray[np.float64]]
+    date: str
 
 
 def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]:
@@ -51,8 +54,14 @@ def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]
     Yields
     ------
     hour_line : HourLine
-        Each level with its lines, none without.
+        Each level with its lines, none without; of several dates one date after another.
     """
+    for one in split_dates(study):
+        yield from _trace(one, show)
+
+
+def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
+    """Trace the lines of one date, or of sums."""
     import contourpy  # noqa: PLC0415
 
     from umbra.writers.contours import find_levels  # noqa: PLC0415
@@ -74,7 +83,7 @@ def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]
         lines = [line for line in traced if len(line) > 1]
         if lines:
             told = float(level), study.up_hours - level
-            yield HourLine(*(told[::-1] if show == "sun" else told), lines)
+            yield HourLine(*(told[::-1] if show == "sun" else told), lines, tell_dates(study))
 
 
 def find_seen(study: Study) -> list[NDArray[np.float64]]:

@@ -84,6 +84,7 @@ def make_line_layer(hour_lines: Iterable[HourLine]) -> Layer:
         "MultiLineString",
         [shapely.MultiLineString(hour_line.lines) for hour_line in found],
         {
+            "date": [hour_line.date for hour_line in found],
             "shadow_hours": [hour_line.shadow_hours for hour_line in found],
             "sun_hours": [hour_line.sun_hours for hour_line in found],
         },

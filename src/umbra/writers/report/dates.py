@@ -1,0 +1,93 @@
+"""Tables of several dates: the same of each, under one another."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from umbra.study import PointStudy, Study, split_dates, tell_dates
+from umbra.sun import find_daylight
+from umbra.writers.report.counted import find_counted
+from umbra.writers.report.table import Table
+
+__all__ = ["find_figures", "join_dates", "list_dates"]
+
+
+def join_dates(
+    study: Study | PointStudy, make: Callable[[Study | PointStudy], Table | None]
+) -> Table | None:
+    """
+    Make a table of each of a study's dates, and put them under one another.
+
+    Parameters
+    ----------
+    study : Study or PointStudy
+    make : callable
+        Makes the table of a study of one date, or of the sums of several.
+
+    Returns
+    -------
+    table : Table, optional
+        Of several dates with a first column that names them; of sums the title says so.
+        None where no date has one.
+    """
+    dates = split_dates(study)
+    found = [(tell_dates(one), table) for one in dates if (table := make(one)) is not None]
+    if not found:
+        return None
+    name, first = found[0]
+    if len(dates) == 1:
+        is_sum = len(study.period.days) > 1
+        return replace(first, title=f"{first.title}, {name}") if is_sum else first
+    notes = list(dict.fromkeys(table.note for _, table in found))
+    return replace(
+        first,
+        columns=("date", *first.columns),
+        rows=[(date, *row) for date, table in found for row in table.rows],
+        note=notes[0] if len(notes) == 1 else " ".join(f"{d}: {t.note}" for d, t in found),
+        index=[k for _, table in found for k in table.index],
+        link=first.link + 1,
+    )
+
+
+def find_figures(study: Study | PointStudy) -> list[tuple[str, float, str]]:
+    """Give a study's figures: what each is, its value, and its unit."""
+    figures = [("sun above the horizon", study.up_hours, "h")]
+    counted = find_counted(study)
+    hours = study.shadow_hours
+    if counted is None:  # a camera's pixels stand for nothing but themselves
+        seen = np.isfinite(hours)
+        weight, what = seen.astype(np.float64), "surfaces"
+    else:
+        seen, weight, what = counted.which, counted.weight, counted.what.partition(",")[0]
+    if not seen.any():
+        return figures
+    share = weight[seen] / weight[seen].sum()
+    if what.startswith("all that"):
+        what = "surfaces"
+    return [
+        *figures,
+        (f"mean sun, {what}", float(share @ study.sun_hours[seen]), "h"),
+        ("never in the sun", float(100 * share @ (study.sun_hours[seen] <= 1e-4)), "%"),
+        ("never in shadow", float(100 * share @ (hours[seen] <= 1e-4)), "%"),
+    ]
+
+
+def list_dates(study: Study | PointStudy) -> Table | None:
+    """Give the figures of each of several dates, with sunrise and sunset; None of a single one."""
+    dates = split_dates(study)
+    if len(dates) == 1:
+        return None
+    figures = [find_figures(one) for one in dates]
+    rows: list[Sequence[object]] = []
+    for one, found in zip(dates, figures, strict=True):
+        daylight = str(find_daylight(study.site, one.period.days[0]))
+        values = [round(value, 1 if unit == "%" else 2) for _, value, unit in found]
+        rows.append((tell_dates(one), daylight, *values))
+    named = [f"{name} [{unit}]" for name, _, unit in figures[0]]
+    return Table(
+        "Date by date",
+        ("date", "daylight", *named),
+        rows,
+        "Sunrise and sunset are those of the sun's upper rim on a level horizon, as in almanacs.",
+    )
