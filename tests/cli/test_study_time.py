@@ -195,3 +195,27 @@ def test_of_very_many_dates_by_day_every_nth_has_a_map(study, street, monkeypatc
     maps, _, _, plan = seen["hours.png"]
     assert [each.title[-2:] for each in maps] == [f"{k:02d}" for k in range(1, 31, 3)]
     assert plan.date.startswith("10 of 30 days from 2026-06-01 to 2026-06-30")
+
+
+def test_points_and_sheets_are_drawn_of_each_date(study, street, tmp_path, monkeypatch):
+    seen = {}
+
+    def note(self, path, plan, points, normals, days, most, *rest):
+        seen[path.name] = (days, most, rest)
+        path.write_bytes(b"a picture")
+
+    monkeypatch.setattr(painter.Painter, "draw_point_panels", note)
+    (tmp_path / "points.csv").write_text("x,y,z\n0,2,0\n9,9,0\n")
+    dates = ["--date", "2026-03-21,2026-12-21", "--every", "2h"]
+    points = ["--receivers", "points", "--points", tmp_path / "points.csv"]
+    said = study(*dates, *points, "--show", "sun", files=[street], day=None, cell=None)
+    assert said.status == 0, said
+    days, most, (_, show, what) = seen["points.png"]
+    assert (most, show, what) == (8.0, "sun", "hours of sun on the date")
+    result = open_result(tmp_path / "out")
+    for day, sun in zip(days, result.sun_hours_by_day.values, strict=True):
+        np.testing.assert_allclose(most - day.hours, sun, atol=1e-5)
+    sheets = study(*dates, "--sheet", files=[street], day=None)
+    assert sheets.status == 0, sheets
+    for date in ("2026-03-21", "2026-12-21"):
+        assert (tmp_path / "out" / f"sheet_{date}.png").exists()

@@ -1,13 +1,16 @@
 """Which dates a picture shows: each on a map of its own, or all together as a mean or a sum."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
-from umbra.study import PointStudy, Study
-from umbra.sun import find_daylight
-from umbra.writers.plan import Plan
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["choose_panels", "find_together", "name_shown", "tell_daylight"]
+from umbra.study import PointStudy, Study, split_dates
+from umbra.sun import find_daylight
+from umbra.writers.plan import Plan, Show, name_hours
+
+__all__ = ["Scale", "choose_panels", "find_together", "name_shown", "tell_daylight"]
 
 MOST_PANELS = 12
 """Dates of which a picture has a map; of more, every n-th."""
@@ -17,6 +20,44 @@ def choose_panels(study: Study | PointStudy) -> range:
     """Give the dates that have a map: all, or every n-th of very many."""
     count = len(study.period.days)
     return range(0, count, -(-count // MOST_PANELS))
+
+
+@dataclass(frozen=True)
+class Scale:
+    """
+    The one scale of a picture's maps.
+
+    Parameters
+    ----------
+    most : float
+        Its end: the most hours that the sun is up on one of the dates, or on all together [h].
+    what : str
+        What the hours are of, for the key.
+    divisor : int
+        Of the hours: the number of dates of which they are the mean, else 1.
+    show : {'shadow', 'sun'}
+    """
+
+    most: float
+    what: str
+    divisor: int
+    show: Show
+
+    @classmethod
+    def of(cls, study: Study | PointStudy, options: dict[str, Any]) -> "Scale":
+        """Choose it: ``options`` are the command's."""
+        dates, show = split_dates(study), options["show"]
+        divisor, words = find_together(study, options)
+        if len(dates) > 1:
+            divisor, words = 1, " on the date"
+        most = max(one.up_hours for one in dates) / divisor
+        return cls(most, f"{name_hours(show)}{words}", divisor, show)
+
+    def read_hours(self, study: Study | PointStudy) -> NDArray[np.float32]:
+        """Give hours in shadow; what they lack to the scale's end is the date's sun, if shown."""
+        hours = study.shadow_hours / np.float32(self.divisor)
+        lack = self.most - study.up_hours / self.divisor if self.show == "sun" else 0.0
+        return hours + np.float32(lack)
 
 
 def tell_daylight(study: Study | PointStudy) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.cli.captions import describe
 from umbra.cli.lost_pictures import draw_lost
-from umbra.cli.shown_dates import choose_panels, find_together, name_shown, tell_daylight
+from umbra.cli.shown_dates import Scale, choose_panels, name_shown, tell_daylight
 from umbra.scene import Scene
 from umbra.study import Preview, Study, make_preview, split_dates, tell_dates
 from umbra.study.moments import choose_stamps
@@ -19,7 +19,7 @@ from umbra.sun import find_daylight
 from umbra.sun.stamps import Stamps
 from umbra.writers.day_map import DayMap
 from umbra.writers.painter import Painter
-from umbra.writers.plan import Plan, Show, find_map_size, name_hours
+from umbra.writers.plan import Plan, find_map_size
 
 __all__ = ["Sheets", "draw_pictures"]
 
@@ -109,12 +109,12 @@ def _draw_days(
     names: list[str] = []
     if not 1 < len(dates) <= MOST_DAYS:
         return names
-    most = max(one.up_hours for one in dates)
+    scale = Scale.of(study, options)
     for k, (day, one) in enumerate(zip(days, dates, strict=True)):
         of_day = preview if k == 0 else make_preview(study, steps=steps[k])
         own = replace(describe(study, of_day, scene, options, range(k, k + 1)), look=plan.look)
         _draw_profile(painter, folder / f"profile_{day}.png", own, study, of_day, steps[k])
-        _draw_date(painter, folder / f"hours_{day}.png", own, one, most, options["show"])
+        _draw_date(painter, folder / f"hours_{day}.png", own, one, scale)
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
 
@@ -127,37 +127,28 @@ def _draw_dates(
     painter: Painter, path: Path, plan: Plan, study: Study, options: dict[str, Any]
 ) -> None:
     """Have the hours drawn: of several dates a map of each on one scale, or all together."""
-    dates, show = split_dates(study), options["show"]
-    if len(dates) > 1:
-        most = max(one.up_hours for one in dates)
-        maps = [
-            DayMap(tell_dates(one), tell_daylight(one), _scale_hours(one, plan, most, show))
-            for one in (dates[k] for k in choose_panels(study))
-        ]
-        painter.draw_hour_panels(
-            path, name_shown(plan, study), maps, most, receivers=_kind(study),
-            what=f"{name_hours(show)} on the date", show=show,
-        )  # fmt: skip
+    dates, scale = split_dates(study), Scale.of(study, options)
+    if len(dates) == 1:
+        _draw_date(painter, path, plan, study, scale, scale.what)
         return
-    divisor, words = find_together(study, options)
-    painter.draw_hours(
-        path, plan, _coarsen(study.shadow_hours, plan.shape) / divisor, study.up_hours / divisor,
-        receivers=_kind(study), what=f"{name_hours(show)}{words}", show=show,
+    maps = [
+        DayMap(tell_dates(one), tell_daylight(one), _coarsen(scale.read_hours(one), plan.shape))
+        for one in (dates[k] for k in choose_panels(study))
+    ]
+    painter.draw_hour_panels(
+        path, name_shown(plan, study), maps, scale.most, receivers=_kind(study), what=scale.what,
+        show=scale.show,
     )  # fmt: skip
 
 
 def _draw_date(
-    painter: Painter, path: Path, plan: Plan, study: Study, most: float, show: Show
+    painter: Painter, path: Path, plan: Plan, study: Study, scale: Scale, what: str = ""
 ) -> None:
     """Have the hours of one of several dates drawn, on the scale of them all."""
-    hours = _scale_hours(study, plan, most, show)
-    painter.draw_hours(path, plan, hours, most, receivers=_kind(study), show=show)
-
-
-def _scale_hours(study: Study, plan: Plan, most: float, show: Show) -> NDArray[np.float32]:
-    """Give hours in shadow on a scale that ends at ``most``, whose sun is the date's own."""
-    hours = _coarsen(study.shadow_hours, plan.shape)
-    return hours + np.float32(most - study.up_hours) if show == "sun" else hours
+    hours = _coarsen(scale.read_hours(study), plan.shape)
+    painter.draw_hours(
+        path, plan, hours, scale.most, receivers=_kind(study), what=what, show=scale.show
+    )
 
 
 def _draw_profile(

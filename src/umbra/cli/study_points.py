@@ -7,13 +7,22 @@ from typing import Any
 import numpy as np
 
 from umbra.cli.captions import describe_method, describe_place, name_dates, name_files
+from umbra.cli.shown_dates import Scale, choose_panels, name_shown, tell_daylight
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
-from umbra.study import PointStudy, read_points, run_point_study, run_study
+from umbra.study import (
+    PointStudy,
+    read_points,
+    run_point_study,
+    run_study,
+    split_dates,
+    tell_dates,
+)
 from umbra.study.receivers import find_surface
 from umbra.study.setup import Progress
 from umbra.sun import Site
+from umbra.writers.day_map import DayMap
 from umbra.writers.plan import Plan
 
 __all__ = [
@@ -156,11 +165,23 @@ def draw_plan_of_points(
         true_north=study.site.true_north,
     )
     names = study.more["name"][1].tolist() if "name" in study.more else []
-    painter.draw_points(
-        folder / "points.png", plan, points, study.places.normals, study.shadow_hours,
-        study.up_hours, names, options["show"],
+    path, normals = folder / "points.png", study.places.normals
+    dates, scale = split_dates(study), Scale.of(study, options)
+    if len(dates) == 1:
+        painter.draw_points(
+            path, plan, points, normals, scale.read_hours(study), scale.most, names, scale.show,
+            scale.what,
+        )  # fmt: skip
+        return [path.name]
+    maps = [
+        DayMap(tell_dates(one), tell_daylight(one), scale.read_hours(one))
+        for one in (dates[k] for k in choose_panels(study))
+    ]
+    painter.draw_point_panels(
+        path, name_shown(plan, study), points, normals, maps, scale.most, names, scale.show,
+        scale.what,
     )  # fmt: skip
-    return ["points.png"]
+    return [path.name]
 
 
 def describe_points(study: PointStudy, scene: Scene, options: dict[str, Any]) -> Plan:

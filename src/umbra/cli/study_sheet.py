@@ -1,13 +1,16 @@
 """``umbra study --sheet``: the plan and its four elevations, counted for one sheet."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from umbra.cli.shown_dates import Scale, choose_panels, tell_daylight
 from umbra.cli.study_points import POINTS_ONLY, QUESTIONS
 from umbra.scene import Scene
-from umbra.study import Study, run_study
+from umbra.study import Study, run_study, split_dates, tell_dates
 from umbra.study.views import COMPASS, Elevation
 from umbra.writers.edges import make_look
 from umbra.writers.elevations import arrange, find_pixel
@@ -41,7 +44,7 @@ def draw_sheet(
     Returns
     -------
     names : list of str
-        Of the file.
+        Of the file; of several dates, of one for each, all on one scale.
     """
     boxes = [_find_box(scene, study, side) for side in _SIDES]
     x0, x1, y0, y1 = plan.extent
@@ -49,25 +52,37 @@ def draw_sheet(
     arrangement = arrange((x1 - x0, y1 - y0), sizes)
     cell = find_pixel(arrangement)
     kept = {n: v for n, v in options.items() if n not in {*POINTS_ONLY, *QUESTIONS}}
-    hours = study.shadow_hours
-    maps = [("Plan", plan, hours if hours.shape == plan.shape else resample(hours, plan.shape))]
+    plans, scale = split_dates(study), Scale.of(study, options)
+    sides = []
     for side, box in zip(_SIDES, boxes, strict=True):
         view = {**kept, "receivers": side, "extent": box, "cell": cell, "size": None}
-        seen = run_study(scene, study.site, by_day=False, **view)
+        seen = run_study(scene, study.site, by_day=len(plans) > 1, **view)
         heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
         elevation = Plan(
             seen.x, seen.y, heights, None, axes=("", "z [m]"), look=make_look(seen, heights.shape)
         )
-        maps.append((f"{side.capitalize()} elevation", elevation, seen.shadow_hours))
-    painter.draw_elevations(
-        folder / "sheet.png",
-        arrangement,
-        maps,
-        study.up_hours,
-        receivers=study.receivers,
-        show=options["show"],
-    )
-    return ["sheet.png"]
+        sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
+    names = []
+    for k in choose_panels(study) if len(plans) > 1 else (0,):
+        own, name = plan, "sheet.png"
+        if len(plans) > 1:
+            date = tell_dates(plans[k])
+            clock = f"{options['start']} to {options['end']}"
+            own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
+            name = f"sheet_{date}.png"
+        maps = [("Plan", own, _fit(scale.read_hours(plans[k]), plan.shape))]
+        maps += [(caption, view, scale.read_hours(seen[k])) for caption, view, seen in sides]
+        painter.draw_elevations(
+            folder / name, arrangement, maps, scale.most, receivers=study.receivers,
+            show=scale.show, what=scale.what,
+        )  # fmt: skip
+        names.append(name)
+    return names
+
+
+def _fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Average hours to the cells of the picture."""
+    return hours if hours.shape == shape else resample(hours, shape)
 
 
 def _find_box(scene: Scene, study: Study, side: str) -> tuple[float, float, float, float]:

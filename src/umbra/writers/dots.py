@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 
 from umbra.writers.color import shade_ramp
 from umbra.writers.contours import trace
+from umbra.writers.day_map import DayMap
 from umbra.writers.hours import OUTLINE, draw_hours_key
 from umbra.writers.lettering import measure
-from umbra.writers.paper import INK, QUIET, RULE
+from umbra.writers.panels import make_panels
+from umbra.writers.paper import INK, QUIET, RULE, Panel
 from umbra.writers.plan import Plan, Show, shade_roofs
 from umbra.writers.sheet import Sheet, make_sheet
 
-__all__ = ["FEW", "draw_points", "make_points_sheet"]
+__all__ = ["FEW", "draw_point_panels", "draw_points", "make_point_panels", "make_points_sheet"]
 
 FEW = 40
 """Up to so many points are labelled."""
@@ -37,6 +39,7 @@ def draw_points(
     max_hours: float,
     names: Sequence[str] = (),
     show: Show = "shadow",
+    what: str = "",
 ) -> None:
     """
     Draw points in the colours of their hours in shadow or in the sun.
@@ -59,13 +62,16 @@ def draw_points(
         Of the points; they are numbered where there are none. Few enough are labelled.
     show : {'shadow', 'sun'}
         Which hours labels and key tell.
+    what : str
+        What the hours are of, for the key; hours in shadow or in the sun by default.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    make_points_sheet(plan, points, normals, shadow_hours, max_hours, names, show).save(path)
+    sheet = make_points_sheet(plan, points, normals, shadow_hours, max_hours, names, show, what)
+    sheet.save(path)
 
 
 def make_points_sheet(
@@ -76,39 +82,102 @@ def make_points_sheet(
     max_hours: float,
     names: Sequence[str] = (),
     show: Show = "shadow",
+    what: str = "",
 ) -> Sheet:
     """Lay out what ``draw_points`` writes; same parameters, less the path."""
     sheet = make_sheet(plan, key_height=0.62)
-    image = np.broadcast_to(PAPER, (*sheet.map_size, 3)).copy()
-    grey, coverage = shade_roofs(plan, sheet.map_size)
+    _fill_points(sheet, points, normals, shadow_hours, max_hours, names, show)
+    if max_hours > 0:
+        draw_hours_key(sheet, max_hours, what, show=show)
+    return sheet
+
+
+def draw_point_panels(
+    path: str | os.PathLike[str],
+    plan: Plan,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    days: Sequence[DayMap],
+    max_hours: float,
+    names: Sequence[str] = (),
+    show: Show = "shadow",
+    what: str = "",
+) -> None:
+    """
+    Draw points on several dates, a map for each, all on one scale.
+
+    Parameters
+    ----------
+    path, plan, points, normals, max_hours, names, show, what
+        As ``draw_points`` takes them.
+    days : sequence of DayMap
+        Whose hours are (n,), those of the points.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    make_point_panels(plan, points, normals, days, max_hours, names, show, what)[0].save(path)
+
+
+def make_point_panels(
+    plan: Plan,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    days: Sequence[DayMap],
+    max_hours: float,
+    names: Sequence[str] = (),
+    show: Show = "shadow",
+    what: str = "",
+) -> tuple[Sheet, list[Panel]]:
+    """Lay out what ``draw_point_panels`` writes; same parameters, less the path."""
+    sheet, panels = make_panels(plan, [day.title for day in days], [day.remark for day in days])
+    for panel, day in zip(panels, days, strict=True):
+        _fill_points(panel, points, normals, day.hours, max_hours, names, show)
+    if max_hours > 0:
+        draw_hours_key(sheet, max_hours, what, show=show)
+    return sheet, panels
+
+
+def _fill_points(
+    panel: Panel,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    shadow_hours: NDArray,
+    max_hours: float,
+    names: Sequence[str],
+    show: Show,
+) -> None:
+    """Draw points on a map, with what stands there."""
+    plan = panel.plan
+    image = np.broadcast_to(PAPER, (*panel.map_size, 3)).copy()
+    grey, coverage = shade_roofs(plan, panel.map_size)
     image += coverage[..., None] * (grey[..., None] - image)
-    sheet.paste(image, *sheet.map_box[:2])
+    panel.paste(image, *panel.map_box[:2])
     if plan.building_height is not None:
         is_building = np.nan_to_num(plan.building_height) > 0
-        sheet.rule_map(trace(sheet, is_building), OUTLINE, 0.6)
+        panel.rule_map(trace(panel, is_building), OUTLINE, 0.6)
 
     n = len(points)
     radius = float(np.clip(0.5 / math.sqrt(n), 0.018, 0.062))
     places, stacks = _spread(
-        sheet.place(points[:, :2]), points[:, 2], normals[:, :2], 2.15 * radius
+        panel.place(points[:, :2]), points[:, 2], normals[:, :2], 2.15 * radius
     )
     ramp = shade_ramp()
     share = np.asarray(shadow_hours, np.float64) / max(max_hours, 1e-9)
     colors = ramp[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
-    sheet.fill([place + disc for place in places], colors, INK, 0.6)
+    panel.fill([place + disc for place in places], colors, INK, 0.6)
     if n <= FEW:
         told = max_hours - np.asarray(shadow_hours) if show == "sun" else shadow_hours
         texts = [f"{names[k] if names else k + 1}: {told[k]:.3g} h" for k in range(n)]
-        _label(sheet, places, stacks, texts, radius)
-    if max_hours > 0:
-        draw_hours_key(sheet, max_hours, show=show)
-    else:
-        x, y, w, h = sheet.map_box
+        _label(panel, places, stacks, texts, radius)
+    if not max_hours > 0:
+        x, y, w, h = panel.map_box
         reason = "the sun stays below the horizon"
-        sheet.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
-    return sheet
+        panel.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
 
 
 def _spread(
@@ -131,14 +200,14 @@ def _spread(
 
 
 def _label(
-    sheet: Sheet,
+    panel: Panel,
     places: NDArray[np.float64],
     stacks: list[NDArray[np.intp]],
     texts: Sequence[str],
     radius: float,
 ) -> None:
     """Write labels beside points, those above one another as a list, clear of all others."""
-    left, bottom, w, h = sheet.map_box
+    left, bottom, w, h = panel.map_box
     taken: list[Box] = [(x - radius, y - radius, x + radius, y + radius) for x, y in places]
     for members in stacks:
         low, high = places[members].min(0) - radius, places[members].max(0) + radius
@@ -172,10 +241,10 @@ def _label(
         taken.append(free)
         if away > 0.12:
             end = np.clip(middle, free[:2], free[2:])
-            sheet.rule([[np.clip(end, low, high), end]], RULE, 0.5)
+            panel.rule([[np.clip(end, low, high), end]], RULE, 0.5)
         for line, member in enumerate(members):
             y = free[1] + (line + 0.5) * HIGH
-            sheet.write(
+            panel.write(
                 free[0] + 0.02, y, texts[member], LABEL, halo="#ffffffd8", va="center_baseline"
             )
 

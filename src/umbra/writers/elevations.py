@@ -99,6 +99,7 @@ def draw_elevations(
     max_hours: float,
     receivers: Literal["ground", "top"] = "ground",
     show: Show = "shadow",
+    what: str = "",
 ) -> None:
     """
     Draw a plan and its elevations.
@@ -116,13 +117,15 @@ def draw_elevations(
         Of the plan.
     show : {'shadow', 'sun'}
         Which hours are drawn.
+    what : str
+        What the hours are of, for the key; hours in shadow or in the sun by default.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    make_elevations_sheet(arrangement, maps, max_hours, receivers, show)[0].save(path)
+    make_elevations_sheet(arrangement, maps, max_hours, receivers, show, what)[0].save(path)
 
 
 def make_elevations_sheet(
@@ -131,6 +134,7 @@ def make_elevations_sheet(
     max_hours: float,
     receivers: Literal["ground", "top"] = "ground",
     show: Show = "shadow",
+    what: str = "",
 ) -> tuple[Sheet, list[Panel]]:
     """Lay out what ``draw_elevations`` writes; same parameters, less the path."""
     width, height = (to_pixels(side) for side in PAPER)
@@ -154,7 +158,7 @@ def make_elevations_sheet(
     sheet = Sheet(figure, first, panels[0].map_box, panels[0].map_size, key_box, is_wide=False)
     words.draw(sheet)
     if max_hours > 0:
-        draw_hours_key(sheet, max_hours, show=show)
+        draw_hours_key(sheet, max_hours, what, show=show)
     draw_scale_bar(panels[0], key_x, bottom + 0.03, KEY_WIDTH - 0.25)
     draw_north(panels[0], key_x + 0.3, top - 0.36)
     sheet.write(key_x, bottom + 0.32, scale.partition(" on")[0], SUBTITLE, color=INK, weight="bold")

@@ -101,6 +101,12 @@ class Painter:
         """Have ``umbra.writers.dots.draw_points`` called; same parameters."""
         return self._submit("umbra.writers.dots", "draw_points", (path, plan, *args), {})
 
+    def draw_point_panels(
+        self, path: os.PathLike[str], plan: Plan, *args: Any, **options: Any
+    ) -> Future[None]:
+        """Have ``umbra.writers.dots.draw_point_panels`` called; same parameters."""
+        return self._submit("umbra.writers.dots", "draw_point_panels", (path, plan, *args), options)
+
     def draw_elevations(self, path: os.PathLike[str], *args: Any, **options: Any) -> Future[None]:
         """Have ``umbra.writers.elevations.draw_elevations`` called; same parameters."""
         return self._submit("umbra.writers.elevations", "draw_elevations", (path, *args), options)
