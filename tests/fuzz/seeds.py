@@ -1,11 +1,13 @@
 """Whole files for the mutators to begin with, as the tests make them."""
 
 import json
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from support.gltf_files import Document
 from support.model_files import save_city, save_city_sequence, save_glb, save_obj
+from support.packed_files import draco_packed, meshopt_packed, plain
 from support.shapes import box, city, terrain
 from support.small_files import BYTES
 
@@ -44,6 +46,10 @@ def make_seeds(folder: Path) -> dict[str, bytes]:
     seeds["colours.obj"] = textured + seeds["town.obj"] + b"f 1/1 2/2 3/3\n"
     seeds["dancer.glb"] = _make_dancer()
     seeds["holes.geojson"] = _make_holes()
+    if find_spec("DracoPy") and find_spec("meshopt"):
+        seeds["draco.glb"] = draco_packed().glb()
+        modes = {0: (12, "ATTRIBUTES"), 1: (8, "ATTRIBUTES"), 3: (4, "TRIANGLES")}
+        seeds["meshopt.glb"] = meshopt_packed(plain(), modes).glb()
     return seeds
 
 
@@ -70,6 +76,9 @@ def _make_dancer() -> bytes:
     lamp = {"KHR_lights_punctual": {"light": 0}}
     document.node(extensions=lamp, translation=[0, 3, 0])
     kind = {"type": "spot", "color": [1, 0.5, 0], "intensity": 40, "spot": {"outerConeAngle": 0.5}}
+    columns = {"TRANSLATION": document.accessor(points), "SCALE": document.accessor(points + 1)}
+    instances = {"EXT_mesh_gpu_instancing": {"attributes": columns}}
+    document.node(mesh=1, extensions=instances)
     matrices = document.accessor(np.tile(np.eye(4, dtype="<f4"), (2, 1, 1)))
     times = document.accessor(np.array([0, 1, 2], "<f4"))
     turns = document.accessor(np.array([[0, 0, 0, 1], [0, 1, 0, 0], [0, 0, 0, 1]], "<f4"))

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pyproj
 import pytest
 from pyproj import Geod, Proj
 
@@ -213,3 +214,13 @@ def test_a_crs_in_well_known_text_is_shown_by_its_title(save):
     assert "from EPSG:25832 to site grid" in " ".join(
         umbra.read(save(text, (1000, 5000, 0)), other).notes
     )
+
+
+@pytest.mark.parametrize("form", ["WKT1_GDAL", "WKT1_ESRI"])
+def test_a_projection_that_no_one_knows_is_an_unknown_crs(save, form):
+    known = pyproj.CRS("EPSG:31256").to_wkt(form)
+    text = known.replace("Transverse Mercator", "Guess").replace("Transverse_Mercator", "Guess")
+    assert text != known
+    scene = umbra.read(save(text, (1000, 342000, 0)))
+    assert scene.latitude is None
+    assert "is not known, so coordinates are taken as metres" in scene.notes[-1]

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -221,16 +222,22 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     return replace(scene, latitude=float(lat), longitude=float(lon), true_north=north)
 
 
+@cache
 def _find_crs(crs: str | None) -> "CRS | None":
+    """Find a CRS that PROJ knows and can convert; well-known text may name any projection."""
     if crs is None:
         return None
-    from pyproj import CRS  # noqa: PLC0415 - 0.1 s, only with a CRS
-    from pyproj.exceptions import CRSError  # noqa: PLC0415
+    from pyproj import CRS, Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
+    from pyproj.exceptions import ProjError  # noqa: PLC0415
 
     try:
-        return CRS.from_user_input(crs)
-    except CRSError:
+        found = CRS.from_user_input(crs)
+        if found.is_projected:
+            flat = found.to_2d()
+            Transformer.from_crs(flat, flat.geodetic_crs)
+    except ProjError:
         return None
+    return found
 
 
 def assumes_height_unit(crs: str) -> bool:
