@@ -1,23 +1,30 @@
 """
 A context of OpenGL 3.3 core: from EGL without a display, from OSMesa, or a hidden window's.
 
+Any number may be open. OpenGL's functions take no context, but work on the one that is
+*current* in the thread, and objects of different contexts have the same numbers. So
+whoever asks a device for its functions makes it current, and what a person calls
+(``on_device``) gives back the one before.
+
 moderngl is imported here, on the first call, and nowhere else but in this room.
 """
 
-import ctypes
 import re
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from ctypes.util import find_library
 from dataclasses import dataclass, field
+from functools import wraps
 from importlib.util import find_spec
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 from umbra.errors import InputError, UmbraError
+from umbra.gl.bindings import Binding, EglBinding, GivenBinding, OffscreenMesa, WindowBinding
 from umbra.gl.functions import Functions
 
-__all__ = ["BACKENDS", "Device", "open_device"]
+__all__ = ["BACKENDS", "Device", "on_device", "open_device"]
 
 INSTALL = "pip install 'umbra-shadows[gl]'"
 DRIVER = (
@@ -25,7 +32,6 @@ DRIVER = (
     "anywhere on Linux: pip install 'umbra-shadows[osmesa]')"
 )
 ADVICE = f"{DRIVER}, or stay with --device cpu"
-_DEPTH_BITS, _STENCIL_BITS = 24, 8
 _ERRORS = {
     0x0500: "an invalid enum",
     0x0501: "an invalid value",
@@ -36,14 +42,23 @@ _ERRORS = {
 }
 
 
+class _Current(threading.local):
+    """The device whose context is current in this thread; None for none of umbra's."""
+
+    device: "Device | None" = None
+
+
+_current = _Current()
+
+
 @dataclass(eq=False)
 class Device:
     """
-    An OpenGL context and what is true of it.
+    An OpenGL context and what is true of it. It belongs to the thread that opened it.
 
     Parameters
     ----------
-    context : moderngl.Context
+    handle : moderngl.Context
     backend : str
         One of ``BACKENDS``, or ``given``.
     vendor, renderer, version : str
@@ -51,13 +66,14 @@ class Device:
     is_software : bool
         Whether the processor draws.
     has_depth_bounds, has_timer_queries : bool
-    gl : Functions
+    functions : Functions
         Entry points that moderngl lacks.
+    binding : Binding
     live : set of str
         The objects that were made and not released yet, by kind and number.
     """
 
-    context: Any
+    handle: Any
     backend: str
     vendor: str
     renderer: str
@@ -65,15 +81,24 @@ class Device:
     is_software: bool
     has_depth_bounds: bool
     has_timer_queries: bool
-    gl: Functions
+    functions: Functions
+    binding: Binding
     live: set[str] = field(default_factory=set)
-    _keeper: Any = None
     _finish: list[Callable[[], object]] = field(default_factory=list)
+    _thread: threading.Thread = field(default_factory=threading.current_thread)
+    _is_open: bool = True
 
     @classmethod
-    def of(cls, context: Any, backend: str = "given", keeper: Any = None) -> "Device":
+    def of(cls, context: Any, backend: str = "given", binding: Binding | None = None) -> "Device":
         """
-        Describe a moderngl context, such as a window's.
+        Describe a moderngl context that is current, such as a window's.
+
+        Parameters
+        ----------
+        context : moderngl.Context
+        backend : str
+        binding : Binding, optional
+            Makes it current; moderngl's own by default.
 
         Raises
         ------
@@ -86,8 +111,8 @@ class Device:
             raise UmbraError(msg)
         info = context.info
         renderer = info["GL_RENDERER"]
-        return cls(
-            context=context,
+        device = cls(
+            handle=context,
             backend=backend,
             vendor=info["GL_VENDOR"],
             renderer=renderer,
@@ -95,9 +120,60 @@ class Device:
             is_software=bool(re.search("llvmpipe|softpipe|swrast|SwiftShader|Software", renderer)),
             has_depth_bounds="GL_EXT_depth_bounds_test" in context.extensions,
             has_timer_queries=True,  # of the core since 3.3
-            gl=Functions(_find_loader(context)),
-            _keeper=keeper,
+            functions=Functions(_find_loader(context)),
+            binding=binding or GivenBinding(context.mglo._context),
         )
+        _current.device = device
+        return device
+
+    @property
+    def context(self) -> Any:
+        """The context as moderngl has it, current."""
+        self.use()
+        return self.handle
+
+    @property
+    def gl(self) -> Functions:
+        """The entry points, of this context: it is current."""
+        self.use()
+        return self.functions
+
+    def use(self) -> None:
+        """
+        Make the context current in this thread, until another is.
+
+        Raises
+        ------
+        UmbraError
+            If it was released, or opened in another thread.
+        """
+        if _current.device is self:
+            return
+        if not self._is_open:
+            msg = "this OpenGL device was released; open another"
+            raise UmbraError(msg)
+        if threading.current_thread() is not self._thread:
+            msg = (
+                f"this OpenGL device was opened in the thread '{self._thread.name}' and is used in "
+                f"'{threading.current_thread().name}'; open one in each thread that draws"
+            )
+            raise UmbraError(msg)
+        _leave()
+        self.binding.__enter__()
+        _current.device = self
+
+    @contextmanager
+    def current(self) -> Iterator[None]:
+        """Make the context current, and give back the one before."""
+        before = _find_current()
+        self.use()
+        try:
+            yield
+        finally:
+            if before is not self:
+                _leave()
+                if before is not None and before._is_open:
+                    before.use()
 
     def keep(self, kind: str, number: int) -> str:
         """Note an object that was made; give the key to ``forget`` it by."""
@@ -130,17 +206,57 @@ class Device:
 
     def release(self) -> None:
         """Free the context; nothing made in it can be used any more."""
-        if self.backend != "given":
-            self.context.release()
-        for finish in self._finish:
-            finish()
-        self._finish.clear()
+        if not self._is_open:
+            return
+        with self.current():
+            _leave()
+            self._is_open = False
+            if self.backend != "given":
+                self.handle.release()
+            for finish in self._finish:
+                finish()
+            self._finish.clear()
 
     def __enter__(self) -> "Device":
         return self
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+
+def _find_current() -> Device | None:
+    """Give the device that is current; someone else may have made another context so since."""
+    if _current.device is not None and not _current.device.binding.is_current:
+        _current.device = None
+    return _current.device
+
+
+def _leave() -> None:
+    """Let no context of umbra's be current in this thread."""
+    last, _current.device = _current.device, None
+    if last is not None and last._is_open:
+        last.binding.__exit__(None, None, None)
+
+
+class _HasDevice(Protocol):
+    @property
+    def device(self) -> Device: ...
+
+
+_T = TypeVar("_T", bound=_HasDevice)
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+def on_device(method: Callable[Concatenate[_T, _P], _R]) -> Callable[Concatenate[_T, _P], _R]:
+    """Let a method run with its object's device current, and give back the one before."""
+
+    @wraps(method)
+    def run(self: _T, *args: _P.args, **options: _P.kwargs) -> _R:
+        with self.device.current():
+            return method(self, *args, **options)
+
+    return run
 
 
 def open_device(backend: str | None = None) -> Device:
@@ -171,11 +287,18 @@ def open_device(backend: str | None = None) -> Device:
             msg = f"the gl device needs {package}, which is not installed; {INSTALL}"
             raise UmbraError(msg, package=package)
     reasons = []
-    for name in BACKENDS if backend is None else [backend]:
-        try:
-            return BACKENDS[name]()
-        except Exception as error:  # noqa: BLE001  (drivers fail in every way there is)
-            reasons.append(f"{name}: {' '.join(str(error).split())[:120]}")
+    before = _find_current()
+    _leave()
+    try:
+        for name in BACKENDS if backend is None else [backend]:
+            try:
+                return BACKENDS[name]()
+            except Exception as error:  # noqa: BLE001  (drivers fail in every way there is)
+                reasons.append(f"{name}: {' '.join(str(error).split())[:120]}")
+    finally:
+        _leave()
+        if before is not None:
+            before.use()
     msg = f"no OpenGL 3.3 opens here ({'; '.join(reasons)}); {ADVICE}"
     raise UmbraError(msg, reasons=reasons)
 
@@ -188,7 +311,10 @@ def _open_egl() -> Device:
         "libgl": find_library("GL") or find_library("OpenGL") or "libGL.so.1",
         "libegl": find_library("EGL") or "libEGL.so.1",
     }
-    return Device.of(moderngl.create_context(require=330, standalone=True, **options), "egl")
+    binding = EglBinding(options["libegl"])
+    context = moderngl.create_context(require=330, standalone=True, **options)
+    binding.take()
+    return Device.of(context, "egl", binding)
 
 
 def _open_window() -> Device:
@@ -214,7 +340,8 @@ def _open_window() -> Device:
         msg = "glfw opens no window with OpenGL 3.3"
         raise UmbraError(msg)
     glfw.make_context_current(window)
-    device = Device.of(moderngl.create_context(require=330), "window", window)
+    binding = WindowBinding(window)
+    device = Device.of(moderngl.create_context(require=330), "window", binding)
     device._finish.append(lambda: glfw.destroy_window(window))
     return device
 
@@ -231,91 +358,6 @@ def _open_osmesa() -> Device:
     mesa: Any = OffscreenMesa()
     context = moderngl.create_context(require=330, standalone=True, context=mesa)
     return Device.of(context, "osmesa", mesa)
-
-
-class OffscreenMesa:
-    """
-    A context of OSMesa's, in the shape that moderngl takes from its loader.
-
-    The library is the system's, or the one that the package ``lavavu-osmesa`` brings.
-    One that is released gives way to the one that was opened before it and lives.
-    """
-
-    _open: ClassVar[list["OffscreenMesa"]] = []
-
-    def __init__(self) -> None:
-        library = _load_osmesa()
-        library.OSMesaCreateContextAttribs.restype = ctypes.c_void_p
-        library.OSMesaCreateContextAttribs.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
-        library.OSMesaMakeCurrent.argtypes = [
-            ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_int,
-        ]  # fmt: skip
-        library.OSMesaGetProcAddress.restype = ctypes.c_void_p
-        library.OSMesaGetProcAddress.argtypes = [ctypes.c_char_p]
-        library.OSMesaDestroyContext.argtypes = [ctypes.c_void_p]
-        # RGBA; depth and stencil bits; core profile; version 3.3; end.
-        pairs = [0x22, 0x1908, 0x30, _DEPTH_BITS, 0x31, _STENCIL_BITS, 0x33, 0x34, 0x36, 3, 0x37, 3]
-        attributes = (ctypes.c_int * 13)(*pairs, 0)
-        self._library = library
-        self._context = library.OSMesaCreateContextAttribs(attributes, None)
-        self._pixels = (ctypes.c_ubyte * 64)()
-        if not self._context or not self._make_current():
-            msg = "OSMesa makes no context of OpenGL 3.3"
-            raise UmbraError(msg)
-        self._open.append(self)
-
-    def _make_current(self) -> bool:
-        return bool(self._library.OSMesaMakeCurrent(self._context, self._pixels, 0x1401, 4, 4))
-
-    def load_opengl_function(self, name: str) -> int:
-        """Give the address of an entry point, or 0."""
-        return self._library.OSMesaGetProcAddress(name.encode()) or 0
-
-    load = load_opengl_function
-
-    def release(self) -> None:
-        """Destroy the context."""
-        if self._context:
-            self._library.OSMesaMakeCurrent(None, None, 0, 0, 0)
-            self._library.OSMesaDestroyContext(self._context)
-            self._open.remove(self)
-            if self._open:
-                self._open[-1]._make_current()
-        self._context = None
-
-    def __enter__(self) -> "OffscreenMesa":
-        self._make_current()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-
-def _load_osmesa() -> ctypes.CDLL:
-    system = find_library("OSMesa")
-    if system:
-        return ctypes.CDLL(system)
-    spec = find_spec("lavavu")
-    folder = (
-        Path(spec.origin).parent.parent / "lavavu_osmesa.libs" if spec and spec.origin else None
-    )
-    found = sorted(folder.glob("libOSMesa*.so*")) if folder else []
-    if not found:
-        msg = "there is no libOSMesa; pip install 'umbra-shadows[osmesa]' brings one"
-        raise UmbraError(msg)
-    # The wheel's libraries find each other only once all of them are loaded.
-    left = [path for path in found[0].parent.glob("*.so*") if path != found[0]]
-    for _ in range(len(left)):
-        left = [path for path in left if not _loads(path)]
-    return ctypes.CDLL(str(found[0]))
-
-
-def _loads(path: Path) -> bool:
-    try:
-        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
-    except OSError:
-        return False
-    return True
 
 
 def _find_loader(context: Any) -> Callable[[str], int]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.depth import GROUND, NOTHING, View
 from umbra.cpu.visible import Frame, locate
-from umbra.gl.context import Device, open_device
+from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import Indices, draw_plain
@@ -73,22 +73,24 @@ class GlFrameCounter:
         self._owns_device = device is None
         self.triangles = scene.triangles()
         local = None if ground is None else ground - scene.origin[2]
-        self.geometry = Geometry(self.device, scene)
-        self.planner = Planner(self.device, scene, self.geometry, casters, local)
-        self.counter = Counter(
-            self.device, self.geometry, self.planner.indices, two_sided=two_sided
-        )
-        self.masks = MaskCounters(self.device, self.geometry, warn)
-        self.soft = SoftMethods(self.planner, self.counter, choices=self.choices)
-        self._local_ground = local
-        self._faces = Indices(self.device, 2 * self.geometry.n_points)
-        self._faces.write(self.geometry.faces.ravel())
-        self._surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
-        self._plane = Program(self.device, "ground.vert.glsl", "face.frag.glsl")
+        with self.device.current():
+            self.geometry = Geometry(self.device, scene)
+            self.planner = Planner(self.device, scene, self.geometry, casters, local)
+            self.counter = Counter(
+                self.device, self.geometry, self.planner.indices, two_sided=two_sided
+            )
+            self.masks = MaskCounters(self.device, self.geometry, warn)
+            self.soft = SoftMethods(self.planner, self.counter, choices=self.choices)
+            self._local_ground = local
+            self._faces = Indices(self.device, 2 * self.geometry.n_points)
+            self._faces.write(self.geometry.faces.ravel())
+            self._surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
+            self._plane = Program(self.device, "ground.vert.glsl", "face.frag.glsl")
         self._target: Target | None = None
         self._seen: tuple[View, Projection] | None = None
         self.plan: Plan | None = None
 
+    @on_device
     def see(self, camera: Camera) -> tuple[View, Frame]:
         """
         Find what a camera sees.
@@ -109,6 +111,7 @@ class GlFrameCounter:
         self._seen = view, projection
         return view, locate(view, camera, self.triangles, self.ground)
 
+    @on_device
     def count(
         self, view: View, camera: Camera, light: Light, method: str = "auto"
     ) -> NDArray[np.int32]:
@@ -144,6 +147,7 @@ class GlFrameCounter:
         counts = counter.read(target, self.plan)
         return np.where(view.face != NOTHING, counts, 0).astype(np.int32)
 
+    @on_device
     def find_visibility(
         self, view: View, camera: Camera, lights: Sequence[AreaLight], method: str
     ) -> list[NDArray[np.float32]]:
@@ -230,6 +234,7 @@ class GlFrameCounter:
         keys[y, x] = slope[:, 0] * x + slope[:, 1] * y + slope[:, 2]
         return keys
 
+    @on_device
     def release(self) -> None:
         """Free all that the counter holds on the device."""
         for held in (self._target, self._faces, self._surface, self._plane):

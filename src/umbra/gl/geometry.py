@@ -262,6 +262,7 @@ class TextureBuffer:
 
     def write(self, values: NDArray) -> None:
         """Replace all values by as many others."""
+        self._device.use()
         self._buffer.write(np.ascontiguousarray(values).tobytes())
 
     def bind(self, unit: int) -> None:

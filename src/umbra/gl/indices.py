@@ -39,6 +39,7 @@ class Indices:
         ----------
         numbers : (n,) unsigned int
         """
+        self._device.use()
         data = np.ascontiguousarray(numbers, self.dtype).tobytes()
         self.n_bytes = len(data)
         if self._buffer is None or self._buffer.size < len(data):
@@ -55,6 +56,7 @@ class Indices:
         """Draw ``count`` numbers from the ``first`` on as triangles."""
         if not count:
             return
+        self._device.use()
         array = self._arrays.get(id(program))
         if array is None:
             array = self._device.context.vertex_array(
@@ -69,6 +71,7 @@ class Indices:
 
     def release(self) -> None:
         """Free the buffer."""
+        self._device.use()
         for array in self._arrays.values():
             self._device.forget("vertex array", array.glo)
             array.release()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.batches import find_solid_faces
 from umbra.gl.casters import Body
-from umbra.gl.context import Device, open_device
+from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry, moves_as_wholes
 from umbra.gl.lamps import Lamps
@@ -120,14 +120,16 @@ class Renderer:
         self.device = device or open_device()
         self._owns_device = device is None
         self._ground_z = ground
-        self._build(scene)
-        self.shading, self.lamps = Shading(self.device), Lamps(self.device)
+        with self.device.current():
+            self._build(scene)
+            self.shading, self.lamps = Shading(self.device), Lamps(self.device)
         self.targets: Targets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[Plan] = []
         self.projection: Projection | None = None
         self.timers: Timers | None = None
 
+    @on_device
     def move(self, scene: Scene) -> None:
         """
         Take the same parts as they stand at another time, as ``umbra.pose`` gives them.
@@ -182,6 +184,7 @@ class Renderer:
         self.draw(camera, lights, method, shadows=shadows, soft=soft)
         return self.read()
 
+    @on_device
     def draw(
         self,
         camera: Camera,
@@ -212,6 +215,7 @@ class Renderer:
                     state, targets, projection, middles, counter, method, shadows, softened
                 )
 
+    @on_device
     def read(self) -> NDArray[np.uint8]:
         """Read the last picture, (rows, cols, 3) uint8, row 0 at the top."""
         if self.targets is None:
@@ -302,6 +306,7 @@ class Renderer:
         with self._timed("finish"):
             self.shading.finish(state, targets.light)
 
+    @on_device
     def draw_surface(self, state: State) -> None:
         """Draw what the last picture's camera sees into ``targets.surface``."""
         assert self.targets is not None
@@ -370,6 +375,7 @@ class Renderer:
         """Measure a pass where someone asks for it."""
         return nullcontext() if self.timers is None else self.timers.measure(name)
 
+    @on_device
     def release(self) -> None:
         """Free all that the renderer holds on the device."""
         if self.targets is not None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body, make_bodies
-from umbra.gl.context import Device, open_device
+from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry, TextureBuffer
 from umbra.gl.indices import Indices, draw_plain
@@ -67,19 +67,21 @@ class GlSweep:
         self.device = device or open_device()
         self._owns_device = device is None
         self.grid, self.ground, self.receivers = grid, ground, receivers
-        self.geometry = Geometry(self.device, scene)
-        self.bodies = make_bodies(scene, self.geometry, casters)
-        self.indices = Indices(self.device, 2 * self.geometry.n_points)
-        self._counter = Counter(self.device, self.geometry, self.indices)
-        size = (grid.cols, grid.rows)
-        self._target = Target(self.device, size, ("r32i",))
-        self._steps = Target(self.device, size, ("r32f",), depth_of=self._target)
-        self._one = Program(self.device, "picture.vert.glsl", "one.frag.glsl")
-        self._turned = Program(self.device, "picture.vert.glsl", "turned.frag.glsl")
-        self._normals = self._upload_normals(scene)
-        self._projection = self._look_down(scene)
-        self._draw_surface()
+        with self.device.current():
+            self.geometry = Geometry(self.device, scene)
+            self.bodies = make_bodies(scene, self.geometry, casters)
+            self.indices = Indices(self.device, 2 * self.geometry.n_points)
+            self._counter = Counter(self.device, self.geometry, self.indices)
+            size = (grid.cols, grid.rows)
+            self._target = Target(self.device, size, ("r32i",))
+            self._steps = Target(self.device, size, ("r32f",), depth_of=self._target)
+            self._one = Program(self.device, "picture.vert.glsl", "one.frag.glsl")
+            self._turned = Program(self.device, "picture.vert.glsl", "turned.frag.glsl")
+            self._normals = self._upload_normals(scene)
+            self._projection = self._look_down(scene)
+            self._draw_surface()
 
+    @on_device
     def add_steps(
         self,
         suns: NDArray[np.float64],
@@ -106,6 +108,7 @@ class GlSweep:
                 progress(1)
         steps += np.rint(self._steps.read()[::-1]).astype(np.int32)
 
+    @on_device
     def masks(
         self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None
     ) -> NDArray[np.uint8]:
@@ -127,6 +130,7 @@ class GlSweep:
                 progress(1)
         return masks
 
+    @on_device
     def counts(self, suns: NDArray[np.float64]) -> NDArray[np.int32]:
         """
         Give the shadow count of every cell for every sun.
@@ -142,6 +146,7 @@ class GlSweep:
                 count[:] = self._counter.read(self._target, plan)[::-1]
         return counts
 
+    @on_device
     def release(self) -> None:
         """Free all that the sweep holds on the device."""
         for target in (self._steps, self._target):

@@ -50,5 +50,6 @@ class Texture:
 
     def release(self) -> None:
         """Free it."""
+        self._device.use()
         self._device.forget("texture", self._texture.glo)
         self._texture.release()

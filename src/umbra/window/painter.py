@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
-from umbra.gl.context import Device
+from umbra.gl.context import Device, on_device
 from umbra.gl.drawing import Statistics
 from umbra.gl.renderer import Renderer
 from umbra.gl.soft import Softness
@@ -87,6 +87,7 @@ class Painter:
         self.timers = Timers(device)
         self._counter: FrameCounter | None = None
 
+    @on_device
     def draw(
         self, view: View, size: tuple[int, int], *, times: bool = True, shrink: float = 1.0
     ) -> Drawn:
@@ -139,10 +140,12 @@ class Painter:
             warnings=tuple(self._warnings),
         )
 
+    @on_device
     def read(self) -> NDArray[np.uint8]:
         """Read the last picture, (rows, cols, 3) uint8, row 0 at the top."""
         return self.renderer.read()
 
+    @on_device
     def release(self) -> None:
         """Free all that is held on the device."""
         self.timers.release()

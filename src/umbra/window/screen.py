@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError, UmbraError
+from umbra.gl.bindings import WindowBinding
 from umbra.gl.context import DRIVER, Device
 
 __all__ = ["FONT_SIZE", "INSTALL", "Screen", "check_display"]
@@ -105,7 +106,7 @@ class Screen:
         dense, _ = glfw.get_window_content_scale(self.window)
         self.unit = max(dense * size[0] / max(pixels, 1), 1.0)
         self._context = moderngl.create_context(require=330)
-        self.device = Device.of(self._context, "given", self.window)
+        self.device = Device.of(self._context, "given", WindowBinding(self.window))
 
     def start_gui(self) -> None:
         """Start Dear ImGui; callbacks that were set before it are called before its own."""
@@ -124,6 +125,7 @@ class Screen:
 
     def begin(self) -> None:
         """Begin a frame of Dear ImGui's."""
+        self.device.use()
         backends = self._imgui.backends
         backends.opengl3_new_frame()
         backends.glfw_new_frame()
@@ -131,6 +133,7 @@ class Screen:
 
     def end(self) -> None:
         """Draw Dear ImGui's frame and show all."""
+        self.device.use()
         imgui = self._imgui
         imgui.render()
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
@@ -139,6 +142,7 @@ class Screen:
     def close(self) -> None:
         """Close the window and free its context."""
         imgui, glfw = self._imgui, self._glfw
+        self.device.use()
         if imgui.get_current_context() is not None:
             if imgui.get_io().backend_renderer_user_data is not None:
                 imgui.backends.opengl3_shutdown()

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.gl.context import Device, open_device
+from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounter
@@ -83,23 +83,24 @@ class MaskPicture:
         self.scene, self.scale = scene, scale
         self.device = device or open_device()
         self._owns_device = device is None
-        self.geometry = Geometry(self.device, scene)
-        self.planner = Planner(self.device, scene, self.geometry, casters)
-        is_stencil = method == "stencil"
-        self.method = None if is_stencil else _find(method)
-        self._stencil = Counter(self.device, self.geometry, self.planner.indices)
-        # The stencil's mask of fewer pixels is turned into colours as the others are.
-        colors = self.method or find_method("alpha")
-        self._colors = MaskCounter(self.device, self.geometry, colors, warn=warn)
-        # A mask that is no alpha of eight bits goes by a texture, also at full size.
-        is_plain = colors.format == "rgba8"
-        self._upsampler = (
-            Upsampler(self.device, filter if scale > 1 else "nearest", is_plain=is_plain)
-            if scale > 1 or not is_plain
-            else None
-        )
-        self._is_joint = scale > 1 and filter == "joint"
-        self._forward = Forward(self.device, scene, self.geometry, has_place=self._is_joint)
+        with self.device.current():
+            self.geometry = Geometry(self.device, scene)
+            self.planner = Planner(self.device, scene, self.geometry, casters)
+            is_stencil = method == "stencil"
+            self.method = None if is_stencil else _find(method)
+            self._stencil = Counter(self.device, self.geometry, self.planner.indices)
+            # The stencil's mask of fewer pixels is turned into colours as the others are.
+            colors = self.method or find_method("alpha")
+            self._colors = MaskCounter(self.device, self.geometry, colors, warn=warn)
+            # A mask that is no alpha of eight bits goes by a texture, also at full size.
+            is_plain = colors.format == "rgba8"
+            self._upsampler = (
+                Upsampler(self.device, filter if scale > 1 else "nearest", is_plain=is_plain)
+                if scale > 1 or not is_plain
+                else None
+            )
+            self._is_joint = scale > 1 and filter == "joint"
+            self._forward = Forward(self.device, scene, self.geometry, has_place=self._is_joint)
         self._targets: list[Target] = []
 
     @property
@@ -107,6 +108,7 @@ class MaskPicture:
         """What the last picture issued."""
         return self._colors.painter.tally
 
+    @on_device
     def draw(
         self, camera: Camera, light: Light, shadows: str | None = "ambient", *, white: bool = False
     ) -> None:
@@ -161,6 +163,7 @@ class MaskPicture:
                     state, shown, place, tally, lights="ambient", blend="add", is_white=white
                 )
 
+    @on_device
     def read(self) -> NDArray[np.uint8]:
         """Read the last picture, (rows, cols, 3) uint8, linear; row 0 at the top."""
         return np.ascontiguousarray(self._targets[0].read()[..., :3])
@@ -258,6 +261,7 @@ class MaskPicture:
             target.release()
         self._targets = []
 
+    @on_device
     def release(self) -> None:
         """Free all that is held on the device."""
         self._release_targets()

@@ -1,0 +1,215 @@
+"""How a context becomes current in a thread, and the one before again: EGL, OSMesa, windows."""
+
+import ctypes
+from ctypes.util import find_library
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Protocol
+
+from umbra.errors import UmbraError
+
+__all__ = ["Binding", "EglBinding", "GivenBinding", "OffscreenMesa", "WindowBinding"]
+
+_DEPTH_BITS, _STENCIL_BITS = 24, 8
+
+
+class Binding(Protocol):
+    """Makes a context current in this thread, and none or the one before."""
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the context is current in this thread."""
+        ...
+
+    def __enter__(self) -> object: ...
+
+    def __exit__(self, *_: object) -> object: ...
+
+
+class GivenBinding:
+    """
+    Makes a context of the caller's current, by what moderngl's loader knows of it.
+
+    Parameters
+    ----------
+    loaded
+        Of glcontext.
+    """
+
+    is_current = True
+    """As far as can be told."""
+
+    def __init__(self, loaded: Any) -> None:
+        self._loaded = loaded
+
+    def __enter__(self) -> None:
+        self._loaded.__enter__()
+
+    def __exit__(self, *_: object) -> None:
+        self._loaded.__exit__(None, None, None)
+
+
+class EglBinding:
+    """
+    Makes a context of EGL's current, and the one before again with what it draws on.
+
+    Parameters
+    ----------
+    path : str
+        Of EGL's library.
+    """
+
+    def __init__(self, path: str) -> None:
+        self._library = library = ctypes.CDLL(path)
+        library.eglGetCurrentDisplay.restype = ctypes.c_void_p
+        library.eglGetCurrentContext.restype = ctypes.c_void_p
+        library.eglGetCurrentSurface.restype = ctypes.c_void_p
+        library.eglGetCurrentSurface.argtypes = [ctypes.c_int]
+        library.eglMakeCurrent.argtypes = [ctypes.c_void_p] * 4
+        self._before = self._find()
+        self._own = self._before
+
+    def take(self) -> None:
+        """Take what is current now for the context that is meant."""
+        self._own = self._find()
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the context is current in this thread."""
+        return bool(self._library.eglGetCurrentContext() == self._own[3])
+
+    def __enter__(self) -> None:
+        self._before = self._find()
+        self._library.eglMakeCurrent(*self._own)
+
+    def __exit__(self, *_: object) -> None:
+        display, *rest = self._before
+        self._library.eglMakeCurrent(display or self._own[0], *rest)
+
+    def _find(self) -> tuple[int | None, int | None, int | None, int | None]:
+        """Find the current display, surfaces to draw on and to read, and context."""
+        ask = self._library
+        draw, read = ask.eglGetCurrentSurface(0x3059), ask.eglGetCurrentSurface(0x305A)
+        return ask.eglGetCurrentDisplay(), draw, read, ask.eglGetCurrentContext()
+
+
+class WindowBinding:
+    """
+    Makes the context of a window of glfw's current, and the one before again.
+
+    Parameters
+    ----------
+    window
+        glfw's.
+    """
+
+    def __init__(self, window: Any) -> None:
+        self._window = window
+        self._before: Any = None
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the context is current in this thread."""
+        import glfw  # noqa: PLC0415
+
+        return _address(glfw.get_current_context()) == _address(self._window)
+
+    def __enter__(self) -> None:
+        import glfw  # noqa: PLC0415
+
+        self._before = glfw.get_current_context()
+        glfw.make_context_current(self._window)
+
+    def __exit__(self, *_: object) -> None:
+        import glfw  # noqa: PLC0415
+
+        glfw.make_context_current(self._before)
+        self._before = None
+
+
+def _address(window: Any) -> int | None:
+    return ctypes.cast(window, ctypes.c_void_p).value if window else None
+
+
+class OffscreenMesa:
+    """
+    A context of OSMesa's, in the shape that moderngl takes from its loader.
+
+    The library is the system's, or the one that the package ``lavavu-osmesa`` brings.
+    """
+
+    def __init__(self) -> None:
+        library = _load_osmesa()
+        library.OSMesaCreateContextAttribs.restype = ctypes.c_void_p
+        library.OSMesaCreateContextAttribs.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
+        library.OSMesaMakeCurrent.argtypes = [
+            ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_int,
+        ]  # fmt: skip
+        library.OSMesaGetProcAddress.restype = ctypes.c_void_p
+        library.OSMesaGetProcAddress.argtypes = [ctypes.c_char_p]
+        library.OSMesaDestroyContext.argtypes = [ctypes.c_void_p]
+        library.OSMesaGetCurrentContext.restype = ctypes.c_void_p
+        # RGBA; depth and stencil bits; core profile; version 3.3; end.
+        pairs = [0x22, 0x1908, 0x30, _DEPTH_BITS, 0x31, _STENCIL_BITS, 0x33, 0x34, 0x36, 3, 0x37, 3]
+        attributes = (ctypes.c_int * 13)(*pairs, 0)
+        self._library = library
+        self._context = library.OSMesaCreateContextAttribs(attributes, None)
+        self._pixels = (ctypes.c_ubyte * 64)()
+        if not self._context or not self._make_current():
+            msg = "OSMesa makes no context of OpenGL 3.3"
+            raise UmbraError(msg)
+
+    def _make_current(self) -> bool:
+        return bool(self._library.OSMesaMakeCurrent(self._context, self._pixels, 0x1401, 4, 4))
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the context is current in this thread."""
+        return bool(self._library.OSMesaGetCurrentContext() == self._context)
+
+    def load_opengl_function(self, name: str) -> int:
+        """Give the address of an entry point, or 0."""
+        return self._library.OSMesaGetProcAddress(name.encode()) or 0
+
+    load = load_opengl_function
+
+    def release(self) -> None:
+        """Destroy the context."""
+        if self._context:
+            self._library.OSMesaMakeCurrent(None, None, 0, 0, 0)
+            self._library.OSMesaDestroyContext(self._context)
+        self._context = None
+
+    def __enter__(self) -> "OffscreenMesa":
+        self._make_current()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._library.OSMesaMakeCurrent(None, None, 0, 0, 0)
+
+
+def _load_osmesa() -> ctypes.CDLL:
+    system = find_library("OSMesa")
+    if system:
+        return ctypes.CDLL(system)
+    spec = find_spec("lavavu")
+    folder = (
+        Path(spec.origin).parent.parent / "lavavu_osmesa.libs" if spec and spec.origin else None
+    )
+    found = sorted(folder.glob("libOSMesa*.so*")) if folder else []
+    if not found:
+        msg = "there is no libOSMesa; pip install 'umbra-shadows[osmesa]' brings one"
+        raise UmbraError(msg)
+    # The wheel's libraries find each other only once all of them are loaded.
+    left = [path for path in found[0].parent.glob("*.so*") if path != found[0]]
+    for _ in range(len(left)):
+        left = [path for path in left if not _loads(path)]
+    return ctypes.CDLL(str(found[0]))
+
+
+def _loads(path: Path) -> bool:
+    try:
+        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+    except OSError:
+        return False
+    return True
