@@ -130,6 +130,19 @@ def test_elevations_agree_with_the_plan_where_they_meet(block):
     assert different == 0
 
 
+@pytest.mark.parametrize("receivers", ["south", "215/35"])
+def test_a_model_far_from_its_axes_origin_is_seen_as_one_near_it(receivers):
+    options = {**DAY, "receivers": receivers, "cell": 1.0}
+    near = run_study(make_scene(*moved(box((0, 0, 0), (6, 4, 9)), (3, 5, 0))), VIENNA, **options)
+    there = moved(box((0, 0, 0), (6, 4, 9)), (2703, 340105, 171))
+    far = run_study(make_scene(*there), VIENNA, **options)
+    hours = [np.nan_to_num(one.shadow_hours) for one in (near, far)]
+    assert hours[0].shape == hours[1].shape
+    assert abs(hours[0].mean() - hours[1].mean()) < 0.2
+    with pytest.raises(umbra.InputError, match="km from the model"):
+        run_study(make_scene(*there), VIENNA, **options, extent=(9000, 171, 9020, 180))
+
+
 def test_the_foot_of_a_wall_is_dark_when_the_ground_before_it_is():
     # A wall of 6 m faces south; a block before it shades both the ground and the wall's foot.
     scene = make_scene(*merge(box((-8, 0, 0), (8, 1, 6)), box((-3, -9, 0), (2, -5, 5))))

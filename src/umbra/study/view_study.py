@@ -60,8 +60,9 @@ def run_elevation(
     extent, size, cell = raster["extent"] or default, raster["size"], raster["cell"]
     if size is None and cell is None:
         cell = _choose_cell(extent)
+    # What is seen, in the view's own axes, as the extent is.
     grid, _, _ = lay_out(
-        bounds,
+        np.array([(*low, level), (*high, level)]),
         np.zeros((0, 3)),
         level,
         **{**raster, "extent": extent, "cell": cell, "kept": raster["kept"] + _PIXEL_BYTES},
