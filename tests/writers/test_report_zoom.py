@@ -203,6 +203,19 @@ def test_on_paper_nothing_lies_over_anything(page, tmp_path, extent):
     assert page.ask("document.getElementById('paper').naturalWidth") > 1.5 * (right - left)
 
 
+def test_a_clock_with_its_date_keeps_to_a_narrow_page(page, tmp_path):
+    study = make_study(date=["2026-03-21", "2026-06-21"], every="2h", cell=2)
+    page.resize(320, 640, is_phone=True)
+    page.open(save(tmp_path / "report.html", study)[0], READY)
+    right = "document.getElementById('{}').getBoundingClientRect().right"
+    assert page.ask(right.replace("{}", "clock")) <= page.ask(right.replace("{}", "stage")) + 0.5
+    reach = (
+        "(r => (r.selectNodeContents(document.getElementById('clock')), r.getBoundingClientRect()"
+        ".right))(document.createRange())"
+    )
+    assert page.ask(reach) <= page.ask(right.replace("{}", "stage")) + 0.5
+
+
 def test_places_of_verdicts_are_pinned_and_a_line_leads_there(page, study, tmp_path):
     pins = [Pin("bench", 20.0, 20.0, True), Pin("<b>swing", -1.0, 1.0, False, "inside house")]
     verdicts = Table(
