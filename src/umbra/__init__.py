@@ -102,9 +102,21 @@ __all__ = [
 def __getattr__(name: str) -> object:
     """Load a public name on first use (PEP 562), so that ``import umbra`` is quick."""
     if name in _HOMES:
+        _tell_kernel_cache()
         return getattr(import_module(_HOMES[name]), name)
     msg = f"module 'umbra' has no attribute {name!r}"
     raise AttributeError(msg)
+
+
+def _tell_kernel_cache() -> None:
+    """Warn once where compiled kernels cannot be kept."""
+    from umbra.kernel_cache import find_kernel_cache  # noqa: PLC0415
+
+    note = find_kernel_cache()
+    if note is not None:
+        from warnings import warn  # noqa: PLC0415
+
+        warn(note, stacklevel=3)
 
 
 def __dir__() -> list[str]:

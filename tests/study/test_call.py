@@ -32,7 +32,7 @@ def scene():
         ({"threads": 1.5}, "threads is a whole number"),
         ({"extent": (0, 0, 1)}, "extent has 4 numbers"),
         ({"extent": "0,0,1,1"}, "extent has 4 numbers"),
-        ({"size": 3, "cell": None}, "size has 2 numbers"),
+        ({"size": 3, "cell": None}, "size has 2 whole numbers"),
         ({"cast": "wall"}, "'wall' matches no part; the file has tower"),
     ],
 )

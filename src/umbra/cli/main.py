@@ -1,9 +1,11 @@
 """The ``umbra`` command: its subcommands, and how it ends."""
 
 import difflib
+import errno
 import io
 import sys
 import traceback
+from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
@@ -13,6 +15,7 @@ from umbra import __version__
 from umbra.cli.folder_settings import pass_over_settings
 from umbra.cli.terminal import echo
 from umbra.errors import InputError, UmbraError
+from umbra.kernel_cache import find_kernel_cache
 
 __all__ = ["main"]
 
@@ -30,6 +33,9 @@ class _Commands(click.Group):
     """Load a subcommand only when it is called: help and errors come at once."""
 
     def invoke(self, ctx: click.Context) -> Any:
+        note = find_kernel_cache()
+        if note is not None and "--quiet" not in ctx.obj:
+            echo(f"note: {note}", err=True)
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as error:
@@ -113,6 +119,14 @@ def _run(arguments: list[str], debug: bool) -> int:
         return 1
     except UmbraError as error:
         return _fail(str(error), 1, debug)
+    except OSError as error:
+        if error.filename is not None or error.errno != errno.ENOSPC:
+            return _fail(f"{type(error).__name__}: {error} (--debug shows where)", 1, debug)
+        # Files that fill a disk are told where they are written.
+        msg = (
+            "the output stream takes no more (no space left on device); results in files are there"
+        )
+        return _fail(msg, 1, debug)
     except MemoryError:
         return _fail("out of memory; cut the model to what matters", 1, debug)
     except Exception as error:  # noqa: BLE001  (the last line of defence)
@@ -148,5 +162,6 @@ def _show_parameter(parameter: click.Parameter, context: click.Context) -> str:
 def _fail(message: str, status: int, debug: bool) -> int:
     if debug:
         echo(traceback.format_exc(), err=True)
-    echo("umbra: " + " ".join(message.split()), err=True)
+    with suppress(OSError):  # an error stream that is full tells nothing, but the status does
+        echo("umbra: " + " ".join(message.split()), err=True)
     return status

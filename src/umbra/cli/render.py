@@ -25,7 +25,7 @@ from umbra.cli.sections import make_sectioned
 from umbra.cli.site import site_options
 from umbra.cli.soft import check_soft, size_lights, soft_options, soften
 from umbra.cli.terminal import echo_json, echo_path
-from umbra.cli.values import LENGTH, SIZE, Numbers
+from umbra.cli.values import LENGTH, SIZE, NewPath, Numbers
 from umbra.errors import InputError
 
 __all__ = ["command"]
@@ -126,12 +126,8 @@ POINT = Numbers("X,Y,Z", 3)
 )
 @soft_options
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), metavar="FILE.png", help="Picture to write."
-)
-@click.option(
-    "--arrays", type=click.Path(path_type=Path), metavar="FILE.npz", help="Arrays to write."
-)
+@click.option("--out", type=NewPath(), metavar="FILE.png", help="Picture to write.")
+@click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="Arrays to write.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],

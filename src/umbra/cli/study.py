@@ -236,12 +236,13 @@ def _check_clock(options: dict[str, Any]) -> None:
     """Find slips in the dates before anything is read."""
     from umbra.study.canopy import check_transmissivity  # noqa: PLC0415
     from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
-    from umbra.sun.clock import parse_duration  # noqa: PLC0415
+    from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
     from umbra.sun.stamps import find_stamps  # noqa: PLC0415
 
     # In UTC no time is missing or doubled: what fails here fails everywhere.
-    day, *_ = parse_dates(options["date"], options["every_days"])
-    make_steps(day, options["start"], options["end"], options["every"], "UTC")
+    days = parse_dates(options["date"], options["every_days"])
+    day, every = days[0], options["every"]
+    check_steps(make_steps(day, options["start"], options["end"], every, "UTC"), len(days), every)
     find_stamps(day, options["at"], "UTC")
     if options["min_spell"] is not None:
         parse_duration(options["min_spell"], "least spell")

@@ -51,6 +51,9 @@ def _read(context: click.Context, _: click.Parameter, path: str | None) -> str |
                 f"--options {path}: '{key}' is a table; write options one a line, without headings"
             )
             raise InputError(msg, path=path, key=key)
+        if any("\0" in str(one) for one in (value if isinstance(value, list) else [value])):
+            msg = f"--options {path}: '{key}' holds a null character, which no name has; remove it"
+            raise InputError(msg, path=path, key=key)
         if name == "allow-outside":
             msg = (
                 f"--options {path}: allow-outside is typed (--allow-outside), not taken from a file"

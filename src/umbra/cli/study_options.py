@@ -1,14 +1,13 @@
 """The options of ``umbra study``, by what they are about."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import click
 
 from umbra.cli.columns import remember
 from umbra.cli.site import SITE
-from umbra.cli.values import LENGTH, SIZE, Numbers
+from umbra.cli.values import LENGTH, SIZE, NewPath, Numbers
 
 __all__ = ["study_options"]
 
@@ -243,7 +242,7 @@ _RUN = [
     click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores."),
     click.option(
         "--out",
-        type=click.Path(path_type=Path),
+        type=NewPath(),
         required=True,
         metavar="DIR",
         help="Folder for results; made if missing.",

@@ -2,11 +2,12 @@
 
 import math
 import re
+from pathlib import Path
 from typing import Any
 
 import click
 
-__all__ = ["LENGTH", "SIZE", "Length", "Numbers", "Size"]
+__all__ = ["LENGTH", "SIZE", "Length", "NewPath", "Numbers", "Size"]
 
 _UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "ft": 0.3048}
 _LENGTH = re.compile(r"(.*?)\s*(mm|cm|m|km|ft)?", re.IGNORECASE | re.DOTALL)
@@ -42,6 +43,19 @@ class Numbers(click.ParamType):
     def get_metavar(self, *_: Any, **__: Any) -> str:
         """Show the name as it is."""
         return self.name
+
+
+class NewPath(click.Path):
+    """A file or folder to write; an empty name, as of a variable that is not set, is none."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Parse; a path passes as it is."""
+        if value == "":
+            self.fail("the name is empty; name what is to be written", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 class Size(click.ParamType):

@@ -10,7 +10,7 @@ from umbra.cli.columns import column_options
 from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.soft import NAMES
-from umbra.cli.values import LENGTH, SIZE
+from umbra.cli.values import LENGTH, SIZE, NewPath
 
 __all__ = ["command"]
 
@@ -58,13 +58,13 @@ __all__ = ["command"]
 @click.option(
     "--view",
     "view_file",
-    type=click.Path(path_type=Path),
+    type=NewPath(),
     metavar="FILE.json",
     help="A saved view to begin with, and where to save.",
 )
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=NewPath(),
     metavar="FILE.png",
     help="Screenshots; further ones get a number. Default: named after the model.",
 )

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +58,9 @@ class Camera:
                 raise InputError(msg)
             object.__setattr__(self, name, value)
         cols, rows = self.size
+        if not all(isinstance(n, Integral) and not isinstance(n, bool) for n in (cols, rows)):
+            msg = f"a picture's size is two whole numbers of pixels; got {self.size}"
+            raise InputError(msg)
         if cols < 1 or rows < 1:
             msg = f"a picture of {cols}x{rows} pixels is empty; give at least 1x1"
             raise InputError(msg)

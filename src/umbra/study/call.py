@@ -109,11 +109,14 @@ def check_call(
 
 def _check_vector(name: str, value: Any, count: int) -> None:
     try:
-        is_right = len(value) == count and all(isinstance(one, Real) for one in value)
+        kind = Integral if name == "size" else Real
+        is_right = len(value) == count and all(
+            isinstance(one, kind) and not isinstance(one, bool) for one in value
+        )
     except TypeError:
         is_right = False
     if not is_right:
-        msg = f"{name} has {count} numbers; got {value!r}"
+        msg = f"{name} has {count} {'whole ' if name == 'size' else ''}numbers; got {value!r}"
         raise InputError(msg, option=name)
 
 

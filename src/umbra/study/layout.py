@@ -20,6 +20,7 @@ _LONG_SIDE = 1024  # cells of the default raster
 NEARBY = 1000.0  # [m]; so far from a model, and
 LOWEST_SUN = 100  # times its height farther, an extent may lie: the sun is half a degree high there
 _BYTES = 32  # held for each cell: heights, hours, and their copies on the way to the file
+LEAST_CELL = 1e-9  # [m]; what no coordinate tells apart any more
 _WORK = 30  # held for each cell of the tile that is counted,
 _THREAD_WORK = 4  # and this by each thread
 _BASE = 0.4e9  # what the program and the one that draws hold without any cell [byte]
@@ -77,8 +78,8 @@ def lay_out(
     if cell is not None and size is not None:
         msg = "give either a cell size or a raster size, not both"
         raise InputError(msg)
-    if cell is not None and not 0 < cell < math.inf:
-        msg = f"a cell must be larger than 0 m; got {cell:g}"
+    if cell is not None and not LEAST_CELL <= cell < math.inf:
+        msg = f"a cell must be larger than 0 m, {LEAST_CELL:g} at least; got {cell:g}"
         raise InputError(msg, cell=cell)
     if size is not None and min(size) < 1:
         msg = f"a raster needs at least 1x1 cells; got {size[0]}x{size[1]}"

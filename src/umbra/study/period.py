@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps, parse_dates
+from umbra.sun.clock import check_steps
 
 __all__ = ["Period", "make_period"]
 
@@ -106,6 +107,7 @@ def make_period(
         If one of them is not written so, or a local time does not exist on a date.
     """
     days = parse_dates(dates, every_days)
+    check_steps(make_steps(days[0], start, end, every, site.zone), len(days), every)
     steps = tuple(make_steps(day, start, end, every, site.zone) for day in days)
     instants = np.concatenate([each.instants for each in steps])
     return Period(days, steps, find_sun(site, instants, refraction=refraction), site, refraction)

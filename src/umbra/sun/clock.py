@@ -6,6 +6,7 @@ they: from 01:00 to 05:00 on the night the clock jumps ahead is three hours.
 """
 
 import datetime as dt
+import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
@@ -18,9 +19,10 @@ from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.site import find_zone
 from umbra.sun.stamps import Stamps
 
-__all__ = ["Steps", "make_steps", "parse_duration"]
+__all__ = ["Steps", "check_steps", "make_steps", "parse_duration"]
 
 MOST_STEPS = 100_000
+MOST_OF_ALL_DATES = 2_000_000
 MICROSECOND = dt.timedelta(microseconds=1)
 UNITS = {"h": 3600, "hour": 3600, "min": 60, "minute": 60, "m": 60, "s": 1, "sec": 1, "second": 1}
 DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|sec|second)s?\s*")
@@ -111,6 +113,34 @@ def make_steps(
     lengths = np.diff(marks)
     instants = stamps[:-1] + (lengths // 2).astype("timedelta64[us]")
     return Steps(instants=instants, hours=lengths / 3.6e9, stamps=stamps, zone=zone)
+
+
+def check_steps(steps: Steps, dates: int, every: str | dt.timedelta) -> None:
+    """
+    Check that the steps of all dates together can be counted.
+
+    Parameters
+    ----------
+    steps : Steps
+        Of one date.
+    dates : int
+    every : str or datetime.timedelta
+        As it was given.
+
+    Raises
+    ------
+    InputError
+        If they make over 2,000,000 suns.
+    """
+    count = len(steps.hours) * dates
+    if count > MOST_OF_ALL_DATES:
+        least = float(steps.hours.sum()) * 3600 * dates / MOST_OF_ALL_DATES
+        words = _duration_text(dt.timedelta(seconds=math.ceil(least)))
+        msg = (
+            f"{dates:,} dates in steps of {every} make {count:,} suns, and {MOST_OF_ALL_DATES:,} "
+            f"are the most; give steps of {words} or more, or fewer dates (--every-days)"
+        )
+        raise InputError(msg, count=count)
 
 
 def parse_duration(every: str | dt.timedelta, what: str = "step") -> dt.timedelta:

@@ -50,8 +50,8 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         mask = os.umask(0)
         os.umask(mask)
         Path(name).chmod(0o666 & ~mask)  # as any new file; mkstemp's are private
-    except OSError as error:
-        reason = error.strerror or str(error)
+    except (OSError, ValueError) as error:  # ValueError: a null byte in its name
+        reason = getattr(error, "strerror", None) or str(error)
         if isinstance(error, FileExistsError):  # only where a file stands for a folder
             reason = f"'{target.parent}' is not a folder"
         msg = f"cannot write '{target}' ({reason}); choose another place"
