@@ -1,5 +1,6 @@
 """What ``umbra study`` writes when it is asked for more than its three files."""
 
+import re
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -248,3 +249,14 @@ def test_the_times_that_are_asked_for_are_shown(study, tmp_path):
 
 def test_a_time_that_is_none_is_refused_before_any_work(study):
     assert "'noon' is not a clock time" in study("--at", "09:00,noon").refusal()
+
+
+def test_the_axes_of_an_elevation_begin_at_nought(umbra_here, tmp_path):
+    far = save_obj(tmp_path / "far.obj", {"tower": box((2600, 340000, 171), (2610, 340004, 183))})
+    where = ["--out", tmp_path / "out", "--receivers", "south", "--write", "svg"]
+    assert umbra_here("study", far, *VIENNA, *DAY[:-2], *where).status == 0
+    picture = (tmp_path / "out" / "hours.svg").read_text()
+    assert ">along the facade [m], from its left end; heights above z = 171 m</text>" in picture
+    texts = set(re.findall(r">([^<]*)</text>", picture))
+    assert {"0", "2", "8", "10"} <= texts
+    assert not any(text.startswith(("2 6", "2\u20096", "17", "18")) for text in texts)

@@ -28,13 +28,15 @@ SIDES = ("South", "East", "North", "West")
     [
         ((50, 20), 18, 16, 7, 200),
         ((470, 230), 220, 190, 75, 2000),
-        ((3000, 3600), 2900, 3500, 100, 25000),
+        ((3000, 3600), 2900, 3500, 100, 50000),
+        ((25, 20), 18, 15, 7, 200),
+        ((3, 2), 2, 2, 1, 20),
         ((20, 400), 10, 380, 12, 2000),
     ],
 )
 def test_the_largest_round_scale_that_fits_is_taken(plan, wide, deep, high, scale):
     sizes = [(wide, high), (deep, high)] * 2
-    found = arrange(plan, sizes)
+    found = arrange(plan, plan, sizes)
     assert found.scale == scale
     room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH, PAPER[1] - HEAD - FOOT)
     boxes = []
@@ -47,6 +49,27 @@ def test_the_largest_round_scale_that_fits_is_taken(plan, wide, deep, high, scal
         assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
 
 
+@pytest.mark.parametrize("need", [(50, 20), (20, 50), (70, 60), (330, 180)])
+@pytest.mark.parametrize("high", [8, 40])
+def test_the_plan_fills_what_room_is_left(need, high):
+    sizes = [(0.6 * need[0], high), (0.6 * need[1], high)] * 2
+    found = arrange(need, (np.inf, np.inf), sizes)
+    assert str(found.scale).strip("0") in {"1", "2", "5"}
+    assert min(np.subtract(found.plan, need)) >= 0
+    room = (PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT)
+    ends = [
+        (x + w * found.per_metre + 0.92, y + h * found.per_metre + 0.5)
+        for (x, y), (w, h) in zip(found.corners, [found.plan, *sizes], strict=True)
+    ]
+    # Both the right and the lower end of the room are reached: no corner is left empty.
+    np.testing.assert_allclose(np.max(ends, axis=0), room, atol=1e-6)
+    shown = found.plan[0] * found.plan[1] * found.per_metre**2
+    assert shown > 0.3 * room[0] * room[1]
+    tight = arrange(need, need, sizes)
+    assert tight.scale == found.scale
+    assert tight.plan == pytest.approx(need)
+
+
 def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5):
     x, y = (cell * (np.arange(round(n / cell)) + 0.5) for n in (wide, high))
     plan = Plan(x, y, None, 0.0 if axes[0] else None, title="house", date="2026", axes=axes)
@@ -55,7 +78,7 @@ def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5):
 
 def test_all_maps_are_of_one_scale_and_named():
     sizes = [(18, 7), (16, 7), (18, 7), (16, 7)]
-    arrangement = arrange((50, 20), sizes)
+    arrangement = arrange((50, 20), (50, 20), sizes)
     maps = [("Plan", *make_map(50, 20, 0.0))]
     for hours, side, size in zip((0, 4, 8, np.nan), SIDES, sizes, strict=True):
         maps.append((f"{side} elevation", *make_map(*size, hours, ("", "z [m]"))))

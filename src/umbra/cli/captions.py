@@ -6,15 +6,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.scene import Scene
 from umbra.study import Preview, Study
+from umbra.study.views import Elevation
 from umbra.writers.plan import Plan
 
-__all__ = ["describe", "describe_method", "describe_place", "list_few", "name_dates", "name_files"]
+__all__ = [
+    "describe",
+    "describe_method",
+    "describe_place",
+    "list_few",
+    "name_dates",
+    "name_files",
+    "place_elevation",
+]
 
 FEW = 4  # dates that are named one by one
-_AXES = {"x": "x [m]", "y": "y [m]", "along": "along the facade [m]", "z": "z [m]"}
 
 
 def describe(
@@ -37,13 +46,14 @@ def describe(
     dates = name_dates(period.days[which.start : which.stop])
     each = [offset for k in which for offset in period.steps[k].offsets()]
     offsets = "/".join(sorted(set(each)))
-    rows, cols = study.dims
+    canopies = preview.find_canopies() if options.get("canopy") else None
+    x, y, axes = _find_axes(study, preview)
     north, upward = _find_north(study)
     view = _name_view(study, options)
     told = view.removeprefix(", ") if options["title"] else ""
     return Plan(
-        preview.x,
-        preview.y,
+        x,
+        y,
         preview.heights,  # type: ignore[arg-type]
         true_north=north,
         upward=upward,
@@ -57,9 +67,52 @@ def describe(
             [f"umbra {facts['umbra_version']}", _describe_cells(study)]
             + describe_method(study, options)
         ),
-        axes=(_AXES[cols], _AXES[rows]) if rows in _AXES else ("", ""),
+        axes=axes,
         has_scale=study.receivers != "camera",
+        canopies=canopies if canopies is not None and canopies.any() else None,
+        canopy_name=f"{list_few(options['canopy'], 1)}, looked through"
+        if canopies is not None
+        else "",
     )
+
+
+def _find_axes(
+    study: Study, preview: Preview
+) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[str, str]]:
+    """Give the pictures' coordinates and what to call them; those of an elevation begin at 0."""
+    if study.is_plan:
+        return preview.x, preview.y, ("x [m]", "y [m]")
+    if study.receivers != "elevation":
+        return preview.x, preview.y, ("", "")
+    x, y = place_elevation(study, preview.x, preview.y)
+    label = f"along the facade [m], from its left end; heights above z = {study.ground:.6g} m"
+    return x, y, (label, "height [m]")
+
+
+def place_elevation(
+    study: Study, x: NDArray[np.float64], y: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Measure an elevation from the left end of what it shows, and from the ground.
+
+    Parameters
+    ----------
+    study : Study
+        Of an elevation.
+    x, y : (n,) float64
+        Along the view, and z, in the model's own coordinates [m].
+
+    Returns
+    -------
+    x, y : (n,) float64
+        From there [m].
+    """
+    model = study.model
+    azimuth = float(study.facts["view_azimuth_deg"])  # type: ignore[arg-type]
+    view = Elevation.of(azimuth, study.site.true_north)
+    left = view.find_extent(model.scene, getattr(model, "shown", None))[0, 0]
+    # What an extent cuts off does not count.
+    return x - max(left, float(x[0]) - study.grid.dx / 2), y - study.ground
 
 
 def name_files(scene: Scene) -> str:

@@ -213,7 +213,8 @@ def _find_hours(study: Any) -> dict[str, Any]:
     """Give how long the sun was up, and the hours in shadow."""
     import numpy as np  # noqa: PLC0415
 
-    known = study.shadow_hours[np.isfinite(study.shadow_hours)]
+    is_known = np.isfinite(study.shadow_hours) & getattr(study, "is_of_model", True)
+    known = study.shadow_hours[is_known]
     return {
         "hours": study.up_hours,
         "most_shadow_hours": float(known.max(initial=0.0)),

@@ -7,19 +7,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cli.captions import place_elevation
 from umbra.cli.shown_dates import Scale, choose_panels, tell_daylight
 from umbra.cli.study_points import POINTS_ONLY, QUESTIONS
 from umbra.scene import Scene
 from umbra.study import Study, run_study, split_dates, tell_dates
+from umbra.study.terrain import has_terrain
 from umbra.study.views import COMPASS, Elevation
 from umbra.writers.edges import make_look
 from umbra.writers.elevations import arrange, find_pixel
 from umbra.writers.plan import Plan
-from umbra.writers.raster import resample
 
 __all__ = ["draw_sheet"]
 
 _SIDES = ("south", "east", "north", "west")
+MATTERS = 1 / 4
+"""Of the time with the sun up: a shadow that stands so long is part of the sheet."""
 _MARGIN = 0.03  # of an elevation's length, on each side of it
 
 
@@ -47,21 +50,31 @@ def draw_sheet(
         Of the file; of several dates, of one for each, all on one scale.
     """
     boxes = [_find_box(scene, study, side) for side in _SIDES]
-    x0, x1, y0, y1 = plan.extent
     sizes = [(float(box[2] - box[0]), float(box[3] - box[1])) for box in boxes]
-    arrangement = arrange((x1 - x0, y1 - y0), sizes)
+    need, most = _find_window(study, plan, options)
+    arrangement = arrange(tuple(np.ptp(need, axis=0)), most, sizes)
     cell = find_pixel(arrangement)
     kept = {n: v for n, v in options.items() if n not in {*POINTS_ONLY, *QUESTIONS}}
-    plans, scale = split_dates(study), Scale.of(study, options)
+    half = np.array(arrangement.plan) / 2
+    window = tuple(float(v) for v in (*(need.mean(0) - half), *(need.mean(0) + half)))
+    view = {**kept, "receivers": study.receivers, "extent": window, "cell": cell, "size": None}
+    is_by_date = len(split_dates(study)) > 1
+    seen = run_study(scene, study.site, by_day=is_by_date, **view)
+    plan = _redraw(plan, seen)
+    plans, scale = split_dates(seen), Scale.of(study, options)
     sides = []
     for side, box in zip(_SIDES, boxes, strict=True):
         view = {**kept, "receivers": side, "extent": box, "cell": cell, "size": None}
-        seen = run_study(scene, study.site, by_day=len(plans) > 1, **view)
+        seen = run_study(scene, study.site, by_day=is_by_date, **view)
         heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
+        crowns = seen.model.make_tile(seen.grid).find_canopies()
         elevation = Plan(
-            seen.x, seen.y, heights, None, axes=("", "z [m]"), look=make_look(seen, heights.shape)
-        )
-        sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
+            *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
+            look=make_look(seen, heights.shape), canopies=crowns if crowns.any() else None,
+            canopy_name=plan.canopy_name,
+        )  # fmt: skip
+        caption = f"{side.capitalize()} elevation, heights above z = {study.ground:.6g} m"
+        sides.append((caption, elevation, split_dates(seen)))
     names = []
     for k in choose_panels(study) if len(plans) > 1 else (0,):
         own, name = plan, "sheet.png"
@@ -70,7 +83,7 @@ def draw_sheet(
             clock = f"{options['start']} to {options['end']}"
             own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
             name = f"sheet_{date}.png"
-        maps = [("Plan", own, _fit(scale.read_hours(plans[k]), plan.shape))]
+        maps = [("Plan", own, scale.read_hours(plans[k]))]
         maps += [(caption, view, scale.read_hours(seen[k])) for caption, view, seen in sides]
         painter.draw_elevations(
             folder / name, arrangement, maps, scale.most, receivers=study.receivers,
@@ -80,9 +93,47 @@ def draw_sheet(
     return names
 
 
-def _fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Average hours to the cells of the picture."""
-    return hours if hours.shape == shape else resample(hours, shape)
+def _find_window(
+    study: Study, plan: Plan, options: dict[str, Any]
+) -> tuple[NDArray[np.float64], tuple[float, float]]:
+    """
+    Find what of the plan must be seen, and how much may be.
+
+    Returns
+    -------
+    need : (2, 2) float64
+        Lower left and upper right corner of the model and the shadows that matter [m].
+    most : (float, float)
+        Width and height [m].
+    """
+    x0, x1, y0, y1 = plan.extent
+    whole = np.array([[x0, y0], [x1, y1]])
+    if options["extent"] is not None:
+        return whole, (x1 - x0, y1 - y0)
+    model = np.clip(study.model.scene.bounds()[:, :2], *whole)
+    room = 0.03 * float(np.ptp(model, axis=0).max())
+    hours = study.shadow_hours
+    matters = hours >= max(study.up_hours * MATTERS, 1e-6)
+    if matters.any():
+        x, y = study.x[matters.any(0)], study.y[matters.any(1)]
+        model = np.array([np.minimum(model[0], (x[0], y[0])), np.maximum(model[1], (x[-1], y[-1]))])
+    if has_terrain(study.model.scene):  # beside which there is nothing to see
+        return np.clip([model[0] - room, model[1] + room], *whole), (x1 - x0, y1 - y0)
+    return np.array([model[0] - room, model[1] + room]), (np.inf, np.inf)
+
+
+def _redraw(plan: Plan, seen: Study) -> Plan:
+    """Give a plan the cells of a study of it."""
+    tile = seen.model.make_tile(seen.grid)
+    canopies = tile.find_canopies()
+    return replace(
+        plan,
+        x=seen.x,
+        y=seen.y,
+        building_height=np.nan_to_num(seen.heights - seen.ground).astype(np.float32),
+        look=None if plan.look is None else make_look(seen, seen.shadow_hours.shape),
+        canopies=canopies if canopies.any() else None,
+    )
 
 
 def _find_box(scene: Scene, study: Study, side: str) -> tuple[float, float, float, float]:

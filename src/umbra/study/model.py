@@ -277,6 +277,14 @@ class PlanTile:
         model = self.model.solid if parts is None else self.model.with_casters(parts)
         return replace(self, model=model)
 
+    def find_canopies(self) -> NDArray[np.bool_]:
+        """Tell which cells canopies hang over, (rows, cols), whatever receives there."""
+        model = self.model
+        if model.canopy is None:
+            return np.zeros(self.shape, np.bool_)
+        crowns = model.scene.triangles(model.canopy.parts)
+        return find_surface(crowns, self.grid, model.ground, model.threads).face >= 0
+
     def find_parts(self) -> NDArray[np.intp]:
         """Give the part that is topmost in each cell, (rows, cols); -1 on the ground."""
         face = self.surface.face

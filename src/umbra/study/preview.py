@@ -40,6 +40,8 @@ class Preview:
         Counts ``shadows``.
     find_parts : function of () -> (rows, cols) int
         Finds the part that is seen in each cell; -1 for the ground and where there is none.
+    find_canopies : function of () -> (rows, cols) bool
+        Tells where canopies hang over a plan, or stand before what a view shows.
     """
 
     x: NDArray[np.float64]
@@ -47,6 +49,7 @@ class Preview:
     heights: NDArray[np.float64]
     count: Callable[[], NDArray[np.bool_]]
     find_parts: Callable[[], NDArray[np.intp]]
+    find_canopies: Callable[[], NDArray[np.bool_]]
 
     @cached_property
     def shadows(self) -> NDArray[np.bool_]:
@@ -111,4 +114,6 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
 
     # From local coordinates to the model's own, as the study's cells went.
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
-    return Preview(grid.x + shift_x, grid.y + shift_y, tile.relief, count, tile.find_parts)
+    return Preview(
+        grid.x + shift_x, grid.y + shift_y, tile.relief, count, tile.find_parts, tile.find_canopies
+    )

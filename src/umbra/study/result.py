@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.depth import GROUND
 from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
@@ -97,6 +98,13 @@ class Study:
     def is_plan(self) -> bool:
         """Whether it is seen from above."""
         return self.dims == ("y", "x")
+
+    @property
+    def is_of_model(self) -> NDArray[np.bool_]:
+        """Where a view sees the model, not a ground assumed below it; everywhere on a plan."""
+        if "part" in self.more:
+            return self.more["part"][1] != GROUND
+        return np.ones(self.shadow_hours.shape, np.bool_)
 
     @property
     def refraction(self) -> Refraction:

@@ -15,11 +15,13 @@ from umbra.study.layout import lay_out
 from umbra.study.model import prepare_casting
 from umbra.study.result import Study, Variables
 from umbra.study.setup import Progress, Setup
+from umbra.study.terrain import has_terrain
 from umbra.study.views import Elevation, ViewModel, ViewTile
 
 __all__ = ["run_camera", "run_elevation"]
 
 _MARGIN = 0.02  # of the model's length
+_AROUND = 0.08  # of it, where the ground about it is seen
 _PIXELS = (1024, 768)
 _PIXEL_BYTES = 200  # held for each pixel: its position, normal, depth and counts
 
@@ -55,6 +57,10 @@ def run_elevation(
     low, high = frame.find_extent(scene, shown)
     margin = _MARGIN * (high[0] - low[0]) + 1e-3
     room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # a long row of houses is low
+    ground = None
+    if not frame.is_level and not has_terrain(scene):
+        ground, margin = level, _AROUND * (high[0] - low[0])  # what stands on it throws shadows
+        room = margin * -frame.forward[2]
     bottom = level if frame.is_level else low[1] - room
     default = (low[0] - margin, bottom, high[0] + margin, max(high[1], bottom) + room)
     extent, size, cell = raster["extent"] or default, raster["size"], raster["cell"]
@@ -72,7 +78,7 @@ def run_elevation(
     casting = prepare_casting(scene, setup.casters, setup.threads, setup.canopy)
     model = ViewModel(
         scene, casting.soup, casting.caster, setup.threads, setup.casters,
-        lambda part: frame.make_camera(part, bounds), shown=shown, canopy=setup.canopy,
+        lambda part: frame.make_camera(part, bounds), ground, shown, canopy=setup.canopy,
     )  # fmt: skip
     facts = {"ground_z": level, "view_azimuth_deg": azimuth}
     if frame.is_level:

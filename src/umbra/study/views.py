@@ -193,11 +193,15 @@ class ViewModel(Casting):
     def make_tile(self, grid: Grid) -> "ViewTile":
         """Look at the scene."""
         camera = self.make_camera(grid)
+        return ViewTile(self, camera, *self.look(camera))
+
+    def look(self, camera: Camera) -> tuple[View, Frame]:
+        """See what is shown; parts are those of the scene."""
         view, frame = self.counter.see(camera)
         if self.shown is not None:
             part = np.where(frame.part < 0, frame.part, np.array(self.shown)[frame.part])
             frame = replace(frame, part=part.astype(np.int32))
-        return ViewTile(self, camera, view, frame)
+        return view, frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,6 +297,16 @@ class ViewTile:
         """Give the same receivers with other parts casting; all but canopies by default."""
         model = self.model.solid if parts is None else self.model.with_casters(parts)
         return replace(self, model=model)
+
+    def find_canopies(self) -> NDArray[np.bool_]:
+        """Tell which pixels have canopies before what they show, (rows, cols)."""
+        model = self.model
+        if model.canopy is None:
+            return np.zeros(self.shape, np.bool_)
+        seen = range(len(model.scene.parts)) if model.shown is None else model.shown
+        whole = replace(model, shown=sorted({*seen, *model.canopy.parts}))
+        crowned = replace(self, frame=whole.look(self.camera)[1])
+        return np.isin(crowned.find_parts(), model.canopy.parts)
 
     def find_parts(self) -> NDArray[np.intp]:
         """Give each pixel's part; -1 for the ground and where there is none."""

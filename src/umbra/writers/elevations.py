@@ -7,6 +7,7 @@ from typing import Literal
 
 from numpy.typing import NDArray
 
+from umbra.writers.canopies import find_swatches
 from umbra.writers.hours import draw_hours_key, fill_hours
 from umbra.writers.lettering import SMALL, SUBTITLE, measure
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_ticks
@@ -19,8 +20,8 @@ __all__ = ["Arrangement", "arrange", "draw_elevations", "find_pixel", "make_elev
 PAPER = (420 / 25.4, 297 / 25.4)  # A3 [inch]
 HEAD, FOOT = 1.05, 0.75  # of the words, at most [inch]
 CAPTION, GAP, AXIS = 0.28, 0.22, 0.7  # above a map, between them, and left of one [inch]
-_ROUND = (1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 7.5)
-SCALES = tuple(round(n * 10**power) for power in range(1, 6) for n in _ROUND if n * 10**power >= 20)
+SCALES = tuple(n * 10**power for power in range(1, 6) for n in (1, 2, 5))
+"""Those of a planner's ruler: 1:100, 1:200, 1:500 and on."""
 Size = tuple[float, float]
 
 
@@ -35,10 +36,13 @@ class Arrangement:
         500 where a metre is 2 mm long.
     corners : list of (x, y)
         Of each map, the plan first, from the upper left of the room for them, downward [inch].
+    plan : (width, height)
+        What of the plan there is room for [m].
     """
 
     scale: int
     corners: list[Size]
+    plan: Size
 
     @property
     def per_metre(self) -> float:
@@ -46,14 +50,16 @@ class Arrangement:
         return 1000 / 25.4 / self.scale
 
 
-def arrange(plan: Size, elevations: Sequence[Size]) -> Arrangement:
+def arrange(need: Size, most: Size, elevations: Sequence[Size]) -> Arrangement:
     """
-    Choose the arrangement with the largest round scale.
+    Choose the largest scale of a planner at which all fits, and fill the paper at it.
 
     Parameters
     ----------
-    plan : (width, height)
-        [m]
+    need : (width, height)
+        Of the plan at least: the model and the shadows that matter [m].
+    most : (width, height)
+        Of the plan at most; it is shown where there is room [m].
     elevations : sequence of (width, height)
         Of four [m].
 
@@ -61,35 +67,69 @@ def arrange(plan: Size, elevations: Sequence[Size]) -> Arrangement:
     -------
     arrangement : Arrangement
     """
-    width = PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4
-    height = PAPER[1] - HEAD - FOOT
+    room = PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT
     for scale in SCALES:
         per_metre = 1000 / 25.4 / scale
-        boxes = [
-            (w * per_metre + AXIS + GAP, h * per_metre + CAPTION + GAP)
-            for w, h in (plan, *elevations)
-        ]
+        boxes = [(w * per_metre + AXIS + GAP, h * per_metre + CAPTION + GAP) for w, h in elevations]
+        pads = (AXIS + GAP, CAPTION + GAP)
+        found: list[tuple[float, int, Size, list[Size]]] = []
         for across, beside in ((1, True), (2, True), (2, False), (1, False)):
-            corners, used = _place(boxes, across, beside)
-            if used[0] <= width and used[1] <= height:
-                return Arrangement(scale, corners)
-    return Arrangement(SCALES[-1], corners)
+            block = _Block.of(boxes, across)
+            free = [room[k] - (block.size[k] if beside == (k == 0) else 0) for k in (0, 1)]
+            free = [(side - pad) / per_metre for side, pad in zip(free, pads, strict=True)]
+            fits = block.size[0] <= room[0] and block.size[1] <= room[1]
+            if fits and all(have >= side for have, side in zip(free, need, strict=True)):
+                plan = min(free[0], most[0]), min(free[1], most[1])
+                paper = [side * per_metre + pad for side, pad in zip(plan, pads, strict=True)]
+                found.append((plan[0] * plan[1], -len(found), plan, block.lay(paper, room, beside)))
+        if found:
+            _, _, plan, corners = max(found)
+            return Arrangement(scale, corners, plan)
+    return Arrangement(SCALES[-1], [(0.0, 0.0)] * (1 + len(elevations)), need)
 
 
-def _place(boxes: list[Size], across: int, beside: bool) -> tuple[list[Size], Size]:
-    """Put elevations in so many columns beside the plan or below it; give what is used."""
-    plan, rest = boxes[0], boxes[1:]
-    columns = [rest[k::across] for k in range(across)]
-    wide = [max(w for w, _ in column) for column in columns]
-    rows = [rest[k : k + across] for k in range(0, len(rest), across)]
-    high = [max(h for _, h in row) for row in rows]
-    x0, y0 = (plan[0], 0.0) if beside else (0.0, plan[1])
-    corners = [(0.0, 0.0)]
-    for k in range(len(rest)):
-        row, column = divmod(k, across)
-        corners.append((x0 + sum(wide[:column]), y0 + sum(high[:row])))
-    used = (x0 + sum(wide), max(plan[1], y0 + sum(high)))
-    return corners, (max(used[0], plan[0]), used[1])
+@dataclass(frozen=True)
+class _Block:
+    """
+    Elevations in rows and columns.
+
+    Parameters
+    ----------
+    across : int
+        Columns.
+    wide, high : list of float
+        Of each column and each row [inch].
+    """
+
+    across: int
+    wide: list[float]
+    high: list[float]
+
+    @classmethod
+    def of(cls, boxes: list[Size], across: int) -> "_Block":
+        wide = [max(w for w, _ in boxes[k::across]) for k in range(across)]
+        rows = [boxes[k : k + across] for k in range(0, len(boxes), across)]
+        return cls(across, wide, [max(h for _, h in row) for row in rows])
+
+    @property
+    def size(self) -> Size:
+        """Width and height [inch]."""
+        return sum(self.wide), sum(self.high)
+
+    def lay(self, plan: Sequence[float], room: Size, beside: bool) -> list[Size]:
+        """Give the corners of the plan and of each elevation, what room is left between them."""
+        x0, y0 = (plan[0], 0.0) if beside else (0.0, plan[1])
+        spare = room[0] - x0 - self.size[0], room[1] - y0 - self.size[1]
+        # Beside the plan each column has its gap, below it each row has.
+        step_x = spare[0] / (self.across if beside else max(self.across - 1, 1))
+        step_y = spare[1] / (max(len(self.high) - 1, 1) if beside else len(self.high))
+        first_x, first_y = (step_x, 0.0) if beside else (0.0, step_y)
+        corners = [(0.0, 0.0)]
+        for k in range(self.across * len(self.high)):
+            row, column = divmod(k, self.across)
+            x = x0 + first_x + sum(self.wide[:column]) + column * step_x
+            corners.append((x, y0 + first_y + sum(self.high[:row]) + row * step_y))
+        return corners
 
 
 def draw_elevations(
@@ -158,7 +198,8 @@ def make_elevations_sheet(
     sheet = Sheet(figure, first, panels[0].map_box, panels[0].map_size, key_box, is_wide=False)
     words.draw(sheet)
     if max_hours > 0:
-        draw_hours_key(sheet, max_hours, what, show=show)
+        swatches = find_swatches([plan for _, plan, _ in maps])
+        draw_hours_key(sheet, max_hours, what, show=show, swatches=swatches)
     draw_scale_bar(panels[0], key_x, bottom + 0.03, KEY_WIDTH - 0.25)
     draw_north(panels[0], key_x + 0.3, top - 0.36)
     sheet.write(key_x, bottom + 0.32, scale.partition(" on")[0], SUBTITLE, color=INK, weight="bold")

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from umbra.writers.canopies import find_swatches
 from umbra.writers.day_map import DayMap
 from umbra.writers.hatch import draw_hatch
 from umbra.writers.hours import draw_hours_key, fill_hours
@@ -78,5 +79,5 @@ def make_hour_panels(
             draw_hatch(panel, day.hatched)
     if max_hours > 0:
         remark = "" if plan.proposed is None else "outlined in red: proposed"
-        draw_hours_key(sheet, max_hours, what, remark, show, hatch)
+        draw_hours_key(sheet, max_hours, what, remark, show, hatch, find_swatches([plan]))
     return sheet, panels

@@ -1,16 +1,18 @@
 """The picture of a study: hours in shadow on a plan."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.writers.canopies import find_swatches, hatch_canopies, outline_canopies
 from umbra.writers.color import shade_ramp
 from umbra.writers.contours import draw_contours, find_levels, trace
 from umbra.writers.hatch import draw_hatch, draw_hatch_swatch
-from umbra.writers.keys import draw_color_bar
+from umbra.writers.keys import Swatch, draw_color_bar
 from umbra.writers.lettering import LINE, SMALL, wrap
 from umbra.writers.look import draw_look
 from umbra.writers.paper import INK, QUIET, Panel
@@ -91,7 +93,8 @@ def make_hours_sheet(
         draw_hatch(sheet, hatched)
     if max_hours > 0:
         remark = "" if plan.proposed is None else "outlined in red: proposed"
-        draw_hours_key(sheet, max_hours, what, remark, show, hatch)
+        swatches = find_swatches([plan])
+        draw_hours_key(sheet, max_hours, what, remark, show, hatch, swatches)
     return sheet
 
 
@@ -125,6 +128,7 @@ def fill_hours(
     elif receivers == "ground":
         grey, coverage = shade_roofs(plan, panel.map_size)
         image += coverage[..., None] * (grey[..., None] - image)
+    hatch_canopies(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
 
     is_ground = receivers == "ground"
@@ -141,6 +145,7 @@ def fill_hours(
     draw_contours(panel, hours, levels, colors, blocked)
     if plan.look is None:
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if is_ground else 0.7)
+    outline_canopies(panel)
     if plan.proposed is not None:
         panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
     if is_missing.all():
@@ -156,6 +161,7 @@ def draw_hours_key(
     remark: str = "",
     show: Show = "shadow",
     hatch: str = "",
+    swatches: Sequence[Swatch] = (),
 ) -> None:
     """Draw the scale of hours up to ``max_hours``, above 0, and the hatch in a sheet's key."""
     what = what or name_hours(show)
@@ -165,7 +171,7 @@ def draw_hours_key(
         sheet = _draw_hatch_key(sheet, hatch)
     title = [what] if sheet.is_wide else wrap(what, 8.0, KEY_WIDTH)
     ramp = shade_ramp()[:: -1 if show == "sun" else 1]
-    draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), title, remark)
+    draw_color_bar(sheet, ramp, _find_scale_ticks(max_hours), title, remark, swatches)
 
 
 def _draw_hatch_key(sheet: Sheet, hatch: str) -> Sheet:

@@ -8,9 +8,9 @@ from PIL import Image, ImageFilter
 
 from umbra.writers.raster import resample
 
-__all__ = ["Look", "draw_look"]
+__all__ = ["DARK", "LUMINANCE", "SKY", "Look", "draw_look"]
 
-SKY = (0.94, 0.952, 0.968)  # where a view sees nothing
+SKY = (0.86, 0.885, 0.92)  # where a view sees nothing; no colour of a scale
 INK = np.array([0.11, 0.11, 0.135], np.float32)
 CHALK = np.array([0.62, 0.66, 0.76], np.float32)
 DARK = 0.3  # luminance below which lines are of chalk

@@ -48,6 +48,10 @@ class Plan:
         Shade and lines of what is seen: of views, and of the topmost surface.
     proposed : (rows, cols) bool, optional
         What is not there yet, to be outlined.
+    canopies : (rows, cols) bool, optional
+        Where there are canopies, which are looked through: outlined and hatched.
+    canopy_name : str
+        What the key calls them.
 
     Raises
     ------
@@ -69,6 +73,8 @@ class Plan:
     upward: float = 1.0
     look: "Look | None" = field(default=None, repr=False)
     proposed: NDArray[np.bool_] | None = field(default=None, repr=False)
+    canopies: NDArray[np.bool_] | None = field(default=None, repr=False)
+    canopy_name: str = "canopies"
 
     def __post_init__(self) -> None:
         for axis in ("x", "y"):
@@ -97,6 +103,7 @@ class Plan:
             for name, array in (
                 ("building_height", self.building_height),
                 ("proposed", self.proposed),
+                ("canopies", self.canopies),
             )
         }
         return replace(self, x=self.x[cols], y=self.y[rows], **kept)  # type: ignore[arg-type]

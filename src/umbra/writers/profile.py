@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.writers.canopies import find_swatches, hatch_canopies, outline_canopies
 from umbra.writers.contours import trace
 from umbra.writers.keys import draw_color_bar, draw_swatches
 from umbra.writers.look import draw_look
@@ -127,7 +128,9 @@ def _fill_map(
             image += coverage[..., None] * (grey[..., None] - image)
         else:
             image *= (1 - coverage * (1 - grey))[..., None]
+    hatch_canopies(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
+    outline_canopies(panel)
     if plan.building_height is not None and plan.look is None:
         is_building = np.nan_to_num(plan.building_height) > 0
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6)
@@ -135,12 +138,12 @@ def _fill_map(
 
 def _draw_key(sheet: Sheet, labels: Sequence[str], zone: str) -> None:
     n = len(labels)
-    tints = find_tints(n)
+    tints, swatches = find_tints(n), find_swatches([sheet.plan])
     title = ["shadows at", f"local time ({zone})" if zone else "local time"]
     if n <= MOST_SWATCHES:
-        draw_swatches(sheet, tints, list(labels), title, OVERLAPS if n > 1 else "")
+        draw_swatches(sheet, tints, list(labels), title, OVERLAPS if n > 1 else "", swatches)
     else:
-        draw_color_bar(sheet, tints, _find_bar_ticks(labels), title, OVERLAPS)
+        draw_color_bar(sheet, tints, _find_bar_ticks(labels), title, OVERLAPS, swatches)
 
 
 def _find_bar_ticks(labels: Sequence[str], most: int = 9) -> list[tuple[float, str]]:

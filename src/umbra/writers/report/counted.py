@@ -67,7 +67,8 @@ def find_counted(study: Study | PointStudy) -> Counted | None:
         return Counted(which, np.asarray(study.more["area"][1]), "m²", "sampled surfaces")
     if study.receivers == "camera":
         return None
-    what = "all that is seen, as it is seen"
+    which &= study.is_of_model
+    what = "all that is seen of the model, as it is seen"
     if study.receivers == "ground":
         which &= study.heights <= study.ground + 1e-6
         what = "open ground, not under buildings"

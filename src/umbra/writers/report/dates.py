@@ -57,6 +57,8 @@ def find_figures(study: Study | PointStudy) -> list[tuple[str, float, str]]:
     hours = study.shadow_hours
     if counted is None:  # a camera's pixels stand for nothing but themselves
         seen = np.isfinite(hours)
+        if isinstance(study, Study):
+            seen &= study.is_of_model
         weight, what = seen.astype(np.float64), "surfaces"
     else:
         seen, weight, what = counted.which, counted.weight, counted.what.partition(",")[0]

@@ -4,12 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import Study
+from umbra.study.terrain import TERRAIN
 from umbra.writers.vectors.outlines import LATTICE, Polygon, gather
 
 __all__ = ["find_footprints"]
 
-TERRAIN = {"Raster", "TINRelief", "LandUse", "Road", "Railway", "TransportSquare", "WaterBody"}
-"""Kinds of what lies on the ground rather than stands on it."""
 _FLAT = 1e-9  # a triangle of less area seen from above is a wall [m2]
 
 

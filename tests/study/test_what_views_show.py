@@ -1,0 +1,69 @@
+"""Views: canopies before what is seen, ground below what is seen from above, and what counts."""
+
+import numpy as np
+import pytest
+from support.shapes import box
+
+from umbra.cpu.depth import GROUND
+from umbra.scene import Mesh, Part, make_scene
+from umbra.study import make_preview, run_study
+from umbra.sun import Site
+from umbra.writers.report.counted import find_counted
+
+SITE = Site(48.2, 16.37, "Europe/Vienna")
+SHAPES = {"house": box((0, 10, 0), (20, 14, 6)), "tree": box((4, 2, 1), (8, 6, 4))}
+
+
+def make_study(kind="", **options):
+    kinds = {"tree": kind}
+    parts = [Part(name, kinds.get(name, ""), Mesh(*mesh)) for name, mesh in SHAPES.items()]
+    chosen = {"date": "2026-06-21", "start": "10:00", "end": "14:00", "every": "1h"} | options
+    return run_study(make_scene(parts), SITE, **chosen)
+
+
+@pytest.mark.parametrize("receivers", ["ground", "top"])
+def test_a_plan_knows_where_canopies_hang(receivers):
+    study = make_study(receivers=receivers, canopy=["tree"], extent=(-4, -4, 24, 20), cell=1)
+    found = make_preview(study).find_canopies()
+    x, y = np.meshgrid(study.x, study.y)
+    np.testing.assert_array_equal(found, (x > 4) & (x < 8) & (y > 2) & (y < 6))
+
+
+def test_an_elevation_knows_what_canopies_stand_before_it():
+    study = make_study(receivers="south", canopy=["tree"], extent=(-2, 0, 22, 8), cell=0.5)
+    found = make_preview(study).find_canopies()
+    x, z = np.meshgrid(study.x, study.y)
+    np.testing.assert_array_equal(found, (x > 4) & (x < 8) & (z > 1) & (z < 4))
+    behind = make_study(receivers="north", canopy=["tree"], extent=(-22, 0, 2, 8), cell=0.5)
+    assert not make_preview(behind).find_canopies().any()  # the house hides it
+
+
+def test_without_canopies_there_are_none():
+    assert not make_preview(make_study(receivers="215/35")).find_canopies().any()
+
+
+def test_a_view_from_above_has_ground_with_hours_that_do_not_count():
+    study = make_study(receivers="180/30", cell=0.25)
+    part = study.more["part"][1]
+    assert (part == GROUND).any()
+    assert np.isfinite(study.shadow_hours).all()
+    ground = study.shadow_hours[part == GROUND]
+    assert ground.min() == 0
+    assert ground.max() > 0.5  # the tree's shadow
+    z = study.more["position"][1][..., 2]
+    np.testing.assert_allclose(z[part == GROUND], 0, atol=1e-9)
+    counted = find_counted(study)
+    np.testing.assert_array_equal(counted.which, part >= 0)
+
+
+def test_ground_that_a_model_brings_is_all_there_is():
+    study = make_study(kind="TINRelief", receivers="180/30", cell=0.25)
+    assert not (study.more["part"][1] == GROUND).any()
+
+
+def test_the_sky_has_no_hours_and_counts_nowhere():
+    study = make_study(receivers="camera", eye=(10, -20, 1.7), target=(10, 10, 4), size=(80, 60))
+    sky = study.more["part"][1] == -1
+    assert sky.any()
+    np.testing.assert_array_equal(np.isnan(study.shadow_hours), sky)
+    np.testing.assert_array_equal(np.isnan(study.sun_hours), sky)

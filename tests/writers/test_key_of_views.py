@@ -1,0 +1,67 @@
+"""What pictures show besides hours is named in their key, and no colour of the scale."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from umbra.writers.canopies import find_swatches
+from umbra.writers.color import shade_ramp
+from umbra.writers.hours import make_hours_sheet
+from umbra.writers.look import SKY, Look
+from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size
+from umbra.writers.profile import make_profile_sheet
+
+PLAN = Plan(np.arange(0.25, 40, 0.5), np.arange(0.25, 30, 0.5), None, None, title="house")
+CROWN = np.zeros(PLAN.shape, bool)
+CROWN[20:40, 30:50] = True
+
+
+def find_texts(sheet):
+    return " ".join(text.get_text() for text in sheet.figure.findobj(Text))
+
+
+def read_map(sheet):
+    sheet.figure.canvas.draw()
+    pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3] / 255
+    x, y, w, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)
+    return pixels[y : y + h, x : x + w]
+
+
+@pytest.mark.parametrize("hours", [0.0, 8.0])
+def test_canopies_are_hatched_outlined_and_named(hours):
+    plan = replace(PLAN, canopies=CROWN, canopy_name="Tree*, looked through")
+    values = np.full(PLAN.shape, hours, np.float32)
+    sheet, bare = make_hours_sheet(plan, values, 8.0), make_hours_sheet(PLAN, values, 8.0)
+    assert "Tree*, looked through" in find_texts(sheet)
+    assert "looked through" not in find_texts(bare)
+    drawn = np.abs(read_map(sheet) - read_map(bare)).max(-1) > 0.1
+    rows, cols = drawn.shape
+    inside = drawn[round(rows * 0.4) : round(rows * 0.6), round(cols * 0.42) : round(cols * 0.58)]
+    assert 0.08 < inside.mean() < 0.2  # lines, and the hours between them
+    assert drawn[round(rows / 3) - 3 : round(rows / 3) + 4, cols // 2].any()
+    assert not drawn[: rows // 4].any()
+
+
+def test_a_profile_names_its_canopies():
+    plan = replace(PLAN, canopies=CROWN, canopy_name="trees, looked through")
+    for n in (3, 20):
+        sheet = make_profile_sheet(plan, [CROWN] * n, [f"{k:02}:00" for k in range(n)])
+        assert "trees, looked" in find_texts(sheet)
+
+
+def test_the_sky_is_named_and_no_colour_of_the_scale():
+    size = find_map_size(PLAN)
+    none = np.zeros(size, np.uint8)
+    sky = none.copy()
+    sky[size[0] // 2 :] = 255
+    plan = replace(PLAN, look=Look(none + 255, none, none, sky))
+    values = np.zeros(PLAN.shape, np.float32)
+    values[30:] = np.nan
+    sheet = make_hours_sheet(plan, values, 8.0, "top")
+    assert "sky: no hours" in find_texts(sheet)
+    pixels = read_map(sheet)
+    np.testing.assert_allclose(pixels[-30, 50], SKY, atol=0.01)
+    assert np.abs(shade_ramp() - SKY).max(1).min() > 0.06
+    assert not find_swatches([replace(plan, look=Look(none + 255, none, none, none))])
