@@ -180,6 +180,16 @@ def test_too_large_a_raster_is_told_a_cell_that_fits(monkeypatch, gigabytes, mas
     assert grid.cols * grid.rows > 10_000  # and not a guess far on the safe side
 
 
+def test_dates_that_do_not_fit_may_be_kept_as_sums(monkeypatch):
+    monkeypatch.setattr(layout, "find_memory", lambda: 4e9)
+    options = {"cell": 0.00007, "date": ["2026-09-18", "2026-12-21"]}
+    with pytest.raises(InputError, match="or keep only the sums of the dates"):
+        study(**options)
+    with pytest.raises(InputError) as caught:
+        study(**options, by_day=False)
+    assert "sums" not in str(caught.value)
+
+
 def test_small_rasters_fit_on_small_machines(monkeypatch):
     monkeypatch.setattr(layout, "find_memory", lambda: 1e9)
     study(size=(512, 512))

@@ -37,6 +37,7 @@ def lay_out(
     masks: int = 0,
     kept: int = 0,
     threads: int = 1,
+    by_day: bool = False,
 ) -> tuple[Grid, NDArray[np.float64], NDArray[np.float64]]:
     """
     Choose the cells of a plan.
@@ -61,6 +62,9 @@ def lay_out(
         Held for each cell by other results that were asked for [byte].
     threads : int
         Each holds counts of its own.
+
+    by_day : bool
+        Whether each of several dates is kept besides, which can be left out.
 
     Returns
     -------
@@ -110,7 +114,7 @@ def lay_out(
         cols, rows = size
         dx, dy = wide / cols, deep / rows
     if cols * rows > most:
-        raise _too_large(cols, rows, most, wide, deep, masks, kept, threads)
+        raise _too_large(cols, rows, most, wide, deep, masks, kept, threads, by_day=by_day)
     grid = Grid(float(low[0] + dx / 2), float(low[1] + dy / 2), float(dx), float(dy), cols, rows)
     return grid, grid.x, grid.y
 
@@ -193,6 +197,8 @@ def _too_large(
     masks: int,
     kept: int,
     threads: int,
+    *,
+    by_day: bool,
 ) -> InputError:
     cells = cols * rows
     work = min(cells, TILE**2) * (_WORK + _THREAD_WORK * threads)
@@ -204,6 +210,8 @@ def _too_large(
     advice = f"a cell of {_round_up(side, 1.0):g} m would fit"
     if masks:
         advice += ", or leave out the masks"
+    if by_day:
+        advice += ", or keep only the sums of the dates (--sum, by_day=False)"
     msg = (
         f"a raster of {cols}x{rows} cells needs {needed / 1e9:.1f} GB "
         f"and {name_memory(find_memory())}; {advice}"

@@ -84,6 +84,7 @@ def run_study(
         "masks": setup.bytes_of_masks,
         "kept": setup.bytes_kept,
         "threads": setup.threads,
+        "by_day": setup.wanted.by_day,
     }
     if direction is not None:
         return run_elevation(setup, direction, level, raster, shown, progress)
