@@ -1,7 +1,7 @@
 """Layers that stand where they should not: in each other's place, or far apart."""
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ __all__ = ["find_far", "find_overlaps"]
 
 SAME = 0.5  # of their union: boxes that share more stand for one thing
 FAR = 10_000.0  # [m]; layers of one study are not farther apart
-MOST = 20_000_000  # pairs of boxes that are compared at once
+MOST = 100  # boxes of a class and cell that each box is compared with: more is a pile
 
 
 def find_far(layers: Mapping[str, Sequence[Part]]) -> list[str]:
@@ -86,30 +86,55 @@ def _boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
 
 
 def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Find pairs (index in a, index in b) of boxes that are nearly one box."""
+    """
+    Find pairs (index in a, index in b) of boxes that are nearly one box, by b, then by a.
+
+    Boxes that share more than half have widths within a factor of 2, and corners nearer than
+    the smaller one is wide: in the next class of widths and in the next cell at most.
+    """
     # No thickness, no volume: a sheet is taken as a centimetre thick.
     a, b = (np.stack([box[:, 0], np.maximum(box[:, 1], box[:, 0] + 0.01)], 1) for box in (a, b))
-    order = np.argsort(a[:, 0, 0], kind="stable")
-    a = a[order]
-    widest = (a[:, 1, 0] - a[:, 0, 0]).max()
-    first = np.searchsorted(a[:, 0, 0], b[:, 0, 0] - widest)
-    last = np.searchsorted(a[:, 0, 0], b[:, 1, 0], "right")
-    lengths = np.maximum(last - first, 0)
+    kind_a, kind_b = (
+        np.floor(np.log2(box[:, 1, :2] - box[:, 0, :2])).astype(np.int64) for box in (a, b)
+    )
+    keys = _hash(kind_a, _find_cells(a, kind_a))
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    near = list(product((-1, 0, 1), repeat=2))
     found = [np.zeros((0, 2), np.int64)]
-    ends = np.cumsum(lengths)
-    start = 0
-    while start < len(b):
-        before = ends[start - 1] if start else 0
-        stop = max(int(np.searchsorted(ends, before + MOST, "right")), start + 1)
-        j = np.repeat(np.arange(start, stop), lengths[start:stop])
-        offset = np.arange(len(j)) - np.repeat(
-            np.cumsum(lengths[start:stop]) - lengths[start:stop], lengths[start:stop]
-        )
-        i = first[j] + offset
-        common = np.minimum(a[i, 1], b[j, 1]) - np.maximum(a[i, 0], b[j, 0])
-        shared = np.maximum(common, 0).prod(1)
-        union = (a[i, 1] - a[i, 0]).prod(1) + (b[j, 1] - b[j, 0]).prod(1) - shared
-        same = shared > SAME * union
-        found.append(np.stack([order[i[same]], j[same]], axis=1))
-        start = stop
-    return np.concatenate(found)
+    for wider in near:
+        kind = kind_b + wider
+        cells = _find_cells(b, kind)
+        for step in near:
+            wanted = _hash(kind, cells + step)
+            first = np.searchsorted(keys, wanted)
+            lengths = np.minimum(np.searchsorted(keys, wanted, "right") - first, MOST)
+            j = np.repeat(np.arange(len(b)), lengths)
+            offset = np.arange(len(j)) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+            i = order[first[j] + offset]
+            same = _share_most(a[i], b[j])
+            found.append(np.stack([i[same], j[same]], axis=1))
+    pairs = np.unique(np.concatenate(found)[:, ::-1], axis=0)
+    return pairs[:, ::-1]
+
+
+def _find_cells(boxes: NDArray[np.float64], kind: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Give the cells of lower corners, (n, 2), on a grid wider than boxes of that class."""
+    return np.floor(boxes[:, 0, :2] / np.exp2(kind + 1.0)).astype(np.int64)
+
+
+def _hash(kind: NDArray[np.int64], cells: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Give a number to each class and cell; two may have the same, for boxes are compared."""
+    mixed = np.zeros(len(kind), np.uint64)
+    for column in (*kind.T, *cells.T):
+        mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
+        mixed ^= mixed >> np.uint64(29)
+    return mixed
+
+
+def _share_most(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which pairs of boxes share more than half of what they fill together."""
+    common = np.minimum(a[:, 1], b[:, 1]) - np.maximum(a[:, 0], b[:, 0])
+    shared = np.maximum(common, 0).prod(1)
+    union = (a[:, 1] - a[:, 0]).prod(1) + (b[:, 1] - b[:, 0]).prod(1) - shared
+    return shared > SAME * union
