@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.cpu.anchor import BLOCK, FaceBlocks
 from umbra.volume.adjacency import Caster
 
-__all__ = ["HOLDS", "find_holders"]
+__all__ = ["HOLDS", "find_holders", "find_near_faces"]
 
 HOLDS = 2.0**-44
 """Of the largest coordinate: eight halves of its last digit."""
@@ -48,17 +48,53 @@ def find_holders(
     if light[3] == 0.0:
         return np.zeros(0, np.intp)
     place = light[:3] / light[3]
-    coarse = float(np.abs(origin).max()) + float(np.abs(place).max())
-    size = coarse + np.abs(blocks.bounds).max(1)
+    world = float(np.abs(origin).max())
+    coarse = world + float(np.abs(place).max())
+    faces, apart, largest = _find_near(
+        caster, blocks, place, HOLDS * (coarse + np.abs(blocks.bounds).max(1))
+    )
+    size = np.maximum(largest, np.abs(place).max()) + world
+    return faces[apart <= HOLDS * size]
+
+
+def find_near_faces(
+    caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64], reach: float
+) -> NDArray[np.intp]:
+    """
+    Find the faces within reach of a point light.
+
+    Parameters
+    ----------
+    caster : Caster
+    blocks : FaceBlocks
+        Of the caster.
+    light : (4,) float64
+        Homogeneous, in the caster's frame.
+    reach : float
+        [m].
+
+    Returns
+    -------
+    faces : (n,) int
+        The nearest first.
+    """
+    faces, apart, _ = _find_near(caster, blocks, light[:3] / light[3], np.array(reach))
+    order = np.argsort(apart, kind="stable")
+    return faces[order[: np.count_nonzero(apart <= reach)]]
+
+
+def _find_near(
+    caster: Caster, blocks: FaceBlocks, place: NDArray[np.float64], margin: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
+    """Find the faces of blocks near a place, how far from it they are, and their coordinates."""
     low, high = blocks.bounds[:, :3], blocks.bounds[:, 3:]
-    margin = HOLDS * size[:, None]
+    margin = margin[..., None]
     near = ((place >= low - margin) & (place <= high + margin)).all(1)
     faces = (np.flatnonzero(near)[:, None] * BLOCK + np.arange(BLOCK)).ravel()
     faces = faces[faces < len(caster.faces)]
     apart, largest = np.zeros((2, len(faces)))
     _measure(caster.vertices, caster.faces, faces, place, apart, largest)
-    size = np.maximum(largest, np.abs(place).max()) + float(np.abs(origin).max())
-    return faces[apart <= HOLDS * size]
+    return faces, apart, largest
 
 
 @njit(cache=True, nogil=True)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device
-from umbra.gl.geometry import Geometry
+from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.indices import Indices, draw_plain
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan
 from umbra.gl.programs import Program
@@ -53,6 +53,8 @@ IN_FLOATS = {
 _FRONT = {Z_PASS: 1.0, Z_FAIL: -1.0, LIGHT_CAP: -1.0}
 _MARK = Pass(stencil=Stencil(front_depth_pass="replace", back_depth_pass="replace", reference=1))
 _TEXTURE_2D, _TEXTURE0 = 0x0DE1, 0x84C0
+_IN_STENCIL, _IN_FLOATS = "nothing.frag.glsl", "count.frag.glsl"
+_NEARBY_UNIT = FIRST_UNIT + 3
 
 
 class Counter:
@@ -83,21 +85,18 @@ class Counter:
         self._device, self._geometry, self._indices = device, geometry, indices
         self._two_sided = two_sided
         # Some drivers clip by gl_ClipDistance wherever it is written, though not enabled.
-        needs = {"GROWS": 1} if grows else {}
+        self._needs = {"GROWS": 1} if grows else {}
         self._in_stencil, self._in_floats = (
-            {
-                clips: Program(
-                    device,
-                    "volume.vert.glsl",
-                    fragment,
-                    needs | ({"CLIP_NEAR": 1} if clips else {}),
-                )
-                for clips in (False, True)
-            }
-            for fragment in ("nothing.frag.glsl", "count.frag.glsl")
+            {(clips, False): self._make(fragment, clips) for clips in (False, True)}
+            for fragment in (_IN_STENCIL, _IN_FLOATS)
         )
         self._mark = Program(device, "picture.vert.glsl", "mask.frag.glsl")
         self._floats: Target | None = None
+
+    def _make(self, fragment: str, clips: bool, has_nearby: bool = False) -> Program:
+        flags = {"CLIP_NEAR": clips, "HAS_NEARBY": has_nearby}
+        needs = self._needs | {name: 1 for name, is_set in flags.items() if is_set}
+        return Program(self._device, "volume.vert.glsl", fragment, needs)
 
     def count(self, state: State, target: Target, plan: Plan, *, is_clear: bool = False) -> None:
         """
@@ -190,10 +189,20 @@ class Counter:
             return whole
         return replace(whole, scissor=plan.scissor, depth_bounds=bounds)
 
-    def _prepare(self, programs: dict[bool, Program], plan: Plan, draw: Draw) -> Program:
+    def _prepare(
+        self, programs: dict[tuple[bool, bool], Program], plan: Plan, draw: Draw
+    ) -> Program:
         """Choose the program for a draw, and tell it where everything is."""
-        program = programs[draw.kind != Z_PASS]
+        nearby = self._indices.nearby
+        key = draw.kind != Z_PASS, nearby is not None
+        if key not in programs:
+            fragment = _IN_STENCIL if programs is self._in_stencil else _IN_FLOATS
+            programs[key] = self._make(fragment, *key)
+        program = programs[key]
         self._geometry.bind(program)
+        if nearby is not None:
+            nearby.bind(_NEARBY_UNIT)
+            program.set(nearby=_NEARBY_UNIT, first_nearby=self._indices.first_nearby)
         program.set(
             **plan.projection.uniforms(),
             light=plan.light.astype(np.float32),

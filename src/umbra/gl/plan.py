@@ -21,6 +21,7 @@ from umbra.gl.drawing import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan, Statistics
 from umbra.gl.geometry import Geometry
 from umbra.gl.indices import Indices
 from umbra.gl.narrow import find_reach, turn_scissor
+from umbra.gl.nearby import Nearby, find_nearby
 from umbra.gl.openings import find_held, find_opened, find_start
 from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.projection import Projection
@@ -41,6 +42,7 @@ class _Kept:
     volumes: list[BodyVolumes]
     moves: int
     deepest: int
+    nearby: Nearby | None
 
 
 @dataclass(eq=False)
@@ -155,11 +157,14 @@ class Planner:
         key += f"{method} {choices} {[light.range for light in lights]}".encode()
         if self._last is None or self._last[0] != key or method == "z-pass":
             plans: list[Plan] = []
-            lists = [np.zeros(0, np.uint32)]
+            lists, nearby = [np.zeros(0, np.uint32)], [np.zeros((0, 2, 3))]
             for number, light in enumerate(lights):
-                plans.append(self._plan(number, projection, light, method, choices, warn, lists))
+                plans.append(
+                    self._plan(number, projection, light, method, choices, warn, lists, nearby)
+                )
             del self._kept[len(lights) :]
-            self.indices.write(np.concatenate(lists))
+            points = np.concatenate(nearby)
+            self.indices.write(np.concatenate(lists), points if len(points) else None)
             self._last = key, plans
         return self._last[1]
 
@@ -172,6 +177,7 @@ class Planner:
         choices: Choices,
         warn: Callable[[str], object],
         lists: list[NDArray[np.uint32]],
+        nearby: list[NDArray[np.float64]],
     ) -> Plan:
         """Plan one light, and add its triangles to the lists."""
         camera, origin = projection.camera, self.scene.origin
@@ -193,11 +199,16 @@ class Planner:
         draws: list[Draw] = []
         drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
         place = sum(map(len, lists))
+        first = self.geometry.n_points + sum(map(len, nearby))
+        if kept.nearby is not None:
+            nearby.append(kept.nearby.points)
         for name, is_cut, chosen in _list_draws(selection):
             found = gather(
                 kept.volumes, name.split("_z_", maxsplit=1)[0], chosen,
                 is_quad=is_cut or source[3] > 0, is_fan=selection.is_fan,
             )  # fmt: skip
+            if kept.nearby is not None:
+                found = kept.nearby.refine(found, first)
             if len(found):
                 kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
                 draws.append(Draw(kind, is_cut, place, len(found)))
@@ -253,7 +264,8 @@ class Planner:
         if old is not None and same and old.moves == self._moves:
             return old
         most = [find_most(each.body, each.opened) for each in volumes]
-        kept = _Kept(volumes, self._moves, bound_count(volumes, most, source))
+        deepest = bound_count(volumes, most, source)
+        kept = _Kept(volumes, self._moves, deepest, find_nearby(volumes, source))
         self._kept[number : number + 1] = [kept]
         return kept
 

@@ -34,12 +34,29 @@ vec3 find_point(int point) {
 }
 #endif
 
+#ifdef HAS_NEARBY
+uniform samplerBuffer nearby;  // place in the scene's frame, way from the light
+uniform int first_nearby;      // point from which on they are meant
+#endif
+
 vec4 find_place(int vertex) {
+#ifdef HAS_NEARBY
+    int row = 2 * ((vertex >> 1) - first_nearby);
+    vec3 at, away;
+    if (row >= 0) {
+        at = (texelFetch(nearby, row).xyz - eye_high) - eye_low;
+        away = texelFetch(nearby, row + 1).xyz;
+    } else {
+        at = find_point(vertex >> 1);
+        away = light.w * at - light.xyz;
+    }
+#else
     vec3 at = find_point(vertex >> 1);
+    vec3 away = light.w * at - light.xyz;
+#endif
     if ((vertex & FAR_END) == 0) {
         return vec4(at, 1.0);
     }
-    vec3 away = light.w * at - light.xyz;
     if (is_cut) {
         // at + away * (bottom - at.z) / away.z, times -away.z, which is positive
         return vec4(-away.z * at + (at.z - bottom) * away, -away.z);
