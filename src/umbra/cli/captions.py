@@ -15,6 +15,7 @@ from umbra.writers.plan import Plan
 
 __all__ = [
     "describe",
+    "describe_making",
     "describe_method",
     "describe_place",
     "list_few",
@@ -42,7 +43,7 @@ def describe(
     which : range
         Of the study's days.
     """
-    period, facts = study.period, study.facts
+    period = study.period
     dates = name_dates(period.days[which.start : which.stop])
     each = [offset for k in which for offset in period.steps[k].offsets()]
     offsets = "/".join(sorted(set(each)))
@@ -63,10 +64,7 @@ def describe(
         date=" · ".join(
             filter(None, [told, f"{dates}, {options['start']} to {options['end']} ({offsets})"])
         ),
-        note=" · ".join(
-            [f"umbra {facts['umbra_version']}", _describe_cells(study)]
-            + describe_method(study, options)
-        ),
+        note=describe_making(study, options),
         axes=axes,
         has_scale=study.receivers != "camera",
         canopies=canopies if canopies is not None and canopies.any() else None,
@@ -133,6 +131,12 @@ def describe_place(site: Any) -> str:
     north = "N" if site.latitude >= 0 else "S"
     east = "E" if site.longitude >= 0 else "W"
     return f"{abs(site.latitude):.3f}° {north}, {abs(site.longitude):.3f}° {east} · {site.zone}"
+
+
+def describe_making(study: Study, options: dict[str, Any]) -> str:
+    """Say how a study was made, for the foot of its pictures; parameters as ``describe`` has."""
+    version = f"umbra {study.facts['umbra_version']}"
+    return " · ".join([version, _describe_cells(study), *describe_method(study, options)])
 
 
 def describe_method(study: Any, options: dict[str, Any]) -> list[str]:

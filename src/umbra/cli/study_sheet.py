@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cli.captions import place_elevation
+from umbra.cli.captions import describe_making, place_elevation
 from umbra.cli.shown_dates import Scale, choose_panels, tell_daylight
 from umbra.cli.study_points import POINTS_ONLY, QUESTIONS
 from umbra.scene import Scene
@@ -60,7 +60,7 @@ def draw_sheet(
     view = {**kept, "receivers": study.receivers, "extent": window, "cell": cell, "size": None}
     is_by_date = len(split_dates(study)) > 1
     seen = run_study(scene, study.site, by_day=is_by_date, **view)
-    plan = _redraw(plan, seen)
+    plan = replace(_redraw(plan, seen), note=describe_making(seen, options))
     plans, scale = split_dates(seen), Scale.of(study, options)
     sides = []
     for side, box in zip(_SIDES, boxes, strict=True):
