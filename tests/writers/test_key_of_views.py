@@ -56,7 +56,7 @@ def test_the_sky_is_named_and_no_colour_of_the_scale():
     none = np.zeros(size, np.uint8)
     sky = none.copy()
     sky[size[0] // 2 :] = 255
-    plan = replace(PLAN, look=Look(none + 255, none, none, sky))
+    plan = replace(PLAN, look=Look(none + 255, none, none, none, sky))
     values = np.zeros(PLAN.shape, np.float32)
     values[30:] = np.nan
     sheet = make_hours_sheet(plan, values, 8.0, "top")
@@ -64,4 +64,4 @@ def test_the_sky_is_named_and_no_colour_of_the_scale():
     pixels = read_map(sheet)
     np.testing.assert_allclose(pixels[-30, 50], SKY, atol=0.01)
     assert np.abs(shade_ramp() - SKY).max(1).min() > 0.06
-    assert not find_swatches([replace(plan, look=Look(none + 255, none, none, none))])
+    assert not find_swatches([replace(plan, look=Look(none + 255, none, none, none, none))])

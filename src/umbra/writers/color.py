@@ -1,9 +1,18 @@
-"""Colours made in OKLab, where equal distances look equal: paths of even steps, overlays."""
+"""Colours made in OKLab, where equal distances look equal: paths of even steps, shades."""
+
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["make_ramp", "make_stamp_path", "make_stamp_tints", "shade_ramp", "to_srgb"]
+__all__ = [
+    "make_ramp",
+    "make_stamp_path",
+    "make_stamp_tints",
+    "paint_shares",
+    "shade_ramp",
+    "to_srgb",
+]
 
 # Björn Ottosson, "A perceptual color space for image processing" (2020): OKLab to the
 # cube roots of cone responses, and cone responses to linear sRGB.
@@ -33,6 +42,10 @@ SHADE_STOPS = [
     (0.430, 0.120, 262.0),
     (0.270, 0.090, 280.0),
 ]
+# The deepest shade of a surface that slopes: so much darker, mostly across the scale of hours
+# rather than along it, where it would be taken for more hours.
+SLOPE_SHADE, ALONG = 0.08, 0.4
+_SHADES = 33
 # The day's light: yellow in the morning, red at noon, violet and blue in the evening.
 STAMP_STOPS = [
     (0.86, 0.140, 92.0),
@@ -95,6 +108,46 @@ def to_srgb(lab: NDArray) -> NDArray:
 def shade_ramp(n: int = 256) -> NDArray[np.float64]:
     """Give the colours of hours in shadow, (n, 3) sRGB, from none to all the time."""
     return make_ramp(SHADE_STOPS, np.linspace(0, 1, n))
+
+
+def paint_shares(
+    shares: NDArray[np.floating], shade: NDArray[np.floating] | None = None
+) -> NDArray[np.float32]:
+    """
+    Paint shares of the longest time in shadow, on surfaces that are shaded by their slope.
+
+    However deep the shade, a colour stays nearest to its own place on the scale: it moves by
+    less than half of one of eight steps.
+
+    Parameters
+    ----------
+    shares : (...) float32
+        In [0, 1].
+    shade : (...) float32, optional
+        0 where the scale's colours stay, 1 in the deepest shade; none by default.
+
+    Returns
+    -------
+    colors : (..., 3) float32
+        sRGB in [0, 1].
+    """
+    index = np.clip(np.asarray(shares) * 255 + 0.5, 0, 255).astype(np.intp)
+    if shade is None:
+        return shade_ramp().astype(np.float32)[index]
+    depth = np.clip(np.asarray(shade) * (_SHADES - 1) + 0.5, 0, _SHADES - 1).astype(np.intp)
+    return _make_shaded_ramps()[depth, index]
+
+
+@lru_cache(maxsize=1)
+def _make_shaded_ramps() -> NDArray[np.float32]:
+    """Give the scale in every depth of shade, (n_shades, 256, 3) sRGB."""
+    lab = follow(SHADE_STOPS, np.linspace(0, 1, 256))
+    along = np.gradient(lab, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    darker = np.array([-1.0, 0.0, 0.0])
+    way = darker - (1 - ALONG) * (along @ darker)[:, None] * along
+    depth = SLOPE_SHADE * np.linspace(0, 1, _SHADES)
+    return to_srgb(lab + depth[:, None, None] * way).astype(np.float32)
 
 
 def make_stamp_tints(n: int) -> NDArray[np.float64]:

@@ -1,9 +1,9 @@
 """
 Finding how a view's surfaces look: a soft shade, and their edges.
 
-The shade darkens what turns from a lamp at the viewer's upper left, in luminance only; level
-ground, and in an elevation the facade itself, keep the legend's colours. Lines are drawn where
-one surface ends before another, and, finer, where two meet at an angle or two parts meet.
+The shade falls on what turns from a lamp at the viewer's upper left; level ground, and in an
+elevation the facade itself, keep the legend's colours. Lines are drawn where one surface ends
+before another, and, finer, where two meet at an angle or two parts meet.
 """
 
 import math
@@ -20,12 +20,11 @@ from umbra.writers.raster import resample
 
 __all__ = ["find_breaks", "make_look"]
 
-DARKEST = 0.74
-"""Of what turns from the lamp."""
 JUMP, CREASE = 0.92, 0.5  # how much of a line's ink there is
 BEND = math.cos(math.radians(20.0))  # normals further apart than this make a crease
 STEP = 2.0  # pixels that a surface must stand before another, of those that are looked at
 CROWDED = 0.22  # share of pixels with creases, above which they fade: leaves of a tree
+THRONGED = 0.5  # share of pixels with jumps, above which they fade, too
 FINER = 2  # pixels looked at for one of the picture, along each side
 RELIEF = 1.0  # least step in a plan's heights that is an edge [m]
 
@@ -59,11 +58,15 @@ def make_look(study: Study, size: tuple[int, int], grid: Grid | None = None) -> 
 
 
 def find_breaks(study: Study) -> NDArray[np.bool_]:
-    """Tell which of a view's own pixels lie at a jump from surface to surface, (rows, cols)."""
-    tile = study.model.make_tile(study.grid)
-    if not isinstance(tile, ViewTile):
+    """Tell which of a study's own cells lie at an edge of a surface, (rows, cols)."""
+    if study.receivers == "ground":
         return np.zeros(study.shadow_hours.shape, np.bool_)
-    return _find_edges(*_read(tile))[0]
+    tile = study.model.make_tile(study.grid)
+    if isinstance(tile, ViewTile):
+        jumps, creases = _find_edges(*_read(tile))
+    else:
+        jumps, creases = _find_plan_edges(tile.relief, min(study.grid.dx, study.grid.dy))
+    return jumps | creases
 
 
 def _look_at(tile: ViewTile, size: tuple[int, int]) -> Look:
@@ -95,12 +98,12 @@ def _read(tile: ViewTile) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray |
 
 def _darken(facing: NDArray) -> NDArray:
     """
-    Shade by how much more or less than its reference a surface faces the lamp.
+    Shade by how much more or less than its reference a surface faces the lamp: 1 none, 0 deepest.
 
     Nothing is brighter than the legend: what faces the lamp more is shaded too, so that a roof
     stands out from the ground whichever way it slopes.
     """
-    return np.clip(1 - (1 - DARKEST) * np.abs(1 - facing), DARKEST, 1)
+    return np.clip(1 - np.abs(1 - facing), 0, 1)
 
 
 def _find_edges(
@@ -135,14 +138,47 @@ def _look_down(heights: NDArray[np.float64], cell: float, size: tuple[int, int])
     # Rows ascend northward: what falls toward the upper left (-x, +y) faces the lamp.
     facing = ((across - down) * 0.5 / math.sqrt(2) + 1) / steep
     shade = _darken(facing)
-    jumps = np.zeros(heights.shape, np.bool_)
-    for a, b in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        jump = np.abs(heights[b] - heights[a]) > max(RELIEF, 2 * cell)
-        jumps[a] |= jump
-        jumps[b] |= jump
+    jumps, creases = _find_plan_edges(heights, cell)
     shade[jumps] = 1  # a wall seen from above is no roof in the shade
     width = max(1, round(len(heights) / size[0] / FINER))
-    return _compose(shade, _widen(jumps, width), np.zeros_like(jumps), size)
+    return _compose(shade, _widen(jumps, width), creases, size)
+
+
+def _find_plan_edges(
+    heights: NDArray[np.float64], cell: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Tell which cells of a plan lie at a jump in height, and which at a crease of the surface."""
+    jumps, creases = np.zeros((2, *heights.shape), np.bool_)
+    if min(heights.shape) < 2:
+        return jumps, creases
+    least = max(RELIEF, 2 * cell)
+    is_smooth = np.ones((heights.shape[0] - 1, heights.shape[1] - 1), np.bool_)
+    # Both axes as rows, of views that write through.
+    for h, found, smooth in (
+        (heights, jumps, is_smooth),
+        (heights.T, jumps.T, is_smooth.T),
+    ):
+        rise = np.pad(np.diff(h, axis=0), ((1, 1), (0, 0)))
+        here = rise[1:-1]
+        # A steep roof rises by as much from cell to cell; a wall's neighbours do not.
+        off = np.minimum(np.abs(here - rise[:-2]), np.abs(here - rise[2:]))
+        jump = (np.abs(here) > least) & (off > least)
+        found[:-1] |= jump
+        found[1:] |= jump
+        smooth[...] &= ~(jump[:, :-1] | jump[:, 1:])
+    # Normals of the squares between four cells; two that lie one apart are compared, since one
+    # that holds a crease has a slope between those of its sides.
+    h = heights / cell
+    across = (h[:-1, 1:] - h[:-1, :-1] + h[1:, 1:] - h[1:, :-1]) / 2
+    up = (h[1:, :-1] - h[:-1, :-1] + h[1:, 1:] - h[:-1, 1:]) / 2
+    normal = np.stack([across, up, np.ones_like(up)]) / np.sqrt(1 + across**2 + up**2)
+    for n, found, smooth in (
+        (normal, creases, is_smooth),
+        (normal.transpose(0, 2, 1), creases.T, is_smooth.T),
+    ):
+        bend = np.einsum("kij,kij->ij", n[:, :-2], n[:, 2:]) < BEND
+        found[1:-2, :-1] |= bend & smooth[:-2] & smooth[2:]
+    return jumps, creases & ~jumps
 
 
 def _widen(mask: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
@@ -162,14 +198,21 @@ def _compose(
 ) -> Look:
     """Bring shade and lines to a picture's size."""
     ink, fine = resample(jumps, size), resample(creases, size)
-    crowd = resample(resample(creases, (max(1, size[0] // 8), max(1, size[1] // 8))), size)
-    fine = fine * np.clip(2 - crowd / CROWDED, 0.15, 1)
-    lines = np.maximum(JUMP * ink, CREASE * fine)
+    lines = np.maximum(
+        JUMP * ink * _fade(jumps, size, THRONGED), CREASE * fine * _fade(creases, size, CROWDED)
+    )
     bright = resample(shade.astype(np.float32), size)
 
     def pack(values: NDArray) -> NDArray[np.uint8]:
         return (np.clip(values, 0, 1) * 255 + 0.5).astype(np.uint8)
 
     return Look(
-        pack(bright), pack(lines), pack(ink), None if sky is None else pack(resample(sky, size))
-    )
+        pack(bright), pack(lines), pack(ink), pack(fine),
+        None if sky is None else pack(resample(sky, size)),
+    )  # fmt: skip
+
+
+def _fade(edges: NDArray[np.bool_], size: tuple[int, int], crowded: float) -> NDArray[np.float32]:
+    """Give how much of their ink edges keep: less where they would cover the surface."""
+    crowd = resample(resample(edges, (max(1, size[0] // 8), max(1, size[1] // 8))), size)
+    return np.clip(2 - crowd / crowded, 0.15, 1).astype(np.float32)

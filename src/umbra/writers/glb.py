@@ -42,10 +42,18 @@ class Glb:
         self.more: dict[str, object] = {}
         self.asset = {"version": "2.0", "generator": generator, "extras": extras}
 
-    def add_material(self, **more: object) -> int:
-        """Add a rough material that is seen from both sides; give its index."""
+    def add_material(self, *, lit: bool = True, **more: object) -> int:
+        """
+        Add a rough material that is seen from both sides; give its index.
+
+        If it is not lit, viewers show its colours as they are, without light and shade.
+        """
         rough = {"metallicFactor": 0, "roughnessFactor": 1, **more}
-        self.materials.append({"pbrMetallicRoughness": rough, "doubleSided": True})
+        material: dict[str, object] = {"pbrMetallicRoughness": rough, "doubleSided": True}
+        if not lit:
+            material["extensions"] = {"KHR_materials_unlit": {}}
+            self.more["extensionsUsed"] = ["KHR_materials_unlit"]
+        self.materials.append(material)
         return len(self.materials) - 1
 
     def add_texture(self, png: bytes) -> int:

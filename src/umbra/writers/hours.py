@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.canopies import find_swatches, hatch_canopies, outline_canopies
-from umbra.writers.color import shade_ramp
+from umbra.writers.color import paint_shares, shade_ramp
 from umbra.writers.contours import draw_contours, find_levels, trace
 from umbra.writers.hatch import draw_hatch, draw_hatch_swatch
 from umbra.writers.keys import Swatch, draw_color_bar
@@ -114,11 +114,11 @@ def fill_hours(
     hours, max_hours, receivers, show
         As ``draw_hours`` takes them.
     """
-    plan, ramp, has_scale = panel.plan, shade_ramp(), max_hours > 0
+    plan, has_scale = panel.plan, max_hours > 0
     seen = resample(hours, panel.map_size)
     is_missing = np.isnan(seen)
-    index = np.nan_to_num(seen) * ((len(ramp) - 1) / (max_hours if has_scale else 1)) + 0.5
-    image = ramp.astype(np.float32)[np.clip(index, 0, len(ramp) - 1).astype(np.intp)]
+    shade = None if plan.look is None else plan.look.find_shade(panel.map_size)
+    image = paint_shares(np.nan_to_num(seen) / (max_hours if has_scale else 1), shade)
     is_building = np.zeros(plan.shape, bool)
     if plan.building_height is not None:
         is_building = np.nan_to_num(plan.building_height) > 0

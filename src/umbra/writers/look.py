@@ -1,4 +1,4 @@
-"""How a picture's surfaces look under the colours of hours: a shade of luminance, and lines."""
+"""How a picture's surfaces look under the colours of hours: their shade, and lines."""
 
 from dataclasses import dataclass
 
@@ -25,11 +25,13 @@ class Look:
     Parameters
     ----------
     shade : (rows, cols) uint8
-        Brightness, 255 where the legend's colours stay; rows ascend.
+        255 where the legend's colours stay, 0 in the deepest shade; rows ascend.
     lines : (rows, cols) uint8
         How much ink there is.
     jumps : (rows, cols) uint8
         How much of each pixel holds an edge beyond which another surface begins.
+    creases : (rows, cols) uint8
+        How much of each pixel holds an edge at which two surfaces meet at an angle.
     sky : (rows, cols) uint8, optional
         How much of each pixel shows nothing; None of plans.
     """
@@ -37,23 +39,28 @@ class Look:
     shade: NDArray[np.uint8]
     lines: NDArray[np.uint8]
     jumps: NDArray[np.uint8]
+    creases: NDArray[np.uint8]
     sky: NDArray[np.uint8] | None = None
 
     def find_breaks(self, shape: tuple[int, int]) -> NDArray[np.bool_]:
         """Tell which cells of a raster an edge runs through, so that no contour crosses it."""
         # A contour is smoothed over two pixels each way, and would run along the edge itself.
-        near = np.asarray(Image.fromarray(self.jumps).filter(ImageFilter.MaxFilter(5)), np.float32)
-        return resample(near, shape) > 0.2 * 255
+        # Jumps are marked on both their sides, creases on one.
+        jumps, creases = (
+            np.asarray(Image.fromarray(edges).filter(ImageFilter.MaxFilter(width)), np.float32)
+            for edges, width in ((self.jumps, 5), (self.creases, 7))
+        )
+        return resample(np.maximum(jumps, creases), shape) > 0.2 * 255
+
+    def find_shade(self, size: tuple[int, int]) -> NDArray[np.float32]:
+        """Give the depth of shade at each pixel of a picture, (rows, cols) in [0, 1]."""
+        return np.float32(1) - resample(self.shade.astype(np.float32), size) / np.float32(255)
 
 
 def draw_look(image: NDArray[np.float32], look: Look, size: tuple[int, int]) -> None:
-    """Put sky, shade and lines on an image (rows, cols, 3), in [0, 1]."""
-    shade, lines = (
-        resample(values.astype(np.float32), size)[..., None] / 255
-        for values in (look.shade, look.lines)
-    )
+    """Put sky and lines on an image (rows, cols, 3), in [0, 1], that is shaded already."""
+    lines = resample(look.lines.astype(np.float32), size)[..., None] / 255
     if look.sky is not None:
         image[resample(look.sky.astype(np.float32), size) > 0.5 * 255] = SKY
-    image *= shade
     ink = np.where((image @ LUMINANCE)[..., None] < DARK, CHALK, INK)
     image += lines * (ink - image)

@@ -182,7 +182,7 @@ def _write(
         "legend": make_legend(most),
     }
     glb = Glb(f"umbra {study.facts['umbra_version']}", extras)
-    material = glb.add_material()
+    material = glb.add_material(lit=False)
     for mesh in meshes:
         colors = np.full((len(mesh.positions), 4), 255, np.uint8)
         colors[:, :3] = np.rint(mesh.colors * 255)

@@ -22,6 +22,7 @@ __all__ = ["draw_profile", "draw_profiles", "make_profile_panels", "make_profile
 MOST_SWATCHES = 12
 OVERLAPS = "darker where they overlap"
 OUTLINE = "#55555e"
+SHADE = 0.1  # of surfaces that slope, at most
 
 
 def draw_profile(
@@ -121,6 +122,7 @@ def _fill_map(
     plan = panel.plan
     image = compose_profile(shadows, n, panel.map_size)
     if plan.look is not None:
+        image *= 1 - SHADE * plan.look.find_shade(panel.map_size)[..., None]
         draw_look(image, plan.look, panel.map_size)
     else:
         grey, coverage = shade_roofs(plan, panel.map_size)

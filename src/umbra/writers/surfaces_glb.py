@@ -70,7 +70,7 @@ def write_surfaces_glb(
     stream = io.BytesIO()
     picture.save(stream, "PNG", optimize=True)
     texture = {"index": glb.add_texture(stream.getvalue())}
-    colored = glb.add_material(baseColorTexture=texture)
+    colored = glb.add_material(lit=False, baseColorTexture=texture)
     flat = _find_places(samples, unfolded)
     size = np.array(picture.size)
     where = (corner[samples.owner][:, None] + scale * flat) / size

@@ -11,8 +11,8 @@ from PIL import Image
 from umbra.study import Study
 from umbra.writers.color import shade_ramp
 from umbra.writers.edges import make_look
+from umbra.writers.look import Look
 from umbra.writers.plan import Plan, shade_roofs
-from umbra.writers.raster import resample
 from umbra.writers.report.markup import make_address
 from umbra.writers.report.packed import make_steps, pack, pack_hours, pack_instants
 from umbra.writers.report.table import Pin
@@ -20,7 +20,8 @@ from umbra.writers.report.timeline import LONGEST_VIEW, Timeline
 
 __all__ = ["make_plan_data", "tell_plan"]
 
-_BRIGHT, _INK = 0.9, 0.7  # of a view's surfaces, and how dark its lines are
+_BRIGHT, _SHADED, _INK = 0.9, 0.26, 0.7  # of a view's surfaces, their shade, and lines
+_VEIL = 0.06  # of the hours' colours, the deepest shade: they stay nearest to their own
 _AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
 
 
@@ -31,7 +32,9 @@ def make_plan_data(
     rows, cols = timeline.shape
     x, y = timeline.x, timeline.y
     roofs = Plan(x, y, np.nan_to_num(timeline.surface).astype(np.float32))
-    drawn = _draw_roofs(roofs, timeline) if study.is_plan else _draw_view(study, timeline)
+    look = make_look(study, _find_size(timeline))
+    is_view = look is not None and not study.is_plan
+    drawn = _draw_view(look) if look and is_view else _draw_roofs(roofs, timeline)
     dx, dy = roofs.cell
     heights = np.round(timeline.surface, 2).astype("<f4") + np.float32(0)
     more: dict[str, object] = {}
@@ -60,6 +63,7 @@ def make_plan_data(
         "heights": pack(heights.tobytes()),
         "roofs": drawn,
         "places": [asdict(pin) for pin in pins],
+        "relief": None if look is None else _draw_relief(look),
         "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
         **more,
     }
@@ -87,18 +91,26 @@ def _draw_roofs(plan: Plan, timeline: Timeline) -> str:
     return _make_picture(grey, coverage)
 
 
-def _draw_view(study: Study, timeline: Timeline) -> str:
+def _draw_view(look: Look) -> str:
     """Draw what a view sees, with its edges, clear where it sees nothing."""
+    shade, lines = look.shade / np.float32(255), look.lines / np.float32(255)
+    seen = 1 if look.sky is None else 1 - look.sky / np.float32(255)
+    grey = _BRIGHT * (1 - _SHADED * (1 - shade)) * (1 - _INK * lines)
+    return _make_picture(grey, np.maximum(seen, lines))
+
+
+def _draw_relief(look: Look) -> str:
+    """Draw the shade and the lines that lie over hours on roofs and walls: black, mostly clear."""
+    shade, lines = look.shade / np.float32(255), look.lines / np.float32(255)
+    veil = np.maximum(_VEIL * (1 - shade), _INK * lines)
+    return _make_picture(np.zeros(veil.shape), veil)
+
+
+def _find_size(timeline: Timeline) -> tuple[int, int]:
+    """Give the rows and columns of a picture that is drawn over the timeline's cells."""
     times = max(1.0, LONGEST_VIEW / max(timeline.shape))
     rows, cols = (max(1, round(side * times)) for side in timeline.shape)
-    look = make_look(study, (rows, cols))
-    if look is None or look.sky is None:  # pragma: no cover  (every view has a sky)
-        return _make_picture(np.ones((1, 1)), np.zeros((1, 1)))
-    shade, lines, sky = (
-        resample(values.astype(np.float32), (rows, cols)) / 255
-        for values in (look.shade, look.lines, look.sky)
-    )
-    return _make_picture(_BRIGHT * shade * (1 - _INK * lines), np.maximum(1 - sky, lines))
+    return rows, cols
 
 
 def _make_picture(grey: NDArray[np.floating], coverage: NDArray[np.floating]) -> str:

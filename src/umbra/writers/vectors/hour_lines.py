@@ -42,8 +42,8 @@ def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]
 
     Hours grow by whole steps from cell to cell. A line runs half a step below its hour, so
     midway between the last cell that has less and the first that has as much. On the
-    ground, lines end at buildings: what is under them does not count. In a view they end where
-    one surface ends before another.
+    ground, lines end at buildings: what is under them does not count. On roofs and walls they end
+    at edges, where one surface ends before another or two meet at an angle.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
     hours = np.ma.masked_invalid(found.astype(np.float64))
     if study.receivers == "ground":
         hours = np.ma.masked_where(study.heights > study.ground + 1e-6, hours)
-    elif not study.is_plan:
+    else:
         from umbra.writers.edges import find_breaks  # noqa: PLC0415
 
         hours = np.ma.masked_where(find_breaks(study), hours)

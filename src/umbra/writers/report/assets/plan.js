@@ -6,6 +6,7 @@ const makePlan = async () => {
   const masks = await makeMasks(cells);
   const heights = new Float32Array(await inflate(data.heights));
   const roofs = await load(data.roofs);
+  const relief = data.relief ? await load(data.relief) : null;
   const hours = data.hours ? new Float32Array(await inflate(data.hours)) : null;
   const behindHours = data.behind_hours ? new Float32Array(await inflate(data.behind_hours)) : null;
   const exists = (cell) => !Number.isNaN(heights[cell]);
@@ -71,14 +72,7 @@ const makePlan = async () => {
     const lay = (what) => pen.drawImage(what, left, top, cols * across, rows * down);
     if (data.receivers === "ground") { lay(layer); lay(roofs); }
     else if (view.mode === "shadow") { lay(roofs); lay(layer); }
-    else {  // a little of the surfaces' shading, so that their forms show
-      lay(layer);
-      pen.globalCompositeOperation = "multiply";
-      pen.globalAlpha = 0.5;
-      lay(roofs);
-      pen.globalCompositeOperation = "source-over";
-      pen.globalAlpha = 1;
-    }
+    else { lay(layer); lay(relief); }  // so little shade that colours stay those of the legend
     if (data.has_scale) signs.scale(across / data.dx, dot);
     if (data.is_plan) { signs.north(data.north, dot); drawSun(view, dot); }
     signs.pins(places.map((place) => ({ ...place, x: left + place.col * across, y: top + place.row * down })), dot);
