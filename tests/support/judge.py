@@ -124,6 +124,7 @@ def judge(caster, seen, light, is_closed, counts, edge=EDGE, grazing=GRAZING):
     wrong = np.flatnonzero(~right)
     if not len(wrong):
         return verdicts
+    is_few = len(wrong) <= 0.05 * len(right) + 20  # nothing else is worth the time
     apart = caster.distance_to_shadow_edges(
         seen.points[wrong], seen.normals[wrong], seen.own[wrong], light, is_closed
     )
@@ -145,7 +146,7 @@ def judge(caster, seen, light, is_closed, counts, edge=EDGE, grazing=GRAZING):
             verdicts.rim += 1
         elif pierced.touching[i]:
             verdicts.contact += 1
-        elif is_nudged(caster, seen[i : i + 1], light, is_closed, counts[i]):
+        elif is_few and is_nudged(caster, seen[i : i + 1], light, is_closed, counts[i]):
             verdicts.nudged += 1
         else:
             verdicts.wrong.append(
