@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.judge import on_plane
 from support.raycaster import RayCaster
-from support.shapes import SCENES, merge, sheet
+from support.shapes import SCENES, box, merge, sheet
 
 from umbra.cpu.face_tree import make_face_tree
 from umbra.cpu.plane import PlaneSweep
@@ -97,3 +97,89 @@ def test_many_faces_in_one_place_and_deep_trees_are_found():
     up = np.array([[0.0, 0.0, 1.0]])
     points = np.array([(0.2, 0.2, 0.0), (0.7, 0.7, 0.0)])
     np.testing.assert_array_equal(find_hidden(tree, points, np.repeat(up, 2, 0), up), [[1, 0]])
+
+
+@pytest.mark.parametrize("below", [1e-7, 1e-9])
+def test_a_point_a_hair_under_a_roof_is_in_its_shadow(below):
+    # No distance of ours decides what lies on what: only what float64 can tell does.
+    roof = sheet([(-5, -5, 4), (5, -5, 4), (5, 5, 4), (-5, 5, 4)])
+    tree = make_face_tree(make_caster(*roof))
+    up = np.array([[0.0, 0.0, 1.0]])
+    points = np.array([(0.3, 0.2, 4 - below), (0.3, 0.2, 4.0), (0.3, 0.2, 4 + below)])
+    for sun in (up, np.array([[0.6, 0.0, 0.8]])):
+        assert find_hidden(tree, points, np.repeat(up, 3, 0), sun).tolist() == [[1, 0, 0]]
+
+
+def test_how_far_a_model_lies_from_zero_says_what_is_on_a_roof():
+    # Coordinates of 5,000 km have digits of 1 nm: a point 2 nm under a roof may be meant on it.
+    roof = sheet([(-5, -5, 4), (5, -5, 4), (5, 5, 4), (-5, 5, 4)])
+    up = np.array([[0.0, 0.0, 1.0]])
+    points = np.array([(0.3, 0.2, 4 - 2e-9)])
+    assert find_hidden(make_face_tree(make_caster(*roof), 5e6), points, up, up).tolist() == [[0]]
+    assert find_hidden(make_face_tree(make_caster(*roof)), points, up, up).tolist() == [[1]]
+
+
+def test_a_face_behind_a_fold_hides_nothing():
+    # A ridge from west to east; its north slope ends 0.1 um beside it, whoever stands on the
+    # south slope there looks to the south, and the north slope is behind.
+    rng = np.random.default_rng(2)
+    ridge = np.array([(-4.0, 0, 3), (4.0, 0, 3)])
+    south = sheet([(-4, -3, 1), (4, -3, 1), *ridge[::-1].tolist()])
+    north = sheet([*ridge.tolist(), (4, 3, 1), (-4, 3, 1)])
+    tree = make_face_tree(make_caster(*merge(south, north)))
+    normal = np.array([0.0, -2, 3]) / np.sqrt(13)
+    x = rng.uniform(-3, 3, 200)
+    for down in (0.0, 1e-13, 1e-9, 1e-7):
+        points = np.stack([x, np.full(200, -3 * down), np.full(200, 3 - 2 * down)], 1)
+        suns = np.array([(0.1, -0.9, 0.4), (-0.3, -0.2, 0.9), (0.2, 0.5, 0.8)])
+        suns /= np.linalg.norm(suns, axis=1, keepdims=True)
+        masks = find_hidden(tree, points, np.tile(normal, (200, 1)), suns)
+        assert not masks.any(), down
+
+
+def is_dark_by_hand(boxes, x, y, sun):
+    """Tell whether a box hides the sun from points of the ground, none of which is on an edge."""
+    dark = np.zeros(x.shape, bool)
+    for low, high in boxes:
+        enter, leave = np.zeros(x.shape), np.full(x.shape, np.inf)
+        for k, place in enumerate((x, y, np.zeros_like(x))):
+            if sun[k] == 0:
+                leave = np.where((place <= low[k]) | (place >= high[k]), -1.0, leave)
+                continue
+            ways = (low[k] - place) / sun[k], (high[k] - place) / sun[k]
+            enter, leave = (
+                np.maximum(enter, np.minimum(*ways)),
+                np.minimum(leave, np.maximum(*ways)),
+            )
+        dark |= leave > enter
+    return dark
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_boxes_that_touch_tell_one_story(seed):
+    # Boxes, cells and suns on whole numbers: rays run along walls, through edges and corners.
+    # Where all places about a cell are in shadow, or none is, so is the cell.
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(-8, 9.0), np.arange(-8, 9.0))
+    for _ in range(60):
+        low = rng.integers(-3, 3, (rng.integers(2, 5), 3)) * (1, 1, 0)
+        boxes = [(one, one + rng.integers(1, 4, 3)) for one in low]
+        vertices, faces = merge(*[box(*one) for one in boxes])
+        suns = rng.integers((-2, -2, 1), (3, 3, 4), (6, 3)).astype(float)
+        suns[np.arange(6), rng.integers(0, 2, 6)] *= rng.random(6) < 0.4
+        scale = rng.choice([1.0, 0.3, 0.1])
+        caster = make_caster(vertices * scale, faces)
+        grid = Grid(-8 * scale, -8 * scale, scale, scale, 17, 17)
+        unit = suns / np.linalg.norm(suns, axis=1, keepdims=True)
+        plane = PlaneSweep(caster, grid, 0.0).masks(unit)
+        places = on_plane(grid, 0.0)
+        rays = find_hidden(make_face_tree(caster), places.points, np.array(places.normals), unit)
+        for sun, *found in zip(suns, plane, rays.reshape(plane.shape)):
+            about = [
+                is_dark_by_hand(boxes, x + 1e-4 * a, y + 1e-4 * b, sun)
+                for a, b in ((1, 0.7), (-1, 0.7), (1, -0.7), (-1, -0.7), (0.6, 1), (-0.6, -1))
+            ]
+            every, none = np.all(about, 0), ~np.any(about, 0)
+            for mask in found:
+                assert mask[every].all()
+                assert not mask[none].any()

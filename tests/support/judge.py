@@ -290,12 +290,12 @@ def judge_frame(mesh, camera, light, ground=0.0, threads=1):
     is_seen &= (np.abs(frame.position - scene.origin) < 1e9).all(-1)
     if not is_seen.any():
         return Verdicts(), counts
-    local = scene.triangles().vertices
-    rays = RayCaster(local, mesh[1], scene.origin)
+    soup = scene.triangles()
+    rays = RayCaster(soup.vertices, soup.faces, scene.origin)
     eye, place = camera.apex(scene.origin), light.local(scene.origin)
-    component = np.zeros(len(mesh[1]), np.int64)
+    component = np.zeros(len(soup.faces), np.int64)
     component[counter.caster.source] = counter.caster.component
-    is_closed = closed_faces(counter.caster, len(mesh[1]))
+    is_closed = closed_faces(counter.caster, len(soup.faces))
     is_closed &= ~find_opened(rays, component, camera, eye, place, scene.origin)[component]
     seen = Seen(
         frame.position[is_seen] - scene.origin, frame.normal[is_seen], view.face[is_seen], eye

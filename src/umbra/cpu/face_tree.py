@@ -1,4 +1,4 @@
-"""A tree of boxes over casting faces, for ways that start anywhere."""
+"""Bounding volume hierarchy over casting faces, for rays of any origin."""
 
 from dataclasses import dataclass
 
@@ -12,6 +12,11 @@ __all__ = ["DEEPEST", "FaceTree", "make_face_tree"]
 
 DEEPEST = 128
 """Nodes that a search keeps waiting, at most."""
+TOUCH = 2.0**-46
+"""
+Of the largest coordinate: within so much of a plane a point lies on it. A sample of a face is
+off its plane by some 2^-50 of it.
+"""
 _LEAF = 4
 _BINS = 16
 _BALANCED = 48  # below this depth nodes are halved, so that no search keeps more waiting
@@ -20,7 +25,7 @@ _BALANCED = 48  # below this depth nodes are halved, so that no search keeps mor
 @dataclass(frozen=True, eq=False)
 class FaceTree:
     """
-    Casting faces in a tree of boxes, for ways that start anywhere.
+    Bounding volume hierarchy over casting faces, for rays of any origin.
 
     Parameters
     ----------
@@ -32,8 +37,9 @@ class FaceTree:
         In the tree's order.
     ids : (n_faces, 3) int32
         Welded vertices.
-    normals : (n_faces, 3) float64
-        Unit normals.
+    normals : (n_faces, 4) float64
+        Unit normals, and how near a face's plane a point lies on it, for all that float64
+        tells at these coordinates [m].
     """
 
     boxes: NDArray[np.float64]
@@ -43,7 +49,7 @@ class FaceTree:
     normals: NDArray[np.float64]
 
 
-def make_face_tree(caster: Caster) -> FaceTree:
+def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     """
     Build the tree of a caster's faces.
 
@@ -51,6 +57,9 @@ def make_face_tree(caster: Caster) -> FaceTree:
     ----------
     caster : Caster
         Faces without area are left out: nothing hides behind them.
+    farthest : float
+        Largest coordinate of the model's own frame [m], in which points are given: they are
+        as coarse as that.
     """
     planes = caster.planes[:3, :-1].T
     length = np.linalg.norm(planes, axis=1)
@@ -62,14 +71,16 @@ def make_face_tree(caster: Caster) -> FaceTree:
     boxes = np.zeros((max(2 * len(kept), 1), 6))
     links = np.zeros((max(2 * len(kept), 1), 2), np.int32)
     nodes = _build(low, high, (low + high) / 2, order, boxes, links)
-    margin = 1e-9 * (1.0 + np.abs(corners).max(initial=0.0))
+    most = np.abs(corners).max(initial=0.0)
+    margin = 1e-9 * (1.0 + most)
+    touch = np.full((len(kept), 1), TOUCH * max(most, farthest))
     boxes = boxes[:nodes] + margin * np.array([-1, -1, -1, 1, 1, 1])
     return FaceTree(
         boxes,
         links[:nodes].copy(),
         corners[order].reshape(-1, 9),
         np.ascontiguousarray(ids[order]),
-        np.ascontiguousarray((planes[kept] / length[kept, None])[order]),
+        np.hstack([(planes[kept] / length[kept, None])[order], touch]),
     )
 
 

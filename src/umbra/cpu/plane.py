@@ -15,7 +15,7 @@ from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.sweep import Sweep, overflows
-from umbra.scene.grid import Grid
+from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.clip import clip_above
 from umbra.volume.silhouette import Silhouettes
@@ -64,8 +64,13 @@ class PlaneSweep(Sweep):
 
 
 def _place(caster: Caster, grid: Grid, height: float) -> NDArray[np.float64]:
-    """Give edge ends as (column, row, metres above the plane) twice, (n_edges, 6)."""
+    """
+    Give edge ends as (column, row, metres above the plane) twice, (n_edges, 6).
+
+    Cells are judged a hair beside their centres, where edges along the raster do not pass.
+    """
     ends = grid.to_cells(caster.ends().reshape(-1, 2, 3))
+    ends[..., :2] -= ASIDE
     ends[..., 2] -= height
     return ends.reshape(-1, 6)
 

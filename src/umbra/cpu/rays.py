@@ -1,12 +1,14 @@
 """
 What lies between single points and the sun, for receivers that no raster can serve.
 
-Each way is tried in float64, face by face, through a tree of boxes. A point is meant as
+Each ray is tried in float64, face by face, through a hierarchy of boxes. A point is meant as
 the limit from the side that its surface shows: a face on which it lies is between it
 and the sun only if the sun is on the other side. Every edge is asked in one direction,
 from its lower vertex to its higher, so that two faces which share it never both miss a
-way. With the sun as light any face between hides it, so the answer is whether the
-shadow count is not 0.
+ray. Where rounding could tell either way (the point on a fold or a plane, the ray through an
+edge or a corner), the whole ray is tried again from a hair above and beside the point, to the
+east and north as cells of a plan are: faces of parts that touch then tell one story. With the
+sun as light any face between hides it, so the answer is whether the shadow count is not 0.
 """
 
 import numpy as np
@@ -16,10 +18,17 @@ from numpy.typing import NDArray
 from umbra.cpu.face_tree import DEEPEST, FaceTree
 from umbra.cpu.threads import use_threads
 
-__all__ = ["TOUCH", "find_hidden", "is_hidden"]
+__all__ = ["find_hidden", "is_hidden"]
 
-TOUCH = 1e-6
-"""Within this distance of a face's plane a point lies on it [m]."""
+_ASIDE = 2.0**-24
+"""How far beside its point a ray starts where rounding could tell either way [m], ..."""
+_ABOVE = 2.0**-28
+"""... and how far above its surface: less, so that a ray which grazes an edge passes beside it."""
+_LIFT = 16.0 * _ASIDE
+"""Above a face on which its point lies it starts higher: there the surface's side decides."""
+_STEEP = 0.125  # cosine; faces that are steeper to a surface are not left by going above it
+_ROUNDING = 2.0**-48  # of a product of two lengths
+_NO, _YES, _UNSURE = 0, 1, 2
 _BLOCK = 64  # points that a thread takes at a time
 
 
@@ -82,12 +91,40 @@ def is_hidden(p, n, d, boxes, links, corners, ids, normals, last):
     face : int
         In the tree's order; -1 where there is none.
     """
-    if last >= 0 and _hides(last, p, n, d, corners, ids, normals):
+    if last >= 0 and _hides(last, p, n, d, corners, ids, normals) == _YES:
         return last
+    face, is_sure = _search(p, n, d, boxes, links, corners, ids, normals)
+    if is_sure:
+        return face
+    scale = max(1.0, 2.0 * normals[0, 3] / _ABOVE)
+    q = np.empty(3)
+    _step_aside(p, n, scale, q)
+    face, _ = _search(q, n, d, boxes, links, corners, ids, normals, p, scale)
+    return face
+
+
+@njit(cache=True, nogil=True)
+def _step_aside(p, n, scale, q):
+    """Find the place a hair above a surface and beside the point, to the east and north."""
+    is_free = not n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.0
+    along = 0.0 if is_free else n[0] + 0.618 * n[1] + 0.382 * n[2]
+    for k, east in ((0, 1.0), (1, 0.618), (2, 0.382)):
+        up = 0.0 if is_free else n[k]
+        q[k] = p[k] + scale * (_ABOVE * up + _ASIDE * (east - along * up))
+
+
+@njit(cache=True, nogil=True)
+def _search(p, n, d, boxes, links, corners, ids, normals, point=None, scale=0.0):
+    """
+    Find a face that hides the sun; tell whether the answer is sure.
+
+    ``p`` is where the ray starts: the point, or ``scale`` hairs beside ``point``.
+    """
     inverse = (_invert(d[0]), _invert(d[1]), _invert(d[2]))
     stack = np.empty(DEEPEST, np.int32)
     stack[0] = 0
     size = 1 if ids.shape[0] > 0 else 0
+    is_sure = True
     while size > 0:
         size -= 1
         node = stack[size]
@@ -108,9 +145,12 @@ def is_hidden(p, n, d, boxes, links, corners, ids, normals, last):
             size += 2
             continue
         for f in range(first, first + count):
-            if _hides(f, p, n, d, corners, ids, normals):
-                return f
-    return -1
+            answer = _hides(f, p, n, d, corners, ids, normals, point, scale)
+            if answer == _YES:
+                return f, True
+            if answer == _UNSURE:
+                is_sure = False
+    return -1, is_sure
 
 
 @njit(cache=True, nogil=True)
@@ -122,36 +162,66 @@ def _invert(x):
 
 
 @njit(cache=True, nogil=True)
-def _hides(f, p, n, d, corners, ids, normals):
-    """Whether a face lies between the limit of a point from its surface's side and the sun."""
+def _hides(f, p, n, d, corners, ids, normals, point=None, scale=0.0):
+    """Tell whether a face lies between a point and the sun, or that rounding would decide."""
     c = corners[f]
     m = normals[f]
+    touch = m[3]
     at_light = m[0] * d[0] + m[1] * d[1] + m[2] * d[2]
-    if at_light == 0.0:
-        return False
-    ax, ay, az = c[0] - p[0], c[1] - p[1], c[2] - p[2]
-    height = -(m[0] * ax + m[1] * ay + m[2] * az)
-    if abs(height) <= TOUCH:
-        if not (m[0] * n[0] + m[1] * n[1] + m[2] * n[2]) * at_light < 0.0:
-            return False
+    x, y, z = p[0], p[1], p[2]
+    if point is not None and abs(_height(point[0], point[1], point[2], c, m)) <= touch:
+        up = scale * _LIFT
+        if n[0] == n[0]:  # not NaN: the point has a surface
+            x, y, z = x + up * n[0], y + up * n[1], z + up * n[2]
+    height = _height(x, y, z, c, m)
+    is_on = point is None and abs(height) <= touch
+    if is_on:
+        above = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
+        if above * at_light > 0.0 and abs(above) > _STEEP:
+            return _NO  # the surface itself, or one that goes on from it
     elif not height * at_light < 0.0:
-        return False
-    bx, by, bz = c[3] - p[0], c[4] - p[1], c[5] - p[2]
-    ex, ey, ez = c[6] - p[0], c[7] - p[1], c[8] - p[2]
+        return _NO
+    ax, ay, az = c[0] - x, c[1] - y, c[2] - z
+    bx, by, bz = c[3] - x, c[4] - y, c[5] - z
+    ex, ey, ez = c[6] - x, c[7] - y, c[8] - z
     i, j, k = ids[f, 0], ids[f, 1], ids[f, 2]
-    ab = _side(ax, ay, az, bx, by, bz, d, i < j)
-    bc = _side(bx, by, bz, ex, ey, ez, d, j < k)
-    ca = _side(ex, ey, ez, ax, ay, az, d, k < i)
-    return ab == bc and bc == ca
+    ab, ab_error = _side(ax, ay, az, bx, by, bz, d, i < j, touch)
+    bc, bc_error = _side(bx, by, bz, ex, ey, ez, d, j < k, touch)
+    ca, ca_error = _side(ex, ey, ez, ax, ay, az, d, k < i, touch)
+    if point is not None:
+        left = (ab >= 0.0) == (i < j)
+        is_inside = left == ((bc >= 0.0) == (j < k)) and left == ((ca >= 0.0) == (k < i))
+        return _YES if is_inside else _NO
+    ab, bc, ca = _turn(ab, i < j), _turn(bc, j < k), _turn(ca, k < i)
+    if (
+        min(ab + ab_error, bc + bc_error, ca + ca_error) < 0.0
+        and max(ab - ab_error, bc - bc_error, ca - ca_error) > 0.0
+    ):
+        return _NO  # outside of one edge, whatever the others say
+    if is_on or abs(ab) <= ab_error or abs(bc) <= bc_error or abs(ca) <= ca_error:
+        return _UNSURE
+    return _YES
 
 
 @njit(cache=True, nogil=True)
-def _side(ux, uy, uz, vx, vy, vz, d, forward):
-    """Tell on which side of the edge u to v a way passes, asked from its lower vertex."""
+def _height(x, y, z, c, m):
+    """Give how high a place lies above a face's plane [m]."""
+    return m[0] * (x - c[0]) + m[1] * (y - c[1]) + m[2] * (z - c[2])
+
+
+@njit(cache=True, nogil=True)
+def _turn(side, forward):
+    return side if forward else -side
+
+
+@njit(cache=True, nogil=True)
+def _side(ux, uy, uz, vx, vy, vz, d, forward, touch):
+    """Tell on which side of the edge u to v a ray passes, from its lower vertex, and its error."""
     if not forward:
         ux, uy, uz, vx, vy, vz = vx, vy, vz, ux, uy, uz
     side = d[0] * (uy * vz - uz * vy) + d[1] * (uz * vx - ux * vz) + d[2] * (ux * vy - uy * vx)
-    return (side >= 0.0) == forward
+    u, v = abs(ux) + abs(uy) + abs(uz), abs(vx) + abs(vy) + abs(vz)
+    return side, touch * (u + v) + _ROUNDING * u * v
 
 
 @njit(cache=True, nogil=True, parallel=True)

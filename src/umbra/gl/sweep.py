@@ -24,7 +24,7 @@ from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
 from umbra.gl.volumes import make_volumes
 from umbra.scene import Camera, Scene
-from umbra.scene.grid import Grid
+from umbra.scene.grid import ASIDE, Grid
 
 __all__ = ["GlSweep"]
 
@@ -33,6 +33,11 @@ _SHADED = Pass(color_write=True, blend="add", stencil=Stencil(test="notequal"))
 _LIT = Pass(color_write=True, blend="add", stencil=Stencil(test="equal"))
 _NOTHING = -1
 _RGBA32F, _TEXTURE0, _TEXTURE_2D = 0x8814, 0x84C0, 0x0DE1
+_ASIDE = 2.0**-12
+"""
+How far to the east a cell is judged [cells], so that edges which run through its centre fall
+to the side to which they fall on the CPU; less than that is lost in float32.
+"""
 _MARGIN = 0.01  # of the model's height: above and below what is drawn
 
 
@@ -244,7 +249,8 @@ class GlSweep:
         top, bottom = max(float(whole[1, 2]), self.ground) + room, self._low - room
         width, height = grid.cols * grid.dx, grid.rows * grid.dy
         west, south = grid.x0 - grid.dx / 2, grid.y0 - grid.dy / 2
-        eye = np.array([west + width / 2, south + height / 2, top])
+        aside = _ASIDE * np.array(ASIDE) / ASIDE[0] * (grid.dx, grid.dy)
+        eye = np.array([*(np.array([west + width / 2, south + height / 2]) + aside), top])
         matrix = np.diag([2 / width, 2 / height, -2 / (top - bottom), 1.0])
         matrix[2, 3] = -1.0
         size = (grid.cols, grid.rows)

@@ -304,20 +304,10 @@ def make_scene(
     if not kept:
         msg = "there are no triangles; export the model with its surfaces"
         raise InputError(msg)
-    kept = _drop_unused(kept)
-    scene = Scene(kept, np.zeros(3))
-    soup = scene.triangles()
-    finite = np.asarray(np.isfinite(soup.vertices).all(1))
-    if not finite.all():
-        wrong = ~finite[soup.faces]
-        if wrong.any():
-            face, corner = np.argwhere(wrong)[0]
-            count = len(np.unique(soup.faces[wrong]))
-            msg = (
-                f"caster '{kept[soup.part[face]].name}' has vertices that are not finite: "
-                f"{count} in all (first: vertex {soup.faces[face, corner]}); remove or repair them"
-            )
-            raise InputError(msg, count=count, vertex=int(soup.faces[face, corner]))
+    scene = Scene(_drop_unused(kept), np.zeros(3))
+    if not np.isfinite(scene.bounds()).all():
+        _refuse_infinite(kept)
+    kept = scene.parts
     bounds = scene.bounds()
     # Whole metres, so that adding the origin back gives the file's own digits.
     far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
@@ -325,6 +315,19 @@ def make_scene(
     if origin.any():
         kept = _shift(kept, origin)
     return replace(scene, parts=kept, origin=origin, **facts)
+
+
+def _refuse_infinite(parts: tuple[Part, ...]) -> None:
+    """Name the first vertex that is not finite as the file counts it, with unused ones."""
+    soup = Scene(parts, np.zeros(3)).triangles()
+    wrong = ~np.isfinite(soup.vertices).all(1)[soup.faces]
+    face, corner = np.argwhere(wrong)[0]
+    count = len(np.unique(soup.faces[wrong]))
+    msg = (
+        f"caster '{parts[soup.part[face]].name}' has vertices that are not finite: "
+        f"{count} in all (first: vertex {soup.faces[face, corner]}); remove or repair them"
+    )
+    raise InputError(msg, count=count, vertex=int(soup.faces[face, corner]))
 
 
 def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:

@@ -17,7 +17,7 @@ LONGEST_SHADOW = 4.0
 TILE = 4096
 """Side of the tiles that a large raster is counted in [cell], so that work arrays stay small."""
 _LONG_SIDE = 1024  # cells of the default raster
-NEARBY = 1000.0  # [m]; so far from a model, and
+NEARBY = 10_000.0  # [m]; so far from a model, and
 LOWEST_SUN = 100  # times its height farther, an extent may lie: the sun is half a degree high there
 _BYTES = 32  # held for each cell: heights, hours, and their copies on the way to the file
 LEAST_CELL = 1e-9  # [m]; what no coordinate tells apart any more

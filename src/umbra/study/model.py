@@ -49,7 +49,11 @@ class Casting:
     @cached_property
     def tree(self) -> FaceTree:
         """What casts, for ways that start anywhere."""
-        return make_face_tree(self.caster)
+        return make_face_tree(self.caster, self._farthest)
+
+    @property
+    def _farthest(self) -> float:
+        return float(np.abs(self.scene.bounds()).max())
 
     @cached_property
     def solid(self) -> Self:
@@ -97,7 +101,7 @@ class Casting:
         """Give the tree of one of ``make_casters``, made once."""
         key = id(caster)  # which stays its own, since the caster is kept beside the tree
         if key not in self._trees:
-            self._trees[key] = caster, make_face_tree(caster)
+            self._trees[key] = caster, make_face_tree(caster, self._farthest)
         return self._trees[key][1]
 
     def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
@@ -259,11 +263,11 @@ class PlanTile:
         """The cells' centres on the receiver, as far beside them as it was looked at."""
         x, y = np.meshgrid(self.grid.x, self.grid.y)
         is_ground = self.model.receivers == "ground"
+        aside = np.tile(ASIDE, (x.size, 1))
         if not is_ground:
-            aside = np.tile(ASIDE, (x.size, 1))
             aside[self.surface.rim] = self.surface.inward
-            x += (aside[:, 0] * self.grid.dx).reshape(x.shape)
-            y += (aside[:, 1] * self.grid.dy).reshape(x.shape)
+        x += (aside[:, 0] * self.grid.dx).reshape(x.shape)
+        y += (aside[:, 1] * self.grid.dy).reshape(x.shape)
         z = np.full(x.shape, self.model.ground) if is_ground else self.surface.heights
         normals = np.zeros((x.size, 3))
         normals[:, 2] = 1.0
