@@ -320,7 +320,8 @@ def make_scene(
 def _refuse_infinite(parts: tuple[Part, ...]) -> None:
     """Name the first vertex that is not finite as the file counts it, with unused ones."""
     soup = Scene(parts, np.zeros(3)).triangles()
-    wrong = ~np.isfinite(soup.vertices).all(1)[soup.faces]
+    finite = np.asarray(np.isfinite(soup.vertices).all(1))
+    wrong = ~finite[soup.faces]
     face, corner = np.argwhere(wrong)[0]
     count = len(np.unique(soup.faces[wrong]))
     msg = (
