@@ -66,7 +66,7 @@ def test_pictures_are_the_stencils(device, town, shadows, light):
     assert (np.abs(right - bare).max(-1) > 20).mean() > 0.05
     for method in (*NAMES, PRINTED, SCREEN_MAX):
         found, _ = draw(device, town, method, shadows, light)
-        # What is lit may be 254 of 255 (NOTES on Roettger, A6).
+        # What is lit may be 254 of 255 (docs/papers.md, R4).
         assert (np.abs(found - right).max(-1) > 1).sum() <= 2, method
 
 

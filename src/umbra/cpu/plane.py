@@ -81,7 +81,7 @@ def _open_where_negative(caster: Caster, grid: Grid, height: float) -> Caster:
 
     Lit minus unlit faces above a point is its winding number, and the lit ones
     tell shadow from light only where that is not negative: not inside a house
-    that is wound inward (NOTES on Wallner, E3). The cut through the closed
+    that is wound inward (docs/papers.md, S1). The cut through the closed
     components is a polygon with just this winding number, so it is counted once.
     """
     n_faces = len(caster.faces)

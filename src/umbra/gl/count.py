@@ -2,7 +2,7 @@
 Shadow counts of the visible surface: in the stencil, or in floats beyond 255.
 
 Volumes are wound outward. Before the surface (z-pass) a front adds and a back takes
-away; behind it (z-fail) the other way round (NOTES on McGuire, C1). Operations wrap, so
+away; behind it (z-fail) the other way round (docs/papers.md, M1). Operations wrap, so
 the order of faces does not matter. A fragment at the surface itself counts as behind:
 the depth test is LESS, and light caps, which lie in the surface, use NEVER.
 """

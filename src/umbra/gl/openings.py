@@ -4,7 +4,7 @@ What rays from the eye to the light tell: which components to open, where counts
 Closed components must follow the open rule in some views, as the CPU device decides.
 
 Lit faces alone tell how deep a visible point lies only where its winding number is at
-least the light's (NOTES on multiplicities, E3). That can fail only for a component that
+least the light's (docs/papers.md, S1). That can fail only for a component that
 holds the light, or is wound inward; of most scenes there is none, and nothing is done.
 """
 

@@ -8,11 +8,11 @@ Which faces of a shadow volume a renderer must draw: McGuire's three cases.
 3. The light cap is in view: light cap, sides and dark cap, z-fail.
 
 Case 1 is exact: z-pass is right for every pixel if and only if no casting triangle meets
-the occlusion pyramid, the hull of near rectangle and light (NOTES on McGuire, C8). It
+the occlusion pyramid, the hull of near rectangle and light (docs/papers.md, M6). It
 holds for volumes that are clipped at the near plane: draw z-pass without depth clamping.
 Bounds decide most casters, all at once; triangles decide the rest.
 
-Sources: McGuire et al. 2003, section 5.2 and figure 2; NOTES on it, C5, C7 and C8.
+Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M3, M5 and M6.
 """
 
 from dataclasses import dataclass
@@ -90,7 +90,7 @@ def dark_cap_is_fan(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np
     Tell whose dark cap may be a fan over the silhouette.
 
     A fan around an enclosed light can close the wrong way and shift every z-fail count
-    (NOTES on McGuire, C5): only a light outside the bounds is safe.
+    (docs/papers.md, M3): only a light outside the bounds is safe.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> Polygons:
     A fan over the extruded silhouette (McGuire et al. 2003) is enough, and cheap,
     where the light is outside the caster's bounds; a fan around an enclosed light
     closes the wrong way and shifts every z-fail count, so there the light cap's
-    faces are extruded instead (NOTES on McGuire, C5).
+    faces are extruded instead (docs/papers.md, M3).
 
     Parameters
     ----------

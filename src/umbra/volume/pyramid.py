@@ -4,7 +4,7 @@ The occlusion pyramid, and the other region that placements of a camera and a li
 A caster that leaves the hull of near rectangle and light free leaves the viewport lit.
 Regions are inward planes, widened a little, in any caster's own frame.
 
-Sources: McGuire et al. 2003, section 5.2 and figure 2; NOTES on it, C8.
+Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M6.
 """
 
 from dataclasses import dataclass

@@ -4,7 +4,7 @@ Which pixels and depths a light can change: scissor rectangles and depth bounds.
 Rectangles of pixels are (left, top, right, bottom), right and bottom left out; row 0 is
 the top, as in a picture. They hold every pixel that a shape touches, a little widened.
 
-Sources: McGuire et al. 2003, section 5.1 and "Depth Bounds"; NOTES on it, C6.
+Sources: McGuire et al. 2003, section 5.1 and "Depth Bounds"; docs/papers.md, M4.
 """
 
 from dataclasses import dataclass
