@@ -150,3 +150,24 @@ def test_an_unknown_name_lists_those_near_it():
         scene["zzz"]
     with pytest.raises(InputError, match="no part is called 0"):
         scene[0]
+
+
+def test_a_scene_shows_itself_in_ten_lines():
+    many = [
+        Part(f"wall {n}\x1b[2J", "Wall<b>", Mesh(*box((n, 0, 0), (n + 1, 1, 2))))
+        for n in range(3000)
+    ]
+    scene = make_scene(many, crs="EPSG:31256")
+    shown = repr(scene).splitlines()
+    assert len(shown) <= 10
+    assert shown[0] == "Scene: 3,000 parts, 36,000 triangles"
+    assert shown[1] == "3000.00 x 1.00 x 2.00 m, from 0.00, 0.00, 0.00 (EPSG:31256)"
+    assert shown[2].split() == ["name", "kind", "triangles"]
+    assert shown[-1] == "and 2,994 more in scene.parts"
+    assert "\x1b" not in repr(scene)
+    page = scene._repr_html_()
+    assert "<td>Wall&lt;b&gt;</td>" in page
+    assert "\x1b" not in page
+    assert repr(scene.parts[0].mesh) == "Mesh(8 vertices, 12 triangles)"
+    assert repr(scene.parts[0]) == r"Part('wall 0\x1b[2J', Wall<b>, 12 triangles)"
+    assert len(repr(scene["wall 7\x1b[2J"]).splitlines()) == 4

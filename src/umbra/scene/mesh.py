@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
+from umbra.printable import make_printable
 from umbra.scene.material import Color, Material
 
 if TYPE_CHECKING:
@@ -48,6 +49,9 @@ class Mesh:
     normals: NDArray[np.float32] | None = None
     uv: NDArray[np.float32] | None = None
     colors: NDArray[np.float32] | None = None
+
+    def __repr__(self) -> str:
+        return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} triangles)"
 
     def __post_init__(self) -> None:
         for name in ("vertices", "faces"):
@@ -154,6 +158,10 @@ class Part:
     binding: "Binding | None" = None
     layer: str = ""
     tags: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        words = [repr(self.name)] + [word for word in (self.kind, self.layer) if word]
+        return make_printable(f"Part({', '.join(words)}, {self.triangles:,} triangles)")
 
     def matches(self, pattern: str) -> bool:
         """

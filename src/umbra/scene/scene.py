@@ -14,6 +14,7 @@ from umbra.errors import InputError
 from umbra.scene.lights import Light
 from umbra.scene.mesh import Mesh, Part, transform_points
 from umbra.scene.rig import Animation
+from umbra.scene.summary import show_scene, show_scene_as_html
 
 __all__ = ["Scene", "Source", "Triangles", "make_scene"]
 
@@ -96,6 +97,13 @@ class Scene:
     sources: tuple[Source, ...] = ()
     notes: tuple[str, ...] = ()
     lights: tuple[Light, ...] = ()
+
+    def __repr__(self) -> str:
+        return show_scene(self)
+
+    def _repr_html_(self) -> str:
+        """Show it in a notebook."""
+        return show_scene_as_html(self)
 
     def __len__(self) -> int:
         """Give the number of parts."""
