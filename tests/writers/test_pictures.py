@@ -118,7 +118,9 @@ def test_hours_are_laid_out_well_in_every_shape(shape, origin, words):
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 def test_profiles_are_laid_out_well_in_every_shape(shape, n, words):
     plan = make_plan(*shape, origin=LARGE, north=170, words=words)
-    texts = check_layout(make_profile_sheet(plan, make_shadows(plan, n), clock(n), "CEST"))
+    away = np.array([(1.0, 0.2)] * n)
+    sheet = make_profile_sheet(plan, make_shadows(plan, n), clock(n), "CEST", away=away)
+    texts = check_layout(sheet)
     assert any("CEST" in text for text in texts)
     assert "09:00" in texts
 
@@ -247,7 +249,7 @@ def test_several_dates_have_a_panel_each(shape, n):
     masks = np.zeros((n, 9, *shape), bool)
     for k in range(n):
         masks[k, :, : shape[0] // 4, : (k + 1) * shape[1] // n] = True
-    days = [(date, masks[k], clock(9)) for k, date in enumerate(dates)]
+    days = [(date, masks[k], clock(9), None) for k, date in enumerate(dates)]
     sheet, panels = make_profile_panels(plan, days, "CET/CEST")
     texts = check_layout(sheet)
     assert {*dates, "09:00", "11:00", "N", "local time (CET/CEST)"} <= texts

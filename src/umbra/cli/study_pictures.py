@@ -101,7 +101,10 @@ def _draw_days(
     whole = name_shown(whole, study)
     painter.draw_profiles(
         folder / "profile.png", whole,
-        [(str(days[k]), view.shadows, steps[k].labels()) for k, view in zip(shown, views)],
+        [
+            (str(days[k]), view.shadows, steps[k].labels(), view.away)
+            for k, view in zip(shown, views)
+        ],
         zone="/".join(zones), receivers=_kind(study),
         remarks=[str(find_daylight(study.site, days[k])) for k in shown],
     )  # fmt: skip
@@ -156,8 +159,9 @@ def _draw_profile(
 ) -> None:
     zone = "/".join(dict.fromkeys(stamps.abbreviations()))
     painter.draw_profile(
-        path, plan, preview.shadows, stamps.labels(), zone=zone, receivers=_kind(study)
-    )
+        path, plan, preview.shadows, stamps.labels(), zone=zone, receivers=_kind(study),
+        away=preview.away,
+    )  # fmt: skip
 
 
 def _coarsen(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:

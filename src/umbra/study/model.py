@@ -196,6 +196,11 @@ class PlanTile:
         return (self.surface.face < 0) & self.model.has_end
 
     @property
+    def axes(self) -> NDArray[np.float64]:
+        """The directions of columns and rows, (2, 3) float64."""
+        return np.eye(3)[:2]
+
+    @property
     def relief(self) -> NDArray[np.float64]:
         """What stands above the ground, (rows, cols) float64 [m]."""
         return np.maximum(self.surface.heights - self.model.ground, 0.0)

@@ -34,6 +34,8 @@ class Preview:
     x : (cols,) float64
     y : (rows,) float64
         Cell centres in the model's own coordinates [m].
+    away : (n_stamps, 2) float64
+        Where the sun casts shadows at each stamp, along x and y; NaN at night.
     heights : (rows, cols) float64
         z of the topmost surface above the ground [m]; in other views 1 where anything is seen.
     count : function of () -> (n_stamps, rows, cols) bool
@@ -46,6 +48,7 @@ class Preview:
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
+    away: NDArray[np.float64]
     heights: NDArray[np.float64]
     count: Callable[[], NDArray[np.bool_]]
     find_parts: Callable[[], NDArray[np.intp]]
@@ -115,5 +118,7 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
     # From local coordinates to the model's own, as the study's cells went.
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Preview(
-        grid.x + shift_x, grid.y + shift_y, tile.relief, count, tile.find_parts, tile.find_canopies
-    )
+        grid.x + shift_x, grid.y + shift_y,
+        np.where(path.is_up[:, None], -path.direction @ tile.axes.T, np.nan),
+        tile.relief, count, tile.find_parts, tile.find_canopies,
+    )  # fmt: skip

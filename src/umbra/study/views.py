@@ -243,6 +243,11 @@ class ViewTile:
         return ~self.is_seen
 
     @property
+    def axes(self) -> NDArray[np.float64]:
+        """The directions of columns and rows, (2, 3) float64."""
+        return self.camera.axes()[:2]
+
+    @property
     def relief(self) -> NDArray[np.float64]:
         """1 where anything is seen, so that outlines are drawn, (rows, cols) float64."""
         return self.is_seen.astype(np.float64)

@@ -19,7 +19,7 @@ from umbra.writers.raster import resample
 __all__ = ["compose_profile", "find_tints"]
 
 PAPER = 0.99  # lightness where no shadow falls
-DEPTH = 0.55  # by which it falls at most
+DEPTH = 0.53  # by which it falls at most
 CHROMA = 0.75  # of the tints that one shadow alone keeps
 
 

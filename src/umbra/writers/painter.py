@@ -90,11 +90,13 @@ class Painter:
         self,
         path: os.PathLike[str],
         plan: Plan,
-        days: Iterable[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str]]],
+        days: Iterable[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str], NDArray | None]],
         **options: Any,
     ) -> Future[None]:
         """Have ``umbra.writers.profile.draw_profiles`` called; takes all shadows here."""
-        packed = [(date, PackedMasks(shadows), list(labels)) for date, shadows, labels in days]
+        packed = [
+            (date, PackedMasks(shadows), list(labels), away) for date, shadows, labels, away in days
+        ]
         return self._submit(MODULES[1], "draw_profiles", (path, plan, packed), options)
 
     def draw_points(self, path: os.PathLike[str], plan: Plan, *args: Any) -> Future[None]:

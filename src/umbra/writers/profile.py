@@ -1,7 +1,7 @@
 """The shadow profile: the shadows of several instants over one another."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from umbra.writers.panels import make_panels
 from umbra.writers.paper import Panel
 from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.sheet import Sheet, make_sheet
+from umbra.writers.tips import Lines, name_tips, rule_shadows
 
 __all__ = ["draw_profile", "draw_profiles", "make_profile_panels", "make_profile_sheet"]
 
@@ -23,6 +24,9 @@ MOST_SWATCHES = 12
 OVERLAPS = "darker where they overlap"
 OUTLINE = "#55555e"
 SHADE = 0.1  # of surfaces that slope, at most
+
+Day = tuple[str, Iterable[NDArray[np.bool_]], Sequence[str], NDArray[np.float64] | None]
+"""A date, its shadows, their clock times, and where the sun casts them."""
 
 
 def draw_profile(
@@ -32,9 +36,12 @@ def draw_profile(
     labels: Sequence[str],
     zone: str = "",
     receivers: Literal["ground", "top"] = "ground",
+    away: NDArray[np.float64] | None = None,
 ) -> None:
     """
-    Draw a shadow profile.
+    Draw a shadow profile: each shadow in a tint, outlined, with its clock time at its tip.
+
+    Of more than 12 stamps only those that the key names are outlined.
 
     Parameters
     ----------
@@ -49,6 +56,8 @@ def draw_profile(
         What clock that is: "CEST".
     receivers : {'ground', 'top'}
         ``ground``: roofs are drawn over the shadows. ``top``: shadows fall on roofs.
+    away : (n_stamps, 2) float64, optional
+        Where the sun casts shadows, along the map's axes; without it no times are written.
 
     Raises
     ------
@@ -57,13 +66,13 @@ def draw_profile(
     OSError
         If the file cannot be written.
     """
-    make_profile_sheet(plan, shadows, labels, zone, receivers).save(path)
+    make_profile_sheet(plan, shadows, labels, zone, receivers, away).save(path)
 
 
 def draw_profiles(
     path: str | os.PathLike[str],
     plan: Plan,
-    days: Sequence[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str]]],
+    days: Sequence[Day],
     zone: str = "",
     receivers: Literal["ground", "top"] = "ground",
     remarks: Sequence[str] = (),
@@ -76,7 +85,7 @@ def draw_profiles(
     path : path
     plan : Plan
         Its words are those of all dates.
-    days : sequence of (date, shadows, labels)
+    days : sequence of (date, shadows, labels, away)
         Of each as ``draw_profile`` takes them.
     zone : str
     receivers : {'ground', 'top'}
@@ -92,35 +101,48 @@ def make_profile_sheet(
     labels: Sequence[str],
     zone: str = "",
     receivers: Literal["ground", "top"] = "ground",
+    away: NDArray[np.float64] | None = None,
 ) -> Sheet:
     """Lay out what ``draw_profile`` writes; same parameters, less the path."""
     sheet = make_sheet(plan, key_height=0.62)
-    _fill_map(sheet, shadows, len(labels), receivers)
+    _fill_map(sheet, shadows, labels, receivers, away)
     _draw_key(sheet, labels, zone)
     return sheet
 
 
 def make_profile_panels(
     plan: Plan,
-    days: Sequence[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str]]],
+    days: Sequence[Day],
     zone: str = "",
     receivers: Literal["ground", "top"] = "ground",
     remarks: Sequence[str] = (),
 ) -> tuple[Sheet, list[Panel]]:
     """Lay out what ``draw_profiles`` writes; same parameters, less the path."""
-    sheet, panels = make_panels(plan, [day for day, _, _ in days], remarks)
-    for panel, (_, shadows, labels) in zip(panels, days, strict=True):
-        _fill_map(panel, shadows, len(labels), receivers)
-    _draw_key(sheet, max((labels for _, _, labels in days), key=len), zone)
+    sheet, panels = make_panels(plan, [day for day, *_ in days], remarks)
+    for panel, (_, shadows, labels, away) in zip(panels, days, strict=True):
+        _fill_map(panel, shadows, labels, receivers, away)
+    _draw_key(sheet, max((labels for _, _, labels, _ in days), key=len), zone)
     return sheet, panels
 
 
 def _fill_map(
-    panel: Panel, shadows: Iterable[NDArray[np.bool_]], n: int, receivers: Literal["ground", "top"]
+    panel: Panel,
+    shadows: Iterable[NDArray[np.bool_]],
+    labels: Sequence[str],
+    receivers: Literal["ground", "top"],
+    away: NDArray[np.float64] | None,
 ) -> None:
-    """Draw the shadows of n stamps, and what stands there."""
+    """Draw the shadows of all stamps, their outlines and times, and what stands there."""
     plan = panel.plan
-    image = compose_profile(shadows, n, panel.map_size)
+    # Where a roof lies over shadows, or surfaces meet, an outline is not that of a shadow.
+    roofs = hidden = None
+    if plan.look is not None:
+        hidden = plan.look.find_breaks(plan.shape)
+    elif receivers == "ground" and plan.building_height is not None:
+        roofs = hidden = np.nan_to_num(plan.building_height) > 0
+    outlines: dict[int, Lines] = {}
+    passing = _trace_named(panel, shadows, _find_named(labels), hidden, outlines)
+    image = compose_profile(passing, len(labels), panel.map_size)
     if plan.look is not None:
         image *= 1 - SHADE * plan.look.find_shade(panel.map_size)[..., None]
         draw_look(image, plan.look, panel.map_size)
@@ -132,10 +154,27 @@ def _fill_map(
             image *= (1 - coverage * (1 - grey))[..., None]
     hatch_canopies(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
+    rule_shadows(panel, outlines)
     outline_canopies(panel)
     if plan.building_height is not None and plan.look is None:
         is_building = np.nan_to_num(plan.building_height) > 0
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6)
+    if away is not None:
+        name_tips(panel, outlines, labels, away, roofs)
+
+
+def _trace_named(
+    panel: Panel,
+    shadows: Iterable[NDArray[np.bool_]],
+    named: Sequence[int],
+    hidden: NDArray[np.bool_] | None,
+    outlines: dict[int, Lines],
+) -> Iterator[NDArray[np.bool_]]:
+    """Hand shadows on one by one, and trace those that are named as they pass."""
+    for stamp, mask in enumerate(shadows):
+        if stamp in named:
+            outlines[stamp] = trace(panel, mask, hidden)
+        yield mask
 
 
 def _draw_key(sheet: Sheet, labels: Sequence[str], zone: str) -> None:
@@ -148,10 +187,16 @@ def _draw_key(sheet: Sheet, labels: Sequence[str], zone: str) -> None:
         draw_color_bar(sheet, tints, _find_bar_ticks(labels), title, OVERLAPS, swatches)
 
 
-def _find_bar_ticks(labels: Sequence[str], most: int = 9) -> list[tuple[float, str]]:
-    """Name some of many stamps, whole hours if there are enough, at the middles of their bands."""
-    n = len(labels)
-    whole = [i for i, label in enumerate(labels) if label.endswith(":00")]
-    named = whole if len(whole) >= 3 else list(range(n))
-    named = named[:: -(-len(named) // most)]
-    return [((i + 0.5) / n, labels[i]) for i in named]
+def _find_bar_ticks(labels: Sequence[str]) -> list[tuple[float, str]]:
+    """Name stamps at the middles of their bands."""
+    return [((stamp + 0.5) / len(labels), labels[stamp]) for stamp in _find_named(labels)]
+
+
+def _find_named(labels: Sequence[str], most: int = 9) -> list[int]:
+    """Choose the stamps that are outlined: all of few, else whole hours if there are enough."""
+    stamps = list(range(len(labels)))
+    if len(stamps) <= MOST_SWATCHES:
+        return stamps
+    whole = [stamp for stamp in stamps if labels[stamp].endswith(":00")]
+    named = whole if len(whole) >= 3 else stamps
+    return named[:: -(-len(named) // most)]
