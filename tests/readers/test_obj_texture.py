@@ -61,9 +61,9 @@ def test_coordinates_count_from_either_end_and_v_runs_down(save, faces):
     assert len(brick.mesh.vertices) == 4
     np.testing.assert_array_equal(brick.material.texture[..., :3], PIXELS)
     assert brick.color == (0.5, 1, 1)
-    # What has no texture keeps the file's own vertices.
+    # What has no texture keeps the file's own vertices, those that it uses.
     assert plain.mesh.uv is None
-    assert len(plain.mesh.vertices) == 6
+    assert len(plain.mesh.vertices) == 3
     assert plain.color == (0.1, 0.2, 0.3)
     assert scene.notes == ()
 
