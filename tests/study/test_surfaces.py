@@ -1,5 +1,6 @@
 """Walls and roofs in their own planes, and points from a table."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +99,71 @@ def test_no_sample_lies_on_the_border_of_its_surface():
     # Within a surface a sample may lie on the line between two of its triangles.
     square = sample_surfaces(make_scene(*sheet([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)])), 1.0)
     assert len(square.points) == 16
+
+
+@pytest.mark.parametrize("thin", [1e-13, 1e-11, 1e-9, 1e-6])
+def test_samples_lie_on_needles_that_hold_them(thin):
+    # A wall of 4 m, cut along its diagonal, where centres of squares lie, by a needle.
+    spots = [(-2, -2), (2, -2), (2, 2), (-2, 2), (0.7 + thin, 0.7 - thin)]
+    faces = np.array([[0, 2, 3], [0, 4, 2], [0, 1, 4], [1, 2, 4]], np.int32)
+    centres = np.arange(8) * 0.5 - 1.75
+    for turn in 0, 90, 180, 270:
+        wall = np.array([(x, 0, z) for x, z in spots])
+        samples = sample_surfaces(make_scene(*turned((wall, faces), turn)), 0.5)
+        points, _ = turned((samples.points, faces), -turn)
+        at = points[np.lexsort((points[:, 0], points[:, 2].round(3)))].reshape(8, 8, 3)
+        np.testing.assert_allclose(at[..., 0], np.tile(centres, (8, 1)), rtol=0, atol=1e-13)
+        np.testing.assert_allclose(at[..., 1], 0, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(at[..., 2], np.tile(centres, (8, 1)).T, rtol=0, atol=1e-13)
+
+
+def test_needles_of_their_own_hold_their_sample():
+    # Judged in fractions: a needle's plane is more than float64 can tell.
+    rng = np.random.default_rng(4)
+    found = 0
+    for thin in (1e-8, 1e-10, 1e-12, 1e-14):
+        for _ in range(20):
+            along, aside = rng.normal(size=(2, 3))
+            start, middle = rng.uniform(-20, 20, 3), rng.uniform(2, 8)
+            needle = start + np.array([0 * along, 9 * along, middle * along + thin * aside])
+            samples = sample_surfaces(make_scene(needle, np.array([[0, 1, 2]])), 0.3)
+            for point in samples.points:
+                assert find_distance_to_segments(point, samples.corners[0]) <= 4 * thin + 1e-13
+                found += 1
+    assert found >= 60
+
+
+def find_distance_to_segments(point, corners):
+    """Find how far a point is from a triangle's edges, in fractions [m]."""
+    p, *places = [[Fraction(float(x)) for x in place] for place in (point, *corners)]
+    distances = []
+    for a, b in zip(places, places[1:] + places[:1]):
+        along, to = [y - x for x, y in zip(a, b)], [y - x for x, y in zip(a, p)]
+        length = sum(x * x for x in along)
+        t = min(max(sum(x * y for x, y in zip(to, along)) / length, 0), 1) if length else 0
+        distances.append(float(sum((x - t * y) ** 2 for x, y in zip(to, along))) ** 0.5)
+    return min(distances)
+
+
+@pytest.mark.parametrize("spacing", [0.08, 0.4, 2 / 3])
+def test_centres_on_a_line_between_triangles_are_sampled_once(spacing):
+    # Two halves of a wall that meet under the middle column or row of squares.
+    rng = np.random.default_rng(8)
+    spots = np.array([(-1, 0), (0, 0), (1, 0), (1, 1), (0, 1), (-1, 1)], float)
+    faces = np.array([[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4]], np.int32)
+    for upright in True, False:
+        for _ in range(10):
+            length, turn = rng.uniform(3, 9), rng.uniform(0, 6.3)
+            x, z = (spots * (1, length)).T if upright else (spots * (1, length)).T[::-1]
+            wall = np.stack([x * np.cos(turn), x * np.sin(turn), z], 1) + rng.uniform(-20, 20, 3)
+            winding = faces if upright else faces[:, ::-1]
+            samples = sample_surfaces(make_scene(wall, winding), spacing)
+            assert len(samples.part) == 1
+            rows = np.ceil(length / spacing - 1e-9)
+            middles = (np.arange(rows) - (rows - 1) / 2) * spacing
+            inside = np.count_nonzero(abs(middles) < length / 2)
+            assert len(samples.points) == inside * round(2 / spacing)
+            assert len(np.unique(samples.points.round(6), axis=0)) == len(samples.points)
 
 
 def test_inward_closed_things_are_turned_and_sheets_are_taken_as_wound():

@@ -252,6 +252,7 @@ def _find_samples(flat, owner, is_border, start, spacing):
     A centre on the very border of a surface is left out: there it has two sides to choose.
     """
     count = 0
+    at_left, at_right, weight = np.zeros((3, 3))
     for write in range(2):
         if write == 1:
             triangle = np.empty(count, np.int64)
@@ -260,49 +261,51 @@ def _find_samples(flat, owner, is_border, start, spacing):
         for f in range(flat.shape[0]):
             p = flat[f]
             s = start[owner[f]]
-            det = (p[1, 0] - p[0, 0]) * (p[2, 1] - p[0, 1]) - (p[1, 1] - p[0, 1]) * (
-                p[2, 0] - p[0, 0]
-            )
-            if det == 0.0:
-                continue
             low = min(p[0, 1], p[1, 1], p[2, 1])
             high = max(p[0, 1], p[1, 1], p[2, 1])
             for r in range(
-                np.int64(np.ceil((low - s[1]) / spacing)),
-                np.int64(np.floor((high - s[1]) / spacing)) + 1,
+                np.int64(np.ceil((low - s[1]) / spacing)) - 1,
+                np.int64(np.floor((high - s[1]) / spacing)) + 2,
             ):
                 y = s[1] + r * spacing
                 # The row's stretch in the triangle, half open, from edges that neighbours share.
                 left = np.inf
                 right = -np.inf
                 for k in range(3):
-                    a, b = p[k], p[(k + 1) % 3]
-                    if (a[1] > y) == (b[1] > y):
+                    i, j = k, (k + 1) % 3
+                    if (p[i, 1] > y) == (p[j, 1] > y):
                         continue
-                    if a[1] > b[1]:
-                        a, b = b, a
-                    x = a[0] + (y - a[1]) * (b[0] - a[0]) / (b[1] - a[1])
-                    left = min(left, x)
-                    right = max(right, x)
-                if not left < right:
-                    continue
-                c = np.int64(np.ceil((left - s[0]) / spacing))
-                while s[0] + c * spacing < right:
+                    if p[i, 1] > p[j, 1]:
+                        i, j = j, i
+                    t = (y - p[i, 1]) / (p[j, 1] - p[i, 1])
+                    x = p[i, 0] + t * (p[j, 0] - p[i, 0])
+                    if x < left:
+                        left = x
+                        at_left[:] = 0.0
+                        at_left[i], at_left[j] = 1.0 - t, t
+                    if x > right:
+                        right = x
+                        at_right[:] = 0.0
+                        at_right[i], at_right[j] = 1.0 - t, t
+                # Compared as neighbours do: a quotient may be rounded to either side of a centre.
+                c = np.int64(np.ceil((left - s[0]) / spacing)) - 1 if left < right else 0
+                while left < right and s[0] + c * spacing < right:
                     x = s[0] + c * spacing
-                    u = ((p[1, 0] - x) * (p[2, 1] - y) - (p[1, 1] - y) * (p[2, 0] - x)) / det
-                    v = ((p[2, 0] - x) * (p[0, 1] - y) - (p[2, 1] - y) * (p[0, 0] - x)) / det
-                    w = 1.0 - u - v
                     c += 1
+                    if x < left:
+                        continue
+                    # Between two edges, so that no rounding leads out of a needle.
+                    t = (x - left) / (right - left)
+                    for k in range(3):
+                        weight[k] = (1.0 - t) * at_left[k] + t * at_right[k]
                     if (
-                        (is_border[f, 0] and w < _RIM)
-                        or (is_border[f, 1] and u < _RIM)
-                        or (is_border[f, 2] and v < _RIM)
+                        (is_border[f, 0] and weight[2] < _RIM)
+                        or (is_border[f, 1] and weight[0] < _RIM)
+                        or (is_border[f, 2] and weight[1] < _RIM)
                     ):
                         continue
                     if write == 1:
                         triangle[count] = f
-                        weights[count, 0] = u
-                        weights[count, 1] = v
-                        weights[count, 2] = w
+                        weights[count] = weight
                     count += 1
     return triangle, weights
