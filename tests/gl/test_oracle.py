@@ -125,6 +125,35 @@ def random_camera(rng):
     )
 
 
+def needles(rng, count=40):
+    """Make loose triangles of a nanometre to a decimetre."""
+    found = []
+    for _ in range(count):
+        start, along = rng.uniform(-6, 6, 3) + [0, 0, 7], 4 * rng.normal(size=3)
+        aside = 10 ** rng.uniform(-9, -1) * rng.normal(size=3)
+        corners = start + np.array([0 * along, along, 0.4 * along + aside])
+        found.append((corners, np.array([[0, 1, 2]], np.int32)))
+    return merge(*found)
+
+
+def test_counts_below_0_lie_on_edges_and_are_never_below_minus_1(device):
+    # docs/gl.md: where a needle's two sides are nearer to each other than the card can tell.
+    rng = np.random.default_rng(0)
+    verdicts, below = Verdicts(), 0
+    for _ in range(12):
+        with Judge(device, needles(rng)) as scene:
+            camera = random_camera(rng)
+            camera = Camera(camera.eye, camera.target, size=(96, 80), fov=camera.fov)
+            light = point_light(rng.uniform(-15, 15, 3) + [0, 0, 12])
+            for method in "auto", "z-fail":
+                found, counts = scene.judge(camera, light, method)
+                verdicts += found
+                assert counts.min() >= -1
+                below += np.count_nonzero(counts < 0)
+    verdicts.check(most_on_edges=0.004)
+    assert below <= 2e-5 * verdicts.right
+
+
 def test_200_random_views(device):
     # Eyes in volumes and in casters, near planes that cut both.
     rng = np.random.default_rng(5)
