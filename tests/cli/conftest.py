@@ -82,7 +82,7 @@ class StandIn:
         self.leave(path)
 
     def draw_profiles(self, path, plan, days, **options):
-        assert all(len(shadows) == len(labels) for _, shadows, labels in days)
+        assert all(len(shadows) == len(labels) for _, shadows, labels, _ in days)
         self.leave(path)
 
     def draw_points(self, path, plan, points, normals, hours, *args):
