@@ -413,3 +413,28 @@ def test_slips_in_tables_are_told(tmp_path, text, says):
 def test_slips_are_told(block, options, says):
     with pytest.raises(umbra.InputError, match=says):
         run(block, **options)
+
+
+def test_many_suns_are_counted_by_patches_with_the_answers_of_rays(block, monkeypatch):
+    made = []
+    make = points_module.make_patches
+    monkeypatch.setattr(
+        points_module, "make_patches", lambda *given: made.append(1) or make(*given)
+    )
+    options = {"spacing": 0.7, "every": "20min"}
+    by_patches = run(block, **options)
+    whole = run(block, **options, masks=False)
+    assert len(made) == 2
+    monkeypatch.setattr(points_module, "_MANY_SUNS", 10**9)
+    by_rays = run(block, **options)
+    assert len(made) == 2
+    np.testing.assert_array_equal(by_patches.in_shadow, by_rays.in_shadow)
+    np.testing.assert_array_equal(by_patches.shadow_hours, by_rays.shadow_hours)
+    np.testing.assert_allclose(whole.shadow_hours, by_rays.shadow_hours, rtol=0, atol=1e-5)
+
+
+def test_surfaces_in_several_pieces_have_the_same_hours(block, monkeypatch):
+    options = {"spacing": 0.7, "every": "20min"}
+    whole = run(block, **options)
+    monkeypatch.setattr(points_module, "_CHUNK_OF_SURFACES", 501)
+    np.testing.assert_array_equal(run(block, **options).in_shadow, whole.in_shadow)

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.cpu.face_tree import FaceTree
 from umbra.cpu.memory import find_memory, name_memory
+from umbra.cpu.patch_count import PatchCounter
+from umbra.cpu.patches import make_patches
 from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
 from umbra.scene import Scene
@@ -30,6 +32,8 @@ __all__ = ["PointStudy", "run_point_study"]
 
 CHUNK = 65_536
 """Points that are counted at a time."""
+_CHUNK_OF_SURFACES = 2_097_152  # samples: each time every sun's silhouettes are found anew
+_MANY_SUNS = 16  # that are worth laying surfaces out in patches; fewer are sooner asked by rays
 DIMS = ("sample",)
 _BYTES = 300  # held for each point: place, normal, hours, and copies on the way to the file
 
@@ -45,11 +49,14 @@ class PointTile:
     places : Places
     part : (n,) int
         Of each point; -1 for none.
+    samples : Samples, optional
+        How the points lie on surfaces, where they do.
     """
 
     casting: Casting
     places: Places
     part: NDArray[np.intp]
+    samples: Samples | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -61,9 +68,13 @@ class PointTile:
         """What casts, for ways that start anywhere."""
         return self.casting.tree
 
-    def make_counter(self) -> "PointTile":
-        """Give what counts these receivers: this."""
-        return self
+    def make_counter(self) -> "PointTile | PatchCounter":
+        """Make ready to count: surfaces by the rims of shadows, other points by rays."""
+        if self.samples is None:
+            return self
+        casting = self.casting
+        patches = make_patches(self.samples, casting.tree)
+        return PatchCounter(patches, casting.caster, casting.tree, casting.threads)
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Tell for each sun which points are in shadow, cast or attached."""
@@ -166,7 +177,7 @@ class PointStudy:
         places = Places(self.places.points - origin, self.places.normals)
         for at in range(0, len(part), CHUNK):
             some = slice(at, at + CHUNK)
-            yield some, _make_tile(self.model, places, part, some)()
+            yield some, _make_tile(self.model, places, part, None, some)()
 
     def variables(self) -> Variables:
         """Give the arrays of ``study.nc`` by name, each with its dimensions."""
@@ -244,10 +255,11 @@ def run_point_study(
             f"{name_memory(find_memory())}; give a larger --spacing, or choose parts with --on"
         )
         raise InputError(msg, samples=len(part))
-    tiles = [
-        (slice(at, at + CHUNK), _make_tile(casting, places, part, slice(at, at + CHUNK)))
-        for at in range(0, len(places.points), CHUNK)
-    ]
+    laid_out = samples if setup.period.sun.is_up.sum() >= _MANY_SUNS else None
+    # Who casts is asked by rays, and holds a mask of each caster.
+    chunk = CHUNK if laid_out is None or setup.asked.groups else _CHUNK_OF_SURFACES
+    pieces = [slice(at, at + chunk) for at in range(0, len(places.points), chunk)]
+    tiles = [(some, _make_tile(casting, places, part, laid_out, some)) for some in pieces]
     done = setup.count(casting, (len(places.points),), tiles, progress)
     ledger = done.ledger
     more = {**ledger.variables(DIMS), **done.answer.variables(DIMS, area)}
@@ -270,9 +282,14 @@ def run_point_study(
 
 
 def _make_tile(
-    casting: Casting, places: Places, part: NDArray, some: slice
+    casting: Casting, places: Places, part: NDArray, samples: Samples | None, some: slice
 ) -> Callable[[], PointTile]:
-    return lambda: PointTile(casting, Places(places.points[some], places.normals[some]), part[some])
+    def make() -> PointTile:
+        where = Places(places.points[some], places.normals[some])
+        piece = None if samples is None else samples.piece(some)
+        return PointTile(casting, where, part[some], piece)
+
+    return make
 
 
 def _summarise(samples: Samples, study: PointStudy, scene: Scene, site: Site) -> Variables:

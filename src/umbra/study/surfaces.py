@@ -9,7 +9,7 @@ equal share of its surface's area.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -51,6 +51,8 @@ class Samples:
         Of the triangles that were sampled, surface after surface; local frame [m].
     owner : (n_triangles,) int64
         The surface of each.
+    triangle : (n,) int64
+        The triangle that holds each sample.
     axes : (n_surfaces, 2, 3) float64
         Horizontal and upward axis of each surface's squares.
     start : (n_surfaces, 2) float64
@@ -70,10 +72,40 @@ class Samples:
     surface_normal: NDArray[np.float64]
     corners: NDArray[np.float64]
     owner: NDArray[np.int64]
+    triangle: NDArray[np.int64]
     axes: NDArray[np.float64]
     start: NDArray[np.float64]
     cells: NDArray[np.int64]
     spacing: float
+
+    def piece(self, some: slice) -> "Samples":
+        """
+        Give some of the samples, with the surfaces and triangles on which they lie.
+
+        Parameters
+        ----------
+        some : slice
+            Holding one sample at least.
+        """
+        surface = self.surface[some]
+        which = slice(int(surface[0]), int(surface[-1]) + 1)
+        first, end = np.searchsorted(self.owner, [which.start, which.stop])
+        return replace(
+            self,
+            points=self.points[some],
+            normals=self.normals[some],
+            surface=surface - surface[0],
+            area=self.area[some],
+            part=self.part[which],
+            surface_area=self.surface_area[which],
+            surface_normal=self.surface_normal[which],
+            corners=self.corners[first:end],
+            owner=self.owner[first:end] - which.start,
+            triangle=self.triangle[some] - first,
+            axes=self.axes[which],
+            start=self.start[which],
+            cells=self.cells[which],
+        )
 
 
 def sample_surfaces(
@@ -158,6 +190,7 @@ def sample_surfaces(
         normals[largest],
         corners,
         owner.astype(np.int64),
+        triangle.astype(np.int64),
         axes,
         start,
         cells.astype(np.int64),

@@ -1,0 +1,245 @@
+"""
+Each sun's silhouette in square bins of light space, nearest to the sun first.
+
+All components are opened: every face counts, so the count at a point is the number of
+faces between it and the sun. Multiplicities of edges with the same ends are added up.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from umbra.volume.adjacency import Caster
+from umbra.volume.silhouette import find_silhouettes
+
+__all__ = ["EdgeBinner", "SunBins", "clamp"]
+
+_SLACK = 1e-6  # of a bin: an edge as near to another bin is in both
+_MOST_BINS = 4096  # along a side
+
+
+class SunBins(NamedTuple):
+    """
+    Silhouette edges of some suns, in bins.
+
+    Parameters
+    ----------
+    basis : (n_suns, 9) float64
+        Two axes across the light, and the direction toward the sun.
+    grid : (n_suns, 3) float64
+        Lowest corner of the bins [m], and bins to the metre.
+    shape : (n_suns, 3) int64
+        Columns, rows, and where the sun's bins begin among ``starts``.
+    starts : (n_bins,) int64
+        Where each bin begins among the entries; a sun's last is followed by its end.
+    edge : (entries,) int32
+    change : (entries,) int16
+        Multiplicity of the edge.
+    order : (entries,) int32
+        Its number in the sun's silhouette.
+    top : (entries,) float32
+        How near the sun it comes [m], descending within a bin.
+    most : int
+        Edges of the longest silhouette.
+    """
+
+    basis: NDArray[np.float64]
+    grid: NDArray[np.float64]
+    shape: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    edge: NDArray[np.int32]
+    change: NDArray[np.int16]
+    order: NDArray[np.int32]
+    top: NDArray[np.float32]
+    most: int
+
+
+class EdgeBinner:
+    """
+    The edges of a caster, each pair of ends once.
+
+    Parameters
+    ----------
+    caster : Caster
+    """
+
+    def __init__(self, caster: Caster) -> None:
+        self.caster = caster.opened(np.ones(len(caster.is_closed), np.bool_))
+        pairs = self.caster.edges.astype(np.int64)
+        key = pairs[:, 0] << 32 | pairs[:, 1]
+        _, first, group = np.unique(key, return_index=True, return_inverse=True)
+        order = np.argsort(first)  # neighbours stay near each other
+        rank = np.zeros(len(order), np.int32)
+        rank[order] = np.arange(len(order))
+        self._group = rank[group.ravel()]
+        self.ends: NDArray[np.float64] = self.caster.ends()[first[order]]
+        """End points of every edge, (n_edges, 6) [m]."""
+        places = self.ends.reshape(-1, 3)
+        empty = np.zeros((1, 3))
+        self._low = (places if len(places) else empty).min(0)
+        self._high = (places if len(places) else empty).max(0)
+
+    def bin(self, suns: NDArray[np.float64]) -> SunBins:
+        """
+        Sort the silhouettes of some suns into bins.
+
+        Parameters
+        ----------
+        suns : (n, 3) float64
+            Unit directions toward the sun.
+        """
+        edge, change, first = self._find(suns)
+        n = len(suns)
+        flat = np.hypot(suns[:, 0], suns[:, 1])
+        across = np.stack([-suns[:, 1], suns[:, 0], np.zeros(n)], 1)
+        across /= np.maximum(flat, 1e-300)[:, None]
+        across[flat <= 1e-12] = (1.0, 0.0, 0.0)
+        upward = np.cross(suns, across)
+        basis = np.concatenate([across, upward, suns], 1)
+        ends = np.stack([self._low, self._high])
+        corners = np.array([[ends[i >> k & 1, k] for k in range(3)] for i in range(8)])
+        x, y = corners @ across.T, corners @ upward.T
+        wide, high = np.ptp(x, 0), np.ptp(y, 0)
+        lengths = np.maximum(np.diff(first), 1)
+        side = np.sqrt(np.maximum(wide * high, 1e-9) / lengths)
+        cols = np.clip(np.ceil(wide / side), 1, _MOST_BINS).astype(np.int64)
+        rows = np.clip(np.ceil(high / side), 1, _MOST_BINS).astype(np.int64)
+        side = np.maximum(np.maximum(wide / cols, high / rows) * (1 + 1e-9), 1e-9)
+        grid = np.stack([x.min(0), y.min(0), 1 / side], 1)
+        begin = np.append(0, np.cumsum(cols * rows + 1))
+        shape = np.stack([cols, rows, begin[:-1]], 1)
+        starts = np.zeros(begin[-1], np.int64)
+        totals = np.zeros(n, np.int64)
+        held = _make_entries(0)
+        _fill(self.ends, edge, change, first, basis, grid, shape, starts, totals, *held)
+        base = np.append(0, np.cumsum(totals))
+        held = _make_entries(int(base[-1]))
+        if base[-1]:
+            _fill(self.ends, edge, change, first, basis, grid, shape, starts, base, *held)
+        return SunBins(basis, grid, shape, starts, *held, int(lengths.max(initial=1)))
+
+    def _find(
+        self, suns: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int32], NDArray[np.int16], NDArray[np.int64]]:
+        """Find the suns' silhouettes: edges, multiplicities, where each sun's begin."""
+        lights = np.concatenate([suns, np.zeros((len(suns), 1))], 1)
+        edges, changes, lengths = [], [], [np.zeros(1, np.int64)]
+        for _, found in find_silhouettes(self.caster, lights):
+            edge = np.zeros(len(found.codes), np.int32)
+            change = np.zeros(len(found.codes), np.int16)
+            kept = np.zeros(len(found.starts) - 1, np.int64)
+            _merge(
+                found.codes, found.starts, self.caster.weight, self._group, len(self.ends),
+                edge, change, kept,
+            )  # fmt: skip
+            for first, n in zip(found.starts[:-1], kept):
+                edges.append(edge[first : first + n])
+                changes.append(change[first : first + n])
+            lengths.append(kept)
+        nothing = np.zeros(0, np.int32)
+        return (
+            np.concatenate([nothing, *edges]),
+            np.concatenate([nothing.astype(np.int16), *changes]),
+            np.cumsum(np.concatenate(lengths)),
+        )
+
+
+def _make_entries(
+    n: int,
+) -> tuple[NDArray[np.int32], NDArray[np.int16], NDArray[np.int32], NDArray[np.float32]]:
+    """Make room for edges, multiplicities, numbers and how near the sun they come."""
+    return (
+        np.zeros(n, np.int32),
+        np.zeros(n, np.int16),
+        np.zeros(n, np.int32),
+        np.zeros(n, np.float32),
+    )
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _merge(codes, starts, weight, group, n_groups, edge, change, kept):
+    """Add up the multiplicities of edges with the same ends; keep those that are not 0."""
+    for s in prange(starts.size - 1):
+        sums = np.zeros(n_groups, np.int16)
+        for q in range(starts[s], starts[s + 1]):
+            m = np.int64(weight[codes[q] >> 2]) >> ((codes[q] >> 1) & 1)
+            sums[group[codes[q] >> 2]] += m if codes[q] & 1 else -m
+        n = starts[s]
+        for q in range(starts[s], starts[s + 1]):
+            g = group[codes[q] >> 2]
+            if sums[g] != 0:
+                edge[n] = g
+                change[n] = sums[g]
+                sums[g] = 0
+                n += 1
+        kept[s] = n - starts[s]
+
+
+@njit(cache=True, nogil=True, inline="always")
+def clamp(x, n):
+    """Give the bin that holds x, or the nearest of n bins."""
+    return np.int64(min(max(np.floor(x), 0.0), n - 1.0))
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _fill(
+    ends, edge, change, first, basis, grid, shape, starts, base,
+    out_edge, out_change, out_order, top,
+):  # fmt: skip
+    """Count the entries of every bin into ``starts`` and ``base``; then write them."""
+    write = out_edge.size > 0
+    for s in prange(basis.shape[0]):
+        cols, rows, begin = shape[s]
+        gx, gy, scale = grid[s, 0], grid[s, 1], grid[s, 2]
+        b = basis[s]
+        cursor = np.zeros(cols * rows if write else 0, np.int64)
+        if write:
+            for i in range(cols * rows + 1):
+                starts[begin + i] += base[s]
+                if i < cols * rows:
+                    cursor[i] = starts[begin + i]
+        for q in range(first[s], first[s + 1]):
+            e = ends[edge[q]]
+            x0 = (b[0] * e[0] + b[1] * e[1] + b[2] * e[2] - gx) * scale
+            y0 = (b[3] * e[0] + b[4] * e[1] + b[5] * e[2] - gy) * scale
+            x1 = (b[0] * e[3] + b[1] * e[4] + b[2] * e[5] - gx) * scale
+            y1 = (b[3] * e[3] + b[4] * e[4] + b[5] * e[5] - gy) * scale
+            near = max(
+                b[6] * e[0] + b[7] * e[1] + b[8] * e[2], b[6] * e[3] + b[7] * e[4] + b[8] * e[5]
+            )
+            t = np.float32(near + 1e-3 + 1e-6 * abs(near))
+            if y0 > y1:
+                x0, y0, x1, y1 = x1, y1, x0, y0
+            slope = (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
+            j0 = clamp(y0 - _SLACK, rows)
+            j1 = clamp(y1 + _SLACK, rows)
+            for j in range(j0, j1 + 1):
+                a = x0 if j == j0 else x0 + (max(np.float64(j) - _SLACK, y0) - y0) * slope
+                c = x1 if j == j1 else x0 + (min(np.float64(j + 1) + _SLACK, y1) - y0) * slope
+                i0 = clamp(min(a, c) - _SLACK, cols)
+                i1 = clamp(max(a, c) + _SLACK, cols)
+                for i in range(i0, i1 + 1):
+                    at = j * cols + i
+                    if not write:
+                        starts[begin + at + 1] += 1
+                        continue
+                    p = cursor[at]
+                    cursor[at] = p + 1
+                    while p > starts[begin + at] and top[p - 1] < t:
+                        out_edge[p] = out_edge[p - 1]
+                        out_change[p] = out_change[p - 1]
+                        out_order[p] = out_order[p - 1]
+                        top[p] = top[p - 1]
+                        p -= 1
+                    out_edge[p] = edge[q]
+                    out_change[p] = change[q]
+                    out_order[p] = q - first[s]
+                    top[p] = t
+        if not write:
+            total = 0
+            for i in range(cols * rows + 1):
+                total += starts[begin + i]
+                starts[begin + i] = total
+            base[s] = total

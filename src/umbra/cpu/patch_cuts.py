@@ -1,0 +1,273 @@
+"""Where casting faces pass through the plane of a patch, or come close to it."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.cpu.face_tree import DEEPEST, FaceTree
+
+__all__ = ["cut_edge", "find_cuts"]
+
+_CLEAR = 1e-4  # squares and metres by which anything beside a patch is left alone
+
+
+def find_cuts(
+    frame: NDArray[np.float64],
+    place: NDArray[np.float64],
+    size: NDArray[np.int64],
+    tau: NDArray[np.float64],
+    graze: NDArray[np.float64],
+    cell: NDArray[np.int64],
+    before: NDArray[np.int32],
+    own: NDArray[np.int64],
+    corners: NDArray[np.float64],
+    spacing: float,
+    tree: FaceTree,
+) -> tuple[NDArray, ...]:
+    """
+    Find where casting faces pass through patches, and the samples near faces that hardly do.
+
+    Parameters
+    ----------
+    frame, place, size, tau, graze, cell, before
+        Of ``Patches``.
+    own : (n, 2) int64
+        First and last triangle (exclusive) of each patch's surface.
+    corners : (n_triangles, 9) float64
+        Of those.
+    spacing : float
+        [m]
+    tree : FaceTree
+
+    Returns
+    -------
+    cut_start, cuts, cut_normal, mark_start, marks, mark_far
+        Of ``Patches``.
+    """
+    start, cuts, normal, mark_start, marks, far = _find(
+        frame, place, size, tau, graze, cell, before, own, corners, spacing,
+        tree.boxes, tree.links, tree.corners, tree.ids, tree.normals,
+    )  # fmt: skip
+    # A sample once, where the face is nearest; nearest first within a patch.
+    patch = np.repeat(np.arange(len(frame)), np.diff(mark_start))
+    order = np.lexsort((far, marks, patch))
+    patch, marks, far = patch[order], marks[order], far[order]
+    kept = np.append(True, (patch[1:] != patch[:-1]) | (marks[1:] != marks[:-1]))[: len(marks)]
+    patch, marks, far = patch[kept], marks[kept], far[kept]
+    order = np.lexsort((far, patch))
+    patch, marks, far = patch[order], marks[order], far[order]
+    return start, cuts, normal, np.searchsorted(patch, np.arange(len(frame) + 1)), marks, far
+
+
+@njit(cache=True, nogil=True, inline="always")
+def cut_edge(ua, va, ha, ub, vb, hb, is_first):
+    """Find where an edge passes through the plane, asked from its lower vertex."""
+    if not is_first:
+        ua, va, ha, ub, vb, hb = ub, vb, hb, ua, va, ha
+    if hb == 0.0:
+        return ub, vb
+    if ha == 0.0:
+        return ua, va
+    t = ha / (ha - hb)
+    return ua + t * (ub - ua), va + t * (vb - va)
+
+
+@njit(cache=True, nogil=True)
+def _is_own(c, corners, t0, t1):
+    """Whether a face is one of the surface's own."""
+    for t in range(t0, t1):
+        same = 0
+        for k in range(3):
+            for m in range(3):
+                if (
+                    c[3 * k] == corners[t, 3 * m]
+                    and c[3 * k + 1] == corners[t, 3 * m + 1]
+                    and c[3 * k + 2] == corners[t, 3 * m + 2]
+                ):
+                    same += 1
+                    break
+        if same == 3:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _clip(poly, n, sign, limit, out):
+    """Keep of a polygon of (u, v, h) what has sign * h <= limit; give its corners' number."""
+    m = 0
+    for k in range(n):
+        j = (k + 1) % n
+        a = limit - sign * poly[k, 2]
+        b = limit - sign * poly[j, 2]
+        if a >= 0.0:
+            out[m] = poly[k]
+            m += 1
+        if (a >= 0.0) != (b >= 0.0):
+            t = a / (a - b)
+            for q in range(3):
+                out[m, q] = poly[k, q] + t * (poly[j, q] - poly[k, q])
+            m += 1
+    return m
+
+
+@njit(cache=True, nogil=True)
+def _mark(poly, n, reach, spacing, size, before, marks, mark_far, total):
+    """Note the samples over a polygon or within reach [m]; give the new total."""
+    beside = reach / spacing + 1e-6
+    area = 0.0
+    u0, u1, v0, v1 = np.inf, -np.inf, np.inf, -np.inf
+    for q in range(n):
+        r = (q + 1) % n
+        area += poly[q, 0] * poly[r, 1] - poly[q, 1] * poly[r, 0]
+        u0, u1 = min(u0, poly[q, 0]), max(u1, poly[q, 0])
+        v0, v1 = min(v0, poly[q, 1]), max(v1, poly[q, 1])
+    turn = 1.0 if area > 0.0 else -1.0
+    # A face that stands on the plane has as good as no area there: a line between two corners.
+    one, two, length = 0, 0, 0.0
+    for q in range(n):
+        for j in range(q):
+            eu, ev = poly[j, 0] - poly[q, 0], poly[j, 1] - poly[q, 1]
+            if eu * eu + ev * ev > length:
+                one, two, length = q, j, eu * eu + ev * ev
+    is_line = abs(area) <= 1e-4 * np.sqrt(length) * beside
+    eu, ev = poly[two, 0] - poly[one, 0], poly[two, 1] - poly[one, 1]
+    cols, rows = size[0], size[1]
+    c0 = np.int64(np.ceil(min(max(u0 - beside, 0.0), np.float64(cols))))
+    c1 = np.int64(np.floor(max(min(u1 + beside, cols - 1.0), -1.0)))
+    r0 = np.int64(np.ceil(min(max(v0 - beside, 0.0), np.float64(rows))))
+    r1 = np.int64(np.floor(max(min(v1 + beside, rows - 1.0), -1.0)))
+    for c in range(c0, c1 + 1):
+        for r in range(r0, r1 + 1):
+            at = c * rows + r
+            if before[at + 1] == before[at]:
+                continue
+            if is_line:
+                t = ((c - poly[one, 0]) * eu + (r - poly[one, 1]) * ev) / max(length, 1e-300)
+                t = min(max(t, 0.0), 1.0)
+                far = np.hypot(poly[one, 0] + t * eu - c, poly[one, 1] + t * ev - r)
+            else:
+                far = 0.0
+                for q in range(n):
+                    j = (q + 1) % n
+                    du, dv = poly[j, 0] - poly[q, 0], poly[j, 1] - poly[q, 1]
+                    side = np.sqrt(du * du + dv * dv)
+                    if side > 1e-6:
+                        out = turn * (du * (r - poly[q, 1]) - dv * (c - poly[q, 0]))
+                        far = max(far, -out / side)
+            far = max(0.0, far * spacing - 1e-6)
+            if far <= reach:
+                if marks.size:
+                    marks[total] = before[at]
+                    mark_far[total] = far
+                total += 1
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _find(
+    frame, place, size, tau, graze, cell, before, own, own_corners, spacing,
+    boxes, links, corners, ids, normals,
+):  # fmt: skip
+    n = frame.shape[0]
+    start, mark_start = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
+    cuts, cut_normal = np.zeros((0, 4)), np.zeros((0, 3))
+    marks, mark_far = np.zeros(0, np.int64), np.zeros(0)
+    stack = np.zeros(DEEPEST, np.int64)
+    poly, part = np.zeros((8, 3)), np.zeros((8, 3))
+    h = np.zeros(3)
+    low, high = np.zeros(3), np.zeros(3)
+    total = 0
+    total_marks = 0
+    for write in range(2):
+        if write:
+            cuts, cut_normal = np.zeros((total, 4)), np.zeros((total, 3))
+            marks, mark_far = np.zeros(total_marks, np.int64), np.zeros(total_marks)
+            total = 0
+            total_marks = 0
+        for i in range(n):
+            start[i] = total
+            mark_start[i] = total_marks
+            if graze[i] == np.inf:
+                continue
+            f, p, t = frame[i], place[i], tau[i]
+            w, top = size[i, 0] - 1.0, size[i, 1] - 1.0
+            reach = 2.0 * t / graze[i]  # beside a face, so far a shadow's rim can be off
+            margin = _CLEAR + 2.0 * t + reach
+            for k in range(3):
+                a, b = p[3 + k] * w, p[6 + k] * top
+                low[k] = p[k] + min(a, 0.0) + min(b, 0.0) - margin
+                high[k] = p[k] + max(a, 0.0) + max(b, 0.0) + margin
+            waiting = 1 if ids.shape[0] > 0 else 0
+            stack[0] = 0
+            while waiting > 0:
+                waiting -= 1
+                node = stack[waiting]
+                b = boxes[node]
+                if (
+                    b[0] > high[0] or b[1] > high[1] or b[2] > high[2]
+                    or b[3] < low[0] or b[4] < low[1] or b[5] < low[2]
+                ):  # fmt: skip
+                    continue
+                middle, half = f[11], margin
+                for k in range(3):
+                    middle += 0.5 * f[8 + k] * (b[3 + k] + b[k])
+                    half += 0.5 * abs(f[8 + k]) * (b[3 + k] - b[k])
+                if abs(middle) > half:
+                    continue
+                if links[node, 1] < 0:
+                    stack[waiting] = links[node, 0]
+                    stack[waiting + 1] = links[node, 0] + 1
+                    waiting += 2
+                    continue
+                for g in range(links[node, 0], links[node, 0] + links[node, 1]):
+                    above = 0
+                    within = t < 1.5e-6  # the samples themselves are off a thick plane
+                    for k in range(3):
+                        x, y, z = corners[g, 3 * k], corners[g, 3 * k + 1], corners[g, 3 * k + 2]
+                        poly[k, 0] = f[0] * x + f[1] * y + f[2] * z + f[3]
+                        poly[k, 1] = f[4] * x + f[5] * y + f[6] * z + f[7]
+                        poly[k, 2] = f[8] * x + f[9] * y + f[10] * z + f[11]
+                        h[k] = 0.0 if abs(poly[k, 2]) <= t else poly[k, 2]
+                        above += h[k] > 0.0
+                        within = within and abs(poly[k, 2]) <= 0.25 * normals[g, 3]
+                    if 0 < above < 3:
+                        u0 = v0 = u1 = v1 = 0.0
+                        for k in range(3):
+                            j = (k + 1) % 3
+                            if (h[k] > 0.0) == (h[j] > 0.0):
+                                continue
+                            cu, cv = cut_edge(
+                                poly[k, 0], poly[k, 1], h[k], poly[j, 0], poly[j, 1], h[j],
+                                ids[g, k] < ids[g, j],
+                            )  # fmt: skip
+                            if h[k] > 0.0:
+                                u0, v0 = cu, cv  # here the face's rim goes below
+                            else:
+                                u1, v1 = cu, cv
+                        far = _CLEAR + reach / spacing
+                        if not (
+                            (u0 == u1 and v0 == v1)
+                            or max(u0, u1) < -far or min(u0, u1) > w + far
+                            or max(v0, v1) < -far or min(v0, v1) > top + far
+                        ):  # fmt: skip
+                            if write:
+                                cuts[total] = (u0, v0, u1, v1)
+                                cut_normal[total] = normals[g, :3]
+                            total += 1
+                    if within:
+                        continue
+                    m = _clip(poly, 3, 1.0, 2.0 * t, part)
+                    m = _clip(part, m, -1.0, 2.0 * t, poly) if m else 0
+                    # A face of the surface's own that no such sun can light from behind is as flat.
+                    slope = abs(f[8] * normals[g, 0] + f[9] * normals[g, 1] + f[10] * normals[g, 2])
+                    is_flat = slope > 1.0 - graze[i] * graze[i] / 7.9
+                    if m and not (
+                        is_flat and _is_own(corners[g], own_corners, own[i, 0], own[i, 1])
+                    ):
+                        total_marks = _mark(
+                            poly, m, reach, spacing, size[i], before[cell[i] : cell[i + 1]],
+                            marks, mark_far, total_marks,
+                        )  # fmt: skip
+        start[n] = total
+        mark_start[n] = total_marks
+    return start, cuts, cut_normal, mark_start, marks, mark_far

@@ -1,0 +1,167 @@
+"""Shadows on planar patches: by hand, against rays, and against the float64 ray caster."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.raycaster import RayCaster
+from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, turned
+
+import umbra.cpu.patch_count
+import umbra.cpu.patches
+from umbra.cpu.face_tree import make_face_tree
+from umbra.cpu.patch_count import PatchCounter
+from umbra.cpu.patches import make_patches
+from umbra.cpu.rays import find_hidden
+from umbra.scene import make_scene
+from umbra.study.surfaces import sample_surfaces
+from umbra.volume.adjacency import make_caster
+
+EDGE = 1e-6
+NOON = np.array([[0.0, -0.6, 0.8]])
+FLOOR = sheet([(-10, -10, 0), (10, -10, 0), (10, 10, 0), (-10, 10, 0)])
+
+
+def prepare(mesh, spacing):
+    scene = make_scene(*mesh)
+    samples = sample_surfaces(scene, spacing)
+    seen = scene.triangles()
+    caster = make_caster(seen.vertices, seen.faces)
+    tree = make_face_tree(caster)
+    patches = make_patches(samples, tree)
+    return samples, patches, PatchCounter(patches, caster, tree), tree, scene
+
+
+def make_suns(rng, n, lowest=0.01):
+    azimuth, up = rng.uniform(0, 2 * np.pi, n), rng.uniform(lowest, 1.0, n)
+    flat = np.sqrt(1 - up**2)
+    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), up], 1)
+
+
+def count_on_floor(mesh, suns, spacing=0.5):
+    """Give the area of the floor z = 0 in shadow, and its mask with the samples' places [m]."""
+    samples, patches, counter, _, scene = prepare(merge(FLOOR, mesh), spacing)
+    assert not np.isinf(patches.graze[np.diff(patches.first) > 100]).any()
+    points = samples.points + scene.origin
+    mine = (np.abs(points[:, 2]) < 1e-9) & (samples.normals[:, 2] > 0.5)
+    return counter.masks(suns)[:, mine], points[mine]
+
+
+def test_a_box_casts_its_parallelogram():
+    # 2 x 2 x 3 m under a sun 0.8 up and 0.6 to the south: the shadow is 2 wide, and reaches
+    # 3 * 0.6 / 0.8 = 2.25 m beyond its northern wall.
+    (mask,), points = count_on_floor(box((-1.1, -1.1, 0), (0.9, 0.9, 3)), NOON)
+    inside = (points[:, 0] > -1.1) & (points[:, 0] < 0.9)
+    inside &= (points[:, 1] > -1.1) & (points[:, 1] < 0.9 + 2.25)
+    np.testing.assert_array_equal(mask, inside)
+    assert mask.sum() == 4 * 8  # squares of 0.5 m: 4 across; from -1.1 to 3.15 8 up
+
+
+def test_a_box_that_hangs_over_the_floor_leaves_the_ground_beneath_it_lit():
+    (mask,), points = count_on_floor(moved(box((-1.1, -1.1, 0), (0.9, 0.9, 1)), (0, 0, 4)), NOON)
+    y = points[:, 1] - 4 * 0.75  # the shadow of its bottom lies 3 m to the north
+    inside = (np.abs(points[:, 0] + 0.1) < 1) & (y > -1.1) & (y < 0.9 + 0.75)
+    np.testing.assert_array_equal(mask, inside)
+
+
+def test_a_wall_that_passes_through_the_floor_casts_only_what_is_above():
+    wall = sheet([(-3.1, 0.1, -5), (2.9, 0.1, -5), (2.9, 0.1, 2), (-3.1, 0.1, 2)])
+    (mask,), points = count_on_floor(wall, NOON)
+    inside = (np.abs(points[:, 0] + 0.1) < 3) & (points[:, 1] > 0.1) & (points[:, 1] < 0.1 + 1.5)
+    np.testing.assert_array_equal(mask, inside)
+    # From the other side it falls to the south.
+    (mask,), points = count_on_floor(wall, NOON * [1, -1, 1])
+    inside = (np.abs(points[:, 0] + 0.1) < 3) & (points[:, 1] < 0.1) & (points[:, 1] > 0.1 - 1.5)
+    np.testing.assert_array_equal(mask, inside)
+
+
+def test_two_sheets_of_one_place_and_a_roof_in_the_floors_plane_are_told_apart():
+    # Two sheets in one place, either way round, hide like one; what lies in the floor's plane
+    # hides nothing.
+    high = sheet([(-1.1, -1.1, 2), (0.9, -1.1, 2), (0.9, 0.9, 2), (-1.1, 0.9, 2)])
+    level = sheet([(4, 4, 0), (8, 4, 0), (8, 8, 0), (4, 8, 0)])
+    for other in (high, (high[0], high[1][:, ::-1])):
+        (mask,), points = count_on_floor(merge(high, other, level), NOON)
+        y = points[:, 1] - 1.5
+        inside = (np.abs(points[:, 0] + 0.1) < 1) & (y > -1.1) & (y < 0.9)
+        np.testing.assert_array_equal(mask, inside)
+
+
+def test_a_floor_wholly_in_shadow_and_wholly_lit():
+    cover = sheet([(-40, -40, 5), (40, -40, 5), (40, 40, 5), (-40, 40, 5)])
+    (mask,), _ = count_on_floor(cover, NOON)
+    assert mask.all()
+    (mask,), _ = count_on_floor(moved(cover, (0, 0, -9)), NOON)
+    assert not mask.any()
+
+
+def test_a_patch_with_more_rims_than_room_is_asked_by_rays():
+    # A fence of 90 rails: each column of the floor is crossed 180 times.
+    rails = [box((-9, y, 1), (9, y + 0.02, 1.02)) for y in np.linspace(-8, 8, 90)]
+    samples, _, counter, tree, _ = prepare(merge(FLOOR, *rails), 0.5)
+    suns = make_suns(np.random.default_rng(5), 4, 0.3)
+    masks = counter.masks(suns)
+    truth = find_hidden(tree, samples.points, samples.normals, suns)
+    np.testing.assert_array_equal(masks, truth)
+
+
+def check(mesh, suns, spacing):
+    """Compare with rays and the ray caster; give how many are in cast shadow, and lit."""
+    samples, _, counter, tree, scene = prepare(mesh, spacing)
+    masks = counter.masks(suns)
+    steps = np.zeros(len(samples.points), np.int32)
+    counter.add_steps(suns, steps)
+    np.testing.assert_array_equal(steps, masks.sum(0, dtype=np.int32))
+    truth = find_hidden(tree, samples.points, samples.normals, suns)
+    caster = scene.triangles()
+    rays, open_rule = RayCaster(caster.vertices, caster.faces), np.zeros(len(caster.faces), bool)
+    for sun, mask, asked in zip(suns, masks, truth):
+        differ = np.flatnonzero(mask != asked)
+        points, normals = samples.points[differ], samples.normals[differ]
+        light, none = np.append(sun, 0.0), np.full(len(differ), -1)
+        assert (normals @ sun > 0).all()  # attached shadow never differs
+        if len(differ):
+            far = rays.distance_to_shadow_edges(points, normals, none, light, open_rule)
+            assert (far <= EDGE).all()
+        facing = np.flatnonzero(samples.normals @ sun > 0)
+        none = np.full(len(facing), -1)
+        pierced = rays.count(samples.points[facing], none, light, light, open_rule, 1e-9)
+        differ = facing[pierced.any != (mask[facing] > 0)]
+        if len(differ):
+            far = rays.distance_to_shadow_edges(
+                samples.points[differ], samples.normals[differ], none[: len(differ)], light,
+                open_rule,
+            )  # fmt: skip
+            assert (far <= EDGE).all()
+    facing = samples.normals @ suns.T > 0
+    return (masks.T[facing] > 0).sum(), (masks.T[facing] == 0).sum()
+
+
+@pytest.mark.parametrize("name", list(SCENES))
+def test_every_scene_agrees_with_rays(name):
+    mesh = SCENES[name]()
+    most = np.ptp(mesh[0], axis=0).max()
+    check(mesh, make_suns(np.random.default_rng(2), 5), most / 60)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), sharp=st.booleans(), floor=st.booleans())
+def test_soups_agree_with_rays(seed, sharp, floor):
+    rng = np.random.default_rng(seed)
+    mesh = (jumble if sharp else soup)(rng)
+    mesh = merge(FLOOR, mesh) if floor else mesh
+    check(mesh, make_suns(rng, 4), 0.21)
+
+
+def test_a_town_is_counted_by_rims_and_not_by_rays(monkeypatch):
+    mesh = turned(merge(FLOOR, city(4, seed=3)), 17)
+    suns = make_suns(np.random.default_rng(8), 6, 0.2)
+    dark, lit = check(mesh, suns, 0.4)
+    assert dark > 1000
+    assert lit > 1000
+    _, patches, _, _, _ = prepare(mesh, 0.4)
+    counted = np.diff(patches.first)[np.isfinite(patches.graze)].sum()
+    assert counted > 0.95 * len(patches.where)
+    monkeypatch.setattr(umbra.cpu.patches, "FEW", 10**9)
+    _, patches, _, _, _ = prepare(mesh, 0.4)
+    assert np.isinf(patches.graze).all()
