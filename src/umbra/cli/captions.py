@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Scene
-from umbra.study import Preview, Study
+from umbra.study import FinerHours, Preview, Study
 from umbra.study.views import Elevation
 from umbra.writers.plan import Plan
 
 __all__ = [
     "describe",
+    "describe_finer",
     "describe_making",
     "describe_method",
     "describe_place",
@@ -137,6 +139,15 @@ def describe_making(study: Study, options: dict[str, Any]) -> str:
     """Say how a study was made, for the foot of its pictures; parameters as ``describe`` has."""
     version = f"umbra {study.facts['umbra_version']}"
     return " · ".join([version, _describe_cells(study), *describe_method(study, options)])
+
+
+def describe_finer(plan: Plan, finer: FinerHours | None) -> Plan:
+    """Say below a picture from which steps its contours are drawn, if not from the study's."""
+    if finer is None:
+        return plan
+    minutes = finer.seconds / 60
+    step = f"{minutes:g}min" if minutes >= 1 else f"{finer.seconds:g}s"
+    return replace(plan, note=f"{plan.note} · contours from steps of {step}")
 
 
 def describe_method(study: Any, options: dict[str, Any]) -> list[str]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import PointStudy, Study, split_dates
+from umbra.study import FinerHours, PointStudy, Study, split_dates
 from umbra.sun import find_daylight
 from umbra.writers.plan import Plan, Show, name_hours
 
@@ -53,7 +53,7 @@ class Scale:
         most = max(one.up_hours for one in dates) / divisor
         return cls(most, f"{name_hours(show)}{words}", divisor, show)
 
-    def read_hours(self, study: Study | PointStudy) -> NDArray[np.float32]:
+    def read_hours(self, study: Study | PointStudy | FinerHours) -> NDArray[np.float32]:
         """Give hours in shadow; what they lack to the scale's end is the date's sun, if shown."""
         hours = study.shadow_hours / np.float32(self.divisor)
         lack = self.most - study.up_hours / self.divisor if self.show == "sun" else 0.0

@@ -8,11 +8,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cli.captions import describe
+from umbra.cli.captions import describe, describe_finer
 from umbra.cli.lost_pictures import draw_lost
 from umbra.cli.shown_dates import Scale, choose_panels, name_shown, tell_daylight
 from umbra.scene import Scene
-from umbra.study import Preview, Study, make_preview, split_dates, tell_dates
+from umbra.study import Preview, Study, count_finer, make_preview, split_dates, tell_dates
 from umbra.study.moments import choose_stamps
 from umbra.study.preview import LONGEST
 from umbra.sun import find_daylight
@@ -134,12 +134,18 @@ def _draw_dates(
     if len(dates) == 1:
         _draw_date(painter, path, plan, study, scale, scale.what)
         return
+    shown = [dates[k] for k in choose_panels(study)]
+    finer = [count_finer(one, len(shown)) for one in shown]
     maps = [
-        DayMap(tell_dates(one), tell_daylight(one), _coarsen(scale.read_hours(one), plan.shape))
-        for one in (dates[k] for k in choose_panels(study))
-    ]
+        DayMap(
+            tell_dates(one), tell_daylight(one), _coarsen(scale.read_hours(one), plan.shape),
+            finer=None if fine is None else scale.read_hours(fine),
+        )
+        for one, fine in zip(shown, finer, strict=True)
+    ]  # fmt: skip
+    whole = describe_finer(name_shown(plan, study), finer[0])
     painter.draw_hour_panels(
-        path, name_shown(plan, study), maps, scale.most, receivers=_kind(study), what=scale.what,
+        path, whole, maps, scale.most, receivers=_kind(study), what=scale.what,
         show=scale.show,
     )  # fmt: skip
 
@@ -148,10 +154,11 @@ def _draw_date(
     painter: Painter, path: Path, plan: Plan, study: Study, scale: Scale, what: str = ""
 ) -> None:
     """Have the hours of one of several dates drawn, on the scale of them all."""
-    hours = _coarsen(scale.read_hours(study), plan.shape)
+    hours, finer = _coarsen(scale.read_hours(study), plan.shape), count_finer(study)
     painter.draw_hours(
-        path, plan, hours, scale.most, receivers=_kind(study), what=what, show=scale.show
-    )
+        path, describe_finer(plan, finer), hours, scale.most, receivers=_kind(study), what=what,
+        show=scale.show, finer=None if finer is None else scale.read_hours(finer),
+    )  # fmt: skip
 
 
 def _draw_profile(

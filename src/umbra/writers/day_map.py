@@ -20,9 +20,12 @@ class DayMap:
     hours : (rows, cols) float32
         Rows ascend in y; NaN where there is no value.
     hatched : (rows, cols) bool, optional
+    finer : (m, n) float32, optional
+        The same hours on cells of another size, for the contour lines.
     """
 
     title: str
     remark: str
     hours: NDArray
     hatched: NDArray[np.bool_] | None = None
+    finer: NDArray | None = None

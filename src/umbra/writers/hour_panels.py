@@ -74,7 +74,8 @@ def make_hour_panels(
             raise ValueError(msg)
     sheet, panels = make_panels(plan, [day.title for day in days], [day.remark for day in days])
     for panel, day in zip(panels, days, strict=True):
-        fill_hours(panel, np.asarray(day.hours, np.float32), max_hours, receivers, show)
+        hours = np.asarray(day.hours, np.float32)
+        fill_hours(panel, hours, max_hours, receivers, show, day.finer)
         if day.hatched is not None and day.hatched.any():
             draw_hatch(panel, day.hatched)
     if max_hours > 0:

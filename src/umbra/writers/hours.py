@@ -37,6 +37,7 @@ def draw_hours(
     show: Show = "shadow",
     hatched: NDArray[np.bool_] | None = None,
     hatch: str = "",
+    finer: NDArray | None = None,
 ) -> None:
     """
     Draw hours in shadow or in the sun, with contour lines at whole hours.
@@ -60,6 +61,8 @@ def draw_hours(
     hatched : (rows, cols) bool, optional
         What is hatched; ``hatch`` says in the key what that is.
     hatch : str
+    finer : (m, n) float32, optional
+        The same hours on cells of another size, for the contour lines.
 
     Raises
     ------
@@ -68,8 +71,9 @@ def draw_hours(
     OSError
         If the file cannot be written.
     """
-    sheet = make_hours_sheet(plan, shadow_hours, max_hours, receivers, what, show, hatched, hatch)
-    sheet.save(path)
+    make_hours_sheet(
+        plan, shadow_hours, max_hours, receivers, what, show, hatched, hatch, finer
+    ).save(path)
 
 
 def make_hours_sheet(
@@ -81,6 +85,7 @@ def make_hours_sheet(
     show: Show = "shadow",
     hatched: NDArray[np.bool_] | None = None,
     hatch: str = "",
+    finer: NDArray | None = None,
 ) -> Sheet:
     """Lay out what ``draw_hours`` writes; same parameters, less the path."""
     hours = np.asarray(shadow_hours, np.float32)
@@ -88,7 +93,7 @@ def make_hours_sheet(
         msg = f"shadow_hours is {hours.shape}, but the plan is {plan.shape}"
         raise ValueError(msg)
     sheet = make_sheet(plan, key_height=0.55)
-    fill_hours(sheet, hours, max_hours, receivers, show)
+    fill_hours(sheet, hours, max_hours, receivers, show, finer)
     if hatched is not None and hatched.any():
         draw_hatch(sheet, hatched)
     if max_hours > 0:
@@ -104,6 +109,7 @@ def fill_hours(
     max_hours: float,
     receivers: Literal["ground", "top"],
     show: Show = "shadow",
+    finer: NDArray | None = None,
 ) -> None:
     """
     Draw the hours on a map, with contour lines and what stands there.
@@ -111,7 +117,7 @@ def fill_hours(
     Parameters
     ----------
     panel : Panel
-    hours, max_hours, receivers, show
+    hours, max_hours, receivers, show, finer
         As ``draw_hours`` takes them.
     """
     plan, has_scale = panel.plan, max_hours > 0
@@ -133,8 +139,9 @@ def fill_hours(
 
     is_ground = receivers == "ground"
     levels = find_levels(max_hours)
+    traced = hours if finer is None else finer
     if show == "sun":  # paint stays; lines and labels count the other way
-        hours = max_hours - hours
+        traced = max_hours - traced
     shares = [level / max_hours for level in levels]
     colors = [_find_line_color(1 - share if show == "sun" else share) for share in shares]
     blocked = np.isnan(hours)
@@ -142,7 +149,9 @@ def fill_hours(
         blocked |= plan.look.find_breaks(plan.shape)
     elif is_ground:  # under a roof the ground's hours mean nothing
         blocked |= is_building
-    draw_contours(panel, hours, levels, colors, blocked)
+    if blocked.shape != traced.shape:
+        blocked = (resample(blocked, traced.shape) > 0.5) | np.isnan(traced)
+    draw_contours(panel, traced, levels, colors, blocked)
     if plan.look is None:
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if is_ground else 0.7)
     outline_canopies(panel)

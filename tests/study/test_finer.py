@@ -1,0 +1,150 @@
+"""Contours are drawn from finer steps where those cost little, the same ones on every machine."""
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from support.shapes import box
+
+from umbra.scene import make_scene
+from umbra.study import count_finer, finer, run_study
+from umbra.sun import Site
+from umbra.writers.contours import trace
+from umbra.writers.hours import make_hours_sheet
+from umbra.writers.plan import Plan
+from umbra.writers.sheet import make_sheet
+
+VIENNA = Site(48.2, 16.37, "Europe/Vienna")
+DAY = {"date": "2026-03-21", "start": "09:00", "end": "17:00", "every": "15min"}
+TOWER = make_scene(*box((-5, -5, 0), (5, 5, 60)))
+EXTENT = (-100, -30, 220, 130)
+
+
+def study_tower(**options):
+    return run_study(TOWER, VIENNA, **{**DAY, "extent": EXTENT, "cell": 1.0, **options})
+
+
+@pytest.mark.parametrize("receivers", ["ground", "top"])
+def test_finer_hours_are_nearer_to_exact_ones_by_the_steps_ratio(receivers):
+    study = study_tower(receivers=receivers)
+    found = count_finer(study)
+    assert found.seconds == 60
+    assert found.up_hours == pytest.approx(8)
+    exact = study_tower(receivers=receivers, exact=True)
+    # The tower's shadow passes once: each of its two edges is off by half a step at most.
+    coarse, fine = (
+        np.abs(hours - exact.shadow_hours).max() * 60
+        for hours in (study.shadow_hours, found.shadow_hours)
+    )
+    assert 7.5 < coarse < 15.1
+    assert fine < 1.1
+    assert exact.shadow_hours.max() > 2
+
+
+def test_saw_teeth_leave_the_contours():
+    study = study_tower()
+    plan = Plan(study.x, study.y)
+    sheet = make_sheet(plan, 0.55)
+    teeth, smooth = (
+        count_teeth(trace(sheet, hours >= 0.75 - 1e-3))
+        for hours in (study.shadow_hours, count_finer(study).shadow_hours)
+    )
+    assert teeth > 200
+    assert smooth <= teeth / 3
+
+
+def count_teeth(lines):
+    """Count the turns of more than half a circle's eighth, of lines at every 0.05 inch."""
+    turns = 0
+    for line in lines:
+        along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+        even = np.arange(0, along[-1], 0.05)
+        x, y = (np.interp(even, along, line[:, k]) for k in range(2))
+        way = np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
+        turns += (np.abs(np.diff(way)) > np.pi / 8).sum()
+    return turns
+
+
+def test_lines_and_labels_come_from_finer_hours_and_paint_stays():
+    study = study_tower()
+    plan = Plan(study.x, study.y)
+    fine = count_finer(study).shadow_hours
+    one, other = (
+        make_hours_sheet(plan, study.shadow_hours, 8.0, finer=hours) for hours in (None, fine)
+    )
+    lines = [
+        np.concatenate([path.vertices for artist in sheet.figure.findobj(LineCollection)
+                        for path in artist.get_paths()])
+        for sheet in (one, other)
+    ]  # fmt: skip
+    assert lines[0].shape != lines[1].shape
+    images = [
+        [artist.image for artist in sheet.figure.artists if hasattr(artist, "image")]
+        for sheet in (one, other)
+    ]
+    assert all((a == b).all() for a, b in zip(*images, strict=True))
+
+
+def test_finer_hours_of_larger_cells_fit_any_plan():
+    study = study_tower(cell=0.25)  # 1280 x 640
+    found = count_finer(study)
+    assert found.shadow_hours.shape == (400, 800)
+    blocked = study.heights > 0
+    plan = Plan(study.x, study.y, blocked.astype(np.float32))
+    sheet = make_hours_sheet(plan, study.shadow_hours, 8.0, finer=found.shadow_hours)
+    assert sheet.map_size[0] > 300
+
+
+def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
+    study, small = study_tower(cell=0.25), study_tower()
+    face = finer.FACE * 12
+    done = []
+    tile = type(study.model.make_tile(study.grid.coarser(8)))
+    make = tile.make_counter
+
+    def watch(self):
+        counter = make(self)
+        add = counter.add_steps
+
+        def add_steps(suns, steps):
+            done.append(len(suns) * (steps.size + face))
+            add(suns, steps)
+
+        counter.add_steps = add_steps
+        return counter
+
+    monkeypatch.setattr(tile, "make_counter", watch)
+    own = 32 * (study.grid.rows * study.grid.cols + face)
+    seconds = []
+    for free in (0, own, 3 * own, finer.FREE):
+        done.clear()
+        monkeypatch.setattr(finer, "FREE", free)
+        seconds.append(count_finer(study).seconds)
+        assert sum(done) <= max(own, free)
+    assert seconds == [450, 450, 180, 60]
+    monkeypatch.setattr(finer, "FREE", 0)
+    assert count_finer(small) is None  # its cells are no larger for lines
+    monkeypatch.setattr(finer, "FREE", 4 * own)
+    assert count_finer(study, pictures=4).seconds == 450  # which share what is free
+
+
+def test_two_runs_draw_the_same():
+    one, other = (count_finer(study_tower()) for _ in range(2))
+    np.testing.assert_array_equal(one.shadow_hours, other.shadow_hours)
+
+
+def test_what_is_counted_otherwise_has_no_finer_steps():
+    assert count_finer(study_tower(receivers="south", extent=None)) is None
+    assert count_finer(study_tower(exact=True)) is None
+    assert count_finer(study_tower(every="1min", start="12:00", end="12:10")) is None
+    assert count_finer(run_study(TOWER, VIENNA, **{**DAY, "date": ["2026-03-21", "2026-06-21"]},
+                                 extent=EXTENT, cell=1.0)) is None  # fmt: skip
+
+
+@pytest.mark.parametrize(("every", "end", "seconds"), [("7min", "10:00", 60), ("90s", "9:10", 0)])
+def test_steps_are_cut_into_whole_minutes_or_seconds(every, end, seconds):
+    found = count_finer(study_tower(every=every, end=end))
+    if not seconds:
+        assert found is None
+        return
+    assert found.seconds == seconds
+    assert found.up_hours == pytest.approx(1)  # the last step is shorter
