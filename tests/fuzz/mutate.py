@@ -5,6 +5,7 @@ import random
 import re
 import struct
 from collections.abc import Callable
+from copy import deepcopy
 from typing import Any
 
 __all__ = ["mutate"]
@@ -146,4 +147,4 @@ def _change_value(tree: Any, dice: random.Random) -> None:
         for _ in range(dice.choice((1, 30, 900))):
             place[key] = [place[key]]
     else:
-        place[key] = dice.choice(ODD_VALUES)
+        place[key] = deepcopy(dice.choice(ODD_VALUES))  # a later change must not reach them

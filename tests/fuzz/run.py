@@ -33,6 +33,7 @@ from fuzz.seeds import make_seeds
 
 MEMORY = 1_500_000_000  # [byte] above what the packages take
 SILENT = 120  # [s] after which a child that waits for something is ended
+IFC_SHARE = 0.003  # of all files: reading one costs a process of its own, hundreds of others
 
 
 def judge(path: Path) -> str:
@@ -65,7 +66,9 @@ def judge(path: Path) -> str:
 def damage(seeds: dict[str, bytes], seed: int, number: int) -> tuple[str, bytes]:
     """Give the n-th damaged file and the name of what it was made of."""
     dice = random.Random(f"{seed} {number}")
-    name = dice.choice(list(seeds))
+    is_ifc = dice.random() < IFC_SHARE
+    names = [name for name in seeds if name.endswith(".ifc") == is_ifc]
+    name = dice.choice(names or list(seeds))
     return name, mutate(seeds[name], list(seeds.values()), dice)
 
 

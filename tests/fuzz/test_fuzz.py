@@ -3,6 +3,7 @@
 import random
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,12 @@ def test_a_seed_gives_the_same_files_each_time(seeds, tmp_path):
     assert again == [damage(seeds, 3, number) for number in range(200)]
     assert len({data for _, data in again}) > 190
     assert {name for name, _ in again} > {"dancer.glb", "small-a.obj", "town.city.json"}
+
+
+def test_few_files_are_ifc_as_each_costs_a_process(seeds):
+    names = Counter(damage(seeds, 0, number)[0] for number in range(4000))
+    assert 1 <= names["house.ifc"] <= 40 or "house.ifc" not in seeds
+    assert set(names) == set(seeds)
 
 
 def test_a_file_of_any_bytes_can_be_damaged():
