@@ -214,6 +214,7 @@ def test_half_a_view_is_refused(umbra_here, table, tmp_path, half):
         (["--out", "a.png", "--light", "0,0,8", "--near", "0"], "near"),
         (["--out", "a.png", "--light", "0,0,8", "--fov", "180"], "180"),
         (["--out", "a.png", "--light", "0,0,8", "--up", "0,0,1", "--eye", "0,0,9"], "looks along"),
+        (["--out", "a.png", "--light", "0,0,8", "--up", "z"], "the file's own axis is --axis-up"),
         (["--out", "a.png", "--spot", "0,0,8,0,0,8,20"], "spot light"),
         (["--out", "table.obj/a.png", "--light", "0,0,8"], "not a folder"),
     ],

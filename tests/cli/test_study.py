@@ -1,6 +1,7 @@
 """``umbra study``: what it writes and says."""
 
 import hashlib
+import json
 from importlib.util import find_spec
 
 import h5py
@@ -280,6 +281,26 @@ def test_a_new_result_replaces_the_old_one_and_leaves_other_files(study, keep, t
     assert (tmp_path / "out" / "study.nc").read_bytes() != before
     assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
     assert not list((tmp_path / "out").glob(".umbra*"))
+
+
+def test_terrain_that_a_file_names_is_told_of_the_ground(umbra_here, tmp_path):
+    # It covers half of its plan only: a corner is missing.
+    corners = [[0, 0, 0], [90, 0, 2], [0, 90, 4]]
+    land = {"type": "CompositeSurface", "lod": "1", "boundaries": [[[0, 1, 2]]]}
+    city = {
+        "type": "CityJSON", "version": "2.0", "vertices": corners,
+        "transform": {"scale": [1, 1, 1], "translate": [0, 0, 0]},
+        "CityObjects": {"land": {"type": "TINRelief", "geometry": [land]}},
+    }  # fmt: skip
+    file = tmp_path / "land.city.json"
+    file.write_text(json.dumps(city))
+    asked = ["study", file, "--lat", "51.5", "--lon", "0", "--date", "2026-03-21"]
+    asked += ["--every", "4h", "--size", "9x9", "--out", tmp_path / "out"]
+    note = (
+        "note: the model brings terrain of its own, and hours are those of a level plane at z = 0 m"
+    )
+    assert note in umbra_here(*asked).err
+    assert "terrain" not in umbra_here(*asked, "--receivers", "top").err
 
 
 def test_a_terrain_is_told_of_the_ground_and_a_house_is_not(study, tmp_path):

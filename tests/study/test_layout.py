@@ -143,7 +143,8 @@ def test_flat_model_has_a_default_extent():
         ({"cell": 0.0}, "larger than 0"),
         ({"cell": -1.0}, "larger than 0"),
         ({"cell": float("nan")}, "larger than 0"),
-        ({"cell": 1e-300}, "GB"),
+        ({"cell": 1e-300}, "1e-09 at least"),
+        ({"cell": 1e-9}, "GB"),
         ({"size": (0, 5)}, "1x1"),
         ({"extent": (0, 0, 0, 5)}, "XMIN < XMAX"),
         ({"extent": (5, 0, 0, 5)}, "got 5,0,0,5"),
@@ -178,6 +179,13 @@ def test_too_large_a_raster_is_told_a_cell_that_fits(monkeypatch, gigabytes, mas
     bounds, suns = np.array([[0.0, 0, 0], [8, 6, 10]]), np.array([[0.3, -0.2, 0.8]])
     grid, _, _ = layout.lay_out(bounds, suns, 0.0, extent=extent, cell=fits, masks=2 * masks)
     assert grid.cols * grid.rows > 10_000  # and not a guess far on the safe side
+
+
+def test_parts_in_different_coordinates_are_told_and_no_cell_is_advised():
+    bounds, suns = np.array([[0.0, 0, 0], [530_009, 180_009, 9]]), np.array([[0.3, -0.2, 0.8]])
+    with pytest.raises(InputError, match="551 x 201 km: are all parts in the same") as caught:
+        layout.lay_out(bounds, suns, 0.0, cell=0.5)
+    assert "would fit" not in str(caught.value)
 
 
 def test_dates_that_do_not_fit_may_be_kept_as_sums(monkeypatch):

@@ -78,3 +78,7 @@ def test_small_and_flat_models_are_framed():
     tiny = frame_bounds(np.array([[0, 0, 0], [0.01, 0.01, 0.02]]), SIZE)
     assert tiny.near < 1e-3
     frame_bounds(np.zeros((2, 3)), SIZE).camera(SIZE)
+    # A model of 10 micrometres, as files in the wrong unit are, lies behind the near plane, too.
+    speck = frame_bounds(BOX * 1e-6, SIZE)
+    assert speck.near < speck.distance / 100
+    assert speck.distance == pytest.approx(1e-6 * frame_bounds(BOX, SIZE).distance)

@@ -43,6 +43,7 @@ SECTIONS = {
 }
 
 POINT = Numbers("X,Y,Z", 3)
+UPWARD = Numbers("X,Y,Z", 3, remedy="numbers joined by commas; the file's own axis is --axis-up")
 
 
 @click.command("render", cls=make_sectioned(SECTIONS))
@@ -52,7 +53,7 @@ POINT = Numbers("X,Y,Z", 3)
 )
 @click.option("--target", type=POINT, help="What it looks at [m].")
 @click.option(
-    "--up", type=POINT, default=(0.0, 0.0, 1.0), help="Upward in the picture; default: 0,0,1."
+    "--up", type=UPWARD, default=(0.0, 0.0, 1.0), help="Upward in the picture; default: 0,0,1."
 )
 @click.option(
     "--fov",

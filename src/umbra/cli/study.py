@@ -94,6 +94,7 @@ def command(
         study_points,
     )
     from umbra.study import run_study  # noqa: PLC0415
+    from umbra.study.terrain import has_terrain  # noqa: PLC0415
     from umbra.sun import find_site  # noqa: PLC0415
     from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
@@ -137,7 +138,13 @@ def command(
                     *names,
                     *draw_sheet(study, scene, sheets.plan, options, painter, unfinished),
                 ]
-            if study.receivers == "ground" and sheets.preview.has_terrain(scene.bounds()):
+            if study.receivers == "ground" and has_terrain(scene):
+                say(
+                    "note: the model brings terrain of its own, and hours are those of a level "
+                    f"plane at z = {study.ground:.6g} m; --receivers top shows the shadows that "
+                    "fall on the terrain"
+                )
+            elif study.receivers == "ground" and sheets.preview.has_terrain(scene.bounds()):
                 say(
                     f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
                     " as a terrain or base plate does; --receivers top shows the shadows that fall "

@@ -23,10 +23,12 @@ class Numbers(click.ParamType):
         As shown in the help: ``X,Y,Z``.
     *counts : int
         How many there may be.
+    remedy : str
+        What to say of anything else.
     """
 
-    def __init__(self, name: str, *counts: int) -> None:
-        self.name, self.counts = name, counts
+    def __init__(self, name: str, *counts: int, remedy: str = "numbers joined by commas") -> None:
+        self.name, self.counts, self.remedy = name, counts, remedy
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
         """Parse; a tuple passes as it is."""
@@ -37,7 +39,7 @@ class Numbers(click.ParamType):
         except ValueError:
             numbers = ()
         if len(numbers) not in self.counts or not all(map(math.isfinite, numbers)):
-            self.fail(f"'{value}' is not {self.name} (numbers joined by commas)", param, ctx)
+            self.fail(f"'{value}' is not {self.name} ({self.remedy})", param, ctx)
         return numbers
 
     def get_metavar(self, *_: Any, **__: Any) -> str:

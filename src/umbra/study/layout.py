@@ -17,6 +17,7 @@ LONGEST_SHADOW = 4.0
 TILE = 4096
 """Side of the tiles that a large raster is counted in [cell], so that work arrays stay small."""
 _LONG_SIDE = 1024  # cells of the default raster
+_VAST = 50_000.0  # [m]; a plan that nobody chose is not wider, unless parts lie far apart
 NEARBY = 10_000.0  # [m]; so far from a model, and
 LOWEST_SUN = 100  # times its height farther, an extent may lie: the sun is half a degree high there
 _BYTES = 32  # held for each cell: heights, hours, and their copies on the way to the file
@@ -114,7 +115,10 @@ def lay_out(
         cols, rows = size
         dx, dy = wide / cols, deep / rows
     if cols * rows > most:
-        raise _too_large(cols, rows, most, wide, deep, masks, kept, threads, by_day=by_day)
+        is_vast = extent is None and max(wide, deep) > _VAST
+        raise _too_large(
+            cols, rows, most, wide, deep, masks, kept, threads, by_day=by_day, is_vast=is_vast
+        )
     grid = Grid(float(low[0] + dx / 2), float(low[1] + dy / 2), float(dx), float(dy), cols, rows)
     return grid, grid.x, grid.y
 
@@ -199,6 +203,7 @@ def _too_large(
     threads: int,
     *,
     by_day: bool,
+    is_vast: bool,
 ) -> InputError:
     cells = cols * rows
     work = min(cells, TILE**2) * (_WORK + _THREAD_WORK * threads)
@@ -208,6 +213,11 @@ def _too_large(
     while (wide / side + 2) * (deep / side + 2) > max(most, 9):
         side *= 1.1
     advice = f"a cell of {_round_up(side, 1.0):g} m would fit"
+    if is_vast:  # such a cell would show nothing of any building
+        advice = (
+            f"the plan is {wide / 1000:.0f} x {deep / 1000:.0f} km: are all parts in the same "
+            "coordinates? choose a smaller one (--extent, extent=)"
+        )
     if masks:
         advice += ", or leave out the masks"
     if by_day:

@@ -11,7 +11,8 @@ __all__ = ["Viewpoint", "frame_bounds"]
 
 STEEPEST = 89.9  # [degrees], so that up stays up
 _MARGIN = 1.06
-_NEAR_MOST, _NEAR_LEAST, _NEAR_SHARE = 0.1, 1e-4, 1e-3
+_NEAR_MOST, _NEAR_SHARE = 0.1, 1e-3
+_LEAST = 1e-6  # [m]; a smaller model is seen as if it were of this size
 
 Point = tuple[float, float, float]
 
@@ -142,8 +143,8 @@ def frame_bounds(
     viewpoint : Viewpoint
     """
     middle = bounds.mean(0)
-    diagonal = max(float(np.linalg.norm(np.ptp(bounds, axis=0))), 1e-3)
-    near = float(np.clip(_NEAR_SHARE * diagonal, _NEAR_LEAST, _NEAR_MOST))
+    diagonal = max(float(np.linalg.norm(np.ptp(bounds, axis=0))), _LEAST)
+    near = min(_NEAR_SHARE * diagonal, _NEAR_MOST)
     start = like or Viewpoint(_point(middle))
     start = replace(start, target=_point(middle), near=near, fov=fov or start.fov)
     right, up, forward = start.axes()
