@@ -279,3 +279,47 @@ def test_tangled_footprints_are_not_repaired_but_named(write):
     assert "footprints too tangled to repair" in notes
     assert ": 1 (first: feature 1)" in notes
     assert "footprints repaired: 1 (first: feature 2" in notes
+
+
+def test_features_that_share_an_id_stay_apart_and_take_their_names(write):
+    houses = [
+        feature(shift(SQUARE, x=20 * n), properties={"Id": 0, "height": 3, "name": name})
+        for n, name in enumerate(["Town hall", "Church", "Church", None])
+    ]
+    scene = umbra.read(write(*houses))
+    assert [part.name for part in scene.parts] == ["Town hall", "Church", "Church (2)", "4"]
+    assert len(set(scene.groups().tolist())) == 4
+    assert (
+        "f.geojson: names are those of the column 'name' (--name-column); footprints without one, "
+        "named by their order: 1; footprints whose name is another's, numbered: 1"
+    ) in scene.notes
+
+
+@pytest.mark.parametrize(
+    ("properties", "ids", "names", "of"),
+    [
+        ([{"Id": 0}, {"Id": 0}], None, ["1", "2"], "for the column 'Id' tells none apart"),
+        ([{"Id": 7}, {"Id": 9}], None, ["7", "9"], "the column 'Id'"),
+        ([{"NAME": "a"}, {"NAME": "b"}], [5, 6], ["a", "b"], "the column 'NAME'"),
+        ([{"name": "a"}, {}], [5, 6], ["5", "6"], "the features' own ids"),
+        ([{"gml_id": "a"}, {"gml_id": "b"}], [0, 0], ["a", "b"], "the column 'gml_id'"),
+        ([{"name": "3"}, {"name": "b"}, {}], None, ["3", "b", "3 (2)"], "by their order: 1"),
+    ],
+)
+def test_names_come_from_what_tells_most_apart(write, properties, ids, names, of):
+    features = [
+        feature(shift(SQUARE, x=20 * n), properties={"height": 3, **row})
+        | ({} if ids is None else {"id": ids[n]})
+        for n, row in enumerate(properties)
+    ]
+    scene = umbra.read(write(*features))
+    assert [part.name for part in scene.parts] == names
+    assert any(of in note and "--name-column" in note for note in scene.notes)
+
+
+def test_a_column_of_names_is_chosen(write):
+    rows = [{"height": 3, "name": "a", "plot": 12.0}, {"height": 3, "name": "b", "plot": 13.0}]
+    path = write(*(feature(shift(SQUARE, x=20 * n), properties=p) for n, p in enumerate(rows)))
+    assert [part.name for part in umbra.read(path, name_column="Plot").parts] == ["12", "13"]
+    with pytest.raises(InputError, match=r"there is no column 'plots'.*did you mean 'plot'"):
+        umbra.read(path, name_column="plots")

@@ -1,4 +1,4 @@
-"""``--height-column`` and ``--base-column``: where a table of footprints holds its heights."""
+"""``--height-column``, ``--base-column``, ``--name-column``: what a table of footprints holds."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +11,14 @@ _KEY = "umbra.columns"
 
 
 def column_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the two options to a command; `chosen_columns` gives their values."""
+    """Add the options to a command; `chosen_columns` gives their values."""
+    command = click.option(
+        "--name-column",
+        metavar="NAME",
+        expose_value=False,
+        callback=remember,
+        help="Footprints: the column that names each; default: the one that tells most apart.",
+    )(command)
     command = click.option(
         "--base-column",
         metavar="NAME",

@@ -35,6 +35,7 @@ SECTIONS = {
     "--light": "Lights",
     "--lat": "Site",
     "--height-column": "Reading",
+    "--name-column": "Reading",
     "--ground": "Counting",
     "--axis-up": "Reading",
     "--method": "Counting",

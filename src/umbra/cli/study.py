@@ -32,6 +32,7 @@ SECTIONS = {
     "--title": "Pictures",
     "--device": "Running",
     "--height-column": "Reading",
+    "--name-column": "Reading",
     "--report": "Further files",
     "--json": "Running",
     "--help": "Options",

@@ -35,6 +35,7 @@ def read(
     up: str | None = None,
     height_column: str | None = None,
     base_column: str | None = None,
+    name_column: str | None = None,
     canopy: Sequence[str] = (),
     trunk: str | float | None = None,
     canopy_heights: str | None = None,
@@ -60,6 +61,9 @@ def read(
         rasters have heights and no other axis.
     height_column, base_column : str, optional
         Of footprints [m]; by default a column that is called as heights are.
+    name_column : str, optional
+        Of footprints: the column that names them; by default the one that tells most apart,
+        names before numbers.
     canopy : sequence of str
         Shell patterns of layers or files; height rasters that one matches are canopies
         of trees, closed bodies that stand on the first other raster.
@@ -98,7 +102,7 @@ def read(
     if up is not None and up not in UPS:
         msg = f"the up axis must be x, y or z; got {up!r}"
         raise InputError(msg, up=up)
-    choices = Choices(up, height_column, base_column, allow_outside=allow_outside)
+    choices = Choices(up, height_column, base_column, name_column, allow_outside=allow_outside)
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
         named = name_layers(paths)

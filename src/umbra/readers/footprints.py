@@ -5,7 +5,6 @@ A feature becomes one part, its polygons prisms from the base to base + height, 
 their holes. What has no height is left out and counted.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.columns import HEIGHTS, Numbers, find_column, parse_numbers
 from umbra.readers.model import Choices, Model
+from umbra.readers.names import name_features
 from umbra.readers.prisms import make_prisms
 from umbra.readers.repair import repair
 from umbra.readers.table import Rings, Table
@@ -22,17 +22,6 @@ from umbra.scene import Mesh, Part
 
 __all__ = ["extrude_table"]
 
-NAMES = (
-    "id",
-    "gml_id",
-    "gmlid",
-    "osm_id",
-    "@id",
-    "fid",
-    "identificatie",
-    "objectid",
-    "building_id",
-)
 LABELS = ("name", "addr:street", "street", "use", "building", "type", "function")
 
 # In OpenStreetMap a height counts from the ground, also where the building begins above it.
@@ -72,9 +61,10 @@ def extrude_table(table: Table, choices: Choices) -> Model:
         left = f" ({'; '.join(table.notes)})" if table.notes else ""
         msg = f"has no polygons{left}; give a file of building footprints"
         raise InputError(msg)
-    _check_corners(table)
-    notes = list(table.notes)
-    extent, base = _find_extent(table, choices, notes)
+    names, remarks = name_features(table, choices.name_column)
+    _check_corners(table, names)
+    notes = [*table.notes, *remarks]
+    extent, base = _find_extent(table, choices, names, notes)
     usable = extent.high > extent.low
     if not usable.any():
         msg = f"no footprint has a height ({'; '.join(notes)}); name another --height-column"
@@ -84,7 +74,6 @@ def extrude_table(table: Table, choices: Choices) -> Model:
     vertices, faces, feature, remarks = make_prisms(rings, extent.low, extent.high)
     notes += remarks
 
-    names = _name_features(table)
     labels = [table.columns[key] for key in _present(table.columns, LABELS)]
     order = np.argsort(feature, kind="stable")
     faces = faces[order]
@@ -104,83 +93,70 @@ def extrude_table(table: Table, choices: Choices) -> Model:
     )
 
 
-def _check_corners(table: Table) -> None:
+def _check_corners(table: Table, names: list[str]) -> None:
     rings = table.rings
     wrong = np.flatnonzero(~np.isfinite(rings.points).all(1))
     if not len(wrong):
         return
     ring = int(np.searchsorted(np.cumsum(rings.lengths), wrong[0], "right"))
     feature = int(rings.feature[rings.polygon[ring]])
-    first = _name_row(table, feature)
     msg = (
-        f"{len(wrong)} corners of footprints are not finite (first: of {first}); "
+        f"{len(wrong)} corners of footprints are not finite (first: of '{names[feature]}'); "
         "remove or repair them"
     )
     raise InputError(msg, count=len(wrong), feature=feature)
 
 
-def _find_extent(table: Table, choices: Choices, notes: list[str]) -> tuple[_Extent, str | None]:
+def _find_extent(
+    table: Table, choices: Choices, names: list[str], notes: list[str]
+) -> tuple[_Extent, str | None]:
     columns = table.columns
     column = find_column(columns, choices.height_column, HEIGHTS)
     if choices.height_column is None:
         notes.append(f"heights are those of the column '{column}' (--height-column)")
     heights = parse_numbers(columns[column])
-    _note_text(heights, column, table, notes)
+    _note_text(heights, column, names, notes)
     low = np.zeros(len(heights.values))
     high = heights.values.copy()
     base = None
     if choices.base_column is not None:
         base = find_column(columns, choices.base_column, ())
         bases = parse_numbers(columns[base])
-        _note_text(bases, base, table, notes)
+        _note_text(bases, base, names, notes)
         low = bases.values
         if base.casefold() not in FROM_GROUND:
             high = low + heights.values
         else:
             # Few buildings in OpenStreetMap hover; the others say nothing of it.
             low = np.nan_to_num(low)
-        _note_rows(np.isnan(low), f"without a number in '{base}'", table, notes)
+        _note_rows(np.isnan(low), f"without a number in '{base}'", table, names, notes)
     flat = heights.values <= 0
-    _note_rows(np.isnan(heights.values), f"without a height in '{column}'", table, notes)
-    _note_rows(flat, f"whose height is not above 0 in '{column}'", table, notes)
-    _note_rows(~flat & (high <= low), "that end below their base", table, notes)
+    _note_rows(np.isnan(heights.values), f"without a height in '{column}'", table, names, notes)
+    _note_rows(flat, f"whose height is not above 0 in '{column}'", table, names, notes)
+    _note_rows(~flat & (high <= low), "that end below their base", table, names, notes)
     high[flat] = np.nan
     return _Extent(low, high), base
 
 
-def _note_text(numbers: Numbers, column: str, table: Table, notes: list[str]) -> None:
+def _note_text(numbers: Numbers, column: str, names: list[str], notes: list[str]) -> None:
     if numbers.odd:
         row, text = numbers.odd[0]
         notes.append(
             f"values of '{column}' that are no number of metres: {len(numbers.odd)} "
-            f"(first: {text[:30]!r} of {_name_row(table, row)})"
+            f"(first: {text[:30]!r} of '{names[row]}')"
         )
     if numbers.from_text:
         notes.append(f"numbers in '{column}' that are written as text: {numbers.from_text}")
 
 
-def _note_rows(wrong: NDArray[np.bool_], what: str, table: Table, notes: list[str]) -> None:
+def _note_rows(
+    wrong: NDArray[np.bool_], what: str, table: Table, names: list[str], notes: list[str]
+) -> None:
     has_shape = np.zeros(len(wrong), np.bool_)
     has_shape[table.rings.feature] = True
     rows = np.flatnonzero(wrong & has_shape)
     if len(rows):
-        first = _name_row(table, int(rows[0]))
-        notes.append(f"footprints {what} left out: {len(rows)} (first: {first})")
-
-
-def _name_row(table: Table, row: int) -> str:
-    return f"'{_name_features(table, [row])[0]}'"
-
-
-def _name_features(table: Table, rows: Iterable[int] | None = None) -> list[str]:
-    """Name features by the file's own numbers, a column of ids, or their order from 1."""
-    keys = _present(table.columns, NAMES)
-    ids: list[Any] = table.columns[keys[0]] if keys else [None] * len(table.names)
-    chosen = range(len(table.names)) if rows is None else rows
-    return [
-        table.names[row] or (str(ids[row]) if ids[row] not in {None, ""} else str(row + 1))
-        for row in chosen
-    ]
+        notes.append(f"footprints {what} left out: {len(rows)} (first: '{names[rows[0]]}')")
 
 
 def _present(columns: dict[str, list[Any]], wanted: tuple[str, ...]) -> list[str]:

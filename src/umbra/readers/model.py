@@ -97,6 +97,8 @@ class Choices:
     height_column, base_column : str, optional
         Of footprints: which column holds the height above the base, and which the
         base's own height.
+    name_column : str, optional
+        Of footprints: which column names them.
     crowns : Crowns, optional
         Which rasters are canopies.
     allow_outside : bool
@@ -110,6 +112,7 @@ class Choices:
     up: str | None = None
     height_column: str | None = None
     base_column: str | None = None
+    name_column: str | None = None
     crowns: Crowns | None = None
     allow_outside: bool = False
     size: int = 0
