@@ -418,3 +418,21 @@ def test_the_objects_type_chooses_its_surfaces(real_file):
         "RoofSurface",
         "WallSurface",
     }
+
+
+def test_objects_of_one_id_in_two_lines_are_two(tmp_path, box):
+    vertices, faces = box
+    plain = {"scale": [1, 1, 1], "translate": [0, 0, 0]}
+    head = {"type": "CityJSON", "version": "2.0", "transform": plain, "CityObjects": {}}
+    lines = [head | {"vertices": []}]
+    for k in range(2):
+        moved = [[x + 20 * k, y, z] for x, y, z in vertices]
+        objects = {"b": building(solid(faces))}
+        lines.append({"type": "CityJSONFeature", "CityObjects": objects, "vertices": moved})
+    path = tmp_path / "two.city.jsonl"
+    path.write_text("\n".join(json.dumps(line) for line in lines))
+    scene = umbra.read(path)
+    assert [part.name for part in scene.parts] == ["b", "b (2)"]
+    assert [part.bounds[0, 0] for part in scene.parts] == [0, 20]
+    assert scene.select(["b"]) == [0, 1]
+    assert "two.city.jsonl: objects whose id is another's, numbered: 1" in scene.notes

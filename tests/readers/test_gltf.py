@@ -230,3 +230,14 @@ def test_trimesh_writes_what_we_read(save, measure, box):
     assert set(places) == {"left", "right"}
     assert measure.volume(scene) == pytest.approx(48.0)
     assert measure.corners(scene, [places["right"]]).min((0, 1)).tolist() == [5, 6, 7]
+
+
+def test_nodes_of_one_name_are_two_things(made, save):
+    mesh = made.mesh(made.primitive, {**made.primitive, "material": 1})
+    made.node(mesh=mesh, name="Tower")
+    made.node(mesh=mesh, name="Tower", translation=[10, 0, 0])
+    scene = umbra.read(save(made.glb()))
+    assert [part.name for part in scene.parts] == ["Tower", "Tower", "Tower (2)", "Tower (2)"]
+    assert scene.groups().tolist() == [0, 0, 1, 1]
+    assert scene.select(["Tower"]) == [0, 1, 2, 3]
+    assert "m.glb: nodes whose name is another's, numbered: 1" in scene.notes

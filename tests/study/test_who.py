@@ -187,3 +187,19 @@ def test_elevations_are_compared_where_they_show_the_same(block):
     told = known & ~np.isnan(both.hours_lost.values)
     np.testing.assert_allclose(both.hours_lost.values[told], lost[told], atol=1e-5)
     assert told.sum() > 100
+
+
+def test_things_of_one_name_in_two_layers_are_told_apart():
+    places = ((0, "1", "existing"), (12, "1", "proposed"), (24, "2", "existing"))
+    scene = make_scene(
+        Part(name, "", Mesh(*box((x, 0, 0), (x + 4, 4, 6))), layer=layer)
+        for x, name, layer in places
+    )
+    assert scene.labels() == ["existing/1", "proposed/1", "2"]
+    assert scene.select(["proposed/1"]) == [1]
+    assert len(scene["existing/1"]) == 1
+    assert len(scene["1"]) == 2
+    result = umbra.shadow_study(scene, VIENNA, **DAY, cell=1.0, by="part")
+    assert sorted(result.caster.values) == ["2", "existing/1", "proposed/1"]
+    sampled = umbra.shadow_study(scene, VIENNA, **DAY, receivers="surfaces", spacing=2.0)
+    assert sorted(sampled.part.values) == ["2", "existing/1", "proposed/1"]

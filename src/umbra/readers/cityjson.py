@@ -17,6 +17,7 @@ from umbra.readers.cityjson_colors import find_material
 from umbra.readers.cityjson_templates import Templates
 from umbra.readers.georeference import name_crs
 from umbra.readers.model import Model
+from umbra.readers.names import UniqueNames
 from umbra.readers.surfaces import Surfaces
 from umbra.readers.turn import turn_up
 from umbra.scene import Part
@@ -58,7 +59,8 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
     templates = Templates(None)
     arrays: list[NDArray[np.float64]] = []
     instances: list[Part] = []
-    types: dict[str, str] = {}
+    tags: dict[str, tuple[str, ...]] = {}
+    unique = UniqueNames()  # a sequence may name two objects alike, each in its line
     count, transform = 0, None
     for number, document in enumerate(documents, 1):
         where = f"line {number}: " if len(documents) > 1 else ""
@@ -74,11 +76,12 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
         choices = choose_geometries(objects, templates.shapes, raw, counts, where)
         for name, choice in choices.items():
             try:
-                kind = types[name] = str(objects[name]["type"])
+                kind, own = str(objects[name]["type"]), unique.add(name)
+                tags[own] = (kind,) if own == name else (kind, name)
                 if choice.shape is not choice.geometry:
-                    instances += templates.place(name, kind, choice.geometry, vertices, counts)
+                    instances += templates.place(own, kind, choice.geometry, vertices, counts)
                 else:
-                    surfaces.add(name, flatten(choice.shape), find_kinds(choice, kind, raw))
+                    surfaces.add(own, flatten(choice.shape), find_kinds(choice, kind, raw))
             except DAMAGE as error:
                 if isinstance(error, InputError):
                     raise
@@ -89,11 +92,12 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
 
     meshes = surfaces.cut(np.concatenate(arrays), counts)
     parts = [
-        Part(name, kind, mesh, material=find_material(kind), tags=(types[name],))
+        Part(name, kind, mesh, material=find_material(kind), tags=tags[name])
         for (name, kind), mesh in meshes.items()
     ]
     metadata = head.get("metadata")
     crs = metadata.get("referenceSystem") if isinstance(metadata, dict) else None
+    counts["objects whose id is another's, numbered"] = unique.numbered
     notes = tuple(f"{what}: {n}" for what, n in counts.items() if n)
     form = "CityJSONSeq" if len(documents) > 1 else "CityJSON"
     return Model(

@@ -17,6 +17,7 @@ from umbra.readers.gltf_meshes import Piece, read_mesh
 from umbra.readers.gltf_packed import list_instances
 from umbra.readers.gltf_rig import read_animations, read_nodes, read_skin
 from umbra.readers.model import Choices, Model
+from umbra.readers.names import UniqueNames
 from umbra.readers.turn import turning
 from umbra.scene import Light, Mesh, Part
 from umbra.scene.pose import place_part
@@ -118,13 +119,18 @@ def read_gltf_tree(
     bent: dict[tuple[int, int], Mesh] = {}
     parts: list[Part] = []
     lights: list[Light] = []
+    unique = UniqueNames()
     for index, slot in list(slots.items())[:shown]:
         node = nodes[index]
+        word = name = ""
         for piece in pieces.get(slot, ()):
-            mesh_name = find_item(tree, "meshes", node["mesh"]).get("name")
-            name = str(node.get("name") or mesh_name or f"node {index}")
+            if not word:
+                mesh_name = find_item(tree, "meshes", node["mesh"]).get("name")
+                word = str(node.get("name") or mesh_name or f"node {index}")
+                name = unique.add(word)
             surface, place = piece.surface, placed[0][slot]
-            part = Part(name, surface.kind, piece.mesh, place, surface.material)
+            tags = (word,) if name != word else ()
+            part = Part(name, surface.kind, piece.mesh, place, surface.material, tags=tags)
             shape = shapes.find(node, piece)
             if shape is not None or rig.animations:
                 binding = Binding(rig, slot, shape=shape)
@@ -133,6 +139,8 @@ def read_gltf_tree(
             parts.append(part)
         if "extensions" in node:
             lights += read_lights(tree, node, rig, slot, placed[0])
+    if unique.numbered:
+        counts["nodes whose name is another's, numbered"] = unique.numbered
     notes = tuple(f"{what}: {count}" for what, count in counts.items())
     form = "GLB" if binary is not None else "glTF"
     return Model(

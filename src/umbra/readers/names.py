@@ -28,11 +28,19 @@ OWN = "id"  # --name-column id means the features' own, where no column is calle
 
 
 class UniqueNames:
-    """Names that were given, so that the next one is another: ``Tower``, ``Tower (2)``."""
+    """
+    Names that were given, so that the next one is another: ``Tower``, ``Tower (2)``.
+
+    Attributes
+    ----------
+    numbered : int
+        How many words had been given before.
+    """
 
     def __init__(self) -> None:
         self._used: set[str] = set()
         self._counts: dict[str, int] = {}
+        self.numbered = 0
 
     def add(self, word: str) -> str:
         """Give the word, numbered if it was given before."""
@@ -41,6 +49,7 @@ class UniqueNames:
             count += 1
             name = f"{word} ({count})"
         self._counts[word] = count
+        self.numbered += name != word
         self._used.add(name)
         return name
 

@@ -163,16 +163,21 @@ class Part:
         words = [repr(self.name)] + [word for word in (self.kind, self.layer) if word]
         return make_printable(f"Part({', '.join(words)}, {self.triangles:,} triangles)")
 
+    @property
+    def full_name(self) -> str:
+        """Its layer and its name, as in ``existing/Tower``; the name alone without a layer."""
+        return f"{self.layer}/{self.name}" if self.layer else self.name
+
     def matches(self, pattern: str) -> bool:
         """
-        Tell whether a shell pattern matches its name, kind, layer or a tag.
+        Tell whether a shell pattern matches its name, kind, layer, ``layer/name`` or a tag.
 
         Parameters
         ----------
         pattern : str
             Upper and lower case count.
         """
-        words = (self.name, self.kind, self.layer, *self.tags)
+        words = (self.name, self.kind, self.layer, self.full_name, *self.tags)
         return any(fnmatchcase(word, pattern) for word in words)
 
     @property

@@ -117,14 +117,14 @@ class Scene:
         """
         Give the parts of one name as a scene, in the same place on earth.
 
-        A building may have several: its walls, its roof.
+        A building may have several: its walls, its roof. ``layer/name`` means those of a layer.
 
         Raises
         ------
         InputError
             If no part has that name: names those most like it.
         """
-        parts = tuple(part for part in self.parts if part.name == name)
+        parts = tuple(part for part in self.parts if name in {part.name, part.full_name})
         if parts:
             return replace(self, parts=parts, lights=(), notes=())
         names = list(dict.fromkeys(part.name for part in self.parts))
@@ -193,6 +193,17 @@ class Scene:
         numbers: dict[tuple[str, str], int] = {}
         keys = ((part.layer, part.name) for part in self.parts)
         return np.array([numbers.setdefault(key, len(numbers)) for key in keys], np.int32)
+
+    def labels(self) -> list[str]:
+        """
+        Tell what thing each part is of: its name, behind its layer where another has it too.
+
+        Two buildings called ``1`` are ``existing/1`` and ``proposal/1``.
+        """
+        layers: dict[str, set[str]] = {}
+        for part in self.parts:
+            layers.setdefault(part.name, set()).add(part.layer)
+        return [p.full_name if len(layers[p.name]) > 1 else p.name for p in self.parts]
 
     def bounds(self) -> NDArray[np.float64]:
         """

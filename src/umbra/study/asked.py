@@ -271,7 +271,7 @@ class Answer:
                 self.newly_days,
                 np.isin(self.owner, asked.proposed) | self.nothing,
                 self.owner,
-                [part.name for part in self.model.scene.parts],
+                self.model.scene.labels(),
                 area,
                 len(self.ledger.period.days),
                 self.sole_by_day[:, -1] if has_days else None,

@@ -294,8 +294,7 @@ def _make_tile(
 
 def _summarise(samples: Samples, study: PointStudy, scene: Scene, site: Site) -> Variables:
     """Give the results of each surface and of each part."""
-    names = [part.name for part in scene.parts]
-    labels, owner = np.unique(np.array(names)[samples.part], return_inverse=True)
+    labels, owner = np.unique(np.array(scene.labels())[samples.part], return_inverse=True)
     owner = owner.ravel()
     normal = samples.surface_normal
     turn = np.degrees(np.arctan2(normal[:, 0], normal[:, 1])) - site.true_north

@@ -28,7 +28,6 @@ Finder = Callable[[NDArray[np.float64]], tuple[Any, NDArray[np.uint8]]]
 """Takes suns (n, 3); gives where among the receivers, and the masks (n, ...) there."""
 
 BY = ("part", "kind", "layer")
-_ATTRIBUTES = {"part": "name", "kind": "kind", "layer": "layer"}
 _MOST_GROUPS = 4096
 _BLOCK = 256
 
@@ -114,9 +113,9 @@ def find_groups(
     if by is not None:
         some = sorted(set().union(*chosen.values())) if who else sorted(casting)
         chosen = {}
+        words = scene.labels() if by == "part" else [getattr(part, by) for part in scene.parts]
         for part in some:
-            name = getattr(scene.parts[part], _ATTRIBUTES[by])
-            chosen.setdefault(name or f"no {by}", []).append(part)
+            chosen.setdefault(words[part] or f"no {by}", []).append(part)
     if len(chosen) > _MOST_GROUPS:
         msg = (
             f"there are {len(chosen)} {by}s that cast; choose at most {_MOST_GROUPS} of them "
