@@ -78,6 +78,17 @@ def test_a_curtain_wall_is_one_thing_with_its_pieces(tmp_path):
     assert len(scene.select(["pane"])) == len(scene.select(["IfcMember"])) == 1
 
 
+def test_a_building_that_is_a_piece_of_itself_does_not_end_the_reading(tmp_path):
+    model = IfcFile()
+    model.aggregate(model.storeys[0], [model.storeys[0]])
+    model.box("IfcWall", "wall", (4, 0.5, 3), storey=0)
+    model.storeys[0] = model.root("IfcBuilding", "ring", CompositionType="ELEMENT")
+    model.aggregate(model.storeys[0], [model.storeys[0]])
+    model.box("IfcSlab", "roof", (4, 4, 0.2), storey=0)
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    assert {part.name for part in scene.parts} == {"wall", "roof"}
+
+
 def test_a_name_that_comes_twice_gets_its_number(tmp_path):
     model = IfcFile()
     one, two = (model.box("IfcWall", "wall", (1, 1, 1), at=(3 * i, 0, 0)) for i in range(2))

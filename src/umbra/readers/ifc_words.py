@@ -68,7 +68,11 @@ def describe(product: Any, uses: Counter[str]) -> Words:
 
 def _find_storey(container: Any) -> str | None:
     """Name the storey that holds a container: itself, or one above it."""
+    seen: set[int] = set()
     while container is not None and not container.is_a("IfcBuildingStorey"):
+        if container.id() in seen:  # a damaged file: it is a piece of itself
+            return None
+        seen.add(container.id())
         above = [r.RelatingObject for r in getattr(container, "Decomposes", ()) or ()]
         container = above[0] if above else None
     return None if container is None else container.Name
