@@ -265,8 +265,9 @@ def test_days_have_a_row_each(page, tmp_path):
     days = make_study(date=["2026-03-21", "2026-06-21"], start="10:00", end="16:00")
     page.open(save(tmp_path / "report.html", days)[0], READY)
     page.mouse("mouseMoved", *place_of(page, days, 60, 100))
-    mask = np.asarray(days.masks)[:, 60, 100]
-    assert words(page, "in-shadow") == [say(float(mask.sum()) / 2)]
+    by_day = np.asarray(days.masks)[:, 60, 100].reshape(2, 12).sum(1) / 2
+    assert by_day[0] > by_day[1]
+    assert words(page, "in-shadow") == [say(float(by_day[0]))]
     rows = page.ask("[...document.querySelectorAll('#line text')].map(t => t.textContent)")
     assert rows[:2] == ["2026-03-21", "2026-06-21"]
     page.press("Home")
@@ -275,6 +276,28 @@ def test_days_have_a_row_each(page, tmp_path):
     assert words(page, "clock") == ["2026-03-21 15:30\u201316:00 CET"]
     page.press("ArrowRight")
     assert words(page, "clock") == ["2026-03-21 15:30\u201316:00 CET"]
+
+
+def test_a_place_tells_the_chosen_date_and_a_sum_only_when_asked(page, tmp_path):
+    days = make_study(date=["2026-03-21", "2026-06-21"], start="10:00", end="16:00")
+    page.open(save(tmp_path / "report.html", days)[0], READY)
+    page.click(*place_of(page, days, 60, 100))
+    lit = (1 - np.asarray(days.masks)[:, 60, 100]).reshape(2, 12)
+    assert lit[0].sum() != lit[1].sum()
+    label = "document.getElementById('in-sun').previousElementSibling.textContent"
+    page.ask("document.activeElement.blur()")
+    for key, of_date, day in zip(("PageUp", "PageDown"), lit, days.period.days, strict=True):
+        page.press(key)
+        assert page.ask(label) == f"sun on {day}, of 6 h"
+        starts = np.diff(of_date.astype(int), prepend=0) == 1
+        assert words(page, "in-sun", "spells") == [say(of_date.sum() / 2), str(starts.sum())]
+        assert "2026" not in "".join(words(page, "first", "last", "spell-list"))
+    page.ask("document.querySelector('input[value=hours]').click()")
+    assert page.ask(label) == "sun, sum of 2 dates, of 12 h"
+    assert words(page, "in-sun", "in-shadow") == [say(lit.sum() / 2), say((24 - lit.sum()) / 2)]
+    assert words(page, "sum") == [", sum of 2 dates"]
+    page.ask("document.querySelector('input[value=shadow]').click()")
+    assert words(page, "in-sun") == [say(lit[1].sum() / 2)]
 
 
 def test_a_date_is_chosen_beside_the_slider(page, tmp_path):
@@ -381,6 +404,7 @@ def test_of_very_many_days_some_are_shown_whole(page, tmp_path):
     notice = page.ask("document.querySelector('#through > .notice:not([hidden])').innerText")
     assert notice.startswith("The picture moves through 183 of the study's 365 dates, one in 2")
     assert "For another date run the study again" in notice
+    page.ask("document.querySelector('input[value=hours]').click()")
     page.mouse("mouseMoved", *place_of(page, year, 9, 11))
     mine = np.isin(year.period.day_of_step, np.arange(0, 365, 2)) & year.sun.is_up
     mask = np.asarray(year.masks)[:, 9, 11]

@@ -169,9 +169,9 @@ def describe_method(study: Any, options: dict[str, Any]) -> list[str]:
             f"midpoints of {options['every']} steps",
             f"hours ± {half:.3g} min for each edge of shadow that passes",
         ]
-    notes.append(f"the sun a point, refraction {facts['refraction']}")
+    notes.append(f"sun as a point source, refraction {facts['refraction']}")
     chosen, left_out = options.get("cast") or (), options.get("no_cast") or ()
-    casters = f"only {list_few(chosen)} casts" if chosen else "every part casts"
+    casters = f"shadows cast only by {list_few(chosen)}" if chosen else "all parts cast shadows"
     notes.append(casters + (f" but {list_few(left_out)}" if left_out else ""))
     if options.get("canopy"):
         notes.append(_describe_canopy(options["canopy"], facts))

@@ -92,7 +92,8 @@ class Instants:
         if steps > 1:
             words += f". Of a day's steps one in {steps} is judged for all"
         if own_hours:
-            words += ". Hours are the study's own"
+            is_one = len(study.period.days) == 1
+            words += f". {'Hours' if is_one else 'Sums of all dates'} are the study's own"
             if "exact_tolerance_seconds" in study.facts:
                 words += f", solved to {study.facts['exact_tolerance_seconds']:g} s"
         if self.behind is not None:
@@ -100,7 +101,7 @@ class Instants:
                 ". What is behind canopies alone counts its share of sun; spells, first and last "
                 "are of sun that nothing weakens"
             )
-        return words + ". First, last and longest are those of whole steps."
+        return words + ". First, last and longest sun are rounded to steps."
 
 
 @dataclass(frozen=True, eq=False)

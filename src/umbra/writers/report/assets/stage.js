@@ -1,9 +1,13 @@
 // The stage: one picture, the clock and the date, a place that is read, and the keys.
 
 const makeStage = (picture) => {
-  const mode = document.querySelector("input[name=mode]:checked").value;
+  const modes = [...document.getElementsByName("mode")];
+  // Of several dates nothing begins with their sum.
+  if (days.length > 1 && modes.find((choice) => choice.checked).value === "hours")
+    modes.find((choice) => choice.value === "day").checked = true;
+  const mode = modes.find((choice) => choice.checked).value;
   const view = { now: 0, day: 0, mode, chosen: 0 };
-  let pinned = 0, hovered = -1, timer = 0, speaking = 0;
+  let pinned = 0, hovered = -1, timer = 0, speaking = 0, which = "";
   const slider = $("time"), chooser = $("day");
 
   const draw = () => {
@@ -12,7 +16,7 @@ const makeStage = (picture) => {
   };
   const read = () => {
     view.chosen = hovered < 0 ? pinned : hovered;
-    showFigures(picture, view.chosen);
+    which = showFigures(picture, view.chosen, view);
     drawLine(picture.kindOf, view.chosen, view.now);
   };
   const recolor = () => {
@@ -41,6 +45,7 @@ const makeStage = (picture) => {
     if (data.behind) $("share").textContent = tellShare(data.share[view.now]);
     if (view.mode === "shadow" || (view.mode === "day" && was !== view.day)) recolor();
     else draw();
+    if (was !== view.day) which = showFigures(picture, view.chosen, view);
     drawLine(picture.kindOf, view.chosen, view.now);
   };
   const tellShare = (share) =>
@@ -72,11 +77,12 @@ const makeStage = (picture) => {
   $("play").addEventListener("click", play);
   slider.addEventListener("input", () => { stop(); go(days[view.day].first + Number(slider.value)); });
   chooser.addEventListener("change", () => { stop(); goToDay(Number(chooser.value)); });
-  for (const choice of document.getElementsByName("mode")) {
+  for (const choice of modes) {
     choice.addEventListener("change", () => {
       view.mode = choice.value;
       $("key").hidden = view.mode === "shadow";
       recolor();
+      read();
     });
   }
 
@@ -96,7 +102,7 @@ const makeStage = (picture) => {
     // For who listens: one short line, of the last of many moves.
     clearTimeout(speaking);
     speaking = setTimeout(() => {
-      $("said").textContent = `${picture.where(receiver)}: ${$("in-sun").textContent} of sun, ${$("in-shadow").textContent} of shadow`;
+      $("said").textContent = `${picture.where(receiver)}: ${$("in-sun").textContent} of sun, ${$("in-shadow").textContent} of shadow${which}`;
     }, 500);
   };
   picture.listen({ hover, pick, draw, view });
@@ -135,6 +141,7 @@ const makeStage = (picture) => {
   days.forEach((d, k) => chooser.add(new Option(d.day, k)));
   chooser.hidden = days.length < 2;
   for (const part of document.querySelectorAll(".of-days")) part.hidden = days.length < 2;
+  $("sum").textContent = tellSum(picture);
   for (const part of document.querySelectorAll(".of-canopies")) part.hidden = !data.behind;
   pinned = picture.choose();
   let noon = days[0].first;

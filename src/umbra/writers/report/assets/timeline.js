@@ -1,50 +1,61 @@
 // One receiver's sun: its spells, their figures, and a line for each day.
 
-const findSpells = (kindOf, receiver) => {
+const findSpells = (kindOf, receiver, first, last) => {
   const spells = [];
   let shadow = 0, behind = 0;
-  for (let i = 0; i < n; i++) {
+  for (let i = first; i <= last; i++) {
     if (!steps.up[i]) continue;
     const kind = kindOf(i, receiver);
     if (kind === "behind") { behind += length(i); shadow += (1 - data.share[i]) * length(i); }
     else if (kind === "dark") shadow += length(i);
     if (kind !== "lit") continue;  // a spell is of sun that nothing weakens
-    const last = spells[spells.length - 1];
-    if (last && last.to === i - 1 && steps.day[i] === steps.day[i - 1]) last.to = i;
+    const before = spells[spells.length - 1];
+    if (before && before.to === i - 1 && steps.day[i] === steps.day[i - 1]) before.to = i;
     else spells.push({ from: i, to: i });
   }
   for (const spell of spells) {
     spell.hours = (steps.end[spell.to] - steps.start[spell.from]) / 3600;
   }
-  return { shadow, behind, sun: upHours - shadow, spells };
+  return { shadow, behind, sun: hoursUp(first, last) - shadow, spells };
 };
 
-const showFigures = (picture, receiver) => {
-  const found = findSpells(picture.kindOf, receiver);
+const tellSum = (picture) =>
+  days.length > 1 ? `, sum of ${picture.hours ? data.days.length : days.length} dates` : "";
+
+// Of several dates the one that is chosen; their sum only while the picture shows it.
+const showFigures = (picture, receiver, view) => {
+  const isSum = days.length > 1 && view.mode === "hours", isOne = days.length > 1 && !isSum;
+  const { day, first: from, last: to } = isOne ? days[view.day] : { first: 0, last: n - 1 };
+  const isOwn = !isOne && picture.hours;
+  const upHere = isOwn ? data.up_hours : hoursUp(from, to);
+  const found = findSpells(picture.kindOf, receiver, from, to);
   const isThere = picture.exists(receiver);
   if (!isThere) found.shadow = found.behind = found.sun = found.spells.length = 0;
-  else if (picture.hours) {  // the study's own, solved or of more instants than are shown
+  else if (isOwn) {  // the study's own, solved or of more instants than are shown
     found.shadow = picture.hours[receiver];
     found.sun = data.up_hours - found.shadow;
     if (picture.behindHours) found.behind = picture.behindHours[receiver];
   }
   const first = found.spells[0], last = found.spells[found.spells.length - 1];
   const longest = found.spells.reduce((a, b) => (a && a.hours >= b.hours ? a : b), null);
+  const tell = (i, text) => (isOne ? text : withDay(i, text));
   $("where").textContent = picture.where(receiver);
   $("in-sun").textContent = say(found.sun);
   $("in-shadow").textContent = say(found.shadow);
   $("behind").textContent = say(found.behind);
-  $("first").textContent = first ? withDay(first.from, startOf(first.from)) : "none";
-  $("last").textContent = last ? withDay(last.to, endOf(last.to)) : "none";
+  $("first").textContent = first ? tell(first.from, startOf(first.from)) : "none";
+  $("last").textContent = last ? tell(last.to, endOf(last.to)) : "none";
   $("spells").textContent = String(found.spells.length);
   $("longest").textContent = longest ? say(longest.hours) : "none";
   const some = found.spells.slice(0, 12);
-  const texts = some.map((s) => withDay(s.from, startOf(s.from) + "\u2013" + endOf(s.to)));
+  const texts = some.map((s) => tell(s.from, startOf(s.from) + "\u2013" + endOf(s.to)));
   $("spell-list").innerHTML = some.length
-    ? `${data.behind ? "Unweakened sun" : "Sun"} from ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (found.spells.length > 12 ? " and later" : "")
-    : !isThere ? "" : upHours ? `No ${data.behind ? "unweakened " : ""}sun in this period.` : "The sun stays below the horizon.";
-  $("in-sun").previousElementSibling.textContent =
-    "sun, of " + say(picture.hours ? data.up_hours : upHours);
+    ? `${data.behind ? "In unweakened sun" : "In the sun"} ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (found.spells.length > 12 ? " and later" : "")
+    : !isThere ? "" : upHere ? `No ${data.behind ? "unweakened " : ""}sun ${isOne ? "on this date" : "in this period"}.` : "The sun stays below the horizon.";
+  const which = isSum ? tellSum(picture) : isOne ? ` on ${day}` : "";
+  $("in-sun").previousElementSibling.textContent = `sun${which}, of ${say(upHere)}`;
+  $("in-shadow").previousElementSibling.textContent = "shadow" + which;
+  return which;
 };
 
 const drawLine = (kindOf, receiver, now) => {
