@@ -114,7 +114,42 @@ def test_an_unknown_crs_beside_a_known_one_is_refused_by_name(houses):
 
 def test_layers_far_apart_are_said(houses, obj):
     scene = umbra.read(houses("a.geojson", "EPSG:31256", (2500, 340500)), f"new={obj('b.obj')}")
-    assert "layer 'new' lies 340 km from layer 'a'" in " ".join(scene.notes)
+    assert (
+        "layer 'new' lies 340 km from layer 'a', so their coordinates are hardly of one system "
+        "(b.obj names no CRS; a.geojson is in EPSG:31256); export one in the coordinates of the "
+        "other, or study each alone"
+    ) in scene.notes
+
+
+@pytest.mark.parametrize(
+    ("base", "said"),
+    [
+        (196.0, "is sunk in the terrain 't': half of 3 things that stand on no other begin 4.0 m"),
+        (198.0, ""),  # a cellar
+        (200.5, ""),
+        (203.5, "floats over the terrain 't': half of 3 things that stand on no other are 3.5 m"),
+    ],
+)
+def test_a_block_over_or_under_the_terrain_is_said(tmp_path, base, said):
+    rasterio = pytest.importorskip("rasterio")
+    with rasterio.open(
+        tmp_path / "t.tif", "w", driver="GTiff", height=40, width=80, count=1, dtype="float64",
+        crs="EPSG:31256", transform=rasterio.transform.from_origin(2500, 340540, 1, 1),
+    ) as file:  # fmt: skip
+        file.write(np.full((40, 80), 200.0), 1)
+    lines = []
+    # The last stands on the first, as an upper floor does.
+    for k, (x, z) in enumerate([(0, 0), (20, 0), (40, 0), (0, 6)]):
+        corners = [(0, 0, 0), (8, 0, 0), (0, 8, 0), (0, 0, 6)]
+        lines += [f"o {k}"]
+        lines += [f"v {2510 + x + a} {340510 + b} {base + z + c}" for a, b, c in corners]
+        lines += [f"f {4 * k + a} {4 * k + b} {4 * k + c}"
+                  for a, b, c in ((1, 3, 2), (1, 2, 4), (2, 3, 4), (3, 1, 4))]  # fmt: skip
+    (tmp_path / "b.obj").write_text("\n".join(lines))
+    scene = umbra.read(tmp_path / "t.tif", tmp_path / "b.obj")
+    heights = [note for note in scene.notes if "terrain" in note]
+    assert len(heights) == bool(said)
+    assert all(said in note and "layer 'b'" in note for note in heights)
 
 
 def test_layers_that_stand_in_one_place_are_said(houses):

@@ -23,7 +23,7 @@ from umbra.readers.georeference import (
     to_metres,
 )
 from umbra.readers.model import Model
-from umbra.readers.overlap import find_far, find_overlaps
+from umbra.readers.overlap import find_far, find_gaps, find_overlaps
 from umbra.readers.terrain import find_ground, stand_on
 from umbra.scene import Light, Part, Scene
 
@@ -139,8 +139,8 @@ def combine(
         moved.append(parts)
 
     # The first raster is the terrain: another may be trees, or roofs.
-    terrains = (parts for layer, parts in zip(layers, moved) if layer.model.is_terrain)
-    ground = next(terrains, ())
+    terrains = ((one.name, parts) for one, parts in zip(layers, moved) if one.model.is_terrain)
+    terrain_name, ground = next(terrains, ("", ()))
     for index, layer in enumerate(layers):
         if layer.model.is_afloat and ground:
             moved[index], missed = stand_on(moved[index], ground)
@@ -153,9 +153,17 @@ def combine(
             notes.append(f"{show_name(layer.path)}: {note}")
     if len(layers) > 1:
         groups: dict[str, list[Part]] = {}
+        told: dict[str, str] = {}
         for layer, parts in zip(layers, moved):
             groups.setdefault(layer.name, []).extend(parts)
-        notes += find_far(groups)
+            crs = layer.model.crs
+            word = f"{show_name(layer.path)} {f'is in {show_crs(crs)}' if crs else 'names no CRS'}"
+            told[layer.name] = f"{told[layer.name]}; {word}" if layer.name in told else word
+        notes += find_far(groups, told)
+        for layer, parts in zip(layers, moved):
+            model = layer.model
+            if ground and parts and not (model.is_terrain or model.is_afloat or model.crowns):
+                notes += find_gaps(layer.name, parts, terrain_name, ground)
         for layer in layers:
             if layer.model.crowns is not None:  # trees stand among all the rest
                 groups.pop(layer.name, None)

@@ -1,4 +1,4 @@
-"""Layers that stand where they should not: in each other's place, or far apart."""
+"""Layers that stand where they should not: in each other's place, far apart, in the air."""
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations, product
@@ -6,16 +6,19 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.readers.terrain import find_ground
 from umbra.scene import Part
+from umbra.scene.standing import find_standing
 
-__all__ = ["find_far", "find_overlaps"]
+__all__ = ["find_far", "find_gaps", "find_overlaps"]
 
 SAME = 0.5  # of their union: boxes that share more stand for one thing
 FAR = 10_000.0  # [m]; layers of one study are not farther apart
+FLOATS, SUNK = 1.0, 3.0  # [m]; foundations and cellars lie below the terrain, nothing stands above
 MOST = 100  # boxes of a class and cell that each box is compared with: more is a pile
 
 
-def find_far(layers: Mapping[str, Sequence[Part]]) -> list[str]:
+def find_far(layers: Mapping[str, Sequence[Part]], told: Mapping[str, str]) -> list[str]:
     """
     Find layers that lie so far from the first that their coordinates cannot be of one kind.
 
@@ -23,6 +26,8 @@ def find_far(layers: Mapping[str, Sequence[Part]]) -> list[str]:
     ----------
     layers : dict of str to list of Part
         In one CRS.
+    told : dict of str to str
+        The file of each and its CRS, for people.
 
     Returns
     -------
@@ -37,10 +42,52 @@ def find_far(layers: Mapping[str, Sequence[Part]]) -> list[str]:
         gap = np.maximum(first[0] - other[1], other[0] - first[1])[:2].max()
         if gap > FAR:
             notes.append(
-                f"layer '{name}' lies {gap / 1000:.0f} km from layer '{names[0]}'; "
-                "are both in the same coordinates?"
+                f"layer '{name}' lies {gap / 1000:.0f} km from layer '{names[0]}', so their "
+                f"coordinates are hardly of one system ({told[name]}; {told[names[0]]}); export "
+                "one in the coordinates of the other, or study each alone"
             )
     return notes
+
+
+def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[Part]) -> list[str]:
+    """
+    Tell whether a layer floats over a terrain or is sunk in it.
+
+    Counted are things that stand on no other. Of most of them, the foot lies above all
+    the terrain that is below their corners, or far below all of it.
+
+    Parameters
+    ----------
+    name, ground : str
+        The layers.
+    parts, terrain : sequence of Part
+        In one CRS.
+
+    Returns
+    -------
+    notes : list of str
+        One, or none.
+    """
+    boxes = _boxes(parts)[1]
+    boxes = boxes[find_standing(boxes)] if len(boxes) else boxes.reshape(0, 2, 3)
+    corners = np.stack([boxes[:, i, 0] for i in (0, 0, 1, 1)], 1)
+    across = np.stack([boxes[:, i, 1] for i in (0, 1, 0, 1)], 1)
+    height, inside = find_ground(terrain, np.stack([corners, across], 2).reshape(-1, 2))
+    height, lies = height.reshape(-1, 4), inside.reshape(-1, 4).all(1)
+    feet, height = boxes[lies, 0, 2], height[lies]
+    if not len(feet):
+        return []
+    over, under = float(np.median(feet - height.max(1))), float(np.median(height.min(1) - feet))
+    asked = "do both count heights from one zero?"
+    things = f"half of {len(feet)} things that stand on no other"
+    if over > FLOATS:
+        what = f"floats over the terrain '{ground}': {things} are {over:.1f} m above it or more"
+    elif under > SUNK:
+        what = f"is sunk in the terrain '{ground}': {things} begin {under:.1f} m below it or more"
+        asked = "do both count heights from one zero, and is the raster the bare land?"
+    else:
+        return []
+    return [f"layer '{name}' {what}; {asked}"]
 
 
 def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from umbra.scene import Scene
+from umbra.scene.standing import find_standing
 
 __all__ = ["Floating", "find_floating"]
 
 HIGH = 3.0
 """Above the ground by more than this a thing floats [m]."""
-_CELL = 2.0  # things that share a cell may stand on one another [m]
-_MOST = 1024  # cells along a side
 
 
 @dataclass(frozen=True)
@@ -59,16 +58,7 @@ def find_floating(scene: Scene, ground: float) -> Floating | None:
     np.maximum.at(high, thing, corners)
     there = np.isfinite(low[:, 0])
     low, high = low[there], high[there]
-    start = low[:, :2].min(0)
-    cell = max(_CELL, float(np.ptp(corners[:, :2], axis=0).max()) / _MOST)
-    first = ((low[:, :2] - start) / cell).astype(np.intp)
-    last = ((high[:, :2] - start) / cell).astype(np.intp) + 1
-    lowest = np.full(tuple(last.max(0)), np.inf)
-    windows = [(slice(a, c), slice(b, d)) for (a, b), (c, d) in zip(first, last)]
-    for window, z in zip(windows, low[:, 2]):
-        np.minimum(lowest[window], z, out=lowest[window])
-    on_its_own = [lowest[window].min() > z - 1.0 for window, z in zip(windows, low[:, 2])]
-    feet = low[on_its_own, 2]
+    feet = low[find_standing(np.stack([low, high], 1)), 2]
     floating = int((feet > ground + HIGH).sum())
     if 2 * floating <= len(feet):
         return None
