@@ -2,6 +2,7 @@
 
 import csv
 import datetime as dt
+import gzip
 from contextlib import contextmanager
 
 import numpy as np
@@ -16,7 +17,7 @@ from umbra.study import run_study
 from umbra.study.preview import make_preview
 from umbra.sun import Site
 from umbra.sun.stamps import Stamps
-from umbra.writers import film
+from umbra.writers import film, tables
 from umbra.writers.color import shade_ramp
 from umbra.writers.formats import FORMATS, Job, write_formats
 from umbra.writers.model_glb import write_model_glb
@@ -85,6 +86,24 @@ def test_cells_csv_has_a_line_for_each_cell(tmp_path):
         else:
             seconds = instant.astype("datetime64[s]").item()
             assert dt.datetime.fromisoformat(line["first_sun"]) == seconds.replace(tzinfo=dt.UTC)
+
+
+def test_a_large_table_of_cells_is_packed_and_announced(study, tmp_path, monkeypatch):
+    cells = study.shadow_hours.size
+    write_cells(tmp_path / "all.csv", study)
+    with (tmp_path / "all.csv").open() as file:
+        numbers = cells * len(file.readline().split(","))
+    monkeypatch.setattr(tables, "MOST_NUMBERS", numbers)
+    names, _ = write(study, tmp_path, "csv")
+    assert names[0] == "cells.csv"
+    monkeypatch.setattr(tables, "MOST_NUMBERS", numbers - 1)
+    (tmp_path / "packed").mkdir()
+    names, said = write(study, tmp_path / "packed", "csv")
+    assert names == ["cells.csv.gz", "instants.csv", "areas.csv"]
+    assert f"note: cells.csv.gz is packed: {cells:,} lines, " in said[0]
+    packed = (tmp_path / "packed" / "cells.csv.gz").read_bytes()
+    assert gzip.decompress(packed) == (tmp_path / "cells.csv").read_bytes()
+    assert packed[4:8] == bytes(4)  # no time: two runs write the same
 
 
 def test_instants_csv_has_a_line_for_each_step(study, tmp_path):

@@ -228,11 +228,22 @@ def _write_csv(job: Job) -> list[str]:
     import numpy as np  # noqa: PLC0415
 
     from umbra.writers.report.facts import find_sun_areas  # noqa: PLC0415
-    from umbra.writers.tables import write_cells, write_instants, write_table  # noqa: PLC0415
+    from umbra.writers.tables import (  # noqa: PLC0415
+        name_cells,
+        write_cells,
+        write_instants,
+        write_table,
+    )
 
-    names = ["cells.csv", "instants.csv"]
     study, timeline = job.study, job.timeline
-    write_cells(job.folder / names[0], study)
+    names = [name_cells(study), "instants.csv"]
+    size = write_cells(job.folder / names[0], study)
+    if names[0].endswith(".gz"):
+        packed = (job.folder / names[0]).stat().st_size
+        job.say(
+            f"note: {names[0]} is packed: {study.shadow_hours.size:,} lines, {size / 1e6:.0f} MB, "
+            f"in {packed / 1e6:.0f} MB; gzip -d unpacks it, pandas.read_csv reads it as it is"
+        )
     areas = None
     if study.is_plan and timeline.strides == (1, 1):
         is_counted = np.ones(timeline.shape, bool)

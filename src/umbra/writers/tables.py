@@ -1,18 +1,25 @@
 """CSV: comma, point, UTF-8, a heading with units; opens in any spreadsheet."""
 
+import contextlib
 import csv
+import gzip
+import io
 import os
 import re
 import zoneinfo
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from umbra.study import PointStudy, Study
 from umbra.writers.by_date import find_columns
 
-__all__ = ["write_cells", "write_instants", "write_samples", "write_table"]
+__all__ = ["name_cells", "write_cells", "write_instants", "write_samples", "write_table"]
+
+MOST_NUMBERS = 6_000_000
+"""In a table of cells that is written plainly: some 50 MB."""
 
 # Where a formula begins in some spreadsheet, also with the wide signs of East Asian keyboards,
 # and after a semicolon or a tab, at which some split a line.
@@ -43,27 +50,49 @@ def _guard(cell: object) -> object:
     return _FORMULA.sub("'", re.sub("\r\n?", "\n", cell))
 
 
-def write_cells(path: str | os.PathLike[str], study: Study) -> None:
+def name_cells(study: Study) -> str:
+    """Name the table of cells: a large one is packed, to an eighth or so."""
+    columns = 2 + len(_find_columns_of_cells(study))
+    return "cells.csv.gz" if study.shadow_hours.size * columns > MOST_NUMBERS else "cells.csv"
+
+
+def _find_columns_of_cells(study: Study) -> dict[str, np.ndarray]:
+    return find_columns(study, study.dims, ("receiver_z", "sun_hours", "shadow_hours"))
+
+
+def write_cells(path: str | os.PathLike[str], study: Study) -> int:
     """
     Write a line for each cell, from the south-west, row by row.
 
     Parameters
     ----------
     path : path
+        Packed with gzip if it ends with ``.gz``.
     study : Study
         Every (y, x) array of its result becomes a column, of a view those of its own axes;
         instants are UTC. Of several dates there is a column for each.
+
+    Returns
+    -------
+    size : int
+        Of what was written, unpacked [byte].
     """
-    arrays = find_columns(study, study.dims, ("receiver_z", "sun_hours", "shadow_hours"))
+    arrays = _find_columns_of_cells(study)
     digits = {name: 3 if name == "receiver_z" else 4 for name in arrays}
     rows, cols = study.shadow_hours.shape
     xs, ys = ([f"{v:.3f}" for v in axis] for axis in (study.x, study.y))
-    with Path(path).open("w", encoding="utf-8", newline="") as file:
+    with contextlib.ExitStack() as stack:
+        raw: Any = stack.enter_context(Path(path).open("wb"))
+        if Path(path).suffix == ".gz":  # without a name and a time: two runs write the same bytes
+            raw = stack.enter_context(gzip.GzipFile("", "wb", 6, raw, 0))
+        file = stack.enter_context(io.TextIOWrapper(raw, "utf-8", newline=""))
         file.write(",".join([*study.dims[::-1], *arrays]) + "\n")
         for row in range(rows):
             columns = [xs, [ys[row]] * cols]
             columns += [_to_text(array[row], digits[name]) for name, array in arrays.items()]
             file.write("\n".join(map(",".join, zip(*columns, strict=True))) + "\n")
+        file.flush()
+        return int(raw.tell())
 
 
 def _to_text(values: np.ndarray, digits: int) -> list[str]:
