@@ -69,8 +69,19 @@ def test_things_of_one_name_in_two_layers_are_two(obj):
     scene = umbra.read(f"x={one}", f"y={one}")
     assert [part.name for part in scene.parts] == ["a", "a"]
     assert scene.groups().tolist() == [0, 1]
-    scene = umbra.read(f"x={one}", f"x={one}")
-    assert scene.groups().tolist() == [0, 0]
+
+
+def test_things_of_one_name_in_two_files_of_a_layer_are_two(obj):
+    first, second = obj("a.obj"), obj("b.obj", 3)
+    for path in (first, second):
+        path.write_text("o house\n" + path.read_text())
+    scene = umbra.read(f"town={first}", f"town={second}")
+    assert [(part.layer, part.name) for part in scene.parts] == [
+        ("town", "house"),
+        ("town", "house (2)"),
+    ]
+    assert scene.select(["house"]) == [0, 1]
+    assert "b.obj: names that another file of layer 'town' has, numbered: 1" in scene.notes
 
 
 def test_a_file_whose_name_has_an_equals_sign_is_a_file(obj, monkeypatch):

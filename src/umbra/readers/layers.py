@@ -23,6 +23,7 @@ from umbra.readers.georeference import (
     to_metres,
 )
 from umbra.readers.model import Model
+from umbra.readers.names import UniqueNames
 from umbra.readers.overlap import find_far, find_gaps, find_overlaps
 from umbra.readers.terrain import find_ground, stand_on
 from umbra.scene import Light, Part, Scene
@@ -109,6 +110,7 @@ def combine(
     notes: list[str] = []
     target: tuple[str, str, Path] | None = None  # the CRS in metres, the file's own, the file
     moved: list[tuple[Part, ...]] = []
+    unique: dict[str, UniqueNames] = {}  # files that share a layer's name hold things of their own
     for layer in layers:
         crs, parts, metric = layer.model.crs, layer.model.parts, layer.model.is_high_in_metres
         if crs is not None and target is None:
@@ -135,7 +137,13 @@ def combine(
                     "(a CRS with a height system says it, as EPSG:2263+5703)"
                 )
         if layer.name:
-            parts = tuple(replace(part, layer=layer.name) for part in parts)
+            before = unique.setdefault(layer.name, UniqueNames())
+            parts, count = _place_in_layer(parts, layer.name, before)
+            if count:
+                notes.append(
+                    f"{show_name(layer.path)}: names that another file of layer '{layer.name}' "
+                    f"has, numbered: {count}"
+                )
         moved.append(parts)
 
     # The first raster is the terrain: another may be trees, or roofs.
@@ -170,6 +178,19 @@ def combine(
         notes += find_overlaps(groups)
     lights = tuple(light for layer in layers for light in layer.model.lights)
     return tuple(p for parts in moved for p in parts), lights, target[0] if target else None, notes
+
+
+def _place_in_layer(
+    parts: Sequence[Part], layer: str, before: UniqueNames
+) -> tuple[tuple[Part, ...], int]:
+    """Put a file's parts in a layer, and count the names that its files before it have."""
+    names = {name: before.add(name) for name in dict.fromkeys(part.name for part in parts)}
+    placed = []
+    for part in parts:
+        name = names[part.name]
+        tags = part.tags if name == part.name else (*part.tags, part.name)
+        placed.append(replace(part, layer=layer, name=name, tags=tags))
+    return tuple(placed), sum(new != old for old, new in names.items())
 
 
 def _stand(
