@@ -217,7 +217,7 @@ def test_a_title_and_what_is_shown_reach_pictures_report_and_lines(study, tmp_pa
     assert ">hours of sun</text>" in picture
     page = (tmp_path / "out" / "report.html").read_text()
     assert '<h1>Mill &lt;Lane&gt;</h1>\n<p class="lead">Option B</p>' in page
-    assert "<span>Hours of sun</span>" in page
+    assert "<span>Hours of sun<span" in page
     assert '<canvas id="ramp" class="mirrored"' in page
     drawing = (tmp_path / "out" / "study.dxf").read_text()
     assert "SUN_03" in drawing

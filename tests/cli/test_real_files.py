@@ -39,10 +39,14 @@ def test_study(umbra_here, no_pictures, tmp_path, name, site, zone, receivers):
         assert result.attrs["time_zone"] == zone
         assert result.shadow_hours.shape == (120, 150)
         total = result.shadow_hours.values + result.sun_hours.values
-        np.testing.assert_allclose(total, 8, rtol=1e-6)
-        np.testing.assert_allclose(2 * result.in_shadow.sum("time"), result.shadow_hours)
+        # Beside a ground of its own, as Delft's, nothing receives.
+        is_land = np.isfinite(total)
+        assert is_land.all() == ((name[:5], receivers) != ("delft", "top"))
+        np.testing.assert_allclose(total[is_land], 8, rtol=1e-6)
+        dark = 2 * result.in_shadow.sum("time").values
+        np.testing.assert_allclose(dark[is_land], result.shadow_hours.values[is_land])
         assert 0 < float(result.shadow_hours.mean()) < 8
         if receivers == "top":
-            assert float(np.ptp(result.receiver_z.values)) > 5
+            assert float(np.ptp(result.receiver_z.values[is_land])) > 5
         else:
             assert float(np.ptp(result.receiver_z.values)) == 0

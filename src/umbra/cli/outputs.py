@@ -26,6 +26,7 @@ F = TypeVar("F", bound=Callable)
 
 REPORT, VERDICTS = "report.html", "verdicts.csv"
 NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4", "pdf", "svg")
+PLANS = ("auto", "ground", "top")
 DRAWN = ("pdf", "svg")
 """Of these, what every picture is written as besides PNG."""
 
@@ -248,10 +249,10 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
 
         rules = read_rules(path)
     report, sheet = options.pop("report"), options.pop("sheet")
-    if sheet and options.get("receivers", "ground") not in {"ground", "top"}:
+    if sheet and options["receivers"] not in PLANS:
         msg = "--sheet shows a plan and its elevations; choose --receivers ground or top"
         raise InputError(msg)
-    _check_receivers(options.get("receivers", "ground"), formats, rules is not None)
+    _check_receivers(options["receivers"], formats, rules is not None)
     return Outputs(
         report, formats, tuple(casters), rules, sheet, endings, options["show"], options["at"]
     )
@@ -259,7 +260,7 @@ def take_outputs(options: dict[str, Any]) -> Outputs:
 
 def _check_receivers(receivers: str, formats: tuple[str, ...], has_rules: bool) -> None:
     """Refuse what is not made of some receivers."""
-    if receivers in {"ground", "top"}:
+    if receivers in PLANS:
         return
     is_raster = receivers not in {"surfaces", "points"}
     if formats:

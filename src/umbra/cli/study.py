@@ -2,7 +2,6 @@
 
 import os
 import shlex
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +94,6 @@ def command(
         study_points,
     )
     from umbra.study import run_study  # noqa: PLC0415
-    from umbra.study.terrain import has_terrain  # noqa: PLC0415
     from umbra.sun import find_site  # noqa: PLC0415
     from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
@@ -119,6 +117,8 @@ def command(
         if is_raster:
             raster = {n: v for n, v in options.items() if n not in {*POINTS_ONLY, *PICTURES_ONLY}}
             study = run_study(scene, site, progress=stages.advance, **raster)
+            if options["receivers"] == "auto":
+                options["receivers"] = study.receivers
         else:
             study = study_points(scene, site, options, point_names, stages.advance)
         stages.begin("drawing and writing")
@@ -139,20 +139,14 @@ def command(
                     *names,
                     *draw_sheet(study, scene, sheets.plan, options, painter, unfinished),
                 ]
-            if study.receivers == "ground" and has_terrain(scene):
-                say(
-                    "note: the model brings terrain of its own, and hours are those of a level "
-                    f"plane at z = {study.ground:.6g} m; --receivers top shows the shadows that "
-                    "fall on the terrain"
-                )
+            if "assumption" in study.facts:
+                say(f"note: {study.facts['assumption']}")
             elif study.receivers == "ground" and sheets.preview.has_terrain(scene.bounds()):
                 say(
                     f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
                     " as a terrain or base plate does; --receivers top shows the shadows that fall "
                     "on it"
                 )
-            elif study.receivers == "ground" and options["ground"] is None:
-                _note_floating(scene, study.ground, say)
             write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
             more = outputs.write(unfinished, study, scene, sheets.plan, painter)
         else:
@@ -170,20 +164,6 @@ def command(
     elif not quiet:
         for path in written:
             echo_path(path)
-
-
-def _note_floating(scene: Any, ground: float, say: Callable[[str], None]) -> None:
-    """Say if most of a model stands high above the ground that was taken for it."""
-    from umbra.study.floating import HIGH, find_floating  # noqa: PLC0415
-
-    found = None if scene.ground is not None else find_floating(scene, ground)
-    if found is not None:
-        say(
-            f"note: {found.count} of {found.of} things that stand on no other are more than "
-            f"{HIGH:g} m above the ground, the lowest point z = {ground:.6g}, where shadows fall "
-            f"too far; --ground {found.middle:.6g} is where the middle one stands, "
-            "--receivers top shows the roofs, a terrain (GeoTIFF) beside the model the land"
-        )
 
 
 def _sum_up(study: Any) -> dict[str, Any]:
@@ -210,6 +190,8 @@ def _sum_up(study: Any) -> dict[str, Any]:
                 for name, when in (("sunrise", daylight.rises), ("sunset", daylight.sets))
             }
             size["dates"].append({"date": str(day), **clock, **_find_hours(one)})
+    if "assumed_ground_share" in study.facts:
+        size["assumed_ground_share"] = study.facts["assumed_ground_share"]
     return {
         **size,
         **_find_hours(study),
@@ -261,7 +243,7 @@ def _check_clock(options: dict[str, Any]) -> None:
             msg = "--under is about what a proposal takes away; name its parts with --proposed"
             raise InputError(msg, under=options["under"])
     check_transmissivity(options["canopy"], options["transmissivity"], options["leaf_on"])
-    if options["receivers"] not in {"ground", "top", "camera", "surfaces", "points"}:
+    if options["receivers"] not in {"auto", "ground", "top", "camera", "surfaces", "points"}:
         from umbra.study.views import find_direction  # noqa: PLC0415
 
         find_direction(options["receivers"])

@@ -68,12 +68,13 @@ _TIME = [
 _RECEIVERS = [
     click.option(
         "--receivers",
-        default="ground",
+        default="auto",
         show_default=True,
         metavar="WHAT",
-        help="ground: the plane; top: whatever is topmost in the plan; an elevation from north, "
-        "east, south, west or an azimuth in degrees; camera: what --eye sees; surfaces: walls and "
-        "roofs, sampled; points: those of --points.",
+        help="auto: top where the model brings ground of its own, else ground; ground: the "
+        "plane; top: whatever is topmost in the plan; an elevation from north, east, south, west "
+        "or an azimuth in degrees; camera: what --eye sees; surfaces: walls and roofs, sampled; "
+        "points: those of --points.",
     ),
     click.option(
         "--spacing",
@@ -109,7 +110,7 @@ _RECEIVERS = [
         "--ground",
         type=LENGTH,
         metavar="Z",
-        help="The ground's height [m]; default: the lowest point.",
+        help="The ground's height [m]; default: the file's, or where the middle building stands.",
     ),
     click.option(
         "--extent",

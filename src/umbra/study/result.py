@@ -101,9 +101,11 @@ class Study:
 
     @property
     def is_of_model(self) -> NDArray[np.bool_]:
-        """Where a view sees the model, not a ground assumed below it; everywhere on a plan."""
+        """Where the model is seen, not a ground assumed below it; everywhere on a plane."""
         if "part" in self.more:
             return self.more["part"][1] != GROUND
+        if "assumed_ground_share" in self.facts:
+            return self.heights > self.ground
         return np.ones(self.shadow_hours.shape, np.bool_)
 
     @property

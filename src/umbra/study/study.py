@@ -16,11 +16,13 @@ from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.call import check_call, make_signature
 from umbra.study.layout import TILE, lay_out
+from umbra.study.level import Level, describe_level, find_level
 from umbra.study.model import prepare_model
 from umbra.study.options import find_reaching_suns
 from umbra.study.points import run_point_study
 from umbra.study.result import Study
 from umbra.study.setup import Progress, Setup
+from umbra.study.terrain import choose_receivers, has_terrain
 from umbra.study.view_study import run_camera, run_elevation
 from umbra.study.views import find_direction
 from umbra.sun import Site
@@ -40,7 +42,7 @@ def run_study(
     scene: Scene,
     site: Site,
     *,
-    receivers: str = "ground",
+    receivers: str = "auto",
     ground: float | None = None,
     extent: Sequence[float] | None = None,
     cell: float | None = None,
@@ -57,12 +59,12 @@ def run_study(
 
     ``progress`` is told how many instants are done, and of how many.
     """
+    if receivers == "auto":
+        receivers = choose_receivers(scene, ground)
     direction = None if receivers in {*PLANS, "camera"} else find_direction(receivers)
     setup = Setup.of(scene, site, **options)
-    bounds = scene.bounds()
-    ground = scene.ground if ground is None else ground
-    has_end = receivers == "top" and ground is None and _has_terrain(scene)
-    level = float(bounds[0, 2]) if ground is None else float(ground)
+    level, assumed = find_level(scene, receivers, ground)
+    has_end = receivers == "top" and assumed is not None and has_terrain(scene)
     if not np.isfinite(level):
         msg = f"the ground's height must be a finite number; got {level:g}"
         raise InputError(msg, ground=ground)
@@ -88,14 +90,7 @@ def run_study(
     }
     if direction is not None:
         return run_elevation(setup, direction, level, raster, shown, progress)
-    return _run_plan(setup, receivers, level, raster, progress, has_end=has_end)
-
-
-def _has_terrain(scene: Scene) -> bool:
-    """Tell whether a height raster is part of a scene."""
-    return any(source.format == "GeoTIFF" for source in scene.sources) and any(
-        part.kind == "Raster" for part in scene.parts
-    )
+    return _run_plan(setup, receivers, level, raster, progress, assumed, has_end=has_end)
 
 
 def _run_plan(
@@ -104,6 +99,7 @@ def _run_plan(
     level: float,
     raster: dict[str, Any],
     progress: Progress,
+    assumed: Level | None,
     *,
     has_end: bool,
 ) -> Study:
@@ -123,13 +119,14 @@ def _run_plan(
     grid, x, y = lay_out(corners, reaching, level, **raster)
     local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
     heights = np.zeros((grid.rows, grid.cols))
-    nothing = np.zeros(heights.shape, np.bool_)
+    nothing, bare = np.zeros(heights.shape, np.bool_), np.zeros(heights.shape, np.bool_)
     side = min(TILE, STREAMED_TILE) if setup.wanted.is_streamed else TILE
 
     def make_tile(where: tuple[slice, slice], part: Any) -> Any:
         tile = model.make_tile(part)
         heights[where] = tile.surface.heights + origin[2]
         nothing[where] = tile.nothing
+        bare[where] = tile.surface.face < 0
         return tile
 
     tiles = [
@@ -151,7 +148,13 @@ def _run_plan(
         heights=heights,
         ground=level,
         masks=ledger.masks,
-        facts=setup.describe(receivers, done.seconds, ground_z=level, device=done.device),
+        facts=setup.describe(
+            receivers,
+            done.seconds,
+            ground_z=level,
+            device=done.device,
+            **describe_level(scene, receivers, level, assumed, (bare & ~nothing).mean()),
+        ),
         model=model,
         grid=local,
         more={**ledger.variables(dims), **done.answer.variables(dims, grid.dx * grid.dy)},
@@ -197,6 +200,8 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
     under : str or float
         Where fewer hours of sun are left than this, but were not without ``proposed``.
     receivers : str
+        ``'auto'`` (default): ``'top'`` where the model brings ground of its own and no
+        ``ground`` is given, else ``'ground'``.
         ``'ground'``, the plane z = ``ground``; ``'top'``, the topmost surface of the plan;
         an elevation from ``'north'``, ``'east'``, ``'south'``, ``'west'`` or an azimuth such
         as ``'217'``; a view from above, ``'215/35'``; ``'camera'``; ``'surfaces'``;
@@ -211,7 +216,9 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
     points : (n, 3) or (n, 6) float, optional
         Receivers 'points', with normals or without [m].
     ground : float, optional
-        z of the ground [m]; the model's lowest point by default.
+        z of the ground [m]; by default what the file says, else where the middle one of
+        the model's buildings stands, and for ``'top'`` the lowest. What is assumed is told
+        in the attributes ``assumption`` and ``assumed_ground_share``.
     extent : (4,) float, optional
         xmin, ymin, xmax, ymax in the model's own coordinates [m]; the model and its
         shadows by default.

@@ -102,7 +102,8 @@ def find_seen(study: Study) -> list[NDArray[np.float64]]:
     """
     import contourpy  # noqa: PLC0415
 
-    seen = np.pad((np.isfinite(study.shadow_hours) & study.is_of_model).astype(np.float64), 1)
+    drawn = np.isfinite(study.shadow_hours) & (study.is_of_model | study.is_plan)
+    seen = np.pad(drawn.astype(np.float64), 1)
     grid = study.grid
     x = np.concatenate([[study.x[0] - grid.dx], study.x, [study.x[-1] + grid.dx]])
     y = np.concatenate([[study.y[0] - grid.dy], study.y, [study.y[-1] + grid.dy]])

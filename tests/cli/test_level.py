@@ -1,0 +1,35 @@
+"""What is said of a ground that was assumed."""
+
+import pytest
+from support.model_files import save_obj
+from support.shapes import box
+
+
+@pytest.fixture
+def hillside(tmp_path):
+    boxes = {f"h{k}": box((20 * k, 0, 5 * k), (20 * k + 8, 9, 5 * k + 6)) for k in range(5)}
+    return save_obj(tmp_path / "hill.obj", boxes)
+
+
+def test_a_study_of_a_hillside_says_what_it_assumes(study, hillside):
+    said = study(files=[hillside])
+    assert said.status == 0
+    assert "level at z = 10 m; the model's 5 things" in said.err
+    assert "from 0 to 20 m (--ground" in said.err
+    assert said.err.count("\n") == 1
+    for options in (["--ground", "10"], ["--quiet"]):
+        assert study(*options, files=[hillside]).err == ""
+
+
+def test_ground_that_the_model_does_not_bring_is_named(study, tmp_path):
+    path = save_obj(tmp_path / "h.obj", {"house": box((0, 0, 0), (10, 10, 6))})
+    half = ["--receivers", "top", "--extent", "-10,0,10,10", "--cell", "1", "--json"]
+    said = study(*half, files=[path])
+    assert said.json()["assumed_ground_share"] == 0.5
+    # The roof is in the sun all day; the ground, in shadow for a part of it, is in no mean.
+    assert said.json()["mean_shadow_hours"] == 0
+    assert "nothing of the model lies under 50 % of the plan" in said.err
+    assert "z = 0 m" in said.err
+    told = study(*half, "--ground", "0", files=[path])
+    assert told.err == ""
+    assert told.json()["mean_shadow_hours"] > 0
