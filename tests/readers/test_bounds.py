@@ -59,6 +59,15 @@ def test_morph_targets_that_name_one_accessor_again_and_again(refuse):
     refuse("a.glb", document.glb(), r"more than a file of 0\.\d MB may take")
 
 
+def test_primitives_that_many_nodes_show_are_bounded_before_they_are_parts(refuse):
+    document = Document()
+    points = document.accessor(TRIANGLE)
+    mesh = document.mesh(*[{"attributes": {"POSITION": points}}] * 1000)
+    for _ in range(3000):
+        document.node(mesh=mesh)
+    refuse("a.glb", document.glb(), r"3,000,000 parts, each primitive at each node")
+
+
 def test_instances_that_multiply_to_billions(refuse):
     document = Document()
     points = document.accessor(np.tile(TRIANGLE, (100_000, 1)))

@@ -378,6 +378,13 @@ def test_another_schema_is_named(tmp_path, said, what):
     assert what in str(caught.value)
 
 
+def test_another_schema_is_named_in_a_file_that_breaks_off(tmp_path):
+    path = rename_schema(IfcFile().write(tmp_path / "a.ifc"), "AUTOMOTIVE_DESIGN")
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(InputError, match="not IFC, of the schema 'AUTOMOTIVE_DESIGN'"):
+        umbra.read(path)
+
+
 def test_an_opening_of_the_wrong_class_is_left_out(tmp_path, measure):
     model = IfcFile()
     wall = model.box("IfcWall", "wall", (4, 0.5, 3))

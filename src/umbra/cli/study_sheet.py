@@ -60,7 +60,8 @@ def draw_sheet(
     view = {**kept, "receivers": study.receivers, "extent": window, "cell": cell, "size": None}
     is_by_date = len(split_dates(study)) > 1
     seen = run_study(scene, study.site, by_day=is_by_date, **view)
-    plan = replace(_redraw(plan, seen), note=describe_making(seen, options))
+    zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
+    plan = replace(_redraw(plan, seen), note=f"{describe_making(seen, options)}; {zero}")
     plans, scale = split_dates(seen), Scale.of(study, options)
     sides = []
     for side, box in zip(_SIDES, boxes, strict=True):
@@ -73,8 +74,7 @@ def draw_sheet(
             look=make_look(seen, heights.shape), canopies=crowns if crowns.any() else None,
             canopy_name=plan.canopy_name,
         )  # fmt: skip
-        caption = f"{side.capitalize()} elevation, heights above z = {study.ground:.6g} m"
-        sides.append((caption, elevation, split_dates(seen)))
+        sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
     names = []
     for k in choose_panels(study) if len(plans) > 1 else (0,):
         own, name = plan, "sheet.png"

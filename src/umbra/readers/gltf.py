@@ -27,6 +27,7 @@ from umbra.scene.shape import Shape, Skin
 __all__ = ["read_gltf", "read_gltf_tree"]
 
 # A file may not be read right without these; any other is a matter of looks.
+PART = 1000  # [byte] that a part takes, whatever its mesh
 KNOWN = (
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -107,6 +108,8 @@ def read_gltf_tree(
             if mesh not in meshes:
                 meshes[mesh] = read_mesh(tree, mesh, buffers, materials, counts)
             pieces[slot] = meshes[mesh]
+    many = sum(map(len, pieces.values()))
+    buffers.budget.spend(PART * many, f"{many:,} parts, each primitive at each node that shows it")
     targets = {
         slot: len(piece.offsets)
         for slot, found in pieces.items()

@@ -49,8 +49,8 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
         If the file is damaged, of a schema that is not read, or ifcopenshell is not
         installed.
     """
-    check_whole(data)
     find_schema(data)
+    check_whole(data)
     facts, found = harvest(str(path.absolute()))
     parts = tuple(
         part

@@ -45,6 +45,7 @@ def find_schema(data: bytes) -> tuple[str, str, slice]:
     """
     found = SCHEMA.search(data[:HEAD])
     if found is None:
+        check_whole(data)  # it may break off before
         msg = "is a STEP file whose header names no schema (FILE_SCHEMA); export it again as IFC"
         raise InputError(msg)
     # A registration may follow: 'AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'.
