@@ -87,7 +87,7 @@ study: $(OUT)/city_block/study.nc $(OUT)/city_block.png
 # -- checks ------------------------------------------------------------------------------
 
 test: $(VENV)/.opengl
-	$(PY) -m pytest $(ARGS)
+	$(PY) -m pytest -n auto --dist loadfile $(ARGS)
 
 fuzz: $(VENV)/.test
 	$(PY) tests/fuzz/run.py --seconds $(or $(SECONDS),60) --seed $(or $(SEED),0) --keep $(OUT)/fuzz

@@ -140,7 +140,7 @@ def test_a_model_far_from_its_axes_origin_is_seen_as_one_near_it(receivers):
     assert hours[0].shape == hours[1].shape
     assert abs(hours[0].mean() - hours[1].mean()) < 0.2
     with pytest.raises(umbra.InputError, match="km from the model"):
-        run_study(make_scene(*there), VIENNA, **options, extent=(9000, 171, 9020, 180))
+        run_study(make_scene(*there), VIENNA, **options, extent=(90_000, 171, 90_020, 180))
 
 
 def test_the_foot_of_a_wall_is_dark_when_the_ground_before_it_is():

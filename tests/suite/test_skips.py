@@ -15,6 +15,7 @@ REASONS = {
     "the real model delft.city.json is not in ../shared/data": "models",
     "could not import 'rasterio': No module named 'rasterio'": "packages",
     "ifcopenshell is not installed": "packages",
+    "Ladybug is not installed (pip install ladybug-radiance)": "peers",
     "Windows sends no SIGINT to one process": "elsewhere",
     "a whim": "other",
 }

@@ -38,6 +38,11 @@ WANTS = {
         "real model|city model",
         "they are not part of the repository; ../shared/data is where they lie",
     ),
+    "peers": Want(
+        "other tools to measure beside",
+        "(?i)ladybug|pybdshadow|umep|solweig",
+        "umbra bench tools says how; each needs a Python of its own",
+    ),
     "packages": Want(
         "Python packages", "could not import|not installed", "make test installs them"
     ),
@@ -74,5 +79,5 @@ def tell(reasons):
 
 def find_unexpected(reasons, lacking):
     """Give the reasons to skip other than what a machine is known to lack."""
-    known = {*lacking, "elsewhere"}
+    known = {*lacking, "elsewhere", "peers"}
     return list(dict.fromkeys(reason for reason in reasons if find_want(reason) not in known))

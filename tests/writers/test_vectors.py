@@ -365,7 +365,7 @@ def test_a_real_town():
     scene = umbra.read(path)
     delft = run_study(
         scene, Site(52.0, 4.36, "Europe/Amsterdam"), date="2026-03-21", start="09:00",
-        end="17:00", every="4h", size=(300, 300), masks=True,
+        end="17:00", every="4h", size=(300, 300), masks=True, receivers="ground",
     )  # fmt: skip
     x, y = np.meshgrid(delft.x, delft.y)
     for k, outline in enumerate(find_outlines(delft, find_midpoints(delft))):

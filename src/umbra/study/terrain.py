@@ -11,8 +11,10 @@ TERRAIN = {
     "PlantCover", "IfcSite", "IfcGeographicElement",
 }  # fmt: skip
 """Kinds of parts that lie on the ground, or are it."""
+RELIEF = {"Raster", "TINRelief"}
+"""Of these, what is a terrain however little it covers."""
 COVERED = 0.2
-"""Share of the model's plan, a rectangle, that its ground covers at least."""
+"""Share of the model's plan, a rectangle, that ground of other kinds covers at least."""
 
 
 def has_terrain(scene: Scene) -> bool:
@@ -26,7 +28,7 @@ def has_terrain(scene: Scene) -> bool:
     kinds = np.array([part.kind in TERRAIN for part in scene.parts])
     if not kinds.any():
         return False
-    if any(part.kind == "Raster" for part in scene.parts):
+    if any(part.kind in RELIEF for part in scene.parts):
         return True
     soup = scene.triangles(np.flatnonzero(kinds).tolist())
     a, b, c = (soup.vertices[soup.faces[:, k], :2] for k in range(3))
