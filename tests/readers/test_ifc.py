@@ -402,6 +402,21 @@ def test_an_opening_of_the_wrong_class_is_left_out(tmp_path, measure):
         assert scene.notes == ("b.ifc: openings that are not in the file left out: 1",)
 
 
+def test_an_opening_in_what_is_no_element_is_left_out(tmp_path, measure):
+    model = IfcFile()
+    wall = model.box("IfcWall", "wall", (4, 0.5, 3))
+    model.opening(wall, (1, 0.5, 1), at=(1, 0, 1))
+    text = model.write(tmp_path / "a.ifc").read_text()
+    for wrong in (model.project, model.storeys[0]):
+        relation = r"(IFCRELVOIDSELEMENT\(.*),#\d+,(#\d+)\);"
+        broken = re.sub(relation, rf"\1,#{wrong.id()},\2);", text)
+        assert broken != text
+        (tmp_path / "b.ifc").write_text(broken)
+        scene = umbra.read(tmp_path / "b.ifc")
+        assert measure.volume(scene) == pytest.approx(6)
+        assert scene.notes == ("b.ifc: openings that are not in the file left out: 1",)
+
+
 def write_trap(tmp_path, *, hangs):
     """Write two sound walls about one at which the engine ends, or never comes back."""
     model = IfcFile()
