@@ -13,6 +13,7 @@ from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
 from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
+from umbra.receivers import KINDS, ReceiverKind
 from umbra.scene import Scene
 from umbra.study.masks import Masks
 from umbra.study.model import Casting, prepare_casting
@@ -157,6 +158,11 @@ class PointStudy:
     def receivers(self) -> str:
         """What received the shadows: 'surfaces' or 'points'."""
         return str(self.facts["receivers"])
+
+    @property
+    def kind(self) -> ReceiverKind:
+        """How such receivers are told, drawn and written."""
+        return KINDS[self.receivers]
 
     @property
     def refraction(self) -> Refraction:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from umbra.cpu.depth import GROUND
 from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
+from umbra.receivers import KINDS, ReceiverKind
 from umbra.scene.grid import Grid
 from umbra.study.attributes import find_attributes
 from umbra.study.masks import Masks
@@ -107,6 +108,11 @@ class Study:
         if "assumed_ground_share" in self.facts:
             return self.heights > self.ground
         return np.ones(self.shadow_hours.shape, np.bool_)
+
+    @property
+    def kind(self) -> ReceiverKind:
+        """How such receivers are told, drawn and written."""
+        return KINDS[self.receivers]
 
     @property
     def refraction(self) -> Refraction:

@@ -16,18 +16,18 @@ from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.asked import Answer, Asked, Tile
 from umbra.study.canopy import Canopy
-from umbra.study.counting import count_period
-from umbra.study.device import Counters
-from umbra.study.exact import Caught, count_exactly
-from umbra.study.ledger import Ledger, Wanted
-from umbra.study.model import Casting
-from umbra.study.options import (
+from umbra.study.checks import (
     check_device,
     describe_period,
     find_wanted,
     make_advance,
     select_casters,
 )
+from umbra.study.counting import count_period
+from umbra.study.device import Counters
+from umbra.study.exact import Caught, count_exactly
+from umbra.study.ledger import Ledger, Wanted
+from umbra.study.model import Casting
 from umbra.study.period import Period, Refraction, make_period
 from umbra.sun import Site
 

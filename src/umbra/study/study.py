@@ -15,10 +15,10 @@ import numpy as np
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.call import check_call, make_signature
+from umbra.study.checks import find_reaching_suns
 from umbra.study.layout import TILE, lay_out
 from umbra.study.level import Level, describe_level, find_level
 from umbra.study.model import prepare_model
-from umbra.study.options import find_reaching_suns
 from umbra.study.points import run_point_study
 from umbra.study.result import Study
 from umbra.study.setup import Progress, Setup
