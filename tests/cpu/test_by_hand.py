@@ -5,10 +5,10 @@ import pytest
 from support.judge import look_down
 from support.shapes import box, merge, nested_boxes, rewound, sheet
 
-from umbra.cpu.anchor import FaceBlocks, find_anchor
 from umbra.cpu.field import FieldSweep
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.plane import PlaneSweep
+from umbra.rays.anchor import FaceBlocks, find_anchor
 from umbra.scene import Camera, directional_light, make_scene, point_light, spot_light
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster

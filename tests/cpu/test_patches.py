@@ -9,10 +9,10 @@ from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup,
 
 import umbra.cpu.patch_count
 import umbra.cpu.patches
-from umbra.cpu.face_tree import make_face_tree
 from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
-from umbra.cpu.rays import find_hidden
+from umbra.rays.face_tree import make_face_tree
+from umbra.rays.hidden import find_hidden
 from umbra.scene import make_scene
 from umbra.study.surfaces import sample_surfaces
 from umbra.volume.adjacency import make_caster

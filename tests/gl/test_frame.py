@@ -6,9 +6,9 @@ from support.model_files import save_obj
 from support.shapes import HOUSE, SCENES, box, merge, moved, sheet
 
 from umbra.cli import main
-from umbra.cpu.depth import NOTHING
 from umbra.cpu.frame import FrameCounter
 from umbra.gl.frame import GlFrameCounter
+from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, directional_light, make_scene, point_light
 
 SIZE = (96, 72)

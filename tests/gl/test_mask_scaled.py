@@ -6,10 +6,10 @@ from support.model_files import save_obj
 from support.shapes import box, city, sheet
 
 from umbra.cli import main
-from umbra.cpu.depth import NOTHING
 from umbra.errors import InputError
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.masks.scaled import find_shares, shrink, upsample
+from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, directional_light, make_scene, point_light
 
 

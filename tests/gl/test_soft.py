@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.shapes import box, city, merge, sheet, turned
 
-from umbra.cpu.depth import GROUND
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.errors import InputError
@@ -14,6 +13,7 @@ from umbra.gl.frame import GlFrameCounter
 from umbra.gl.renderer import Renderer
 from umbra.gl.soft import NAMES, SoftMethods, Softness
 from umbra.gl.soft.weng import ScaledLayers
+from umbra.rays.depth import GROUND
 from umbra.scene import (
     Camera,
     Material,

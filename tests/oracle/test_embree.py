@@ -22,10 +22,10 @@ from support.raycaster import RayCaster
 from support.shapes import city, merge, moved, terrain, torus_knot
 
 import umbra
-from umbra.cpu.depth import NOTHING
 from umbra.cpu.field import FieldSweep
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.plane import PlaneSweep
+from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, directional_light, make_scene
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster

@@ -6,9 +6,9 @@ from support.judge import Verdicts, judge_frame
 from support.lamps import PLACES, hang, look_at
 from support.shapes import HOUSE, box, merge, rewound, sheet
 
-from umbra.cpu.depth import NOTHING
 from umbra.cpu.frame import FrameCounter
-from umbra.cpu.holding import HOLDS, find_holders
+from umbra.rays.depth import NOTHING
+from umbra.rays.holding import HOLDS, find_holders
 from umbra.scene import Camera, make_scene, point_light
 from umbra.volume.silhouette import METHODS, find_silhouette_edges, prepare_tree
 

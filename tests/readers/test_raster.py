@@ -155,7 +155,7 @@ def test_what_holds_no_heights_is_refused(write, options, match):
 
 
 def test_a_raster_that_does_not_fit_names_the_remedy(write, monkeypatch):
-    monkeypatch.setattr("umbra.cpu.memory.find_memory", lambda: 1000.0)
+    monkeypatch.setattr("umbra.machine.find_memory", lambda: 1000.0)
     with pytest.raises(InputError, match=r"needs 0 GB.*4 times coarser"):
         umbra.read(write(PLAIN))
 

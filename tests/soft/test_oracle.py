@@ -6,7 +6,7 @@ from support.raycaster import RayCaster
 from support.shapes import box, turned
 from support.soft import look
 
-from umbra.cpu.depth import GROUND
+from umbra.rays.depth import GROUND
 from umbra.scene import Camera, directional_light, point_light
 from umbra.soft import ball_light, find_method, rectangle_light
 

@@ -5,9 +5,9 @@ import pytest
 from support.shapes import box, merge, sheet, turned
 from support.soft import at, look, look_at_floor
 
-from umbra.cpu.depth import GROUND
 from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
+from umbra.rays.depth import GROUND
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 from umbra.scene.lights import Light
 from umbra.soft import ball_light, find_method

@@ -5,7 +5,7 @@ import pytest
 from support.raycaster import RayCaster
 
 import umbra
-from umbra.cpu.depth import see
+from umbra.rays.depth import see
 
 rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed")
 from rasterio.transform import from_origin  # noqa: E402

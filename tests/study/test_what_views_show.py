@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.shapes import box
 
-from umbra.cpu.depth import GROUND
+from umbra.rays.depth import GROUND
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import make_preview, run_study
 from umbra.sun import Site

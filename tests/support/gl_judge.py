@@ -11,8 +11,8 @@ import numpy as np
 
 from support.judge import Seen, Verdicts, closed_faces, find_opened, judge
 from support.raycaster import RayCaster
-from umbra.cpu.depth import NOTHING
 from umbra.gl.frame import GlFrameCounter
+from umbra.rays.depth import NOTHING
 from umbra.scene import make_scene
 from umbra.volume.adjacency import make_caster
 

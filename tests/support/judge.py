@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from support.raycaster import RayCaster
-from umbra.cpu.depth import NOTHING, see
 from umbra.cpu.field import FieldSweep
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.plane import PlaneSweep
+from umbra.rays.depth import NOTHING, see
 from umbra.scene import make_scene
 from umbra.volume.adjacency import make_caster
 

@@ -12,8 +12,8 @@ from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup,
 
 import umbra
 from umbra.bench.scenes import make_boulder
-from umbra.cpu.threads import use_threads
 from umbra.errors import InputError
+from umbra.machine import use_threads
 from umbra.volume import silhouette
 from umbra.volume.adjacency import make_caster
 from umbra.volume.clip import clip_above

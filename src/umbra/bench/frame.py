@@ -9,8 +9,8 @@ from umbra.bench.embree import OFFSET, Embree
 from umbra.bench.measure import run_in_turn, timed
 from umbra.bench.report import Report, Row, name_version
 from umbra.bench.scenes import Model, make_boulder, make_town
-from umbra.cpu.depth import NOTHING
 from umbra.cpu.frame import FrameCounter
+from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, make_scene, point_light
 from umbra.volume.silhouette import prepare_tree
 

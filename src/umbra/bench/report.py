@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from umbra.bench.measure import Timing
-from umbra.cpu.threads import count_cores
+from umbra.machine import count_cores
 
 __all__ = ["Report", "Row", "describe_machine", "lay_out_table", "name_version", "show_timing"]
 

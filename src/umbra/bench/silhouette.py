@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from umbra.bench.measure import Contender, run_in_turn, timed
 from umbra.bench.report import Report, Row, name_version
 from umbra.bench.scenes import Model, make_boulder, make_suns, make_town
-from umbra.cpu.threads import use_threads
+from umbra.machine import use_threads
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.silhouette import find_silhouettes, prepare_tree
 

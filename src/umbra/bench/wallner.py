@@ -20,7 +20,7 @@ from umbra.bench.measure import Timing, counted, run_in_turn
 from umbra.bench.report import describe_machine, lay_out_table, name_version, show_timing
 from umbra.bench.scenes import Model, make_boulder, make_suns, make_town
 from umbra.bench.towers import make_lattice_tower, make_office_tower
-from umbra.cpu.threads import use_threads
+from umbra.machine import use_threads
 from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.silhouette import find_silhouettes, prepare_tree

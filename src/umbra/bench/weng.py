@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from umbra.bench.report import describe_machine, lay_out_table, name_version
 from umbra.bench.soft_gl import find_device_name, time_frames
-from umbra.cpu.depth import GROUND
 from umbra.cpu.frame import FrameCounter
+from umbra.rays.depth import GROUND
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 from umbra.soft import ball_light, samples, wedges, weng
 from umbra.volume.silhouette import find_silhouette_edges

@@ -186,7 +186,7 @@ def _note_standing(pins: "Sequence[Pin]", say: Callable[[str], None]) -> None:
 def _judge_points(folder: Path, study: "PointStudy", scene: "Scene", rules: "Rules",
                   options: dict[str, Any]) -> "Table":  # fmt: skip
     """Write the verdicts of a study of points, and give them."""
-    from umbra.cpu.threads import count_cores  # noqa: PLC0415
+    from umbra.machine import count_cores  # noqa: PLC0415
     from umbra.writers.rules import judge_points, make_verdict_table  # noqa: PLC0415
     from umbra.writers.tables import write_table  # noqa: PLC0415
 

@@ -13,8 +13,8 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from umbra.cli.terminal import echo
-from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import UmbraError
+from umbra.machine import find_memory, name_memory
 from umbra.printable import make_printable, shorten
 
 __all__ = ["Stages", "name_reading", "show_progress"]

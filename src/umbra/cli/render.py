@@ -182,7 +182,7 @@ def command(
     import numpy as np  # noqa: PLC0415
 
     from umbra.cpu.shade import shade  # noqa: PLC0415
-    from umbra.cpu.threads import count_cores  # noqa: PLC0415
+    from umbra.machine import count_cores  # noqa: PLC0415
     from umbra.scene import Camera, Light, directional_light, spot_light  # noqa: PLC0415
     from umbra.scene.exposure import expose_lights  # noqa: PLC0415
     from umbra.sun import find_site, sun_light  # noqa: PLC0415

@@ -38,7 +38,7 @@ def check_sun(date: str | None, clock: str | None, site: dict[str, Any]) -> None
 
 def warn_of_view(scene: Any, camera: Any, frame: Any, threads: int) -> None:
     """Say where a picture shows nothing of the model, or looks into it past the near plane."""
-    from umbra.cpu.near_plane import count_cut  # noqa: PLC0415
+    from umbra.rays.depth import count_cut  # noqa: PLC0415
 
     if (frame.part == -1).all():
         middle = ",".join(f"{v:g}" for v in scene.bounds().mean(0))
@@ -74,7 +74,7 @@ def check_method(device: str, method: str) -> None:
 
 def check_memory(size: tuple[int, int], lights: int) -> None:
     """Refuse a picture that memory cannot hold, before anything is read."""
-    from umbra.cpu.memory import find_memory, name_memory  # noqa: PLC0415
+    from umbra.machine import find_memory, name_memory  # noqa: PLC0415
 
     cols, rows = size
     needed, held = cols * rows * (_BYTES + _LIGHT_BYTES * lights), find_memory()

@@ -101,7 +101,7 @@ def command(
     shown = " ".join(files)
     instead = f"umbra render {shown} --eye X,Y,Z --target X,Y,Z --light X,Y,Z,0 --out picture.png"
     check_display(instead)
-    from umbra.cpu.threads import count_cores  # noqa: PLC0415
+    from umbra.machine import count_cores  # noqa: PLC0415
     from umbra.sun import find_site  # noqa: PLC0415
     from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
     from umbra.window.app import PANEL, show  # noqa: PLC0415

@@ -13,15 +13,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import FaceBlocks
-from umbra.cpu.depth import NOTHING, View, add_ground, see
-from umbra.cpu.holding import find_holders
 from umbra.cpu.polygons import count_polygons
 from umbra.cpu.sides import LANES, add_sides, find_nearest_tiles
-from umbra.cpu.threads import use_threads
-from umbra.cpu.vantage import find_cut_open, find_near_faces, find_vantage
-from umbra.cpu.visible import Frame, locate
 from umbra.errors import InputError
+from umbra.machine import use_threads
+from umbra.rays.anchor import FaceBlocks
+from umbra.rays.depth import NOTHING, View, add_ground, see
+from umbra.rays.eye_count import find_cut_open, find_near_faces, find_vantage
+from umbra.rays.holding import find_holders
+from umbra.rays.visible import Frame, locate
 from umbra.scene import Camera, Light, Scene
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides

@@ -20,7 +20,6 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import FaceTree
 from umbra.cpu.patch_bins import EdgeBinner, clamp
 from umbra.cpu.patch_cuts import cut_edge
 from umbra.cpu.patch_rims import (
@@ -34,8 +33,9 @@ from umbra.cpu.patch_rims import (
     meets,
 )
 from umbra.cpu.patches import Patches
-from umbra.cpu.rays import is_hidden
-from umbra.cpu.threads import use_threads
+from umbra.machine import use_threads
+from umbra.rays.face_tree import FaceTree
+from umbra.rays.hidden import is_hidden
 from umbra.volume.adjacency import Caster
 
 __all__ = ["PatchCounter"]

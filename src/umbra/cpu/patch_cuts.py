@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import DEEPEST, FaceTree
+from umbra.rays.face_tree import DEEPEST, FaceTree
 
 __all__ = ["cut_edge", "find_cuts"]
 

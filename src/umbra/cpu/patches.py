@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import FaceTree
 from umbra.cpu.patch_cuts import find_cuts
+from umbra.rays.face_tree import FaceTree
 
 __all__ = ["Patches", "SampledSurfaces", "make_patches"]
 

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import bound
+from umbra.rays.depth import bound
 from umbra.volume.polygons import Polygons
 
 __all__ = ["count_polygons"]

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import GROUND, NOTHING, View
 from umbra.cpu.surfaces import find_surfaces
-from umbra.cpu.visible import Frame
+from umbra.rays.depth import GROUND, NOTHING, View
+from umbra.rays.visible import Frame
 from umbra.scene import Light, Material, Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import STRIPE, bound
+from umbra.rays.depth import STRIPE, bound
 
 __all__ = ["LANES", "add_sides", "find_nearest_tiles"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import GROUND, NOTHING, View
-from umbra.cpu.visible import Frame
+from umbra.rays.depth import GROUND, NOTHING, View
+from umbra.rays.visible import Frame
 from umbra.scene import Part, Scene
 from umbra.scene.look import GROUND_COLOR
 from umbra.scene.mesh import transform_points

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import FaceBlocks
 from umbra.gl.geometry import Geometry, Group, is_mirrored
+from umbra.rays.anchor import FaceBlocks
 from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster, make_planes
 from umbra.volume.bounds import find_box_points

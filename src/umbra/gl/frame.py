@@ -13,8 +13,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import GROUND, NOTHING, View
-from umbra.cpu.visible import Frame, locate
 from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
@@ -27,6 +25,8 @@ from umbra.gl.selection import METHODS, Choices
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
+from umbra.rays.depth import GROUND, NOTHING, View
+from umbra.rays.visible import Frame, locate
 from umbra.scene import Camera, Light, Scene
 from umbra.soft.area import AreaLight
 

@@ -15,8 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.holding import find_near_faces
 from umbra.gl.volumes import BodyVolumes
+from umbra.rays.holding import find_near_faces
 from umbra.scene.mesh import transform_points
 
 __all__ = ["Nearby", "find_nearby"]

@@ -11,10 +11,10 @@ holds the light, or is wound inward; of most scenes there is none, and nothing i
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import find_anchor
-from umbra.cpu.holding import find_holders
 from umbra.gl.casters import Body
 from umbra.gl.volumes import BodyVolumes
+from umbra.rays.anchor import find_anchor
+from umbra.rays.holding import find_holders
 from umbra.scene import Camera
 from umbra.volume.adjacency import Caster
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.threads import count_cores, use_threads
 from umbra.errors import InputError
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
@@ -27,6 +26,7 @@ from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.projection import Projection
 from umbra.gl.selection import METHODS, Choices, Selection, select
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
+from umbra.machine import count_cores, use_threads
 from umbra.scene import Camera, Light, Scene
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Plan", "Planner", "Statistics"]

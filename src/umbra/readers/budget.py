@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
 from umbra.scene import Part
 
 __all__ = ["Budget", "check_soup"]

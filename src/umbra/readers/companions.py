@@ -11,8 +11,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import BinaryIO
 
-from umbra.cpu.memory import find_memory
 from umbra.errors import InputError
+from umbra.machine import find_memory
 
 __all__ = ["Companions", "OutsideError", "read_bounded"]
 

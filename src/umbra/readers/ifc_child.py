@@ -18,8 +18,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from umbra.children import HOME, make_command
-from umbra.cpu.memory import find_memory
 from umbra.errors import InputError
+from umbra.machine import find_memory
 from umbra.readers.extras import require
 from umbra.readers.ifc_engine import (
     ENGINES,

@@ -207,7 +207,7 @@ def _check_bands(source: Any, notes: list[str]) -> None:
     if rows < 2 or cols < 2:
         msg = f"has {cols}x{rows} cells; a surface needs at least 2x2"
         raise InputError(msg)
-    from umbra.cpu.memory import find_memory, name_memory  # noqa: PLC0415
+    from umbra.machine import find_memory, name_memory  # noqa: PLC0415
 
     needed, held = rows * cols * MOST_BYTES, find_memory()
     if needed > held:

@@ -5,14 +5,18 @@ Heckbert and Herf (1997); McGuire et al. 2003, section 4. Exact as the samples g
 number, whatever casts: the reference for the other methods.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import View
-from umbra.cpu.frame import FrameCounter
-from umbra.cpu.visible import Frame
+from umbra.rays.depth import View
+from umbra.rays.visible import Frame
 from umbra.scene import Camera
 from umbra.soft.area import AreaLight
+
+if TYPE_CHECKING:
+    from umbra.cpu.frame import FrameCounter
 
 __all__ = ["SAMPLES", "visibility"]
 
@@ -21,7 +25,7 @@ SAMPLES = 256
 
 
 def visibility(
-    counter: FrameCounter,
+    counter: "FrameCounter",
     view: View,
     frame: Frame,
     camera: Camera,

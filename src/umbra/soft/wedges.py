@@ -7,18 +7,22 @@ from all of the light, and whose casters do not hide the same part of it twice; 
 casters overlap, what each hides is added, and clamped.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import NOTHING, View
-from umbra.cpu.frame import FrameCounter
-from umbra.cpu.threads import use_threads
-from umbra.cpu.visible import Frame
+from umbra.machine import use_threads
+from umbra.rays.depth import NOTHING, View
+from umbra.rays.visible import Frame
 from umbra.scene import Camera
 from umbra.soft.area import AreaLight, make_axes
 from umbra.soft.coverage import add_wedges
 from umbra.soft.planes import make_planes
 from umbra.volume.silhouette import find_silhouette_edges
+
+if TYPE_CHECKING:
+    from umbra.cpu.frame import FrameCounter
 
 __all__ = ["find_axes", "find_coverage", "visibility"]
 
@@ -27,7 +31,7 @@ _ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
 
 
 def visibility(
-    counter: FrameCounter, view: View, frame: Frame, camera: Camera, light: AreaLight
+    counter: "FrameCounter", view: View, frame: Frame, camera: Camera, light: AreaLight
 ) -> NDArray[np.float32]:
     """
     Find what share of an area light each visible point sees.
@@ -50,7 +54,7 @@ def visibility(
 
 
 def find_coverage(
-    counter: FrameCounter, view: View, frame: Frame, camera: Camera, light: AreaLight
+    counter: "FrameCounter", view: View, frame: Frame, camera: Camera, light: AreaLight
 ) -> NDArray[np.float64]:
     """
     Find how often the light is covered at each visible point, before clamping.
@@ -76,7 +80,7 @@ def find_coverage(
 
 
 def _cover(
-    counter: FrameCounter,
+    counter: "FrameCounter",
     view: View,
     frame: Frame,
     camera: Camera,

@@ -19,18 +19,21 @@ that component: its shadow on itself stays hard.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import View
-from umbra.cpu.frame import FrameCounter
-from umbra.cpu.visible import Frame
 from umbra.errors import InputError
+from umbra.rays.depth import View
+from umbra.rays.visible import Frame
 from umbra.scene import Camera, Light
 from umbra.soft.area import AreaLight
 from umbra.volume.adjacency import Caster, make_planes
 from umbra.volume.silhouette import find_silhouettes
+
+if TYPE_CHECKING:
+    from umbra.cpu.frame import FrameCounter
 
 __all__ = [
     "GAP",
@@ -51,7 +54,7 @@ _MOST = 1000  # layers; more is a slip
 
 
 def visibility(
-    counter: FrameCounter,
+    counter: "FrameCounter",
     view: View,
     frame: Frame,
     camera: Camera,
@@ -146,7 +149,7 @@ class Layers:
     sunk: NDArray[np.float64]
 
     @classmethod
-    def of(cls, counter: FrameCounter, light: Light) -> "Layers":
+    def of(cls, counter: "FrameCounter", light: Light) -> "Layers":
         """Prepare the casters of a counter for a light."""
         caster, place = counter.caster, light.local(counter.scene.origin)
         centers, axes, radii = find_growth(caster, place, caster.vertices, place)
@@ -237,7 +240,7 @@ def part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
     return parted, keys // width
 
 
-def _find_components(counter: FrameCounter, view: View) -> NDArray[np.int32]:
+def _find_components(counter: "FrameCounter", view: View) -> NDArray[np.int32]:
     """Give the component that each pixel shows, (rows, cols) int32; -1 for none."""
     caster, part = counter.caster, counter.triangles.part
     of_face = np.full(len(part), -1, np.int32)

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import FaceTree
 from umbra.errors import InputError
+from umbra.rays.face_tree import FaceTree
 from umbra.scene import Scene
 from umbra.study.canopy import Canopy
 from umbra.study.compare import read_hours

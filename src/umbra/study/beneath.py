@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import FaceTree
-from umbra.cpu.rays import find_hidden
+from umbra.rays.face_tree import FaceTree
+from umbra.rays.hidden import find_hidden
 from umbra.study.receivers import Places
 
 __all__ = ["BeneathSweep"]

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.threads import count_cores
 from umbra.errors import InputError
+from umbra.machine import count_cores
 from umbra.scene import Scene
 from umbra.study.device import DEVICES
 from umbra.study.exact import find_least_spell

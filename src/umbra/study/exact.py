@@ -18,8 +18,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import FaceTree
-from umbra.cpu.rays import is_hidden
+from umbra.rays.face_tree import FaceTree
+from umbra.rays.hidden import is_hidden
 from umbra.study.counting import Counter, enter_day, enter_period
 from umbra.study.ledger import Ledger
 from umbra.study.period import Period

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
 from umbra.scene.grid import Grid
 
 __all__ = ["LONGEST_SHADOW", "TILE", "lay_out"]

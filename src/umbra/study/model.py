@@ -8,11 +8,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import FaceTree, make_face_tree
 from umbra.cpu.field import FieldSweep
 from umbra.cpu.plane import PlaneSweep
-from umbra.cpu.rays import find_hidden
 from umbra.cpu.sweep import Sweep
+from umbra.rays.face_tree import FaceTree, make_face_tree
+from umbra.rays.hidden import find_hidden
 from umbra.scene import Scene, Triangles
 from umbra.scene.grid import ASIDE, Grid
 from umbra.study.beneath import BeneathSweep

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.cpu.face_tree import FaceTree
-from umbra.cpu.memory import find_memory, name_memory
 from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
-from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
+from umbra.rays.face_tree import FaceTree
+from umbra.rays.hidden import find_hidden
 from umbra.receivers import KINDS, ReceiverKind
 from umbra.scene import Scene
 from umbra.study.masks import Masks

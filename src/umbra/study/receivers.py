@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.cpu.depth import NOTHING, View, see
 from umbra.cpu.field import Slopes
+from umbra.rays.depth import NOTHING, View, see
 from umbra.scene import Triangles
 from umbra.scene.grid import ASIDE, Grid
 

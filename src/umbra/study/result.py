@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import GROUND
-from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
+from umbra.rays.depth import GROUND
 from umbra.receivers import KINDS, ReceiverKind
 from umbra.scene.grid import Grid
 from umbra.study.attributes import find_attributes

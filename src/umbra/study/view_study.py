@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.memory import find_memory, name_memory
 from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
 from umbra.scene import Camera
 from umbra.scene.grid import Grid
 from umbra.study.layout import lay_out

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import NOTHING, View
-from umbra.cpu.face_tree import FaceTree
 from umbra.cpu.frame import FrameCounter
-from umbra.cpu.rays import find_hidden
-from umbra.cpu.visible import Frame
 from umbra.errors import InputError
+from umbra.rays.depth import NOTHING, View
+from umbra.rays.face_tree import FaceTree
+from umbra.rays.hidden import find_hidden
+from umbra.rays.visible import Frame
 from umbra.scene import Camera, Scene, directional_light
 from umbra.scene.grid import Grid
 from umbra.study.model import Casting

@@ -16,8 +16,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.threads import use_threads
 from umbra.errors import InputError
+from umbra.machine import use_threads
 from umbra.scene import Scene
 from umbra.study.period import Period
 from umbra.study.receivers import Places

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import NOTHING
+from umbra.rays.depth import NOTHING
 from umbra.scene.grid import Grid
 from umbra.study import Study
 from umbra.study.views import ViewTile

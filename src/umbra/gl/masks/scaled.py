@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import NOTHING
-from umbra.cpu.visible import Frame
 from umbra.errors import InputError
 from umbra.gl.masks.upsample import FILTERS
+from umbra.rays.depth import NOTHING
+from umbra.rays.visible import Frame
 from umbra.scene import Camera, Light
 
 if TYPE_CHECKING:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import FaceBlocks
 from umbra.gl.casters import Body
 from umbra.gl.drawing import Z_FAIL, Z_PASS, Draw, Plan
 from umbra.gl.narrow import find_reach
@@ -24,6 +23,7 @@ from umbra.gl.projection import Projection
 from umbra.gl.selection import Choices, Selection, select
 from umbra.gl.soft.growth import Instance
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
+from umbra.rays.anchor import FaceBlocks
 from umbra.scene import Light
 from umbra.soft.weng import find_growth
 from umbra.volume.adjacency import make_planes

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import FaceTree
-from umbra.cpu.rays import find_hidden
 from umbra.errors import InputError
+from umbra.rays.face_tree import FaceTree
+from umbra.rays.hidden import find_hidden
 from umbra.scene import Scene
 from umbra.study import PointStudy
 from umbra.study.model import Casting, prepare_casting

@@ -15,8 +15,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.face_tree import DEEPEST, FaceTree
-from umbra.cpu.threads import use_threads
+from umbra.machine import use_threads
+from umbra.rays.face_tree import DEEPEST, FaceTree
 
 __all__ = ["find_hidden", "is_hidden"]
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support.judge import PLAN, look_down
 from support.shapes import box, merge, moved, sheet, terrain
 
-from umbra.cpu.depth import GROUND, NOTHING, add_ground, see
+from umbra.rays.depth import GROUND, NOTHING, add_ground, see
 from umbra.scene import Camera
 from umbra.scene.grid import Grid
 

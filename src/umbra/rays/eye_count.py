@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.anchor import BLOCK, Anchor, FaceBlocks, find_anchor
+from umbra.rays.anchor import BLOCK, Anchor, FaceBlocks, find_anchor
 from umbra.scene import Camera
 from umbra.volume.adjacency import Caster
 

@@ -1,7 +1,9 @@
-"""How much memory there is, so that work that cannot fit is refused before it starts."""
+"""The machine: how much memory this process may use, how many cores, and who runs its threads."""
 
+import ctypes
 import math
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
@@ -12,7 +14,7 @@ try:
 except ImportError:  # Windows has no such limits
     resource = None  # type: ignore[assignment]
 
-__all__ = ["find_memory", "name_memory"]
+__all__ = ["count_cores", "find_memory", "name_memory", "use_threads"]
 
 _UNKNOWN = 8e9
 _GROUPS = Path("/proc/self/cgroup")
@@ -96,3 +98,41 @@ def _find_use() -> tuple[int, int, int]:
         size, resident, data = (pages[n] * os.sysconf("SC_PAGE_SIZE") for n in (0, 1, 5))
         return size, resident, data
     return 0, 0, 0
+
+
+def count_cores() -> int:
+    """Give the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def use_threads(threads: int) -> None:
+    """
+    Let kernels called from here use so many threads, as far as there are any.
+
+    Results never depend on it.
+    """
+    import numba  # noqa: PLC0415  (readers ask for memory alone)
+
+    most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+    numba.set_num_threads(max(1, min(threads, most)))
+    # Work is handed out piece by piece: halves decided beforehand are seldom equal.
+    numba.set_parallel_chunksize(1)
+
+
+def _load_tbb() -> None:
+    """
+    Load oneTBB where pip put it, so that numba finds it among its threading layers.
+
+    numba asks the system's loader, which does not look into virtual environments, and
+    falls back to OpenMP: that one spins while it waits, which on a busy machine makes
+    two threads several times slower than one.
+    """
+    library = Path(sys.prefix) / "lib" / "libtbb.so.12"
+    if library.exists():
+        with suppress(OSError):
+            ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
+
+
+_load_tbb()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.depth import GROUND, NOTHING, View
+from umbra.rays.depth import GROUND, NOTHING, View
 from umbra.scene import Camera, Light
 from umbra.scene.scene import Triangles
 

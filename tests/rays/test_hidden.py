@@ -6,9 +6,9 @@ from support.judge import on_plane
 from support.raycaster import RayCaster
 from support.shapes import SCENES, box, merge, sheet
 
-from umbra.cpu.face_tree import make_face_tree
 from umbra.cpu.plane import PlaneSweep
-from umbra.cpu.rays import find_hidden
+from umbra.rays.face_tree import make_face_tree
+from umbra.rays.hidden import find_hidden
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster
 

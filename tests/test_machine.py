@@ -6,28 +6,28 @@ import sys
 
 import pytest
 
-from umbra.cpu import memory
-from umbra.cpu.memory import find_memory, name_memory
+from umbra import machine
+from umbra.machine import find_memory, name_memory
 
-PHYSICAL = memory._find_physical()
+PHYSICAL = machine._find_physical()
 
 
 @pytest.fixture
 def groups(tmp_path, monkeypatch):
     """Control groups of the test's own: give files, and this process's line in /proc."""
-    monkeypatch.setattr(memory, "_FOLDERS", tmp_path)
-    monkeypatch.setattr(memory, "_GROUPS", tmp_path / "cgroup")
+    monkeypatch.setattr(machine, "_FOLDERS", tmp_path)
+    monkeypatch.setattr(machine, "_GROUPS", tmp_path / "cgroup")
 
     def make(line, files):
-        memory._find_group_limit.cache_clear()
+        machine._find_group_limit.cache_clear()
         (tmp_path / "cgroup").write_text(line)
         for name, text in files.items():
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / name).write_text(f"{text}\n")
-        return memory._find_group_limit()
+        return machine._find_group_limit()
 
     yield make
-    memory._find_group_limit.cache_clear()
+    machine._find_group_limit.cache_clear()
 
 
 def test_without_a_group_the_machine_is_the_limit(groups):
@@ -65,7 +65,7 @@ def test_words_tell_the_machine_from_a_limit():
 def test_the_process_own_limits_count(name):
     code = f"""
     import resource, numpy as np
-    from umbra.cpu.memory import find_memory
+    from umbra.machine import find_memory
     resource.setrlimit(resource.{name}, (3_000_000_000,) * 2)
     held = find_memory()
     print(held)

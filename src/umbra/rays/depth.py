@@ -14,14 +14,16 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.threads import use_threads
+from umbra.machine import use_threads
+from umbra.scene import Camera, Scene
 
-__all__ = ["GROUND", "NOTHING", "View", "add_ground", "see"]
+__all__ = ["GROUND", "NOTHING", "STRIPE", "View", "add_ground", "bound", "count_cut", "see"]
 
 NOTHING = -1
 GROUND = -2
 STRIPE = 16
 """Rows that one thread takes at a time."""
+_CLOSEST = 1e-6  # of the near plane's distance: what is nearer to the eye is not looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +107,37 @@ def add_ground(
     nearer = (key - 1e-9 * np.abs(key) > view.key) & (key <= key_range[1])
     view.key[nearer] = key[nearer]
     view.face[nearer] = GROUND
+
+
+def count_cut(scene: Scene, camera: Camera, threads: int = 1) -> int:
+    """
+    Count the pixels through which one looks past the near plane into the model.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    threads : int
+
+    Returns
+    -------
+    pixels : int
+        Where something lies between the eye and the near plane, which is not drawn.
+    """
+    soup = scene.triangles()
+    forward = camera.axes()[2]
+    ahead = soup.vertices @ forward - (camera.eye - scene.origin) @ forward
+    corners = ahead[soup.faces]
+    close = (corners.min(1) < camera.near) & (corners.max(1) > 0)
+    if not close.any():
+        return 0
+    if camera.is_perspective:
+        limits = (1 / camera.near, 1 / (_CLOSEST * camera.near))
+    else:
+        limits = (-camera.near, 0.0)
+    matrix = camera.matrix(scene.origin)
+    view = see(soup.vertices, soup.faces[close], matrix, camera.size, limits, threads)
+    return int((view.face != NOTHING).sum())
 
 
 @njit(cache=True, nogil=True)
