@@ -21,6 +21,9 @@ from umbra.errors import InputError
 
 __all__ = ["command"]
 
+RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
+POINTS_ONLY = ("spacing", "points")
+PICTURES_ONLY = ("title", "subtitle", "show", "at")
 SECTIONS = {
     "--lat": "Site",
     "--date": "Time",
@@ -77,25 +80,16 @@ def command(
     is_raster = options["receivers"] not in {"surfaces", "points"}
     point_names: list[str] = []
     if not is_raster:
-        from umbra.cli.study_points import take_points  # noqa: PLC0415
-
-        point_names = take_points(options)
+        point_names = _take_points(options)
 
     def say(line: str) -> None:
         if not quiet:
             echo(line, err=True)
 
-    from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
-    from umbra.cli.study_points import (  # noqa: PLC0415
-        PICTURES_ONLY,
-        POINTS_ONLY,
-        draw_plan_of_points,
-        draw_surfaces,
-        study_points,
-    )
     from umbra.study import run_study  # noqa: PLC0415
     from umbra.sun import find_site  # noqa: PLC0415
-    from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415
+    from umbra.writers.folder.summary import sum_up  # noqa: PLC0415
+    from umbra.writers.folder.write import fill_folder  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
     from umbra.writers.results import replace_results  # noqa: PLC0415
 
@@ -120,7 +114,7 @@ def command(
             if options["receivers"] == "auto":
                 options["receivers"] = study.receivers
         else:
-            study = study_points(scene, site, options, point_names, stages.advance)
+            study = _study_points(scene, site, options, point_names, stages.advance)
         stages.begin("drawing and writing")
         study.facts["command"] = _find_command()
         if not study.sun.is_up.any():
@@ -128,99 +122,45 @@ def command(
                 "umbra: warning: the sun is below the horizon all this time; "
                 "there are no hours of sun or shadow"
             )
-        more: list[str] = []
-        if is_raster:
-            sheets = draw_pictures(study, scene, options, painter, unfinished)
-            names = sheets.names
-            if outputs.sheet:
-                from umbra.cli.study_sheet import draw_sheet  # noqa: PLC0415
-
-                names = [
-                    *names,
-                    *draw_sheet(study, scene, sheets.plan, options, painter, unfinished),
-                ]
-            if "assumption" in study.facts:
-                say(f"note: {study.facts['assumption']}")
-            elif study.receivers == "ground" and sheets.preview.has_terrain(scene.bounds()):
-                say(
-                    f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
-                    " as a terrain or base plate does; --receivers top shows the shadows that fall "
-                    "on it"
-                )
-            write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
-            more = outputs.write(unfinished, study, scene, sheets.plan, painter)
-        else:
-            write_netcdf(unfinished / "study.nc", study.variables(), study.facts)
-            if options["receivers"] == "surfaces":
-                names = draw_surfaces(scene, site, options, painter, unfinished)
-            else:
-                names = draw_plan_of_points(study, scene, options, painter, unfinished)
-            more = outputs.write_points(unfinished, study, scene, options, painter)
+        first, more = fill_folder(study, scene, unfinished, outputs, options, painter, say)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
-    names = [str(Path(name).with_suffix(f".{e}")) for name in names for e in outputs.endings]
-    written = [out / name for name in ("study.nc", *names, OPTIONS_FILE, *more)]
+    written = [out / name for name in (*first, OPTIONS_FILE, *more)]
     if as_json:
-        echo_json({"files": [str(path) for path in written], **_sum_up(study)})
+        echo_json({"files": [str(path) for path in written], **sum_up(study)})
     elif not quiet:
         for path in written:
             echo_path(path)
 
 
-def _sum_up(study: Any) -> dict[str, Any]:
-    """Give a study's numbers for ``--json``; of several dates those of each, too."""
-    from umbra.study import split_dates  # noqa: PLC0415
-    from umbra.sun import find_daylight  # noqa: PLC0415
+def _take_points(options: dict[str, Any]) -> list[str]:
+    """Read the table of points before any model, and refuse options of rasters."""
+    for name in ("extent", "cell", "size"):
+        if options[name] is not None:
+            msg = f"--{name} is for rasters; surfaces are sampled by --spacing, points by --points"
+            raise InputError(msg)
+    from umbra.study import read_points  # noqa: PLC0415
 
-    if study.receivers in {"surfaces", "points"}:
-        size: dict[str, Any] = {"samples": len(study.shadow_hours)}
-    else:
-        size = {"cols": len(study.x), "rows": len(study.y), "cell": [study.grid.dx, study.grid.dy]}
-    dates, count = split_dates(study), len(study.period.days)
-    if "neighbour" in study.more:
-        size["neighbours"] = [row for one in dates for row in _list_neighbours(one)]
-    if count > 1:
-        size["days"] = count
-    if len(dates) > 1:
-        size["dates"] = []
-        for one in dates:
-            day = one.period.days[0]
-            daylight = find_daylight(study.site, day)
-            clock = {
-                name: None if when is None else when.isoformat(timespec="seconds")
-                for name, when in (("sunrise", daylight.rises), ("sunset", daylight.sets))
-            }
-            size["dates"].append({"date": str(day), **clock, **_find_hours(one)})
-    if "assumed_ground_share" in study.facts:
-        size["assumed_ground_share"] = study.facts["assumed_ground_share"]
-    return {
-        **size,
-        **_find_hours(study),
-        **{name: study.facts[name] for name in ("prepare_seconds", "count_seconds")},
-    }
+    path = options["points"]
+    names: list[str] = []
+    if options["receivers"] == "points":
+        if path is None:
+            msg = "receivers 'points' need a table; give --points FILE with lines of x,y,z"
+            raise InputError(msg)
+        options["points"], names = read_points(path)
+    return names
 
 
-def _find_hours(study: Any) -> dict[str, Any]:
-    """Give how long the sun was up, and the hours in shadow."""
-    import numpy as np  # noqa: PLC0415
+def _study_points(
+    scene: Any, site: Any, options: dict[str, Any], names: list[str], progress: Any
+) -> Any:
+    """Run a study of surfaces or points with the options of the command."""
+    from umbra.study import run_point_study  # noqa: PLC0415
 
-    is_known = np.isfinite(study.shadow_hours) & getattr(study, "is_of_model", True)
-    known = study.shadow_hours[is_known]
-    return {
-        "hours": study.up_hours,
-        "most_shadow_hours": float(known.max(initial=0.0)),
-        "mean_shadow_hours": float(known.mean()) if known.size else None,
-    }
-
-
-def _list_neighbours(study: Any) -> list[dict[str, Any]]:
-    """Give who loses sun on a date, or on all dates together."""
-    from umbra.study import tell_dates  # noqa: PLC0415
-
-    names = [name for name in study.more if name.startswith("neighbour_")]
-    columns = [study.more[name][1].tolist() for name in ("neighbour", *names)]
-    keys = ["name", *(name.removeprefix("neighbour_") for name in names)]
-    rows = [dict(zip(keys, row)) for row in zip(*columns)]
-    return [{"date": tell_dates(study), **row} for row in rows if row["area_touched"] > 0]
+    others = {*RASTER_ONLY, *PICTURES_ONLY}
+    kept = {name: value for name, value in options.items() if name not in others}
+    if options["receivers"] != "points":
+        del kept["points"]
+    return run_point_study(scene, site, names=names, progress=progress, **kept)
 
 
 def _check_clock(options: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""``umbra study`` on sampled surfaces and on single points."""
+"""Pictures of a study of sampled surfaces or of single points."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,31 +6,26 @@ from typing import Any
 
 import numpy as np
 
-from umbra.cli.captions import describe_method, describe_place, name_dates, name_files
-from umbra.cli.shown_dates import Scale, choose_panels, name_shown, tell_daylight
-from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
-from umbra.study import (
-    PointStudy,
-    read_points,
-    run_point_study,
-    run_study,
-    split_dates,
-    tell_dates,
-)
+from umbra.study import PointStudy, run_study, split_dates, tell_dates
 from umbra.study.receivers import find_surface
-from umbra.study.setup import Progress
 from umbra.sun import Site
 from umbra.writers.day_map import DayMap
+from umbra.writers.folder.captions import describe_method, describe_place, name_dates, name_files
+from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
+from umbra.writers.folder.pictures import draw_pictures
 from umbra.writers.plan import Plan
 
 __all__ = [
-    "PICTURES_ONLY", "POINTS_ONLY", "QUESTIONS", "RASTER_ONLY", "describe_points",
-    "draw_plan_of_points", "draw_surfaces", "study_points", "take_points",
-]  # fmt: skip
+    "PICTURES_ONLY",
+    "POINTS_ONLY",
+    "QUESTIONS",
+    "describe_points",
+    "draw_plan_of_points",
+    "draw_surfaces",
+]
 
-RASTER_ONLY = ("ground", "extent", "cell", "size", "eye", "target", "fov")
 POINTS_ONLY = ("spacing", "points")
 PICTURES_ONLY = ("title", "subtitle", "show", "at")
 _TILT = 35
@@ -40,62 +35,6 @@ QUESTIONS = {
     "masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact",
     *PICTURES_ONLY,
 }  # fmt: skip
-
-
-def take_points(options: dict[str, Any]) -> list[str]:
-    """
-    Read the table of points before any model, and refuse options of rasters.
-
-    Parameters
-    ----------
-    options : dict
-        Of the command, for surfaces or points; ``points`` becomes what the table holds.
-
-    Returns
-    -------
-    names : list of str
-        Of the points; empty where there are none.
-
-    Raises
-    ------
-    InputError
-        If there is no table, or it cannot be read.
-    """
-    for name in ("extent", "cell", "size"):
-        if options[name] is not None:
-            msg = f"--{name} is for rasters; surfaces are sampled by --spacing, points by --points"
-            raise InputError(msg)
-    path = options["points"]
-    names: list[str] = []
-    if options["receivers"] == "points":
-        if path is None:
-            msg = "receivers 'points' need a table; give --points FILE with lines of x,y,z"
-            raise InputError(msg)
-        options["points"], names = read_points(path)
-    return names
-
-
-def study_points(
-    scene: Scene, site: Site, options: dict[str, Any], names: list[str], progress: Progress
-) -> PointStudy:
-    """
-    Run a study of surfaces or points with the options of the command.
-
-    Parameters
-    ----------
-    scene : Scene
-    site : Site
-    options : dict
-        After ``take_points``.
-    names : list of str
-        Of the points.
-    progress : callable
-    """
-    others = {*RASTER_ONLY, *PICTURES_ONLY}
-    kept = {name: value for name, value in options.items() if name not in others}
-    if options["receivers"] != "points":
-        del kept["points"]
-    return run_point_study(scene, site, names=names, progress=progress, **kept)
 
 
 def draw_surfaces(
@@ -118,8 +57,6 @@ def draw_surfaces(
     names : list of str
         Of the files.
     """
-    from umbra.cli.study_pictures import draw_pictures  # noqa: PLC0415
-
     azimuth = 215 if site.latitude >= 0 else 325
     view = {**options, "receivers": f"{azimuth}/{_TILT}"}
     kept = {n: v for n, v in view.items() if n not in {*POINTS_ONLY, *QUESTIONS}}

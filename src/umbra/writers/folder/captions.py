@@ -1,4 +1,4 @@
-"""The words around the pictures of ``umbra study``: site, dates, method, accuracy, casters."""
+"""The words around a study's pictures: site, dates, method, accuracy, casters."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The pictures of ``umbra study``: which are drawn, and of what."""
+"""The pictures of a study: which are drawn, and of what."""
 
 import math
 from dataclasses import dataclass, replace
@@ -8,9 +8,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cli.captions import describe, describe_finer
-from umbra.cli.lost_pictures import draw_lost
-from umbra.cli.shown_dates import Scale, choose_panels, name_shown, tell_daylight
 from umbra.scene import Scene
 from umbra.study import Preview, Study, count_finer, make_preview, split_dates, tell_dates
 from umbra.study.moments import choose_stamps
@@ -18,6 +15,9 @@ from umbra.study.preview import LONGEST
 from umbra.sun import find_daylight
 from umbra.sun.stamps import Stamps
 from umbra.writers.day_map import DayMap
+from umbra.writers.folder.captions import describe, describe_finer
+from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
+from umbra.writers.folder.lost import draw_lost
 from umbra.writers.painter import Painter
 from umbra.writers.plan import Plan, find_map_size
 

@@ -1,4 +1,4 @@
-"""``umbra study --sheet``: the plan and its four elevations, counted for one sheet."""
+"""The sheet: a plan and its four elevations, counted in one scale."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cli.captions import describe_making, place_elevation
-from umbra.cli.shown_dates import Scale, choose_panels, tell_daylight
-from umbra.cli.study_points import POINTS_ONLY, QUESTIONS
 from umbra.scene import Scene
 from umbra.study import Study, run_study, split_dates, tell_dates
 from umbra.study.terrain import has_terrain
 from umbra.study.views import COMPASS, Elevation
 from umbra.writers.edges import make_look
 from umbra.writers.elevations import arrange, find_pixel
+from umbra.writers.folder.captions import describe_making, place_elevation
+from umbra.writers.folder.dates import Scale, choose_panels, tell_daylight
+from umbra.writers.folder.points import POINTS_ONLY, QUESTIONS
 from umbra.writers.plan import Plan
 
 __all__ = ["draw_sheet"]

@@ -1,0 +1,1 @@
+"""What a study writes into its folder: the result, pictures, and further files."""

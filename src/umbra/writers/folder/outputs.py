@@ -1,0 +1,153 @@
+"""What a study's folder shall hold besides ``study.nc`` and the pictures."""
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from umbra.errors import InputError
+
+if TYPE_CHECKING:
+    from umbra.writers.plan import Show
+    from umbra.writers.rules import Rules
+
+__all__ = ["NAMES", "Outputs"]
+
+NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4", "pdf", "svg")
+"""The formats that can be asked for."""
+PLANS = ("auto", "ground", "top")
+DRAWN = ("pdf", "svg")
+"""Of these, what every picture is written as besides PNG."""
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """
+    What is written besides ``study.nc`` and the pictures.
+
+    Parameters
+    ----------
+    report : bool
+    formats : tuple of str
+        Of ``umbra.writers.formats.FORMATS``.
+    rules : Rules, optional
+    sheet : bool
+    endings : tuple of str
+        Of the pictures' files.
+    show : {'shadow', 'sun'}
+        Which hours pictures and lines tell.
+    at : tuple of str
+        Clock times that are outlined and filmed; round ones by default.
+    """
+
+    report: bool = False
+    formats: tuple[str, ...] = ()
+    rules: "Rules | None" = None
+    sheet: bool = False
+    endings: tuple[str, ...] = ("png",)
+    show: "Show" = "shadow"
+    at: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        formats: Sequence[str] = (),
+        *,
+        receivers: str,
+        report: bool = False,
+        sheet: bool = False,
+        rules: str | Path | None = None,
+        show: "Show" = "shadow",
+        at: Sequence[str] = (),
+    ) -> "Outputs":
+        """
+        Read and check what is asked for, before any work.
+
+        Parameters
+        ----------
+        formats : sequence of str
+            Of ``NAMES``; one may hold several, joined by commas.
+        receivers : str
+            Of the study.
+        report, sheet : bool
+        rules : path, optional
+            A rule file.
+        show : {'shadow', 'sun'}
+        at : sequence of str
+
+        Raises
+        ------
+        InputError
+            If a format is unknown, is not for the receivers, or needs a package that is
+            missing, or the rules are not written as they must be.
+        """
+        asked = _parse_formats(formats)
+        others = tuple(name for name in asked if name not in DRAWN)
+        endings = ("png", *(name for name in asked if name in DRAWN))
+        read = None
+        if rules is not None:
+            from umbra.writers.rules import read_rules  # noqa: PLC0415
+
+            read = read_rules(Path(rules))
+        if sheet and receivers not in PLANS:
+            msg = "--sheet shows a plan and its elevations; choose --receivers ground or top"
+            raise InputError(msg)
+        _check_receivers(receivers, others, has_rules=read is not None)
+        return cls(report, others, read, sheet, endings, show, tuple(at))
+
+
+def _check_receivers(receivers: str, formats: tuple[str, ...], *, has_rules: bool) -> None:
+    """Refuse what is not made of some receivers."""
+    if receivers in PLANS:
+        return
+    is_raster = receivers not in {"surfaces", "points"}
+    if formats:
+        _check_formats(receivers, formats)
+    if has_rules and is_raster:
+        msg = (
+            f"--rules judge plans, surfaces and points, not --receivers {receivers}, which hides a "
+            "part of what is judged; choose --receivers surfaces and the facades with --on"
+        )
+        raise InputError(msg)
+
+
+def _check_formats(receivers: str, formats: tuple[str, ...]) -> None:
+    """Refuse the formats that receivers other than plans are not written in."""
+    from umbra.writers.formats import FORMATS  # noqa: PLC0415
+
+    written = [name for name, each in FORMATS.items() if each.of_views]
+    if receivers in {"surfaces", "points"}:
+        from umbra.writers import point_formats  # noqa: PLC0415
+
+        is_points = receivers == "points"
+        written = list(point_formats.OF_POINTS if is_points else point_formats.OF_SURFACES)
+    if receivers == "camera":
+        written = []
+    refused = [name for name in formats if name not in written]
+    if refused:
+        there = f"{', '.join(written)} can be, the others are" if written else "all files are"
+        msg = (
+            f"--write {','.join(refused)} is not for --receivers {receivers}: {there} for plans; "
+            "leave it out, or choose --receivers ground or top"
+        )
+        raise InputError(msg, formats=refused)
+
+
+def _parse_formats(given: Sequence[str]) -> tuple[str, ...]:
+    """Read ``--write``: names by commas, each once."""
+    names = dict.fromkeys(name for text in given for name in text.replace(",", " ").lower().split())
+    if not names:
+        return ()
+    from umbra.writers.formats import FORMATS, check_extra  # noqa: PLC0415
+
+    for name in names:
+        if name in DRAWN:
+            continue
+        if name not in FORMATS:
+            near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
+            advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
+            msg = f"--write does not know '{name}'; {advice}"
+            raise InputError(msg, format=name)
+        check_extra(f"--write {name}", FORMATS[name].packages, FORMATS[name].extra)
+    return tuple(names)
