@@ -5,8 +5,8 @@ import pytest
 from support.judge import look_down
 from support.shapes import box, merge, nested_boxes, rewound, sheet
 
-from umbra.cpu.field import FieldSweep
 from umbra.cpu.frame import FrameCounter
+from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.rays.anchor import FaceBlocks, find_anchor
 from umbra.scene import Camera, directional_light, make_scene, point_light, spot_light
@@ -27,7 +27,7 @@ def on_plane(mesh, grid, sun, height=0.0):
 
 def on_top(mesh, grid, sun, ground=0.0):
     heights, _ = look_down(mesh, grid, ground)
-    return FieldSweep(make_caster(*mesh), grid, heights).counts(np.array([sun], float))[0]
+    return HeightFieldSweep(make_caster(*mesh), grid, heights).counts(np.array([sun], float))[0]
 
 
 def test_a_pole_of_10_m_casts_10_m_to_the_north():
@@ -126,7 +126,7 @@ def test_what_lies_below_the_plane_casts_nothing_on_it():
 def test_nothing_at_all_casts_nothing():
     caster = make_caster(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
     grid = Grid(0.0, 0.0, 1.0, 1.0, 4, 3)
-    for sweep in PlaneSweep(caster, grid, 0.0), FieldSweep(caster, grid, np.zeros((3, 4))):
+    for sweep in PlaneSweep(caster, grid, 0.0), HeightFieldSweep(caster, grid, np.zeros((3, 4))):
         assert not sweep.counts(SOUTH_45).any()
         steps = np.zeros((3, 4), np.int32)
         sweep.add_steps(SOUTH_45, steps)

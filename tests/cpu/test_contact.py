@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from umbra.cpu.field import FieldSweep
 from umbra.cpu.frame import FrameCounter
+from umbra.cpu.height_field import HeightFieldSweep
 from umbra.scene import Camera, directional_light, make_scene
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster
@@ -32,7 +32,7 @@ def plate(height):
 def test_a_plate_on_the_floor_shades_nothing_of_a_field(height):
     points, faces = plate(height)
     grid = Grid(-60.3, -20.1, 0.7, 0.7, 256, 224)
-    sweep = FieldSweep(make_caster(points, faces), grid, np.zeros((224, 256)))
+    sweep = HeightFieldSweep(make_caster(points, faces), grid, np.zeros((224, 256)))
     angle = np.radians(np.arange(0, 360, 7.5))
     suns = np.stack([np.cos(angle), np.sin(angle), np.full_like(angle, 0.3)], 1)
     suns /= np.linalg.norm(suns, axis=1, keepdims=True)

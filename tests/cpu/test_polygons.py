@@ -6,13 +6,13 @@ from support.judge import PLAN
 
 from umbra.cpu.polygons import count_polygons
 from umbra.rays.depth import bound
-from umbra.volume.polygons import Polygons
+from umbra.volume.polygons import VolumePolygons
 
 SQUARE = np.array([(1, 1, 5, 1), (4, 1, 5, 1), (4, 4, 5, 1), (1, 4, 5, 1)], float)
 
 
 def count(corners, surface=np.inf, multiplicity=1, nearer=False):
-    polygons = Polygons(np.array([corners], float), np.array([multiplicity]))
+    polygons = VolumePolygons(np.array([corners], float), np.array([multiplicity]))
     return count_polygons(polygons, PLAN, surface, (6, 6), nearer=nearer)
 
 

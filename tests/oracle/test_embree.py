@@ -22,8 +22,8 @@ from support.raycaster import RayCaster
 from support.shapes import city, merge, moved, terrain, torus_knot
 
 import umbra
-from umbra.cpu.field import FieldSweep
 from umbra.cpu.frame import FrameCounter
+from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, directional_light, make_scene
@@ -71,7 +71,7 @@ def judge_plans(mesh, caster, rays, embree, grid, ground, suns, sample=120):
     verdicts, differ, judged = Verdicts(), 0, 0
     plane = PlaneSweep(caster, grid, ground)
     heights, own = look_down(mesh, grid, ground)
-    field = FieldSweep(caster, grid, heights)
+    field = HeightFieldSweep(caster, grid, heights)
     for sweep, seen in (plane, on_plane(grid, ground)), (field, on_field(mesh, grid, heights, own)):
         is_closed = closed_faces(sweep.caster, len(mesh[1]))
         for sun, counts in zip(suns, sweep.counts(suns)):

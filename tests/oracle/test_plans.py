@@ -19,7 +19,7 @@ from support.shapes import (
     turned,
 )
 
-from umbra.cpu.field import FieldSweep
+from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster
@@ -73,7 +73,7 @@ def test_ground_under_the_very_corner_of_what_floats():
     suns = np.array(
         [(a, b, c) for a in range(-3, 4) for b in range(-3, 4) for c in (1, 2, 3)], float
     )
-    counts = FieldSweep(make_caster(*mesh), grid, heights).counts(suns)
+    counts = HeightFieldSweep(make_caster(*mesh), grid, heights).counts(suns)
     assert counts.min() == 0
     assert (heights[18, 24], counts[7 * 3 * 4 + 1, 18, 24]) == (-1, 0)  # (4, 1), sun (1, -3, 2)
 
@@ -122,12 +122,12 @@ def test_deep_suns_do_not_disturb_the_others_in_a_batch():
     grid = Grid(-6.0, -5.0, 1.1, 1.3, 12, 9)
     suns = np.array([(9, 9, 1), (0.1, 0.05, 1), (9, -9, 1), (-0.2, 0.1, 1)], float)
     heights, _ = look_down(mesh, grid, ground=0.0)
-    for sweep in PlaneSweep(caster, grid, 0.0), FieldSweep(caster, grid, heights):
+    for sweep in PlaneSweep(caster, grid, 0.0), HeightFieldSweep(caster, grid, heights):
         counts = sweep.counts(suns)
         steps = np.zeros((9, 12), np.int32)
         sweep.add_steps(suns, steps)
         np.testing.assert_array_equal(steps, (counts > 0).sum(0))
-        assert steps.max() == 2 - isinstance(sweep, FieldSweep)
+        assert steps.max() == 2 - isinstance(sweep, HeightFieldSweep)
 
 
 @pytest.mark.parametrize("name", ["turned boxes", "jumble", "wound inward"])
@@ -142,7 +142,7 @@ def test_results_do_not_depend_on_threads(name):
         found = []
         for sweep in (
             PlaneSweep(caster, GRID, 0.5, threads),
-            FieldSweep(caster, GRID, heights, threads),
+            HeightFieldSweep(caster, GRID, heights, threads),
         ):
             steps = np.zeros((GRID.rows, GRID.cols), np.int32)
             sweep.add_steps(suns, steps)
@@ -162,7 +162,7 @@ def test_a_flat_field_counts_as_the_plane_does(name):
     caster = make_caster(*mesh)
     suns = np.array(SUNS)
     plane = PlaneSweep(caster, GRID, 0.0).counts(suns)
-    field = FieldSweep(caster, GRID, np.zeros((GRID.rows, GRID.cols))).counts(suns)
+    field = HeightFieldSweep(caster, GRID, np.zeros((GRID.rows, GRID.cols))).counts(suns)
     # Where a caster stands on the cell the field asks for its foot, seen from the sky.
     stands = look_down(mesh, GRID)[1] >= 0
     np.testing.assert_array_equal(plane[:, ~stands], field[:, ~stands])

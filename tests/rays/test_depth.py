@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 from support.judge import PLAN, look_down
 from support.shapes import box, merge, moved, sheet, terrain
 
-from umbra.rays.depth import GROUND, NOTHING, add_ground, see
+from umbra.rays.depth import GROUND, NOTHING, add_ground, rasterise_depth
 from umbra.scene import Camera
 from umbra.scene.grid import Grid
 
 
 def test_named_pixels_of_one_triangle():
     # Corners on pixel centres: rows run down, the first column and row belong to the face.
-    view = see(
+    view = rasterise_depth(
         np.array([(1.0, 1, 5), (4, 1, 5), (1, 4, 5)]),
         np.array([[0, 1, 2]], np.int32),
         PLAN,
@@ -59,12 +59,14 @@ def test_faces_that_share_edges_cover_each_centre_once(seed, digits):
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     if (np.cross(b - a, c - a)[:, 2] <= 0).any():
         return  # rounding folded the fan
-    covered = sum(see(vertices, faces[k : k + 1], PLAN, (18, 18)).face == 0 for k in range(9))
+    covered = sum(
+        rasterise_depth(vertices, faces[k : k + 1], PLAN, (18, 18)).face == 0 for k in range(9)
+    )
     # A centre exactly on a corner is the one place where edges may disagree by rounding.
     corners = flat[(flat % 1 == 0).all(1)].astype(int)
     covered[corners[:, 1], corners[:, 0]] = 1
     assert covered.max() == 1
-    together = see(vertices, faces, PLAN, (18, 18)).face >= 0
+    together = rasterise_depth(vertices, faces, PLAN, (18, 18)).face >= 0
     together[corners[:, 1], corners[:, 0]] = True
     np.testing.assert_array_equal(together, covered == 1)
     # Every centre strictly inside the rim is covered.
@@ -95,7 +97,7 @@ def test_faces_that_reach_behind_the_eye():
     camera = Camera((0, 0, 2), (1, 0, 2), size=(9, 9), fov=90)
     floor = np.array([(-50.0, -50, 0), (1e7, -2e7, 0), (1e7, 2e7, 0), (-50, 50, 0)])
     faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
-    view = see(floor, faces, camera.matrix(), camera.size, camera.key_range())
+    view = rasterise_depth(floor, faces, camera.matrix(), camera.size, camera.key_range())
     assert (view.face[5:] != NOTHING).all()
     assert (view.face[:4] == NOTHING).all()
     # In the middle of the bottom row the ray falls 8/9 metre in each one it goes forward.
@@ -118,7 +120,9 @@ def test_near_and_far_limits():
             camera = Camera(
                 (0, 0, 0.3), (1, 0, 0.3), size=(7, 5), near=near, far=far, height=height
             )
-            view = see(vertices, faces, camera.matrix(), camera.size, camera.key_range())
+            view = rasterise_depth(
+                vertices, faces, camera.matrix(), camera.size, camera.key_range()
+            )
             found = set(np.unique(view.face) // 2)
             assert found == {-1 if expected is None else expected}
 
@@ -127,7 +131,7 @@ def test_near_and_far_limits():
 def test_the_ground_hides_what_is_under_it(height):
     camera = Camera((0.3, -20, 11), (0, 0, 0), size=(24, 18), height=height)
     mesh = merge(box((-3, -3, 1), (3, 3, 2)), box((-3, -3, -4), (3, 3, -2)))
-    view = see(*mesh, camera.matrix(), camera.size, camera.key_range())
+    view = rasterise_depth(*mesh, camera.matrix(), camera.size, camera.key_range())
     assert (view.face >= 12).any()
     add_ground(view, camera.matrix(), 0.0, camera.key_range())
     assert (view.face < 12).all()

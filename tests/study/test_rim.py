@@ -5,7 +5,7 @@ import pytest
 from support.raycaster import RayCaster
 
 import umbra
-from umbra.rays.depth import see
+from umbra.rays.depth import rasterise_depth
 
 rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed")
 from rasterio.transform import from_origin  # noqa: E402
@@ -48,7 +48,7 @@ def cast_rays(scene, study, aside):
         matrix = np.zeros((4, 4))
         matrix[0], matrix[1] = (1, 0, 0, -x[0, 0] - east), (0, 1, 0, -y[0, 0] - north)
         matrix[2, 3] = matrix[3, 2] = 1
-        view = see(soup.vertices, soup.faces, matrix, x.shape[::-1])
+        view = rasterise_depth(soup.vertices, soup.faces, matrix, x.shape[::-1])
         new = (own < 0) & (view.face >= 0)
         own[new] = view.face[new]
         points[new] = np.stack([x + east, y + north, view.key], -1)[new]

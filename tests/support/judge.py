@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from support.raycaster import RayCaster
-from umbra.cpu.field import FieldSweep
 from umbra.cpu.frame import FrameCounter
+from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
-from umbra.rays.depth import NOTHING, see
+from umbra.rays.depth import NOTHING, rasterise_depth
 from umbra.scene import make_scene
 from umbra.volume.adjacency import make_caster
 
@@ -196,7 +196,9 @@ def look_down(mesh, grid, ground=None, threads=1):
     """
     # Cells of vertices exactly as the sweeps have them, else a wall in line with the cells'
     # centres would be on one side of them here and on the other there.
-    view = see(grid.to_cells(mesh[0]), mesh[1], PLAN, (grid.cols, grid.rows), threads=threads)
+    view = rasterise_depth(
+        grid.to_cells(mesh[0]), mesh[1], PLAN, (grid.cols, grid.rows), threads=threads
+    )
     if ground is None:
         return view.key, view.face
     return np.maximum(view.key, ground), np.where(view.key > ground, view.face, NOTHING)
@@ -241,7 +243,7 @@ def judge_field(mesh, grid, suns, ground=0.0, threads=1, group=None):
     suns = directions(suns)
     caster = make_caster(*mesh, group)
     heights, own = look_down(mesh, grid, ground)
-    counts = FieldSweep(caster, grid, heights, threads).counts(suns)
+    counts = HeightFieldSweep(caster, grid, heights, threads).counts(suns)
     rays, seen = RayCaster(*mesh), on_field(mesh, grid, heights, own)
     is_closed = closed_faces(caster, len(mesh[1]))
     verdicts = Verdicts()

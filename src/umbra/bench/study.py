@@ -11,7 +11,7 @@ from umbra.bench.embree import OFFSET, Embree
 from umbra.bench.measure import Contender, run_in_turn, timed
 from umbra.bench.report import Report, Row, name_version
 from umbra.bench.scenes import Model, make_boulder, make_suns, make_town
-from umbra.cpu.field import FieldSweep
+from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
 from umbra.scene import make_scene
@@ -136,7 +136,7 @@ def _make_sweep(
 ) -> Sweep:
     if receivers == "plane":
         return PlaneSweep(caster, grid, 0.0, threads)
-    return FieldSweep(caster, grid, surface.heights, threads, surface.slopes)
+    return HeightFieldSweep(caster, grid, surface.heights, threads, surface.slopes)
 
 
 def _place_points(

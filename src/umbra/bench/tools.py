@@ -20,7 +20,7 @@ from umbra.bench.measure import Timing, timed
 from umbra.bench.peer import Child, PeerKind, find_python, is_installed
 from umbra.bench.report import describe_machine, lay_out_table, name_version, show_timing
 from umbra.bench.scenes import Model, make_suns, make_town
-from umbra.cpu.field import FieldSweep
+from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
 from umbra.scene import Scene, make_scene
@@ -371,7 +371,7 @@ class _Ours:
         caster = make_caster(soup.vertices, soup.faces)
         self.surface = find_surface(soup, self.grid, 0.0)
         self.ground = PlaneSweep(caster, self.grid, 0.0)
-        self.top = FieldSweep(caster, self.grid, self.surface.heights, 1, self.surface.slopes)
+        self.top = HeightFieldSweep(caster, self.grid, self.surface.heights, 1, self.surface.slopes)
 
     def run_ground(self) -> Took:
         """Count on the plane; then study it from the scene on."""

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.polygons import count_polygons
-from umbra.cpu.sides import LANES, add_sides, find_nearest_tiles
+from umbra.cpu.volume_rasteriser import LANES, add_sides, find_nearest_tiles
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.rays.anchor import FaceBlocks
-from umbra.rays.depth import NOTHING, View, add_ground, see
-from umbra.rays.eye_count import find_cut_open, find_near_faces, find_vantage
+from umbra.rays.depth import NOTHING, DepthBuffer, add_ground, rasterise_depth
+from umbra.rays.eye_count import find_cut_open, find_eye_count, find_near_faces
 from umbra.rays.holding import find_holders
-from umbra.rays.visible import Frame, locate
+from umbra.rays.visible import VisibleSurface, locate
 from umbra.scene import Camera, Light, Scene
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
@@ -41,19 +41,19 @@ class _Surface:
 
     Parameters
     ----------
-    view : View
+    view : DepthBuffer
     keys : (rows, cols + LANES) float64
         Depth keys; nearer than everything where nothing is to be counted.
     tiles : array
         Of ``find_nearest_tiles``.
     """
 
-    view: View
+    view: DepthBuffer
     keys: NDArray[np.float64]
     tiles: NDArray[np.float64]
 
     @classmethod
-    def of(cls, view: View) -> "_Surface":
+    def of(cls, view: DepthBuffer) -> "_Surface":
         """Make a view ready for counting."""
         rows, cols = view.key.shape
         keys = np.full((rows, cols + LANES), _NOWHERE)
@@ -96,26 +96,26 @@ class FrameCounter:
         low = self.triangles.vertices[self.triangles.faces.ravel(), 2].min()
         self.floor = min(low, np.inf if self.ground is None else self.ground - self.scene.origin[2])
 
-    def see(self, camera: Camera) -> tuple[View, Frame]:
+    def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
         """Find what a camera sees."""
         origin = self.scene.origin
         matrix = camera.matrix(origin)
         soup = self.triangles
         limits = camera.key_range()
-        view = see(soup.vertices, soup.faces, matrix, camera.size, limits, self.threads)
+        view = rasterise_depth(soup.vertices, soup.faces, matrix, camera.size, limits, self.threads)
         if self.ground is not None:
             add_ground(view, matrix, self.ground - origin[2], limits)
         return view, locate(view, camera, soup, self.ground)
 
     def count(
-        self, view: View, camera: Camera, light: Light, method: str = "auto"
+        self, view: DepthBuffer, camera: Camera, light: Light, method: str = "auto"
     ) -> NDArray[np.signedinteger]:
         """
         Count the shadow volumes that hold each visible point.
 
         Parameters
         ----------
-        view : View
+        view : DepthBuffer
             Of this camera, from ``see``.
         camera : Camera
         light : Light
@@ -139,29 +139,29 @@ class FrameCounter:
         place = light.local(origin)
         near = camera.key_range()[1]
         casting = self._find_casting(place)
-        vantage = find_vantage(casting, self.blocks, camera, origin, place)
+        eye = find_eye_count(casting, self.blocks, camera, origin, place)
         near_faces = find_near_faces(casting, self.blocks, camera, origin)
         cut_open = find_cut_open(casting, self.blocks, near_faces, place)
-        caster = casting.opened(vantage.start.enclosed | cut_open)
-        start = vantage.start.count(caster.is_closed)
+        caster = casting.opened(eye.start.enclosed | cut_open)
+        start = eye.start.count(caster.is_closed)
         caps = make_light_cap(caster, place, near_faces)
         before = np.zeros((1, 1), np.int32)
         if len(caps.multiplicity) and method != "z-fail":
-            before = count_polygons(caps, vantage.matrix, near, camera.size, nearer=True)
+            before = count_polygons(caps, eye.matrix, near, camera.size, nearer=True)
         if method == "z-pass":
             self._judge_z_pass(start, bool(((before != 0) & (view.face != NOTHING)).any()))
         # Rays that start in the light end at its first surface; those that run straight
         # to it see no side, only what is behind.
-        if (method == "z-fail" and vantage.along <= 0) or (method == "auto" and vantage.along < 0):
-            counts = -self._behind(caster, view, vantage.matrix, place, near)
+        if (method == "z-fail" and eye.along <= 0) or (method == "auto" and eye.along < 0):
+            counts = -self._behind(caster, view, eye.matrix, place, near)
             if not camera.is_perspective:  # there the dark cap is seen as one point, or not at all
-                counts += vantage.end.count(caster.is_closed)
+                counts += eye.end.count(caster.is_closed)
         else:
-            if vantage.along > 0:
+            if eye.along > 0:
                 counts = np.zeros(view.key.shape, np.int16)
             else:
                 floor = self._find_floor(camera)
-                counts = self._in_front(caster, view, vantage.matrix, place, floor)
+                counts = self._in_front(caster, view, eye.matrix, place, floor)
             if method != "z-pass" and (start or before.any()):
                 counts = counts + (start + before)
             if not start and not len(caps.multiplicity):
@@ -181,7 +181,9 @@ class FrameCounter:
         other.caster, other.blocks, other.ends = caster, FaceBlocks.of(caster), caster.ends()
         return other
 
-    def count_undrawn(self, view: View, camera: Camera, light: Light) -> NDArray[np.signedinteger]:
+    def count_undrawn(
+        self, view: DepthBuffer, camera: Camera, light: Light
+    ) -> NDArray[np.signedinteger]:
         """
         Count the shadow volumes of casters that are not in the view, at each visible point.
 
@@ -190,7 +192,7 @@ class FrameCounter:
 
         Parameters
         ----------
-        view : View
+        view : DepthBuffer
             Of this camera, from ``see``.
         camera : Camera
         light : Light
@@ -203,22 +205,22 @@ class FrameCounter:
         use_threads(self.threads)
         place = light.local(self.scene.origin)
         casting = self._find_casting(place)
-        vantage = find_vantage(casting, self.blocks, camera, self.scene.origin, place)
-        matrix = vantage.matrix
-        caster = casting.opened(vantage.start.enclosed)
+        eye = find_eye_count(casting, self.blocks, camera, self.scene.origin, place)
+        matrix = eye.matrix
+        caster = casting.opened(eye.start.enclosed)
         size = view.key.shape[::-1]
         cap = make_light_cap(caster, place)
         counts: NDArray[np.signedinteger]
-        if vantage.along < 0:  # sides are seen edge-on on the way to the light: count behind
+        if eye.along < 0:  # sides are seen edge-on on the way to the light: count behind
             counts = np.zeros(view.key.shape, np.int32)
             for faces in (make_sides(caster, place), cap, make_dark_cap(caster, place)):
                 counts -= count_polygons(faces, matrix, view.key, size, nearer=False)
             if not camera.is_perspective:
-                counts += vantage.end.count(caster.is_closed)
+                counts += eye.end.count(caster.is_closed)
         else:
             counts = count_polygons(cap, matrix, view.key, size, nearer=True)
-            counts += vantage.start.count(caster.is_closed)
-            if vantage.along == 0:
+            counts += eye.start.count(caster.is_closed)
+            if eye.along == 0:
                 floor = self._find_floor(camera)
                 counts = counts + self._in_front(caster, view, matrix, place, floor)
         return counts * (view.face != NOTHING)
@@ -229,7 +231,7 @@ class FrameCounter:
         return self.caster.without(held)
 
     def _in_front(
-        self, caster: Caster, view: View, matrix: NDArray, light: NDArray, floor: float
+        self, caster: Caster, view: DepthBuffer, matrix: NDArray, light: NDArray, floor: float
     ) -> NDArray:
         """Count the sides before the visible surface, in int16 if that is enough."""
         rows, cols = view.key.shape
@@ -254,7 +256,7 @@ class FrameCounter:
         return float(self.floor) if is_above else -np.inf
 
     def _behind(
-        self, caster: Caster, view: View, matrix: NDArray, light: NDArray, near: float
+        self, caster: Caster, view: DepthBuffer, matrix: NDArray, light: NDArray, near: float
     ) -> NDArray[np.int32]:
         """Count all faces of the volumes behind the visible surface."""
         size = view.key.shape[::-1]

@@ -5,13 +5,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.rays.depth import bound
-from umbra.volume.polygons import Polygons
+from umbra.volume.polygons import VolumePolygons
 
 __all__ = ["count_polygons"]
 
 
 def count_polygons(
-    polygons: Polygons,
+    polygons: VolumePolygons,
     matrix: NDArray[np.float64],
     keys: NDArray[np.float64] | float,
     size: tuple[int, int],
@@ -23,7 +23,7 @@ def count_polygons(
 
     Parameters
     ----------
-    polygons : Polygons
+    polygons : VolumePolygons
     matrix : (4, 4) float64
         ``Camera.matrix``.
     keys : (rows, cols) float64, or float

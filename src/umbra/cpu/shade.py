@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.surfaces import find_surfaces
-from umbra.rays.depth import GROUND, NOTHING, View
-from umbra.rays.visible import Frame
+from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
+from umbra.rays.visible import VisibleSurface
 from umbra.scene import Light, Material, Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 
@@ -16,10 +16,10 @@ __all__ = ["shade"]
 
 def shade(
     scene: Scene,
-    frame: Frame,
+    frame: VisibleSurface,
     lights: Sequence[Light],
     lit: Sequence[NDArray],
-    view: View | None = None,
+    view: DepthBuffer | None = None,
 ) -> NDArray[np.uint8]:
     """
     Shade what is seen by Lambert's cosine law.
@@ -34,11 +34,11 @@ def shade(
     Parameters
     ----------
     scene : Scene
-    frame : Frame
+    frame : VisibleSurface
     lights : sequence of Light
     lit : sequence of (rows, cols) bool or float
         Where each light reaches the surface, or what share of it does.
-    view : View, optional
+    view : DepthBuffer, optional
         Of the frame; without it neither textures, vertex colours nor smooth normals
         show.
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.rays.depth import GROUND, NOTHING, View
-from umbra.rays.visible import Frame
+from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
+from umbra.rays.visible import VisibleSurface
 from umbra.scene import Part, Scene
 from umbra.scene.look import GROUND_COLOR
 from umbra.scene.mesh import transform_points
@@ -14,7 +14,7 @@ __all__ = ["find_surfaces"]
 
 
 def find_surfaces(
-    scene: Scene, frame: Frame, view: View | None = None
+    scene: Scene, frame: VisibleSurface, view: DepthBuffer | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
     Find reflectance and normal of what is seen.
@@ -22,8 +22,8 @@ def find_surfaces(
     Parameters
     ----------
     scene : Scene
-    frame : Frame
-    view : View, optional
+    frame : VisibleSurface
+    view : DepthBuffer, optional
         Of the frame: which face is seen. Without it parts are of one colour and
         faces are flat.
 

@@ -25,8 +25,8 @@ from umbra.gl.selection import METHODS, Choices
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
-from umbra.rays.depth import GROUND, NOTHING, View
-from umbra.rays.visible import Frame, locate
+from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
+from umbra.rays.visible import VisibleSurface, locate
 from umbra.scene import Camera, Light, Scene
 from umbra.soft.area import AreaLight
 
@@ -87,19 +87,19 @@ class GlFrameCounter:
             self._surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
             self._plane = Program(self.device, "ground.vert.glsl", "face.frag.glsl")
         self._target: Target | None = None
-        self._seen: tuple[View, Projection] | None = None
+        self._seen: tuple[DepthBuffer, Projection] | None = None
         self.plan: Plan | None = None
 
     @on_device
-    def see(self, camera: Camera) -> tuple[View, Frame]:
+    def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
         """
         Find what a camera sees.
 
         Returns
         -------
-        view : View
+        view : DepthBuffer
             Keys in float64, of the plane of the face that is seen.
-        frame : Frame
+        frame : VisibleSurface
         """
         origin = self.scene.origin
         bounds = np.concatenate([self.planner.bounds, self.scene.bounds()[None] - origin])
@@ -107,20 +107,20 @@ class GlFrameCounter:
             bounds = bounds[:-1]
         projection = make_projection(camera, origin, bounds, self._local_ground)
         face = self._draw(camera, projection)
-        view = View(self._find_keys(face, camera), face)
+        view = DepthBuffer(self._find_keys(face, camera), face)
         self._seen = view, projection
         return view, locate(view, camera, self.triangles, self.ground)
 
     @on_device
     def count(
-        self, view: View, camera: Camera, light: Light, method: str = "auto"
+        self, view: DepthBuffer, camera: Camera, light: Light, method: str = "auto"
     ) -> NDArray[np.int32]:
         """
         Count the shadow volumes that hold each visible point.
 
         Parameters
         ----------
-        view : View
+        view : DepthBuffer
             Of this camera, from ``see``.
         camera : Camera
         light : Light
@@ -149,14 +149,14 @@ class GlFrameCounter:
 
     @on_device
     def find_visibility(
-        self, view: View, camera: Camera, lights: Sequence[AreaLight], method: str
+        self, view: DepthBuffer, camera: Camera, lights: Sequence[AreaLight], method: str
     ) -> list[NDArray[np.float32]]:
         """
         Find what share of lights with a size each visible point sees.
 
         Parameters
         ----------
-        view : View
+        view : DepthBuffer
             Of this camera, from ``see``.
         camera : Camera
         lights : sequence of AreaLight
@@ -185,7 +185,7 @@ class GlFrameCounter:
             found.append(np.where(view.face != NOTHING, shares.read(), 1).astype(np.float32))
         return found
 
-    def _recall(self, view: View, camera: Camera) -> tuple[View, Projection, Target]:
+    def _recall(self, view: DepthBuffer, camera: Camera) -> tuple[DepthBuffer, Projection, Target]:
         """Give a view with what it was drawn with; draw it again if another came after it."""
         if self._seen is None or self._seen[0] is not view or self._target is None:
             self.see(camera)

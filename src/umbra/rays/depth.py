@@ -17,7 +17,16 @@ from numpy.typing import NDArray
 from umbra.machine import use_threads
 from umbra.scene import Camera, Scene
 
-__all__ = ["GROUND", "NOTHING", "STRIPE", "View", "add_ground", "bound", "count_cut", "see"]
+__all__ = [
+    "GROUND",
+    "NOTHING",
+    "STRIPE",
+    "DepthBuffer",
+    "add_ground",
+    "bound",
+    "count_cut",
+    "rasterise_depth",
+]
 
 NOTHING = -1
 GROUND = -2
@@ -27,7 +36,7 @@ _CLOSEST = 1e-6  # of the near plane's distance: what is nearer to the eye is no
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class DepthBuffer:
     """
     The visible surface.
 
@@ -43,14 +52,14 @@ class View:
     face: NDArray[np.int32]
 
 
-def see(
+def rasterise_depth(
     vertices: NDArray[np.float64],
     faces: NDArray[np.int32],
     matrix: NDArray[np.float64],
     size: tuple[int, int],
     key_range: tuple[float, float] = (-np.inf, np.inf),
     threads: int = 1,
-) -> View:
+) -> DepthBuffer:
     """
     Find the nearest face at each pixel centre; the first of equally near ones.
 
@@ -68,18 +77,20 @@ def see(
 
     Returns
     -------
-    view : View
+    view : DepthBuffer
     """
     cols, rows = size
-    view = View(np.full((rows, cols), key_range[0]), np.full((rows, cols), NOTHING, np.int32))
+    view = DepthBuffer(
+        np.full((rows, cols), key_range[0]), np.full((rows, cols), NOTHING, np.int32)
+    )
     points = vertices @ matrix[:, :3].T + matrix[:, 3]
     use_threads(threads)
-    _see(points, faces, view.key, view.face, key_range[1], threads)
+    _rasterise(points, faces, view.key, view.face, key_range[1], threads)
     return view
 
 
 def add_ground(
-    view: View,
+    view: DepthBuffer,
     matrix: NDArray[np.float64],
     height: float,
     key_range: tuple[float, float] = (-np.inf, np.inf),
@@ -89,7 +100,7 @@ def add_ground(
 
     Parameters
     ----------
-    view : View
+    view : DepthBuffer
     matrix : (4, 4) float64
     height : float
         In the frame that ``matrix`` maps [m].
@@ -136,7 +147,7 @@ def count_cut(scene: Scene, camera: Camera, threads: int = 1) -> int:
     else:
         limits = (-camera.near, 0.0)
     matrix = camera.matrix(scene.origin)
-    view = see(soup.vertices, soup.faces[close], matrix, camera.size, limits, threads)
+    view = rasterise_depth(soup.vertices, soup.faces[close], matrix, camera.size, limits, threads)
     return int((view.face != NOTHING).sum())
 
 
@@ -223,7 +234,7 @@ def _place_edge(p, q, line, sign, edge, span):
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _see(points, faces, key, face, near, threads):
+def _rasterise(points, faces, key, face, near, threads):
     n_rows, n_cols = key.shape
     for t in prange(threads):
         p = np.empty((3, 4))

@@ -14,13 +14,13 @@ from umbra.rays.anchor import BLOCK, Anchor, FaceBlocks, find_anchor
 from umbra.scene import Camera
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Vantage", "find_cut_open", "find_near_faces", "find_vantage"]
+__all__ = ["EyeCount", "find_cut_open", "find_eye_count", "find_near_faces"]
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Vantage:
+class EyeCount:
     """
     A view in which no ray starts in a volume's side.
 
@@ -40,13 +40,13 @@ class Vantage:
     along: int
 
 
-def find_vantage(
+def find_eye_count(
     caster: Caster,
     blocks: FaceBlocks,
     camera: Camera,
     origin: NDArray[np.float64],
     light: NDArray[np.float64],
-) -> Vantage:
+) -> EyeCount:
     """
     Find how deep in shadow a camera stands.
 
@@ -66,7 +66,7 @@ def find_vantage(
 
     Returns
     -------
-    vantage : Vantage
+    eye : EyeCount
     """
     apex = camera.apex(origin)
     right, up, _ = camera.axes()
@@ -84,7 +84,7 @@ def find_vantage(
             start, end = (find_anchor(caster, blocks, way, light) for way in (tilted, -tilted))
         if start.is_clean and end.is_clean:
             break
-    return Vantage(matrix, start, end, _compare(apex, light))
+    return EyeCount(matrix, start, end, _compare(apex, light))
 
 
 def find_near_faces(

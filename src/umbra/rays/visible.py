@@ -10,18 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.rays.depth import GROUND, NOTHING, View
+from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Camera, Light
 from umbra.scene.scene import Triangles
 
-__all__ = ["Frame", "locate"]
+__all__ = ["VisibleSurface", "locate"]
 
 _GRAIN = 2.0**-42
 """Of the largest coordinate: how well the place of a visible point is known."""
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class VisibleSurface:
     """
     The visible surface of a scene.
 
@@ -67,13 +67,15 @@ class Frame:
         return facing & (counts == 0) & (self.part != NOTHING)
 
 
-def locate(view: View, camera: Camera, triangles: Triangles, ground: float | None = None) -> Frame:
+def locate(
+    view: DepthBuffer, camera: Camera, triangles: Triangles, ground: float | None = None
+) -> VisibleSurface:
     """
     Find where in the model the points lie that a camera sees.
 
     Parameters
     ----------
-    view : View
+    view : DepthBuffer
         Of this camera.
     camera : Camera
     triangles : Triangles
@@ -83,7 +85,7 @@ def locate(view: View, camera: Camera, triangles: Triangles, ground: float | Non
 
     Returns
     -------
-    frame : Frame
+    frame : VisibleSurface
     """
     rows, cols = view.key.shape
     right, up, forward = camera.axes()
@@ -115,4 +117,4 @@ def locate(view: View, camera: Camera, triangles: Triangles, ground: float | Non
 
     part = view.face.copy()
     part[mesh] = triangles.part[view.face[mesh]]
-    return Frame(position, normal, part)
+    return VisibleSurface(position, normal, part)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.rays.depth import View
-from umbra.rays.visible import Frame
+from umbra.rays.depth import DepthBuffer
+from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera
 from umbra.soft.area import AreaLight
 
@@ -26,8 +26,8 @@ SAMPLES = 256
 
 def visibility(
     counter: "FrameCounter",
-    view: View,
-    frame: Frame,
+    view: DepthBuffer,
+    frame: VisibleSurface,
     camera: Camera,
     light: AreaLight,
     *,
@@ -39,7 +39,7 @@ def visibility(
     Parameters
     ----------
     counter : FrameCounter
-    view, frame : View, Frame
+    view, frame : DepthBuffer, VisibleSurface
         Of this camera, from ``counter.see``.
     camera : Camera
     light : AreaLight

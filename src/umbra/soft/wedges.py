@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.machine import use_threads
-from umbra.rays.depth import NOTHING, View
-from umbra.rays.visible import Frame
+from umbra.rays.depth import NOTHING, DepthBuffer
+from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera
 from umbra.soft.area import AreaLight, make_axes
 from umbra.soft.coverage import add_wedges
@@ -31,7 +31,11 @@ _ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
 
 
 def visibility(
-    counter: "FrameCounter", view: View, frame: Frame, camera: Camera, light: AreaLight
+    counter: "FrameCounter",
+    view: DepthBuffer,
+    frame: VisibleSurface,
+    camera: Camera,
+    light: AreaLight,
 ) -> NDArray[np.float32]:
     """
     Find what share of an area light each visible point sees.
@@ -39,7 +43,7 @@ def visibility(
     Parameters
     ----------
     counter : FrameCounter
-    view, frame : View, Frame
+    view, frame : DepthBuffer, VisibleSurface
         Of this camera, from ``counter.see``.
     camera : Camera
     light : AreaLight
@@ -54,7 +58,11 @@ def visibility(
 
 
 def find_coverage(
-    counter: "FrameCounter", view: View, frame: Frame, camera: Camera, light: AreaLight
+    counter: "FrameCounter",
+    view: DepthBuffer,
+    frame: VisibleSurface,
+    camera: Camera,
+    light: AreaLight,
 ) -> NDArray[np.float64]:
     """
     Find how often the light is covered at each visible point, before clamping.
@@ -81,8 +89,8 @@ def find_coverage(
 
 def _cover(
     counter: "FrameCounter",
-    view: View,
-    frame: Frame,
+    view: DepthBuffer,
+    frame: VisibleSurface,
     camera: Camera,
     light: AreaLight,
     where: NDArray[np.bool_],

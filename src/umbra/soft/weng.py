@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.rays.depth import View
-from umbra.rays.visible import Frame
+from umbra.rays.depth import DepthBuffer
+from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera, Light
 from umbra.soft.area import AreaLight
 from umbra.volume.adjacency import Caster, make_planes
@@ -55,8 +55,8 @@ _MOST = 1000  # layers; more is a slip
 
 def visibility(
     counter: "FrameCounter",
-    view: View,
-    frame: Frame,
+    view: DepthBuffer,
+    frame: VisibleSurface,
     camera: Camera,
     light: AreaLight,
     *,
@@ -69,7 +69,7 @@ def visibility(
     Parameters
     ----------
     counter : FrameCounter
-    view, frame : View, Frame
+    view, frame : DepthBuffer, VisibleSurface
         Of this camera, from ``counter.see``.
     camera : Camera
     light : AreaLight
@@ -240,7 +240,7 @@ def part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
     return parted, keys // width
 
 
-def _find_components(counter: "FrameCounter", view: View) -> NDArray[np.int32]:
+def _find_components(counter: "FrameCounter", view: DepthBuffer) -> NDArray[np.int32]:
     """Give the component that each pixel shows, (rows, cols) int32; -1 for none."""
     caster, part = counter.caster, counter.triangles.part
     of_face = np.full(len(part), -1, np.int32)

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.field import FieldSweep
+from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
 from umbra.rays.face_tree import FaceTree, make_face_tree
@@ -211,7 +211,9 @@ class PlanTile:
         if model.receivers == "ground":
             return PlaneSweep(model.caster, self.grid, model.ground, model.threads)
         return self.with_rays(
-            FieldSweep(model.caster, self.grid, surface.heights, model.threads, surface.slopes)
+            HeightFieldSweep(
+                model.caster, self.grid, surface.heights, model.threads, surface.slopes
+            )
         )
 
     def with_rays(self, sweep: Any) -> Any:
@@ -248,7 +250,7 @@ class PlanTile:
             return window, np.zeros((len(suns), max(grid.rows, 0), max(grid.cols, 0)), np.uint8)
         if is_plane:
             return window, PlaneSweep(caster, grid, floor, model.threads).masks(suns)
-        sweep = FieldSweep(caster, grid, heights[window], model.threads)
+        sweep = HeightFieldSweep(caster, grid, heights[window], model.threads)
         inside = np.zeros(self.shape, np.bool_)
         inside.ravel()[self.beneath] = True
         if not inside[window].any():

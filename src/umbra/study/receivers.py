@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.cpu.field import Slopes
-from umbra.rays.depth import NOTHING, View, see
+from umbra.cpu.height_field import Slopes
+from umbra.rays.depth import NOTHING, DepthBuffer, rasterise_depth
 from umbra.scene import Triangles
 from umbra.scene.grid import ASIDE, Grid
 
@@ -161,7 +161,9 @@ def _find_near(soup: Triangles, grid: Grid, empty: NDArray[np.bool_]) -> NDArray
     return np.concatenate(near)
 
 
-def _look_down(soup: Triangles, grid: Grid, ground: float, threads: int, aside: ArrayLike) -> View:
+def _look_down(
+    soup: Triangles, grid: Grid, ground: float, threads: int, aside: ArrayLike
+) -> DepthBuffer:
     """Find the topmost faces so far beside the cells' centres [cells]."""
     east, north = np.asarray(aside, np.float64).tolist()
     matrix = np.array(
@@ -173,4 +175,4 @@ def _look_down(soup: Triangles, grid: Grid, ground: float, threads: int, aside: 
         ]
     )
     size = (grid.cols, grid.rows)
-    return see(soup.vertices, soup.faces, matrix, size, (ground, np.inf), threads)
+    return rasterise_depth(soup.vertices, soup.faces, matrix, size, (ground, np.inf), threads)

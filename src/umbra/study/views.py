@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from umbra.cpu.frame import FrameCounter
 from umbra.errors import InputError
-from umbra.rays.depth import NOTHING, View
+from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
-from umbra.rays.visible import Frame
+from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera, Scene, directional_light
 from umbra.scene.grid import Grid
 from umbra.study.model import Casting
@@ -195,7 +195,7 @@ class ViewModel(Casting):
         camera = self.make_camera(grid)
         return ViewTile(self, camera, *self.look(camera))
 
-    def look(self, camera: Camera) -> tuple[View, Frame]:
+    def look(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
         """See what is shown; parts are those of the scene."""
         view, frame = self.counter.see(camera)
         if self.shown is not None:
@@ -213,14 +213,14 @@ class ViewTile:
     ----------
     model : ViewModel
     camera : Camera
-    view : View
-    frame : Frame
+    view : DepthBuffer
+    frame : VisibleSurface
     """
 
     model: ViewModel
     camera: Camera
-    view: View
-    frame: Frame
+    view: DepthBuffer
+    frame: VisibleSurface
 
     @property
     def shape(self) -> tuple[int, ...]:

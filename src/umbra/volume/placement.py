@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import Caster
 from umbra.volume.bounds import find_box_points, is_outside
-from umbra.volume.meeting import Casting, any_meets
+from umbra.volume.pair_traversal import CastingFaces, any_meets
 from umbra.volume.pyramid import Regions, make_regions
 
 __all__ = ["Placement", "Placements", "dark_cap_is_fan", "find_placement", "find_placements"]
@@ -217,7 +217,7 @@ def find_placement(
     is_fan = bool(rough.dark_cap_is_fan[0])
     if rough.case[0] == 1 and not rough.needs_light_cap[0]:
         return Placement(1, "its bounds do not meet the occlusion pyramid", False, False, is_fan)
-    casts = Casting(caster if isinstance(caster, Caster) else None, regions.light)
+    casts = CastingFaces(caster if isinstance(caster, Caster) else None, regions.light)
     blocks = rough.case[0] != 1 and any_meets(vertices, faces, regions.pyramid, casts)
     light_cap = bool(rough.needs_light_cap[0]) and any_meets(vertices, faces, regions.view, casts)
     if not blocks:

@@ -16,11 +16,11 @@ from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_sides
 from umbra.volume.silhouette import find_silhouette_edges
 
-__all__ = ["Polygons", "make_dark_cap", "make_light_cap", "make_sides"]
+__all__ = ["VolumePolygons", "make_dark_cap", "make_light_cap", "make_sides"]
 
 
 @dataclass(frozen=True, eq=False)
-class Polygons:
+class VolumePolygons:
     """
     Equal polygons with multiplicities.
 
@@ -38,7 +38,7 @@ class Polygons:
 
 def make_light_cap(
     caster: Caster, light: NDArray[np.float64], among: NDArray[np.intp] | None = None
-) -> Polygons:
+) -> VolumePolygons:
     """
     Give the faces that cast, turned to face the light.
 
@@ -53,7 +53,7 @@ def make_light_cap(
 
     Returns
     -------
-    cap : Polygons
+    cap : VolumePolygons
         Triangles with w = 1.
     """
     some = np.arange(len(caster.faces)) if among is None else among
@@ -62,10 +62,10 @@ def make_light_cap(
     faces = np.concatenate([caster.faces[some[side > 0]], caster.faces[some[turned]][:, ::-1]])
     corners = np.ones((len(faces), 3, 4))
     corners[..., :3] = caster.vertices[faces]
-    return Polygons(corners, np.ones(len(faces), np.int64))
+    return VolumePolygons(corners, np.ones(len(faces), np.int64))
 
 
-def make_sides(caster: Caster, light: NDArray[np.float64]) -> Polygons:
+def make_sides(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
     """
     Sweep the silhouette away from the light to infinity.
 
@@ -76,7 +76,7 @@ def make_sides(caster: Caster, light: NDArray[np.float64]) -> Polygons:
 
     Returns
     -------
-    sides : Polygons
+    sides : VolumePolygons
         Quads for a point light, triangles for a directional one.
     """
     edges, multiplicity = find_silhouette_edges(caster, light)
@@ -90,10 +90,10 @@ def make_sides(caster: Caster, light: NDArray[np.float64]) -> Polygons:
         corners[:, 3] = _extrude(ends[:, 1], light)
     else:
         corners[:, 2] = _extrude(ends[:, 0], light)
-    return Polygons(corners, multiplicity)
+    return VolumePolygons(corners, multiplicity)
 
 
-def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> Polygons:
+def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
     """
     Close the volume at infinity.
 
@@ -109,27 +109,27 @@ def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> Polygons:
 
     Returns
     -------
-    cap : Polygons
+    cap : VolumePolygons
         Triangles with w = 0; none for a directional light.
     """
     if light[3] == 0:
-        return Polygons(np.zeros((0, 3, 4)), np.zeros(0, np.int64))
+        return VolumePolygons(np.zeros((0, 3, 4)), np.zeros(0, np.int64))
     used = caster.vertices[caster.faces.ravel()]
     low, high = used.min(0), used.max(0)
     margin = 1e-6 * (high - low).max()  # a light in a wall sees the silhouette all around it
     if ((light[:3] > low - margin) & (light[:3] < high + margin)).all():
         cap = make_light_cap(caster, light)
-        return Polygons(
+        return VolumePolygons(
             _extrude(cap.corners[:, ::-1, :3].reshape(-1, 3), light).reshape(-1, 3, 4),
             cap.multiplicity,
         )
     edges, multiplicity = find_silhouette_edges(caster, light)
     if not len(edges):
-        return Polygons(np.zeros((0, 3, 4)), multiplicity)
+        return VolumePolygons(np.zeros((0, 3, 4)), multiplicity)
     ends = caster.vertices[edges]
     hub = np.broadcast_to(ends[0, 0], (len(edges), 3))
     fan = np.stack([hub, ends[:, 1], ends[:, 0]], 1)  # the dark cap shows its back to the light
-    return Polygons(_extrude(fan.reshape(-1, 3), light).reshape(-1, 3, 4), multiplicity)
+    return VolumePolygons(_extrude(fan.reshape(-1, 3), light).reshape(-1, 3, 4), multiplicity)
 
 
 def _extrude(points: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.gl.masks.upsample import FILTERS
 from umbra.rays.depth import NOTHING
-from umbra.rays.visible import Frame
+from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera, Light
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def shrink(camera: Camera, scale: int) -> Camera:
 
 def find_shares(
     counter: "GlFrameCounter",
-    frame: Frame,
+    frame: VisibleSurface,
     camera: Camera,
     lights: Sequence[Light],
     method: str = "auto",
@@ -62,7 +62,7 @@ def find_shares(
     Parameters
     ----------
     counter : GlFrameCounter
-    frame : Frame
+    frame : VisibleSurface
         Of this camera.
     camera : Camera
     lights : sequence of Light
@@ -84,7 +84,11 @@ def find_shares(
 
 
 def upsample(
-    lit: NDArray[np.bool_], small: Frame, frame: Frame, camera: Camera, kind: str = "joint"
+    lit: NDArray[np.bool_],
+    small: VisibleSurface,
+    frame: VisibleSurface,
+    camera: Camera,
+    kind: str = "joint",
 ) -> NDArray[np.float32]:
     """
     Lay a small mask over a frame.
@@ -92,9 +96,9 @@ def upsample(
     Parameters
     ----------
     lit : (fewer_rows, fewer_cols) bool
-    small : Frame
+    small : VisibleSurface
         Of the mask.
-    frame : Frame
+    frame : VisibleSurface
         Of ``camera``.
     camera : Camera
     kind : {'nearest', 'bilinear', 'joint'}

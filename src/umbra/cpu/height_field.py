@@ -21,7 +21,7 @@ from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_lit
 from umbra.volume.silhouette import Silhouettes
 
-__all__ = ["FieldSweep", "Slopes"]
+__all__ = ["HeightFieldSweep", "Slopes"]
 
 # Fixed lengths, so that loops become vectors.
 _LANES = 32  # cells compared at once
@@ -53,7 +53,7 @@ class Slopes:
         return cls(np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros((4, 0)))
 
 
-class FieldSweep(Sweep):
+class HeightFieldSweep(Sweep):
     """
     Count shadows on the topmost surface, sun after sun.
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_sides
 
-__all__ = ["Casting", "any_meets"]
+__all__ = ["CastingFaces", "any_meets"]
 
 _AT_ONCE = 8192  # vertices or triangles looked at in one go
 
 
 @dataclass(frozen=True, eq=False)
-class Casting:
+class CastingFaces:
     """Tells which faces cast: lit ones of closed components, all of open ones not edge-on."""
 
     caster: Caster | None
@@ -37,7 +37,7 @@ def any_meets(
     vertices: NDArray[np.float64],
     faces: NDArray[np.int32],
     planes: NDArray[np.float64],
-    casting: Casting,
+    casting: CastingFaces,
     away: NDArray[np.float64] | None = None,
 ) -> bool:
     """
@@ -52,7 +52,7 @@ def any_meets(
     faces : (m, 3) int
     planes : (k, 4) float64
         The region, inward, in the frame of the vertices.
-    casting : Casting
+    casting : CastingFaces
         Which faces are asked.
     away : (4,) float64, optional
         A homogeneous light: ask for what it throws to infinity instead.
