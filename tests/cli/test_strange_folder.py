@@ -14,7 +14,7 @@ from support.shapes import box
 from umbra.bench.peer import Child, PeerKind
 from umbra.bench.startup import _run
 from umbra.children import HOME, make_command
-from umbra.gl.probe import probe
+from umbra.gl.backends import probe
 from umbra.writers.painter import Painter
 
 MODULES = sorted(

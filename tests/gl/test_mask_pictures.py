@@ -8,15 +8,15 @@ from numpy.lib.stride_tricks import sliding_window_view
 from support.shapes import city, sheet, torus_knot
 
 from umbra.errors import InputError
-from umbra.gl.masks import NAMES, find_method
-from umbra.gl.masks.alpha import PRINTED
+from umbra.gl.masks import MASKS
+from umbra.gl.masks.methods import PRINTED
 from umbra.gl.masks.picture import MaskPicture
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene, point_light
 
 FLOOR = sheet([(-60, -60, -0.01), (60, -60, -0.01), (60, 60, -0.01), (-60, 60, -0.01)])
 CAMERA = Camera((-30, -40, 45), (2, 2, 0), size=(96, 72))
 LAMP = point_light((20, 22, 50))
-SCREEN_MAX = replace(find_method("max"), name="screen, max", write="rgb")
+SCREEN_MAX = replace(MASKS["max"], name="screen, max", write="rgb")
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +40,10 @@ def draw(device, scene, method, shadows="black", light=LAMP, camera=CAMERA, **op
     ("method", "ambient", "attenuated"),
     [
         # Roettger et al. 2002, Table 1: passes / rectangles, in brackets by the maximum.
-        (find_method("alpha"), (2, 4), (1, 4)),
+        (MASKS["alpha"], (2, 4), (1, 4)),
         (PRINTED, (2, 4), (1, 4)),
-        (find_method("max"), (2, 4), (1, 2)),
-        (find_method("screen"), (3, 3), (2, 3)),
+        (MASKS["max"], (2, 4), (1, 2)),
+        (MASKS["screen"], (3, 3), (2, 3)),
         (SCREEN_MAX, (3, 3), (2, 1)),
     ],
     ids=["alpha", "alpha as printed", "alpha by maximum", "screen", "screen by maximum"],
@@ -64,7 +64,7 @@ def test_pictures_are_the_stencils(device, town, shadows, light):
     bare, _ = draw(device, town, "stencil", None, light)
     # Coverage: a good part of the picture is in shadow at all.
     assert (np.abs(right - bare).max(-1) > 20).mean() > 0.05
-    for method in (*NAMES, PRINTED, SCREEN_MAX):
+    for method in (*MASKS, PRINTED, SCREEN_MAX):
         found, _ = draw(device, town, method, shadows, light)
         # What is lit may be 254 of 255 (docs/papers.md, R4).
         assert (np.abs(found - right).max(-1) > 1).sum() <= 2, method
@@ -87,7 +87,7 @@ def test_no_light_gets_between_the_volumes_of_polygons(device):
     assert (right != found).sum() <= 8
 
 
-@pytest.mark.parametrize("method", ["stencil", *NAMES])
+@pytest.mark.parametrize("method", ["stencil", *MASKS])
 @pytest.mark.parametrize("scale", [2, 4])
 def test_fewer_pixels_are_best_laid_between_pixels_of_one_surface(device, town, method, scale):
     full, _ = draw(device, town, "stencil", white=True)
@@ -110,7 +110,7 @@ def test_a_mask_of_fewer_pixels_says_by_hand_what_filters_do(device):
     scene = make_scene([Part("table", "t", Mesh(*table)), Part("floor", "f", Mesh(*FLOOR))])
     camera = Camera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), size=(32, 32), height=32.0)
     sun = directional_light((-2, 0, 1))  # the shadow is 8 m to the east
-    for method in ("stencil", *NAMES):
+    for method in ("stencil", *MASKS):
         with MaskPicture(scene, method, casters=[0], device=device, scale=2) as picture:
             picture.draw(camera, sun, "black", white=True)
             row = picture.read()[16, :, 0] / 255

@@ -11,10 +11,9 @@ from umbra.cli import main
 from umbra.gl.casters import make_bodies
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.geometry import Geometry
-from umbra.gl.masks import NAMES, find_method
-from umbra.gl.masks.alpha import PRINTED
-from umbra.gl.masks.counter import MaskCounter
-from umbra.gl.masks.limits import find_limit
+from umbra.gl.masks import MASKS
+from umbra.gl.masks.counter import MaskCounter, find_limit
+from umbra.gl.masks.methods import PRINTED
 from umbra.gl.renderer import Renderer
 from umbra.scene import Camera, directional_light, make_scene, point_light
 
@@ -59,7 +58,7 @@ def test_every_pixel_is_right(device, name):
         scene.counter = BesideStencil(scene.counter)
         for camera in CAMERAS.values():
             for light in LIGHTS.values():
-                for method in NAMES:
+                for method in MASKS:
                     lines.clear()
                     found, _ = scene.judge(camera, light, method)
                     # Parallel rays that end in volumes are outside all domains but half's.
@@ -119,12 +118,12 @@ RIGHT = [1, 0]
         # (3, 2) clamps at 1 and falls back to 1/4: the third tooth's shadow reads lit.
         (PRINTED, 3, 4),
         # (7, 7) has no room below: the light behind the seventh tooth reads shadow.
-        (find_method("alpha"), 7, 13),
-        (find_method("screen"), 7, 13),
+        (MASKS["alpha"], 7, 13),
+        (MASKS["screen"], 7, 13),
         # (9, 8) comes back to 1: the ninth tooth's shadow reads lit.
-        (find_method("max"), 9, 16),
+        (MASKS["max"], 9, 16),
         # (24, 24) runs over, from which nothing comes back.
-        (find_method("half"), 24, 47),
+        (MASKS["half"], 24, 47),
     ],
     ids=["alpha as printed", "alpha", "screen", "max", "half"],
 )
@@ -147,7 +146,7 @@ def test_limits_are_asked_of_the_device(device):
         for name, most in {"alpha": 6, "screen": 6, "max": 7, "half": 23}.items():
             counter, plan_by = renderer.masks.choose(name, renderer.counter)
             assert plan_by == "auto"
-            assert 1 <= counter.limit <= most == find_method(name).at_once
+            assert 1 <= counter.limit <= most == MASKS[name].at_once
             if device.is_software:
                 assert counter.limit == most
         painter = counter.painter
@@ -201,7 +200,7 @@ def test_boxes_that_touch_along_an_edge_are_not_taken_for_one_that_is_convex(dev
     geometry.release()
 
 
-@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("method", MASKS)
 def test_pictures_are_those_of_the_stencil(device, method):
     camera = Camera((-30, -40, 45), (5, 5, 0), size=(96, 72))
     lights = [LIGHTS["lamp"], LIGHTS["sun"]]

@@ -19,7 +19,7 @@ from support.shapes import (
     staircase,
 )
 
-from umbra.gl.selection import Choices
+from umbra.gl.plan import Choices
 from umbra.scene import Camera, directional_light, point_light
 
 SIZE = (48, 40)
@@ -273,7 +273,7 @@ def test_floats_and_stencil_count_the_same(device, monkeypatch):
         found = [
             scene.judge(camera, light, method)[1]
             for most in (255, 0)
-            for _ in [monkeypatch.setattr("umbra.gl.plan.STENCIL_MOST", most)]
+            for _ in [monkeypatch.setattr("umbra.gl.planner.STENCIL_MOST", most)]
             for camera in (OUTSIDE, ORTHOGRAPHIC, CAMERAS["inside"])
             for light in (LIGHTS["lamp"], LIGHTS["sun below"], LIGHTS["lamp inside"])
             for method in ("z-fail", "auto")

@@ -2,9 +2,9 @@
 
 import pytest
 
+from umbra.gl.resources import Timers
 from umbra.gl.state import State
 from umbra.gl.target import Target
-from umbra.gl.timers import Timers
 
 PASSES = ("surfaces", "light", "light")
 

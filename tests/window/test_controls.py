@@ -9,8 +9,8 @@ from umbra.scene import directional_light
 from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.handles import drag, find_dome, find_handles, find_path, pick, project
-from umbra.window.heat import PALETTE, find_colors, find_ticks
-from umbra.window.pacing import Pacing
+from umbra.window.overlays import PALETTE, find_colors, find_ticks
+from umbra.window.painter import Pacing
 from umbra.window.view import SUN, make_view
 
 SIZE = (800, 600)

@@ -7,7 +7,7 @@ import pytest
 
 from umbra.cpu.frame import FrameCounter
 from umbra.scene import Mesh, Part, make_scene, point_light
-from umbra.window.heat import find_colors, find_top
+from umbra.window.overlays import find_colors, find_top
 from umbra.window.painter import Painter
 from umbra.window.view import METHODS, SOFT, SUN, make_view
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from umbra.errors import InputError
-from umbra.gl.masks import NAMES
-from umbra.gl.selection import METHODS as COUNTS
+from umbra.gl.masks import MASKS
+from umbra.gl.plan import METHODS as COUNTS
 from umbra.scene import Light, directional_light, make_scene, point_light, spot_light
 from umbra.soft import METHODS as SOFT_METHODS
 from umbra.sun import Site
@@ -18,7 +18,7 @@ from umbra.window.file import from_json, load_view, save_view, to_json
 from umbra.window.view import SUN, View, make_view
 from umbra.window.viewpoint import Viewpoint
 
-METHODS = (*COUNTS, *NAMES)
+METHODS = (*COUNTS, *MASKS)
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 SIZE = (800, 600)
 

@@ -13,8 +13,8 @@ from umbra.bench.measure import Timing, run_in_turn, timed
 from umbra.bench.ours_gl import make_part_scene
 from umbra.bench.scenes import BOX, make_boulder, make_spheres
 from umbra.gl.context import open_device
+from umbra.gl.plan import Choices
 from umbra.gl.renderer import Renderer
-from umbra.gl.selection import Choices
 from umbra.scene import Camera, Light, Mesh, Part, Scene, make_scene, point_light
 
 __all__ = ["CONTENDERS", "Viewed", "draw_views"]

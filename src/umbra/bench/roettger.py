@@ -11,9 +11,8 @@ from umbra.bench.measure import Timing, run_in_turn, timed
 from umbra.bench.report import describe_machine, lay_out_table, name_version
 from umbra.bench.scenes import make_town
 from umbra.gl.context import Device, open_device
-from umbra.gl.masks import find_method
-from umbra.gl.masks.alpha import PRINTED
-from umbra.gl.masks.method import Method
+from umbra.gl.masks import MASKS
+from umbra.gl.masks.methods import PRINTED, Method
 from umbra.gl.masks.picture import MaskPicture
 from umbra.scene import Camera, Material, Mesh, Part, Scene, make_scene, point_light
 
@@ -47,9 +46,9 @@ _TABLE_1 = {
 }
 _OF_TABLE_1: dict[str, Method] = {
     "alpha": PRINTED,
-    "alpha by maximum": find_method("max"),
+    "alpha by maximum": MASKS["max"],
     "screen": replace(PRINTED, name="screen, fronts first", write="rgb"),
-    "screen by maximum": replace(find_method("max"), name="screen, max", write="rgb"),
+    "screen by maximum": replace(MASKS["max"], name="screen, max", write="rgb"),
 }
 _OURS: dict[str, tuple[Method | str, int, str | None]] = {
     "screen": (_OF_TABLE_1["screen"], 1, "attenuated"),

@@ -237,7 +237,7 @@ def command(
         if mask_scale == "1":
             counts = [counter.count(view, camera, light, method) for light in all_lights]
         else:
-            from umbra.gl.masks.scaled import find_shares  # noqa: PLC0415
+            from umbra.gl.masks.upsampling import find_shares  # noqa: PLC0415
 
             shares = find_shares(
                 counter, frame, camera, all_lights, method, scale=int(mask_scale), kind=mask_filter

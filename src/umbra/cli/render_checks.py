@@ -59,10 +59,10 @@ def check_method(device: str, method: str) -> None:
     name: str
     methods: tuple[str, ...]
     if device == "gl":  # only the room of the device that is asked: imports take time
-        from umbra.gl import selection  # noqa: PLC0415
-        from umbra.gl.masks.registry import NAMES  # noqa: PLC0415
+        from umbra.gl.masks import MASKS  # noqa: PLC0415
+        from umbra.gl.plan import METHODS  # noqa: PLC0415
 
-        name, methods = "gl device", (*selection.METHODS, *NAMES)
+        name, methods = "gl device", (*METHODS, *MASKS)
     else:
         from umbra.cpu import frame  # noqa: PLC0415
 

@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.bindings import Binding, EglBinding, GivenBinding, OffscreenMesa, WindowBinding
+from umbra.gl.backends import Binding, EglBinding, GivenBinding, OffscreenMesa, WindowBinding
 from umbra.gl.functions import Functions
 
 __all__ = ["BACKENDS", "Device", "on_device", "open_device"]

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device
 from umbra.gl.geometry import FIRST_UNIT, Geometry
-from umbra.gl.indices import Indices, draw_plain
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan
 from umbra.gl.programs import Program
+from umbra.gl.resources import Indices, draw_plain
 from umbra.gl.state import Pass, State, Stencil, one_sided
 from umbra.gl.target import Target
 

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
-from umbra.gl.indices import Indices, draw_plain
-from umbra.gl.masks.counters import MaskCounters
-from umbra.gl.plan import Plan, Planner
+from umbra.gl.masks.counter import MaskCounters
+from umbra.gl.plan import METHODS, Choices, Plan
+from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
-from umbra.gl.selection import METHODS, Choices
+from umbra.gl.resources import Indices, draw_plain
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
@@ -125,7 +125,7 @@ class GlFrameCounter:
         camera : Camera
         light : Light
         method : str
-            Of ``METHODS`` or of ``umbra.gl.masks.NAMES``.
+            Of ``METHODS`` or of ``umbra.gl.masks.MASKS``.
 
         Returns
         -------

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device
 from umbra.gl.programs import Program
+from umbra.gl.resources import TextureBuffer
 from umbra.scene import Scene
 from umbra.scene.mesh import transform_points
 
 __all__ = [
-    "BLOCK", "FIRST_UNIT", "Geometry", "Group", "TextureBuffer", "make_groups", "moves_as_wholes",
+    "BLOCK", "FIRST_UNIT", "Geometry", "Group", "make_groups", "moves_as_wholes",
 ]  # fmt: skip
 
 BLOCK = 64
@@ -28,7 +29,6 @@ BLOCK = 64
 FIRST_UNIT = 8
 """Texture units 8, 9 and 10 hold points, blocks and transforms; those below are free."""
 
-_TEXTURE_BUFFER, _TEXTURE0 = 0x8C2A, 0x84C0
 _RGBA32F, _RG32I = 0x8814, 0x823B
 
 
@@ -244,35 +244,3 @@ def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> boo
         if group.transform is not None and any((t != found[0]).any() for t in found):  # type: ignore[union-attr]
             return False
     return True
-
-
-class TextureBuffer:
-    """A buffer that shaders read by ``texelFetch``."""
-
-    def __init__(self, device: Device, values: NDArray, internal: int) -> None:
-        self._device = device
-        self._buffer = device.context.buffer(np.ascontiguousarray(values).tobytes())
-        device.keep("buffer", self._buffer.glo)
-        self._texture = device.gl.make("Texture")
-        device.keep("texture", self._texture)
-        device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
-        device.gl.TexBuffer(_TEXTURE_BUFFER, internal, self._buffer.glo)
-        device.gl.BindTexture(_TEXTURE_BUFFER, 0)
-        device.check("a mesh was uploaded")
-
-    def write(self, values: NDArray) -> None:
-        """Replace all values by as many others."""
-        self._device.use()
-        self._buffer.write(np.ascontiguousarray(values).tobytes())
-
-    def bind(self, unit: int) -> None:
-        """Put the buffer in a texture unit."""
-        self._device.gl.ActiveTexture(_TEXTURE0 + unit)
-        self._device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
-
-    def release(self) -> None:
-        """Free buffer and texture."""
-        self._device.gl.delete("Texture", self._texture)
-        self._device.forget("texture", self._texture)
-        self._device.forget("buffer", self._buffer.glo)
-        self._buffer.release()

@@ -1,297 +1,280 @@
 """
-What to draw for each light of a frame, and one upload for all lights.
+The plan of one light: which faces of which volumes are drawn, and how they are counted.
 
-Volumes are kept from frame to frame and made anew only where a body moved relative to a
-light. While nothing moves at all, the last plan still holds and nothing is done.
+McGuire's cases, culling and cuts. All components of a scene are judged at once by their
+bounds; only those that bounds cannot decide are judged one by one, by their triangles.
 """
 
-import operator
-from collections.abc import Callable, Sequence
-from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
-from umbra.gl.casters import Body, make_bodies
-from umbra.gl.context import Device
-from umbra.gl.drawing import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan, Statistics
-from umbra.gl.geometry import Geometry
-from umbra.gl.indices import Indices
-from umbra.gl.narrow import find_reach, turn_scissor
-from umbra.gl.nearby import Nearby, find_nearby
-from umbra.gl.openings import find_held, find_opened, find_start
-from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.projection import Projection
-from umbra.gl.selection import METHODS, Choices, Selection, select
-from umbra.gl.volumes import BodyVolumes, gather, make_volumes
-from umbra.machine import count_cores, use_threads
-from umbra.scene import Camera, Light, Scene
+from umbra.gl.volumes import BodyVolumes
+from umbra.scene import Camera
+from umbra.volume.bounds import can_end_at_floor, find_visible_parts
+from umbra.volume.frustum import find_near_rectangle
+from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements
+from umbra.volume.pyramid import make_regions
 
-__all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Plan", "Planner", "Statistics"]
+__all__ = [
+    "LIGHT_CAP",
+    "METHODS",
+    "Z_FAIL",
+    "Z_PASS",
+    "Choices",
+    "Draw",
+    "Plan",
+    "Selection",
+    "Statistics",
+    "select",
+]
 
-_BELOW = 0.002  # volumes end so much of the scene's size below the lowest receiver
-_FEW_FACES = 300_000  # one thread finds their silhouettes before a second is awake
+METHODS = ("auto", "z-pass", "z-fail", "lengyel", "mcguire")
+MARGIN = 1e-5
+"""By how much the occlusion pyramid is widened, since the device computes in float32."""
+
+_FACES_ASKED = 50_000  # for a light; the bounds' answer is right for the rest, if not the least
 
 
-@dataclass(eq=False)
-class _Kept:
-    """What is kept of one light between frames."""
-
-    volumes: list[BodyVolumes]
-    moves: int
-    deepest: int
-    nearby: Nearby | None
-
-
-@dataclass(eq=False)
-class Planner:
+@dataclass(frozen=True, kw_only=True)
+class Choices:
     """
-    Plans the shadow volumes of a scene.
+    What may be left out or made simpler; none of it changes a count where the light shines.
 
     Parameters
     ----------
-    device : Device
-    scene : Scene
-    geometry : Geometry
-        Of the scene; the planner does not release it.
-    casters : sequence of int, optional
-        Indices of the parts that cast; all by default. Whatever casts must be in the
-        depth buffer when counts are made.
-    ground : float, optional
-        z, relative to the scene's origin, of a plane that receives too [m].
-    before : sequence of Body
-        Of the same parts in another pose.
-
-    Attributes
-    ----------
-    bodies : list of Body
-    bounds : (n_things, 2, 3) float64
-        Of the things of all bodies, relative to the scene's origin [m].
-    indices : Indices
-        The triangles of the last plans.
-    floor : float
-        z, relative to the scene's origin, below every receiver: volumes may end there [m].
+    cull : bool
+        Leave out volumes and caps that are out of view.
+    cut : bool
+        End volumes where no receiver can lie.
+    fans : bool
+        Close far ends by fans over silhouettes, where that is right, rather than by
+        throwing all casting faces there.
+    ask_triangles : bool
+        Let triangles decide the case where bounds cannot.
+    narrow : bool
+        Count only where the light's range may reach: within its scissor and depth bounds.
+        What is counted elsewhere means nothing, for the light does not shine there.
     """
 
-    device: Device
-    scene: Scene
-    geometry: Geometry
-    casters: Sequence[int] | None = None
-    ground: float | None = None
-    before: Sequence[Body] = ()
-    _kept: list[_Kept] = field(default_factory=list)
-    _last: tuple[bytes, list[Plan]] | None = None
-    _moves: int = 0
+    cull: bool = True
+    cut: bool = True
+    fans: bool = True
+    ask_triangles: bool = True
+    narrow: bool = True
 
-    def __post_init__(self) -> None:
-        self.bodies = make_bodies(self.scene, self.geometry, self.casters, self.before)
-        self.before = ()
-        self.indices = Indices(self.device, 2 * self.geometry.n_points)
-        self._measure()
 
-    def _measure(self) -> None:
-        boxes = [body.world_bounds() for body in self.bodies]
-        self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
-        whole = self.scene.bounds() - self.scene.origin
-        low = min(whole[0, 2], np.inf if self.ground is None else self.ground)
-        self.floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
-        self._moves += 1
-        self._last = None
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """
+    What to draw of each thing's volume.
 
-    def move(self, scene: Scene) -> None:
-        """
-        Take new transforms from a scene of the same parts.
+    Parameters
+    ----------
+    case : (n_things,) int8
+        McGuire's; 0 where culled.
+    sides, dark_cap, light_cap : (n_things,) bool
+    z_fail : (n_things,) bool
+        Count behind the visible surface rather than before it.
+    is_cut : (n_things,) bool
+        End at the floor rather than at infinity.
+    is_fan : (n_things,) bool
+        A fan over the silhouette closes the far end.
+    """
 
-        Only volumes of bodies that moved relative to a light are made anew.
+    case: NDArray[np.int8]
+    sides: NDArray[np.bool_]
+    dark_cap: NDArray[np.bool_]
+    light_cap: NDArray[np.bool_]
+    z_fail: NDArray[np.bool_]
+    is_cut: NDArray[np.bool_]
+    is_fan: NDArray[np.bool_]
 
-        Parameters
-        ----------
-        scene : Scene
-            Parts that had no transform must have none.
-        """
-        self.scene = scene
-        self.geometry.move(scene)
-        for body in self.bodies:
-            body.place([scene.parts[group.parts[0]].transform for group in body.groups])
-        self._measure()
 
-    def plan(
-        self,
-        projection: Projection,
-        lights: Sequence[Light],
-        method: str = "auto",
-        *,
-        choices: Choices | None = None,
-        warn: Callable[[str], object] = lambda _: None,
-    ) -> list[Plan]:
-        """
-        Plan all lights of a frame, and upload their triangles at once.
+def select(
+    volumes: list[BodyVolumes],
+    bounds: NDArray[np.float64],
+    camera: Camera,
+    origin: NDArray[np.float64],
+    source: NDArray[np.float64],
+    *,
+    method: str,
+    choices: Choices,
+    floor: float,
+    reach: float = np.inf,
+    scissor: NDArray[np.int64] | None = None,
+) -> Selection:
+    """
+    Select what is drawn for a light.
 
-        Parameters
-        ----------
-        projection : Projection
-        lights : sequence of Light
-        method : {'auto', 'z-pass', 'z-fail', 'lengyel', 'mcguire'}
-        choices : Choices, optional
-        warn : callable
-            Told, in a line, where the method is wrong for this view.
+    Parameters
+    ----------
+    volumes : list of BodyVolumes
+    bounds : (n_things, 2, 3) float64
+        Relative to the origin [m].
+    camera : Camera
+        With the near plane that is drawn with.
+    origin : (3,) float64
+    source : (4,) float64
+        The light, relative to the origin.
+    method : str
+        Of ``METHODS``.
+    choices : Choices
+    floor : float
+        z, relative to the origin, where volumes may end; below every receiver [m].
+    reach : float
+        The light's range [m].
+    scissor : (4,) int, optional
+        Left, top, right, bottom [pixels]: where to count.
 
-        Returns
-        -------
-        plans : list of Plan
-            One for each light; valid until the next call.
-
-        Raises
-        ------
-        InputError
-            If there is no such method.
-        """
-        if method not in METHODS:
-            msg = f"the gl device has no method '{method}'; it has {', '.join(METHODS)}"
-            raise InputError(msg, method=method)
-        choices = choices or Choices()
-        key = projection.matrix.tobytes() + projection.eye.tobytes()
-        key += b"".join(light.position.tobytes() for light in lights)
-        key += f"{method} {choices} {[light.range for light in lights]}".encode()
-        if self._last is None or self._last[0] != key or method == "z-pass":
-            plans: list[Plan] = []
-            lists, nearby = [np.zeros(0, np.uint32)], [np.zeros((0, 2, 3))]
-            for number, light in enumerate(lights):
-                plans.append(
-                    self._plan(number, projection, light, method, choices, warn, lists, nearby)
-                )
-            del self._kept[len(lights) :]
-            points = np.concatenate(nearby)
-            self.indices.write(np.concatenate(lists), points if len(points) else None)
-            self._last = key, plans
-        return self._last[1]
-
-    def _plan(
-        self,
-        number: int,
-        projection: Projection,
-        light: Light,
-        method: str,
-        choices: Choices,
-        warn: Callable[[str], object],
-        lists: list[NDArray[np.uint32]],
-        nearby: list[NDArray[np.float64]],
-    ) -> Plan:
-        """Plan one light, and add its triangles to the lists."""
-        camera, origin = projection.camera, self.scene.origin
-        source = light.local(origin)
-        source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
-        kept = self._keep(number, projection.asked, source)
-        reach = light.range if choices.narrow else np.inf
-        corners, depths = find_reach(camera, origin, source, reach)
-        selection = select(
-            kept.volumes, self.bounds, camera, origin, source, method=method, choices=choices,
-            floor=self.floor, reach=reach, scissor=corners,
-        )  # fmt: skip
-        if method == "z-pass" and (selection.case > 1).any():
-            warn(
-                f"z-pass is wrong for this view: {int((selection.case > 1).sum())} casters stand "
-                "between the near plane and the light, and the eye cannot see their volumes "
-                "begin; use auto or z-fail"
-            )
-        draws: list[Draw] = []
-        drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
-        place = sum(map(len, lists))
-        first = self.geometry.n_points + sum(map(len, nearby))
-        if kept.nearby is not None:
-            nearby.append(kept.nearby.points)
-        for name, is_cut, chosen in _list_draws(selection):
-            found = gather(
-                kept.volumes, name.split("_z_", maxsplit=1)[0], chosen,
-                is_quad=is_cut or source[3] > 0, is_fan=selection.is_fan,
-            )  # fmt: skip
-            if kept.nearby is not None:
-                found = kept.nearby.refine(found, first)
-            if len(found):
-                kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
-                draws.append(Draw(kind, is_cut, place, len(found)))
-                drawn[name] += len(found) // 3
-                place += len(found)
-                lists.append(found)
-        uncut = selection.sides & selection.z_fail & ~selection.is_cut
-        start, tilt = find_start(kept.volumes, camera, source, uncut)
-        cases = [int((selection.case == case).sum()) for case in (1, 2, 3)]
-        statistics = Statistics(
-            things=len(self.bounds),
-            culled=int((~selection.sides).sum()),
-            cut=int((selection.is_cut & selection.sides).sum()),
-            cases=(cases[0], cases[1], cases[2]),
-            sides=drawn["sides_z_pass"] + drawn["sides_z_fail"],
-            sides_z_pass=drawn["sides_z_pass"],
-            dark_caps=drawn["dark_cap"],
-            light_caps=drawn["light_cap"],
-            index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
-            deepest=kept.deepest,
-            counts_in="stencil" if kept.deepest <= STENCIL_MOST else "float",
+    Returns
+    -------
+    selection : Selection
+    """
+    n = len(bounds)
+    if scissor is not None and not (scissor[2:] > scissor[:2]).all():
+        nothing = np.zeros(n, np.bool_)
+        return Selection(nothing.astype(np.int8), *[nothing] * 6)
+    # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
+    above = bool((find_near_rectangle(camera, origin)[:, 2] > floor).all())
+    may_cut = choices.cut and above
+    is_cut = can_end_at_floor(bounds, source) if may_cut else np.zeros(n, np.bool_)
+    is_fan = dark_cap_is_fan(bounds, source) & choices.fans
+    sides = light_cap = dark_cap = np.ones(n, np.bool_)
+    if choices.cull:
+        parts = find_visible_parts(
+            bounds,
+            source,
+            camera,
+            origin,
+            scissor=scissor,
+            floor=floor if may_cut else None,
+            reach=reach,
         )
-        return Plan(
-            projection=projection.tilted(tilt),
-            light=np.append(source[:3] - source[3] * projection.eye, source[3]),
-            bottom=float(self.floor - projection.eye[2]),
-            draws=tuple(draws),
-            start=start,
-            case=selection.case,
-            statistics=statistics,
-            scissor=None if corners is None else turn_scissor(corners, camera),
-            depth_bounds=depths,
-            selection=selection,
-            volumes=tuple(kept.volumes),
+        sides, light_cap = parts.volume, parts.light_cap
+        dark_cap = sides & (parts.dark_cap | ~is_fan)
+    # At infinity a directional light's volumes end in one point, and parallel rays too.
+    dark_cap = dark_cap & (is_cut | (bool(source[3]) and camera.is_perspective))
+
+    regions = make_regions(camera, source, origin, scissor, margin=MARGIN)
+    placements = find_placements(bounds, regions)
+    case = np.where(sides, placements.case, 0).astype(np.int8)
+    needs_cap = placements.needs_light_cap.copy()
+    left = _FACES_ASKED if choices.ask_triangles and method != "z-fail" else 0
+    for number in np.flatnonzero(placements.undecided & sides):
+        each, instance, thing = _find(volumes, int(number))
+        faces = each.casting(instance, thing)
+        left -= each.body.face_starts[thing + 1] - each.body.face_starts[thing]
+        if left < 0:
+            break
+        found = find_placement(
+            (each.body.caster.vertices, each.body.caster.faces[faces]),
+            regions=regions,
+            transform=each.body.transforms[instance],
+            bounds=each.body.bounds[thing],
         )
+        case[number], needs_cap[number] = found.case, found.needs_light_cap
 
-    def _keep(self, number: int, camera: Camera, source: NDArray) -> _Kept:
-        """Find a light's volumes; those of the last frame where nothing moved."""
-        old = self._kept[number] if number < len(self._kept) else None
-        faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
-        use_threads(count_cores() if faces > _FEW_FACES else 1)
-        volumes: list[BodyVolumes] = []
-        for index, body in enumerate(self.bodies):
-            lights = body.lights(source)
-            held = find_held(body, self.scene.origin, lights)
-            opened = find_opened(body, camera, self.scene.origin, lights, held)
-            last = old.volumes[index] if old is not None else None
-            if last is not None and last.is_of(lights, opened):
-                volumes.append(last)
-            else:
-                volumes.append(make_volumes(body, source, opened, held))
-        same = old is not None and all(map(operator.is_, volumes, old.volumes))
-        if old is not None and same and old.moves == self._moves:
-            return old
-        most = [find_most(each.body, each.opened) for each in volumes]
-        deepest = bound_count(volumes, most, source)
-        kept = _Kept(volumes, self._moves, deepest, find_nearby(volumes, source))
-        self._kept[number : number + 1] = [kept]
-        return kept
-
-    def twin(self) -> "Planner":
-        """Give another planner of the same casters, with lists and memory of its own."""
-        other = copy(self)
-        other.indices = Indices(self.device, 2 * self.geometry.n_points)
-        other._kept, other._last = [], None
-        return other
-
-    def release(self) -> None:
-        """Free the list of triangles."""
-        self.indices.release()
+    z_fail = {"z-pass": np.zeros(n, np.bool_), "z-fail": sides}.get(method, case > 1)
+    if method in ("auto", "mcguire"):
+        light_cap = light_cap & needs_cap
+    return Selection(case, sides, dark_cap & z_fail, light_cap & z_fail, z_fail, is_cut, is_fan)
 
 
-def _list_draws(selection: Selection) -> list[tuple[str, bool, NDArray[np.bool_]]]:
-    """List what to draw, whether cut, and of which things; caps after their sides."""
-    kinds = [
-        ("sides_z_pass", selection.sides & ~selection.z_fail),
-        ("sides_z_fail", selection.sides & selection.z_fail),
-        ("dark_cap", selection.dark_cap),
-    ]
-    listed = [
-        (name, is_cut, chosen & (selection.is_cut == is_cut))
-        for is_cut in (False, True)
-        for name, chosen in kinds
-    ]
-    listed.append(("light_cap", False, selection.light_cap))
-    return [each for each in listed if each[2].any()]
+def _find(volumes: list[BodyVolumes], number: int) -> tuple[BodyVolumes, int, int]:
+    """Give the volumes, the instance and the thing of a number among all things."""
+    for each in volumes:
+        n = each.body.n_things * len(each.body.groups)
+        if number < n:
+            return each, *divmod(number, each.body.n_things)
+        number -= n
+    raise IndexError(number)
+
+
+Z_PASS, Z_FAIL, LIGHT_CAP = "z_pass", "z_fail", "light_cap"
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Triangles to count in one way, ``z_pass``, ``z_fail`` or ``light_cap``, in the list."""
+
+    kind: str
+    is_cut: bool
+    first: int
+    count: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Statistics:
+    """
+    What one light's plan draws.
+
+    Parameters
+    ----------
+    things, culled, cut : int
+        Things that cast; those out of view; those in view whose volumes end at the floor.
+    cases : (int, int, int)
+        Things in view of case 1, 2 and 3.
+    sides, sides_z_pass, dark_caps, light_caps : int
+        Triangles: all sides, those counted before the visible surface, and caps.
+    index_bytes : int
+        That travel to the device.
+    deepest : int
+        No count can be larger.
+    counts_in : {'stencil', 'float'}
+        Where they are kept: 8 bits, or a float where more than 255 may overlap.
+    """
+
+    things: int
+    culled: int
+    cut: int
+    cases: tuple[int, int, int]
+    sides: int
+    sides_z_pass: int
+    dark_caps: int
+    light_caps: int
+    index_bytes: int
+    deepest: int
+    counts_in: str
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """
+    One light's volumes, ready to draw.
+
+    Parameters
+    ----------
+    projection : Projection
+    light : (4,) float64
+        Relative to the eye.
+    bottom : float
+        z, relative to the eye, where cut volumes end [m].
+    draws : tuple of Draw
+    start : int
+        The count from which to start: of the far ends of rays, in orthographic views.
+    case : (n_things,) int8
+        McGuire's; 0 where culled.
+    statistics : Statistics
+    scissor : (int, int, int, int), optional
+        Left, bottom, columns, rows [pixels]: where counts are made.
+    depth_bounds : (float, float), optional
+        Window depths between which they are.
+    selection : Selection, optional
+    volumes : tuple of BodyVolumes
+        From which the draws were selected.
+    """
+
+    projection: Projection
+    light: NDArray[np.float64]
+    bottom: float
+    draws: tuple[Draw, ...]
+    start: int
+    case: NDArray[np.int8]
+    statistics: Statistics
+    scissor: tuple[int, int, int, int] | None = None
+    depth_bounds: tuple[float, float] | None = None
+    selection: Selection | None = None
+    volumes: tuple[BodyVolumes, ...] = ()

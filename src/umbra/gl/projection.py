@@ -1,15 +1,28 @@
-"""From the world to OpenGL's clip space, relative to the eye so that float32 is enough."""
+"""
+From the world to OpenGL's clip space, relative to the eye so that float32 is enough.
+
+A light of limited range can change only part of a picture: its *clip range*, a scissor
+and depth bounds.
+"""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Camera
+from umbra.scene import Camera, Light
 from umbra.volume.bounds import find_box_points, is_outside
 from umbra.volume.frustum import find_view_planes
+from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sphere_scissors
 
-__all__ = ["Projection", "make_projection"]
+__all__ = [
+    "Projection",
+    "find_rays",
+    "find_reach",
+    "find_scissor",
+    "make_projection",
+    "turn_scissor",
+]
 
 _HORIZON = 1e4  # an orthographic view ends at so many times the scene's size
 
@@ -132,3 +145,67 @@ def _find_depths(
             nearest = min(nearest, (-keys).min())
             furthest = max(furthest, min((-keys).max(), _HORIZON * size))
     return float(nearest), float(furthest)
+
+
+def find_rays(projection: Projection) -> dict[str, object]:
+    """Give the uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
+    camera = projection.camera
+    right, up, forward = camera.axes()
+    cols, rows = camera.size
+    if camera.height is None:
+        pixel, ahead = 2 * np.tan(np.radians(camera.fov) / 2) / rows, forward
+    else:
+        pixel, ahead = camera.height / rows, np.zeros(3)
+    return {
+        "corner": ahead - pixel * (cols / 2 * right + rows / 2 * up),
+        "across": pixel * right,
+        "upward": pixel * up,
+        "forward": forward,
+        "is_perspective": int(camera.is_perspective),
+    }
+
+
+def find_reach(
+    camera: Camera, origin: NDArray, source: NDArray, reach: float
+) -> tuple[NDArray[np.int64] | None, tuple[float, float] | None]:
+    """
+    Find what a light's range reaches of a picture.
+
+    Parameters
+    ----------
+    camera : Camera
+    origin : (3,) float64
+        Of the scene.
+    source : (4,) float64
+        The light, relative to the origin.
+    reach : float
+        Its range [m].
+
+    Returns
+    -------
+    corners : (4,) int64 or None
+        Left, top, right, bottom [pixels], row 0 the top; None where all is reached.
+    depths : (float, float) or None
+        Lowest and highest window depth, in perspective.
+    """
+    if np.isinf(reach) or source[3] == 0:
+        return None, None
+    place = source[None, :3]
+    (corners,) = find_sphere_scissors(camera, place, [reach], origin)
+    if not camera.is_perspective:
+        return corners, None
+    found = find_depth_bounds(camera, find_sphere_depths(camera, place, [reach], origin))
+    low, high = found.bounds[0].tolist()
+    return corners * ~found.is_empty[0], (low, high)
+
+
+def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, int, int]:
+    """Give a rectangle as OpenGL has it, its rows counted from below."""
+    left, top, right, bottom = corners.tolist()
+    return left, camera.size[1] - bottom, right - left, bottom - top
+
+
+def find_scissor(camera: Camera, origin: NDArray, light: Light) -> tuple[int, int, int, int] | None:
+    """Find the rectangle that a light's range reaches, as OpenGL has it; None: all."""
+    corners, _ = find_reach(camera, origin, light.local(origin), light.range)
+    return None if corners is None else turn_scissor(corners, camera)

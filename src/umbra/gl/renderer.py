@@ -20,18 +20,17 @@ from umbra.gl.casters import Body
 from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry, moves_as_wholes
-from umbra.gl.lamps import Lamps
-from umbra.gl.masks.counters import MaskCounters
-from umbra.gl.masks.method import Counts
-from umbra.gl.narrow import find_scissor
-from umbra.gl.plan import Choices, Plan, Planner, Statistics
-from umbra.gl.projection import Projection, make_projection
-from umbra.gl.shading import Shading
+from umbra.gl.masks.counter import MaskCounters
+from umbra.gl.masks.methods import Counts
+from umbra.gl.plan import Choices, Plan, Statistics
+from umbra.gl.planner import Planner
+from umbra.gl.projection import Projection, find_scissor, make_projection
+from umbra.gl.resources import Timers
+from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods, Softness
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import LIGHT, PLACE, Surfaces
-from umbra.gl.targets import Targets
-from umbra.gl.timers import Timers
+from umbra.gl.surfaces import Surfaces
+from umbra.gl.target import LIGHT, PLACE, Targets
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.look import find_exposure
 from umbra.soft.area import AreaLight
@@ -170,7 +169,7 @@ class Renderer:
         lights : sequence of Light or AreaLight
             Shadows of those with a size are soft.
         method : str
-            Of ``umbra.gl.plan.METHODS`` or of ``umbra.gl.masks.NAMES``: for hard shadows.
+            Of ``umbra.gl.plan.METHODS`` or of ``umbra.gl.masks.MASKS``: for hard shadows.
         shadows : bool
             Count them at all.
         soft : str

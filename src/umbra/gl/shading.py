@@ -4,23 +4,126 @@ Light laid over a picture, in passes of one triangle over the whole of it.
 With many lights each is added where no shadow falls, summed up in float16, so that 64 dim
 ones do not band (``rgba8`` is there for comparison); then come the sky and sRGB. With one
 light the surfaces were drawn both ways at once, and what is in shadow is only chosen.
+A `Lamp` is a light as shaders take it (``lamp.glsl``), with the picture that it projects.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.gl.context import Device
-from umbra.gl.indices import draw_plain
-from umbra.gl.lamps import Lamp
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
+from umbra.gl.projection import Projection, find_rays
+from umbra.gl.resources import Texture, draw_plain
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.surfaces import ALBEDO, DARK, PLACE, find_rays
-from umbra.gl.target import Target
+from umbra.gl.target import ALBEDO, DARK, PLACE, Target
+from umbra.scene import Light
 from umbra.scene.look import HORIZON, SKY
 
-__all__ = ["Scissor", "Shading"]
+__all__ = ["Lamp", "Lamps", "Scissor", "Shading"]
+
+_SLIDE = 4  # texture unit; those below are the surfaces'
+
+
+@dataclass(frozen=True, eq=False)
+class Lamp:
+    """
+    A light in one view.
+
+    Parameters
+    ----------
+    needs : tuple of str
+        What a program must define to include ``lamp.glsl`` for it.
+    uniforms : dict
+    slide : Texture, optional
+        What it projects.
+    """
+
+    needs: tuple[str, ...]
+    uniforms: dict[str, object]
+    slide: Texture | None
+
+    def set(self, program: Program) -> None:
+        """Tell a program that includes ``lamp.glsl``."""
+        if self.slide is not None:
+            self.slide.bind(_SLIDE)
+        program.set(slide=_SLIDE, **self.uniforms)
+
+
+class Lamps:
+    """
+    Makes lamps, and keeps the pictures that they project.
+
+    Parameters
+    ----------
+    device : Device
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._slides: dict[int, tuple[Light, Texture]] = {}
+
+    def make(
+        self, light: Light, projection: Projection, origin: NDArray[np.float64], exposure: float
+    ) -> Lamp:
+        """
+        Describe a light to shaders.
+
+        Parameters
+        ----------
+        light : Light
+        projection : Projection
+        origin : (3,) float64
+            Of the scene.
+        exposure : float
+            Multiplies the light's colour.
+
+        Returns
+        -------
+        lamp : Lamp
+        """
+        place = light.local(origin)
+        place[:3] -= place[3] * projection.eye
+        uniforms: dict[str, object] = {
+            "lamp": place,
+            "lamp_color": exposure * np.array(light.color),
+            "attenuation": np.array(light.attenuation),
+            "fade": 1.0 / light.range**2,
+        }
+        needs = []
+        if light.is_point:
+            needs.append("IS_POINT")
+            if light.attenuation != (1.0, 0.0, 0.0) or light.range < np.inf:
+                needs.append("IS_WEAKENING")
+        else:
+            place[:3] /= np.linalg.norm(place[:3])
+        if light.axis is not None:
+            needs.append("IS_SPOT")
+            inner = light.half_angle if light.inner_angle is None else light.inner_angle
+            rim, full = np.cos(np.radians([light.half_angle, inner]))
+            uniforms |= {"axis": light.axis, "cone": np.array([rim, 1 / max(full - rim, 1e-7)])}
+        slide = None
+        if light.image is not None:
+            needs.append("HAS_SLIDE")
+            slide = self._find_slide(light)
+            right, up, _ = light.axes() / np.tan(np.radians(light.half_angle))
+            uniforms |= {"slide_right": right, "slide_up": up}
+        return Lamp(tuple(needs), uniforms, slide)
+
+    def _find_slide(self, light: Light) -> Texture:
+        # The light is kept, so that no other gets its image's number.
+        key = id(light.image)
+        if key not in self._slides and light.image is not None:
+            self._slides[key] = (light, Texture(self._device, light.image, ("clamp", "clamp")))
+        return self._slides[key][1]
+
+    def release(self) -> None:
+        """Free the pictures."""
+        for _, texture in self._slides.values():
+            texture.release()
+        self._slides = {}
+
 
 _TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
 _PLACES, _ALBEDOS, _SHARES = range(3)  # texture units

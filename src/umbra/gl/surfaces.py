@@ -16,33 +16,19 @@ from numpy.typing import NDArray
 
 from umbra.gl.batches import Batch, make_batches
 from umbra.gl.context import Device
-from umbra.gl.geometry import Geometry, TextureBuffer
-from umbra.gl.indices import Indices, draw_plain
-from umbra.gl.lamps import Lamp
+from umbra.gl.geometry import Geometry
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
+from umbra.gl.projection import Projection, find_rays
+from umbra.gl.resources import Indices, Texture, TextureBuffer, draw_plain
+from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
-from umbra.gl.textures import Texture
 from umbra.scene import Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR
 
-__all__ = [
-    "ALBEDO", "DARK", "LIGHT", "LIT", "PLACE", "Surfaces", "find_rays", "find_surface_formats",
-]  # fmt: skip
-
-LIGHT, PLACE, ALBEDO = range(3)
-"""Attachments of a surface target: light so far, normal with depth key, reflectance."""
-
-LIT, DARK = range(2)
-"""Attachments where the only light is drawn at once: the picture in it, and in its shadow."""
+__all__ = ["Surfaces"]
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units
 _RGBA32F, _RG32F, _RGBA8 = 0x8814, 0x8230, 0x8058
-
-
-def find_surface_formats(accumulate: str) -> tuple[str, ...]:
-    """Give the formats of a surface target's attachments; light is summed in ``accumulate``."""
-    return accumulate, "rgba32f", "rgba8"
 
 
 class Surfaces:
@@ -249,21 +235,3 @@ class Surfaces:
             TextureBuffer(self._device, uvs, _RG32F),
             TextureBuffer(self._device, tints, _RGBA8),
         ]
-
-
-def find_rays(projection: Projection) -> dict[str, object]:
-    """Give the uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
-    camera = projection.camera
-    right, up, forward = camera.axes()
-    cols, rows = camera.size
-    if camera.height is None:
-        pixel, ahead = 2 * np.tan(np.radians(camera.fov) / 2) / rows, forward
-    else:
-        pixel, ahead = camera.height / rows, np.zeros(3)
-    return {
-        "corner": ahead - pixel * (cols / 2 * right + rows / 2 * up),
-        "across": pixel * right,
-        "upward": pixel * up,
-        "forward": forward,
-        "is_perspective": int(camera.is_perspective),
-    }

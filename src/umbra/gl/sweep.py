@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
-from umbra.gl.geometry import Geometry, TextureBuffer
-from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.geometry import Geometry
 from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.plan import Draw, Plan, Statistics
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
+from umbra.gl.resources import Indices, TextureBuffer, draw_plain
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
 from umbra.gl.volumes import make_volumes

@@ -1,6 +1,12 @@
-"""Framebuffers: where a pass draws, and what is read back from it."""
+"""
+Framebuffers: where a pass draws, and what is read back from it.
+
+A *shared depth target* has colours of its own over another target's depth and stencil.
+"""
 
 import ctypes
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +14,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import Device
 
-__all__ = ["FORMATS", "Target"]
+__all__ = ["ALBEDO", "DARK", "FORMATS", "LIGHT", "LIT", "PLACE", "Companion", "Target", "Targets"]
 
 _FLOAT, _INT, _BYTE = 0x1406, 0x1404, 0x1401
 # OpenGL's internal format, format and type; numpy's type and channels.
@@ -208,3 +214,102 @@ class Target:
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+
+class Companion:
+    """
+    A target that goes with another, made when it is asked for and anew when that is another.
+
+    Parameters
+    ----------
+    device : Device
+    color : str
+        Of ``umbra.gl.target.FORMATS``.
+
+    Attributes
+    ----------
+    target : Target, optional
+        The one that was asked for last.
+    """
+
+    def __init__(self, device: Device, color: str) -> None:
+        self._device, self._color = device, color
+        self.target: Target | None = None
+
+    def over(self, target: Target) -> Target:
+        """Give the companion that shares this target's depth and stencil."""
+        if self.target is None or self.target.depth_of is not target:
+            self.release()
+            self.target = Target(self._device, target.size, (self._color,), depth_of=target)
+        return self.target
+
+    def release(self) -> None:
+        """Free the picture."""
+        if self.target is not None:
+            self.target.release()
+        self.target = None
+
+
+LIGHT, PLACE, ALBEDO = range(3)
+"""Attachments of a surface target: light so far, normal with depth key, reflectance."""
+
+LIT, DARK = range(2)
+"""Attachments where the only light is drawn at once: the picture in it, and in its shadow."""
+
+
+@dataclass(eq=False)
+class Targets:
+    """
+    The framebuffers of one size of picture; depth and stencil are shared by all.
+
+    Parameters
+    ----------
+    device : Device
+    size : (int, int)
+        Columns and rows.
+    accumulate : {'rgba16f', 'rgba8'}
+        How light is summed up.
+
+    Attributes
+    ----------
+    both : Target
+        The picture as where its only light reaches, and as in shadow.
+    picture : Target
+        The first of these alone, which is what is shown in the end.
+    surface, light : Target
+        What is seen, and the light on it so far; made when first asked for.
+    """
+
+    device: Device
+    size: tuple[int, int]
+    accumulate: str = "rgba16f"
+    both: Target = field(init=False)
+    picture: Target = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.both = Target(self.device, self.size, ("rgba8", "rgba8"))
+        self.picture = Target(self.device, self.size, depth_of=self.both, shows=(self.both, LIT))
+
+    @cached_property
+    def surface(self) -> Target:
+        """Normals, depth keys, reflectance, and light so far."""
+        formats = find_surface_formats(self.accumulate)
+        return Target(self.device, self.size, formats, depth_of=self.both)
+
+    @cached_property
+    def light(self) -> Target:
+        """The light so far alone."""
+        shown = self.surface, LIGHT
+        return Target(self.device, self.size, depth_of=self.both, shows=shown)
+
+    def release(self) -> None:
+        """Free them."""
+        for name in ("light", "surface", "picture", "both"):
+            target = self.__dict__.get(name)
+            if target is not None:
+                target.release()
+
+
+def find_surface_formats(accumulate: str) -> tuple[str, ...]:
+    """Give the formats of a surface target's attachments; light is summed in ``accumulate``."""
+    return accumulate, "rgba32f", "rgba8"

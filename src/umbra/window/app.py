@@ -17,8 +17,8 @@ import glfw
 import numpy as np
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.indices import draw_plain
 from umbra.gl.programs import Program
+from umbra.gl.resources import draw_plain
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
 from umbra.window.controls import Controls
@@ -26,8 +26,7 @@ from umbra.window.events import Events
 from umbra.window.file import load_view, save_view
 from umbra.window.handles import GRIP
 from umbra.window.hud import Frame, draw_handles, draw_help, draw_scale, draw_statistics
-from umbra.window.pacing import Pacing
-from umbra.window.painter import Drawn, Painter
+from umbra.window.painter import Drawn, Pacing, Painter
 from umbra.window.panel import PanelState, draw_panel
 from umbra.window.screen import Screen
 from umbra.window.view import View

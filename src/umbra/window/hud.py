@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from umbra.window.controls import KEYS
 from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick, project
-from umbra.window.heat import PALETTE, find_colors, find_ticks, find_top
+from umbra.window.overlays import PALETTE, find_colors, find_ticks, find_top
 from umbra.window.painter import Drawn
 from umbra.window.screen import FONT_SIZE
 from umbra.window.view import MASKS, SUN, View

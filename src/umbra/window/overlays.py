@@ -7,18 +7,72 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.count import Counter
-from umbra.gl.drawing import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
-from umbra.gl.geometry import TextureBuffer
-from umbra.gl.indices import Indices, draw_plain
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
 from umbra.gl.programs import Program
 from umbra.gl.renderer import Renderer
+from umbra.gl.resources import Indices, TextureBuffer, draw_plain
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import PLACE
-from umbra.gl.targets import Targets
+from umbra.gl.target import PLACE, Targets
 from umbra.gl.volumes import BodyVolumes
-from umbra.window.heat import PALETTE, find_top
 
-__all__ = ["CASES", "EDGES", "VOLUMES", "Overlays"]
+__all__ = [
+    "CASES",
+    "EDGES",
+    "PALETTE",
+    "VOLUMES",
+    "Overlays",
+    "find_colors",
+    "find_ticks",
+    "find_top",
+]
+
+PALETTE = (
+    np.array(
+        [
+            [238, 236, 228], [253, 221, 150], [252, 178, 93], [244, 128, 77], [222, 79, 86],
+            [178, 50, 103], [128, 37, 109], [79, 27, 98], [40, 16, 66],
+        ],
+        np.float64,
+    )
+    / 255
+)  # fmt: skip
+"""sRGB from a count of 0 to the highest, (9, 3)."""
+
+_FEW = 8
+
+
+def find_top(highest: int) -> int:
+    """Give the count that takes the last colour: whole steps of the scale where there are few."""
+    return max(int(highest), 4)
+
+
+def find_colors(counts: NDArray, top: int) -> NDArray[np.float64]:
+    """
+    Give the colours of counts.
+
+    Parameters
+    ----------
+    counts : (...) int
+    top : int
+        The count that takes the last colour.
+
+    Returns
+    -------
+    rgb : (..., 3) float64
+        sRGB, 0 to 1.
+    """
+    place = np.clip(np.asarray(counts) / top, 0.0, 1.0) * (len(PALETTE) - 1)
+    low = np.minimum(place.astype(int), len(PALETTE) - 2)
+    part = (place - low)[..., None]
+    return (1 - part) * PALETTE[low] + part * PALETTE[low + 1]
+
+
+def find_ticks(top: int) -> list[int]:
+    """Give the counts to write at the scale, 0 and ``top`` among them."""
+    if top <= _FEW:
+        return list(range(top + 1))
+    return sorted({round(top * k / 4) for k in range(5)})
+
 
 CASES = {
     0: (0.60, 0.60, 0.60), 1: (0.27, 0.52, 0.93), 2: (0.98, 0.72, 0.12), 3: (0.20, 0.72, 0.36)

@@ -1,4 +1,4 @@
-"""Draws a view: on OpenGL, or counted and shaded on the CPU, with overlays over either."""
+"""Draws a view: on OpenGL, or counted and shaded on the CPU, coarser while things move."""
 
 import time
 from collections.abc import Callable
@@ -10,18 +10,60 @@ from numpy.typing import NDArray
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.gl.context import Device, on_device
-from umbra.gl.drawing import Statistics
+from umbra.gl.plan import Statistics
 from umbra.gl.renderer import Renderer
+from umbra.gl.resources import Timers
 from umbra.gl.soft import Softness
 from umbra.gl.state import State
-from umbra.gl.targets import Targets
-from umbra.gl.timers import Timers
+from umbra.gl.target import Targets
 from umbra.scene import Scene
 from umbra.soft import find_method
 from umbra.window.overlays import Overlays
 from umbra.window.view import View
 
-__all__ = ["SAMPLES", "Drawn", "Painter"]
+__all__ = ["SAMPLES", "Drawn", "Pacing", "Painter"]
+
+
+@dataclass
+class Pacing:
+    """
+    Decides between whole and half resolution, from how long frames took.
+
+    Parameters
+    ----------
+    slow : float
+        A whole frame that takes longer is drawn at half resolution while things move [ms].
+
+    Attributes
+    ----------
+    whole : float
+        What a frame at whole resolution takes, as far as is known [ms].
+    """
+
+    slow: float = 80.0
+    whole: float = 0.0
+
+    def choose_step(self, is_moving: bool) -> int:
+        """Give 1 for whole resolution, 2 for half."""
+        return 2 if is_moving and self.whole > self.slow else 1
+
+    def note(self, step: int, spent: float) -> None:
+        """
+        Learn from a frame.
+
+        Parameters
+        ----------
+        step : int
+            As it was chosen.
+        spent : float
+            [ms]
+        """
+        if step == 1:
+            self.whole = spent
+        else:
+            # A quarter of the pixels; but much of a frame does not depend on them.
+            self.whole = 0.5 * (self.whole + 3.0 * spent)
+
 
 SAMPLES = 32
 """Points of each light in a window."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.bindings import WindowBinding
+from umbra.gl.backends import WindowBinding
 from umbra.gl.context import DRIVER, Device
 
 __all__ = ["FONT_SIZE", "INSTALL", "Screen", "check_display"]

@@ -5,12 +5,11 @@ Shadow masks without a stencil (Roettger, Irion, Ertl 2002), and the stencil as 
             convex,   doubles
             at_once   and halves
 
-A method is one ``Method`` in one file: where it counts, from which value, what a front and
-a back do to it, and which rectangles leave 0 and 1. To add one, write that file and name
-it in ``NAMES``.
+A method is one ``Method``: where it counts, from which value, what a front and a back do to
+it, and which rectangles leave 0 and 1. To add one, write its record and list it in ``MASKS``,
+both in ``methods.py``.
 """
 
-from umbra.gl.masks.method import Method
-from umbra.gl.masks.registry import NAMES, find_method, make
+from umbra.gl.masks.methods import MASKS, Method
 
-__all__ = ["NAMES", "Method", "find_method", "make"]
+__all__ = ["MASKS", "Method"]

@@ -1,24 +1,68 @@
-"""Masks of frames: one method's counts of a plan, in the place of the stencil's."""
+"""
+Masks of frames: one method's counts of a plan, in the place of the stencil's.
+
+How many volumes a method bears depends on how the device rounds, and is asked of it.
+"""
 
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.companion import Companion
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
-from umbra.gl.indices import draw_plain
-from umbra.gl.masks.limits import find_limit
-from umbra.gl.masks.method import Method
-from umbra.gl.masks.painter import Painter
+from umbra.gl.masks.methods import MASKS, Counts, Method
+from umbra.gl.masks.passes import Painter
 from umbra.gl.masks.pieces import Pieces, make_pieces
 from umbra.gl.plan import Plan
 from umbra.gl.programs import Program
+from umbra.gl.resources import draw_plain
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.target import Target
+from umbra.gl.target import Companion, Target
 
-__all__ = ["MaskCounter"]
+__all__ = ["MaskCounter", "MaskCounters", "find_limit"]
+
+_DEEPEST = 2  # of the states before: lit, in one shadow, in two
+
+
+def find_limit(device: Device, method: Method, painter: Painter) -> int:
+    """
+    Find how many fronts and backs may come at once before lit and shaded are confused.
+
+    A pixel is taken through all the states and back in the method's own target, for it is
+    the driver that says whether 255 / 2 is 127 or 128.
+
+    Parameters
+    ----------
+    device : Device
+    method : Method
+    painter : Painter
+
+    Returns
+    -------
+    limit : int
+        At most ``method.at_once``; 0 if the method does not work here at all.
+    """
+    steps = (method.up, method.down)
+    first, second = steps if method.first == "up" else steps[::-1]
+    with Target(device, (1, 1), (method.format,)) as target, State(device) as state:
+        for limit in range(method.at_once):
+            for before in range(_DEEPEST + 1):
+                target.use()
+                state.use(Pass(color_write=True))
+                target.clear_color(method.start)
+                for step in [method.up] * before + [first] * (limit + 1) + [second] * (limit + 1):
+                    painter.draw_rectangle(state, step, method.write)
+                for step in method.black:
+                    painter.draw_rectangle(state, step, method.write)
+                value = float(target.read()[0, 0, method.channel])
+                value /= 255.0 if method.format == "rgba8" else 1.0
+                # Half of 255 is not exact: what was lit is 254 or 255 again.
+                is_lit = method.lit[0] <= value <= method.lit[1]
+                if is_lit != (before == 0):
+                    return limit
+    return method.at_once
+
 
 _MARK = Pass(stencil=Stencil(front_depth_pass="replace", back_depth_pass="replace", reference=1))
 _TEXTURE_2D, _TEXTURE0 = 0x0DE1, 0x84C0
@@ -171,3 +215,52 @@ class MaskCounter:
         self._mask.release()
         self._mark.release()
         self.painter.release()
+
+
+class MaskCounters:
+    """
+    Masks beside the stencil.
+
+    Parameters
+    ----------
+    device : Device
+    geometry : Geometry
+    warn : callable
+        Told, in a line, where a method may be wrong.
+    """
+
+    def __init__(
+        self, device: Device, geometry: Geometry, warn: Callable[[str], object] = lambda _: None
+    ) -> None:
+        self._device, self._geometry, self._warn = device, geometry, warn
+        self._made: dict[str, MaskCounter] = {}
+
+    def choose(self, method: str, stencil: Counts) -> tuple[Counts, str]:
+        """
+        Find what counts by a method.
+
+        Parameters
+        ----------
+        method : str
+        stencil : Counts
+            Counts by all others.
+
+        Returns
+        -------
+        counter : Counts
+        method : str
+            To plan by.
+        """
+        if method not in MASKS:
+            return stencil, method
+        if method not in self._made:
+            self._made[method] = MaskCounter(
+                self._device, self._geometry, MASKS[method], warn=self._warn
+            )
+        return self._made[method], "auto"
+
+    def release(self) -> None:
+        """Free them."""
+        for counter in self._made.values():
+            counter.release()
+        self._made = {}

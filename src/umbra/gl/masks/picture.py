@@ -18,12 +18,11 @@ from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import Counter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounter
-from umbra.gl.masks.forward import Forward
-from umbra.gl.masks.method import Method, Step
-from umbra.gl.masks.registry import find_method
-from umbra.gl.masks.tally import Tally
-from umbra.gl.masks.upsample import FILTERS, Upsampler
-from umbra.gl.plan import Choices, Plan, Planner
+from umbra.gl.masks.methods import MASKS, Method, Step
+from umbra.gl.masks.passes import Forward, Tally
+from umbra.gl.masks.upsampling import FILTERS, Upsampler
+from umbra.gl.plan import Choices, Plan
+from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
@@ -43,7 +42,7 @@ class MaskPicture:
     ----------
     scene : Scene
     method : Method or str
-        Of ``umbra.gl.masks.NAMES``, or ``stencil``.
+        Of ``umbra.gl.masks.MASKS``, or ``stencil``.
     casters : sequence of int, optional
         Indices of the parts that cast; all by default.
     scale : int
@@ -86,11 +85,11 @@ class MaskPicture:
         with self.device.current():
             self.geometry = Geometry(self.device, scene)
             self.planner = Planner(self.device, scene, self.geometry, casters)
-            is_stencil = method == "stencil"
-            self.method = None if is_stencil else _find(method)
+            by_name = {"stencil": None, **MASKS}  # the stencil is no method of masks
+            self.method = by_name[method] if isinstance(method, str) else method
             self._stencil = Counter(self.device, self.geometry, self.planner.indices)
             # The stencil's mask of fewer pixels is turned into colours as the others are.
-            colors = self.method or find_method("alpha")
+            colors = self.method or MASKS["alpha"]
             self._colors = MaskCounter(self.device, self.geometry, colors, warn=warn)
             # A mask that is no alpha of eight bits goes by a texture, also at full size.
             is_plain = colors.format == "rgba8"
@@ -277,7 +276,3 @@ class MaskPicture:
 
     def __exit__(self, *_: object) -> None:
         self.release()
-
-
-def _find(method: Method | str) -> Method:
-    return find_method(method) if isinstance(method, str) else method

@@ -13,8 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan
-from umbra.gl.selection import Selection
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan, Selection
 from umbra.gl.volumes import FAR, BodyVolumes
 
 __all__ = ["Batch", "Pieces", "make_pieces"]

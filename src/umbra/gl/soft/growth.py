@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
-from umbra.gl.companion import Companion
 from umbra.gl.context import Device
-from umbra.gl.geometry import FIRST_UNIT, Geometry, TextureBuffer
-from umbra.gl.indices import Indices
+from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
+from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State
-from umbra.gl.target import Target
+from umbra.gl.target import Companion, Target
 from umbra.scene import Scene
 from umbra.scene.mesh import transform_points
 from umbra.soft.weng import part_components

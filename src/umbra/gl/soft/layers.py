@@ -15,12 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
-from umbra.gl.drawing import Z_FAIL, Z_PASS, Draw, Plan
-from umbra.gl.narrow import find_reach
-from umbra.gl.openings import find_start
+from umbra.gl.open_components import find_start
 from umbra.gl.overlap import STENCIL_MOST, bound_boxes, find_most
-from umbra.gl.projection import Projection
-from umbra.gl.selection import Choices, Selection, select
+from umbra.gl.plan import Z_FAIL, Z_PASS, Choices, Draw, Plan, Selection, select
+from umbra.gl.projection import Projection, find_reach
 from umbra.gl.soft.growth import Instance
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.rays.anchor import FaceBlocks

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from umbra.errors import InputError
 from umbra.gl.count import Counter
-from umbra.gl.plan import Choices, Plan, Planner
+from umbra.gl.plan import Choices, Plan
+from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
-from umbra.gl.soft.samples import Samples
-from umbra.gl.soft.visibility import Visibility
+from umbra.gl.soft.visibility import Samples, Visibility
 from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.gl.state import State

@@ -3,7 +3,8 @@ Penumbra wedges on OpenGL: the hard count, and what silhouette edges take from i
 
 Akenine-Möller and Assarsson 2002; Assarsson and Akenine-Möller 2003. As `umbra.soft.wedges`:
 each edge's wedge is drawn as a polyhedron, whose pixels ask in closed form what part of
-the light the edge takes; sums and counts are kept in floats.
+the light the edge takes; sums and counts are kept in floats. How far away a pixel's surface
+is comes from depth keys, a depth buffer that shaders can read.
 """
 
 import operator
@@ -13,25 +14,89 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.companion import Companion
 from umbra.gl.context import Device
 from umbra.gl.count import Counter
-from umbra.gl.geometry import TextureBuffer
-from umbra.gl.indices import draw_plain
-from umbra.gl.plan import Plan, Planner
+from umbra.gl.plan import Plan
+from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection
-from umbra.gl.soft.keys import Keys
+from umbra.gl.projection import Projection, find_rays
+from umbra.gl.resources import Indices, TextureBuffer, draw_plain
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import find_rays
-from umbra.gl.target import Target
+from umbra.gl.target import Companion, Target
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft.area import AreaLight
 from umbra.soft.planes import make_planes
 from umbra.soft.wedges import find_axes
 
-__all__ = ["Wedges"]
+__all__ = ["Keys", "Wedges"]
+
+# Only what is in the depth buffer: what is seen through is not.
+_AGAIN = Pass(depth_test="equal", color_write=True)
+
+
+class Keys:
+    """
+    Draws depth keys.
+
+    Parameters
+    ----------
+    planner : Planner
+        Of the scene that is seen.
+    """
+
+    def __init__(self, planner: Planner) -> None:
+        self._device, self._geometry = planner.device, planner.geometry
+        self._planner = planner
+        self._indices = Indices(planner.device, 2 * planner.geometry.n_points)
+        self._indices.write(planner.geometry.faces.ravel())
+        self._faces = Program(planner.device, "surface.vert.glsl", "key.frag.glsl")
+        self._ground = Program(
+            planner.device, "ground.vert.glsl", "key.frag.glsl", {"IS_GROUND": 1}
+        )
+        self._picture = Companion(self._device, "r32f")
+
+    def draw(self, state: State, target: Target, projection: Projection) -> int:
+        """
+        Draw keys where a target's depth says that surfaces are; give the texture.
+
+        They are 1 / depth in perspective and -depth in a parallel view; 0 where nothing is.
+        """
+        shown = self._picture.over(target)
+        shown.use()
+        state.use(_AGAIN)
+        shown.clear_color(0.0)
+        self._geometry.bind(self._faces)
+        self._faces.set(
+            **projection.uniforms(), **find_rays(projection), depths=_find_depths(projection)
+        )
+        self._indices.draw(self._faces, 0, self._geometry.faces.size)
+        if self._planner.ground is not None:
+            self._ground.set(
+                projection=projection.matrix,
+                height=float(self._planner.ground - projection.eye[2]),
+                **find_rays(projection),
+            )
+            draw_plain(self._device, self._ground, 12)
+        return shown.textures[0]
+
+    def release(self) -> None:
+        """Free programs, triangles and picture."""
+        self._picture.release()
+        self._indices.release()
+        for program in (self._faces, self._ground):
+            program.release()
+
+
+def _find_depths(projection: Projection) -> np.ndarray:
+    """Give the nearest depth of a parallel view, and how much farther it goes [m]."""
+    if projection.camera.is_perspective:
+        return np.zeros(2)
+    # The window's depth is linear: 2 (depth - near) / (far - near) - 1 before it is halved.
+    far_less_near = 2.0 / np.linalg.norm(projection.matrix[2, :3])
+    near = -0.5 * far_less_near * (projection.matrix[2, 3] + 1.0)
+    return np.array([near, far_less_near])
+
 
 _RGBA32F = 0x8814
 _TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1

@@ -11,9 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from umbra.gl.count import Counter
-from umbra.gl.indices import Indices
-from umbra.gl.plan import Choices, Plan, Planner
+from umbra.gl.plan import Choices, Plan
+from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
+from umbra.gl.resources import Indices
 from umbra.gl.soft.growth import GrownPoints, Shown, part_bodies
 from umbra.gl.soft.layers import LightLayers, grow, list_layers, plan_layers
 from umbra.gl.soft.visibility import Stack

@@ -1,0 +1,262 @@
+"""
+Passes that masks consist of: sides of volumes, rectangles, and the scene as drawn in 2002.
+
+A ``Tally`` counts what is issued, where it is issued.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from umbra.gl.context import Device
+from umbra.gl.geometry import Geometry
+from umbra.gl.masks.methods import Method, Step
+from umbra.gl.masks.pieces import Batch, Pieces
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
+from umbra.gl.programs import Program
+from umbra.gl.projection import Projection, find_rays
+from umbra.gl.resources import Indices, TextureBuffer, draw_plain
+from umbra.gl.state import Pass, State, Stencil
+from umbra.scene import Scene
+from umbra.scene.look import AMBIENT
+
+__all__ = ["Forward", "Painter", "Tally"]
+
+
+@dataclass(eq=False)
+class Tally:
+    """
+    Passes and rectangles of the last picture, as in the paper's Table 1.
+
+    Parameters
+    ----------
+    passes : list of str
+        Each drawing of the scene, by what for.
+    rectangles : list of str
+        Each rectangle over the whole window, by what for.
+    batches, draws : int
+        Of volumes: batches that are right as a whole, and calls for them.
+    """
+
+    passes: list[str] = field(default_factory=list)
+    rectangles: list[str] = field(default_factory=list)
+    batches: int = 0
+    draws: int = 0
+
+    def clear(self) -> None:
+        """Begin a picture."""
+        self.passes, self.rectangles, self.batches, self.draws = [], [], 0, 0
+
+    @property
+    def table(self) -> tuple[int, int]:
+        """The paper's entry: passes / rectangles."""
+        return len(self.passes), len(self.rectangles)
+
+
+# What would fail the depth test behind a surface must pass here: only then colours change.
+_DEPTH = {Z_PASS: "less", Z_FAIL: "gequal", LIGHT_CAP: "always"}
+# Before the surface a volume begins with its front; behind it, with its back.
+_BEGINS = {Z_PASS: "front", Z_FAIL: "back", LIGHT_CAP: "back"}
+_OTHER = {"front": "back", "back": "front"}
+
+
+class Painter:
+    """
+    Draws volumes and rectangles with one brightness each, and counts them.
+
+    Parameters
+    ----------
+    device : Device
+    geometry : Geometry
+
+    Attributes
+    ----------
+    tally : Tally
+    """
+
+    def __init__(self, device: Device, geometry: Geometry) -> None:
+        self._device, self._geometry = device, geometry
+        self._indices = Indices(device, 2 * geometry.n_points)
+        self._volume = {
+            clips: Program(
+                device, "volume.vert.glsl", "tint.frag.glsl", {"CLIP_NEAR": 1} if clips else None
+            )
+            for clips in (False, True)
+        }
+        self._rectangle = Program(device, "picture.vert.glsl", "tint.frag.glsl")
+        self._pieces: Pieces | None = None
+        self.tally = Tally()
+
+    def draw_volumes(self, state: State, method: Method, plan: Plan, pieces: Pieces) -> None:
+        """
+        Count all volumes in the target in use.
+
+        Before: its depth holds the scene, its mask channels ``method.start`` where counting
+        starts. After: they hold what ``method`` says of the count.
+        """
+        if self._pieces is not pieces:
+            self._indices.write(pieces.numbers)
+            self._pieces = pieces
+        for program in self._volume.values():
+            self._geometry.bind(program)
+            program.set(
+                **plan.projection.uniforms(),
+                light=plan.light.astype(np.float32),
+                bottom=plan.bottom,
+            )
+        order = ("up", "down") if method.first == "up" else ("down", "up")
+        for batch in pieces.batches:
+            self.tally.batches += 1
+            for way in order:
+                self._draw_batch(state, method, plan, batch, way)
+
+    def _draw_batch(self, state: State, method: Method, plan: Plan, batch: Batch, way: str) -> None:
+        """Draw the faces of a batch at which volumes begin (up), or those where they end."""
+        step = method.up if way == "up" else method.down
+        for draw in batch.draws:
+            side = _BEGINS[draw.kind] if way == "up" else _OTHER[_BEGINS[draw.kind]]
+            behind = draw.kind != Z_PASS
+            program = self._volume[behind]
+            program.set(is_cut=draw.is_cut, tint=np.full(4, step.brightness))
+            state.use(
+                Pass(
+                    depth_test=_DEPTH[draw.kind], color_write=method.write, blend=step.blend,
+                    cull=_OTHER[side], depth_clamp=behind, clip_near=behind, scissor=plan.scissor,
+                )
+            )  # fmt: skip
+            self._indices.draw(program, draw.first, draw.count)
+            self.tally.draws += 1
+
+    def draw_rectangle(
+        self,
+        state: State,
+        step: Step,
+        write: str | bool,
+        purpose: str = "normalise",
+        *,
+        stencil: Stencil | None = None,
+    ) -> None:
+        """Draw a rectangle over the whole window, or where a stencil lets it pass."""
+        state.use(Pass(color_write=write, blend=step.blend, stencil=stencil))
+        self._rectangle.set(tint=np.full(4, step.brightness))
+        draw_plain(self._device, self._rectangle, 3)
+        self.tally.rectangles.append(purpose)
+
+    def release(self) -> None:
+        """Free programs and the list of triangles."""
+        self._indices.release()
+        for program in (*self._volume.values(), self._rectangle):
+            program.release()
+
+
+_RGBA8 = 0x8058
+
+
+class Forward:
+    """
+    Draws the triangles of a scene, a colour each.
+
+    Parameters
+    ----------
+    device : Device
+    scene : Scene
+    geometry : Geometry
+        Of the scene.
+    has_place : bool
+        Write normals and depth keys too, at location 1.
+    """
+
+    def __init__(
+        self, device: Device, scene: Scene, geometry: Geometry, *, has_place: bool = False
+    ) -> None:
+        self._geometry = geometry
+        self._faces = Indices(device, 2 * geometry.n_points)
+        self._faces.write(geometry.faces.ravel())
+        colors = [
+            np.tile(np.append(np.array(part.material.color), 1.0), (part.triangles, 1))
+            for part in scene.parts
+        ]
+        stored = np.rint(255 * np.concatenate(colors)).astype(np.uint8)
+        self._colors = TextureBuffer(device, stored, _RGBA8)
+        self._shaded = Program(device, "shaded.vert.glsl", "forward.frag.glsl")
+        self._placed = (
+            Program(device, "shaded.vert.glsl", "forward.frag.glsl", {"HAS_PLACE": 1})
+            if has_place
+            else self._shaded
+        )
+        self._depth = Program(device, "surface.vert.glsl", "nothing.frag.glsl")
+
+    def draw_depth(self, state: State, projection: Projection, tally: Tally) -> None:
+        """Draw depth alone; before, it is cleared."""
+        state.use(Pass(depth_test="less", depth_write=True))
+        self._draw(self._depth, projection)
+        tally.passes.append("depth")
+
+    def draw_scene(
+        self,
+        state: State,
+        projection: Projection,
+        light: np.ndarray,
+        tally: Tally,
+        *,
+        lights: str = "direct",
+        blend: str | None = None,
+        alpha: float = 1.0,
+        is_white: bool = False,
+        with_place: bool = False,
+    ) -> None:
+        """
+        Draw the scene in ambient light, in direct light, or in both.
+
+        Parameters
+        ----------
+        state : State
+        projection : Projection
+        light : (4,) float64
+            Relative to the eye.
+        tally : Tally
+        lights : {'direct', 'ambient', 'both'}
+        blend : str, optional
+            Where depth is there already: how to add to what is.
+        alpha : float
+            Left in the target's alpha.
+        is_white : bool
+            Leave out light and colours.
+        with_place : bool
+            The target takes normals and keys.
+        """
+        first = blend is None
+        state.use(
+            Pass(
+                depth_test="less" if first else "lequal", depth_write=first, blend=blend,
+                color_write=True if first else "rgb",
+            )
+        )  # fmt: skip
+        program = self._placed if with_place else self._shaded
+        self._colors.bind(0)
+        program.set(
+            colors=0,
+            alpha=alpha,
+            white=float(is_white),
+            ambient=AMBIENT if lights != "direct" else 0.0,
+            direct=1.0 - AMBIENT if lights != "ambient" else 0.0,
+            **find_rays(projection),
+        )
+        self._draw(program, projection, light)
+        tally.passes.append(lights)
+
+    def _draw(
+        self, program: Program, projection: Projection, light: np.ndarray | None = None
+    ) -> None:
+        self._geometry.bind(program)
+        program.set(**projection.uniforms())
+        if light is not None:
+            program.set(light=light)
+        self._faces.draw(program, 0, self._geometry.faces.size)
+
+    def release(self) -> None:
+        """Free programs and buffers."""
+        self._faces.release()
+        self._colors.release()
+        for program in {self._shaded, self._placed, self._depth}:
+            program.release()

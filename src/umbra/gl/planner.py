@@ -1,0 +1,306 @@
+"""
+What to draw for each light of a frame, and one upload for all lights.
+
+Volumes are kept from frame to frame and made anew only where a body moved relative to a
+light. While nothing moves at all, the last plan still holds and nothing is done.
+"""
+
+import operator
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.gl.casters import Body, make_bodies
+from umbra.gl.context import Device
+from umbra.gl.geometry import Geometry
+from umbra.gl.nearby import Nearby, find_nearby
+from umbra.gl.open_components import find_held, find_opened, find_start
+from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
+from umbra.gl.plan import (
+    LIGHT_CAP,
+    METHODS,
+    Z_FAIL,
+    Z_PASS,
+    Choices,
+    Draw,
+    Plan,
+    Selection,
+    Statistics,
+    select,
+)
+from umbra.gl.projection import Projection, find_reach, turn_scissor
+from umbra.gl.resources import Indices
+from umbra.gl.volumes import BodyVolumes, gather, make_volumes
+from umbra.machine import count_cores, use_threads
+from umbra.scene import Camera, Light, Scene
+
+__all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Plan", "Planner", "Statistics"]
+
+_BELOW = 0.002  # volumes end so much of the scene's size below the lowest receiver
+_FEW_FACES = 300_000  # one thread finds their silhouettes before a second is awake
+
+
+@dataclass(eq=False)
+class _Kept:
+    """What is kept of one light between frames."""
+
+    volumes: list[BodyVolumes]
+    moves: int
+    deepest: int
+    nearby: Nearby | None
+
+
+@dataclass(eq=False)
+class Planner:
+    """
+    Plans the shadow volumes of a scene.
+
+    Parameters
+    ----------
+    device : Device
+    scene : Scene
+    geometry : Geometry
+        Of the scene; the planner does not release it.
+    casters : sequence of int, optional
+        Indices of the parts that cast; all by default. Whatever casts must be in the
+        depth buffer when counts are made.
+    ground : float, optional
+        z, relative to the scene's origin, of a plane that receives too [m].
+    before : sequence of Body
+        Of the same parts in another pose.
+
+    Attributes
+    ----------
+    bodies : list of Body
+    bounds : (n_things, 2, 3) float64
+        Of the things of all bodies, relative to the scene's origin [m].
+    indices : Indices
+        The triangles of the last plans.
+    floor : float
+        z, relative to the scene's origin, below every receiver: volumes may end there [m].
+    """
+
+    device: Device
+    scene: Scene
+    geometry: Geometry
+    casters: Sequence[int] | None = None
+    ground: float | None = None
+    before: Sequence[Body] = ()
+    _kept: list[_Kept] = field(default_factory=list)
+    _last: tuple[bytes, list[Plan]] | None = None
+    _moves: int = 0
+
+    def __post_init__(self) -> None:
+        self.bodies = make_bodies(self.scene, self.geometry, self.casters, self.before)
+        self.before = ()
+        self.indices = Indices(self.device, 2 * self.geometry.n_points)
+        self._measure()
+
+    def _measure(self) -> None:
+        boxes = [body.world_bounds() for body in self.bodies]
+        self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
+        whole = self.scene.bounds() - self.scene.origin
+        low = min(whole[0, 2], np.inf if self.ground is None else self.ground)
+        self.floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
+        self._moves += 1
+        self._last = None
+
+    def move(self, scene: Scene) -> None:
+        """
+        Take new transforms from a scene of the same parts.
+
+        Only volumes of bodies that moved relative to a light are made anew.
+
+        Parameters
+        ----------
+        scene : Scene
+            Parts that had no transform must have none.
+        """
+        self.scene = scene
+        self.geometry.move(scene)
+        for body in self.bodies:
+            body.place([scene.parts[group.parts[0]].transform for group in body.groups])
+        self._measure()
+
+    def plan(
+        self,
+        projection: Projection,
+        lights: Sequence[Light],
+        method: str = "auto",
+        *,
+        choices: Choices | None = None,
+        warn: Callable[[str], object] = lambda _: None,
+    ) -> list[Plan]:
+        """
+        Plan all lights of a frame, and upload their triangles at once.
+
+        Parameters
+        ----------
+        projection : Projection
+        lights : sequence of Light
+        method : {'auto', 'z-pass', 'z-fail', 'lengyel', 'mcguire'}
+        choices : Choices, optional
+        warn : callable
+            Told, in a line, where the method is wrong for this view.
+
+        Returns
+        -------
+        plans : list of Plan
+            One for each light; valid until the next call.
+
+        Raises
+        ------
+        InputError
+            If there is no such method.
+        """
+        if method not in METHODS:
+            msg = f"the gl device has no method '{method}'; it has {', '.join(METHODS)}"
+            raise InputError(msg, method=method)
+        choices = choices or Choices()
+        key = projection.matrix.tobytes() + projection.eye.tobytes()
+        key += b"".join(light.position.tobytes() for light in lights)
+        key += f"{method} {choices} {[light.range for light in lights]}".encode()
+        if self._last is None or self._last[0] != key or method == "z-pass":
+            plans: list[Plan] = []
+            lists, nearby = [np.zeros(0, np.uint32)], [np.zeros((0, 2, 3))]
+            for number, light in enumerate(lights):
+                plans.append(
+                    self._plan(number, projection, light, method, choices, warn, lists, nearby)
+                )
+            del self._kept[len(lights) :]
+            points = np.concatenate(nearby)
+            self.indices.write(np.concatenate(lists), points if len(points) else None)
+            self._last = key, plans
+        return self._last[1]
+
+    def _plan(
+        self,
+        number: int,
+        projection: Projection,
+        light: Light,
+        method: str,
+        choices: Choices,
+        warn: Callable[[str], object],
+        lists: list[NDArray[np.uint32]],
+        nearby: list[NDArray[np.float64]],
+    ) -> Plan:
+        """Plan one light, and add its triangles to the lists."""
+        camera, origin = projection.camera, self.scene.origin
+        source = light.local(origin)
+        source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
+        kept = self._keep(number, projection.asked, source)
+        reach = light.range if choices.narrow else np.inf
+        corners, depths = find_reach(camera, origin, source, reach)
+        selection = select(
+            kept.volumes, self.bounds, camera, origin, source, method=method, choices=choices,
+            floor=self.floor, reach=reach, scissor=corners,
+        )  # fmt: skip
+        if method == "z-pass" and (selection.case > 1).any():
+            warn(
+                f"z-pass is wrong for this view: {int((selection.case > 1).sum())} casters stand "
+                "between the near plane and the light, and the eye cannot see their volumes "
+                "begin; use auto or z-fail"
+            )
+        draws: list[Draw] = []
+        drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
+        place = sum(map(len, lists))
+        first = self.geometry.n_points + sum(map(len, nearby))
+        if kept.nearby is not None:
+            nearby.append(kept.nearby.points)
+        for name, is_cut, chosen in _list_draws(selection):
+            found = gather(
+                kept.volumes, name.split("_z_", maxsplit=1)[0], chosen,
+                is_quad=is_cut or source[3] > 0, is_fan=selection.is_fan,
+            )  # fmt: skip
+            if kept.nearby is not None:
+                found = kept.nearby.refine(found, first)
+            if len(found):
+                kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
+                draws.append(Draw(kind, is_cut, place, len(found)))
+                drawn[name] += len(found) // 3
+                place += len(found)
+                lists.append(found)
+        uncut = selection.sides & selection.z_fail & ~selection.is_cut
+        start, tilt = find_start(kept.volumes, camera, source, uncut)
+        cases = [int((selection.case == case).sum()) for case in (1, 2, 3)]
+        statistics = Statistics(
+            things=len(self.bounds),
+            culled=int((~selection.sides).sum()),
+            cut=int((selection.is_cut & selection.sides).sum()),
+            cases=(cases[0], cases[1], cases[2]),
+            sides=drawn["sides_z_pass"] + drawn["sides_z_fail"],
+            sides_z_pass=drawn["sides_z_pass"],
+            dark_caps=drawn["dark_cap"],
+            light_caps=drawn["light_cap"],
+            index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
+            deepest=kept.deepest,
+            counts_in="stencil" if kept.deepest <= STENCIL_MOST else "float",
+        )
+        return Plan(
+            projection=projection.tilted(tilt),
+            light=np.append(source[:3] - source[3] * projection.eye, source[3]),
+            bottom=float(self.floor - projection.eye[2]),
+            draws=tuple(draws),
+            start=start,
+            case=selection.case,
+            statistics=statistics,
+            scissor=None if corners is None else turn_scissor(corners, camera),
+            depth_bounds=depths,
+            selection=selection,
+            volumes=tuple(kept.volumes),
+        )
+
+    def _keep(self, number: int, camera: Camera, source: NDArray) -> _Kept:
+        """Find a light's volumes; those of the last frame where nothing moved."""
+        old = self._kept[number] if number < len(self._kept) else None
+        faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
+        use_threads(count_cores() if faces > _FEW_FACES else 1)
+        volumes: list[BodyVolumes] = []
+        for index, body in enumerate(self.bodies):
+            lights = body.lights(source)
+            held = find_held(body, self.scene.origin, lights)
+            opened = find_opened(body, camera, self.scene.origin, lights, held)
+            last = old.volumes[index] if old is not None else None
+            if last is not None and last.is_of(lights, opened):
+                volumes.append(last)
+            else:
+                volumes.append(make_volumes(body, source, opened, held))
+        same = old is not None and all(map(operator.is_, volumes, old.volumes))
+        if old is not None and same and old.moves == self._moves:
+            return old
+        most = [find_most(each.body, each.opened) for each in volumes]
+        deepest = bound_count(volumes, most, source)
+        kept = _Kept(volumes, self._moves, deepest, find_nearby(volumes, source))
+        self._kept[number : number + 1] = [kept]
+        return kept
+
+    def twin(self) -> "Planner":
+        """Give another planner of the same casters, with lists and memory of its own."""
+        other = copy(self)
+        other.indices = Indices(self.device, 2 * self.geometry.n_points)
+        other._kept, other._last = [], None
+        return other
+
+    def release(self) -> None:
+        """Free the list of triangles."""
+        self.indices.release()
+
+
+def _list_draws(selection: Selection) -> list[tuple[str, bool, NDArray[np.bool_]]]:
+    """List what to draw, whether cut, and of which things; caps after their sides."""
+    kinds = [
+        ("sides_z_pass", selection.sides & ~selection.z_fail),
+        ("sides_z_fail", selection.sides & selection.z_fail),
+        ("dark_cap", selection.dark_cap),
+    ]
+    listed = [
+        (name, is_cut, chosen & (selection.is_cut == is_cut))
+        for is_cut in (False, True)
+        for name, chosen in kinds
+    ]
+    listed.append(("light_cap", False, selection.light_cap))
+    return [each for each in listed if each[2].any()]

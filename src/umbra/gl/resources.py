@@ -1,0 +1,280 @@
+"""
+What a context holds for drawing: index buffers, buffer textures, images and timer queries.
+
+Vertices have no attributes but their number. A device in software bins all passes and draws
+them together, so its timer queries say nothing of a single pass: there each pass is waited
+for and the clock is read.
+"""
+
+import ctypes
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.context import Device
+from umbra.gl.programs import Program
+from umbra.scene import Image
+
+__all__ = ["Indices", "Texture", "TextureBuffer", "Timers", "draw_plain"]
+
+_TRIANGLES = 4
+_TEXTURE_BUFFER, _TEXTURE0 = 0x8C2A, 0x84C0
+_RGBA32F = 0x8814
+
+
+class Indices:
+    """
+    Triangles as lists of vertex numbers, 2 bytes each where they fit, else 4.
+
+    Parameters
+    ----------
+    device : Device
+    n_vertices : int
+        All numbers are below it, but those of ``nearby``.
+
+    Attributes
+    ----------
+    nearby : TextureBuffer, optional
+        Points of the last list that name their far ends themselves.
+    first_nearby : int
+        Number of the first of them.
+    """
+
+    def __init__(self, device: Device, n_vertices: int) -> None:
+        self._device = device
+        self.dtype = np.dtype(np.uint16 if n_vertices <= 1 << 16 else np.uint32)
+        self.n_bytes = 0
+        self.first_nearby = n_vertices // 2
+        self.nearby: TextureBuffer | None = None
+        self._buffer: Any = None
+        self._arrays: dict[int, Any] = {}
+
+    def write(self, numbers: NDArray, nearby: NDArray[np.float64] | None = None) -> None:
+        """
+        Replace the list, in one upload.
+
+        Parameters
+        ----------
+        numbers : (n,) unsigned int
+        nearby : (n, 2, 3) float64, optional
+            Points after those of the geometry, as in ``umbra.gl.nearby``.
+        """
+        self._device.use()
+        self._write_nearby(nearby)
+        if nearby is not None and self.dtype == np.uint16:
+            self._free()  # they may need larger numbers
+            self.dtype = np.dtype(np.uint32)
+        data = np.ascontiguousarray(numbers, self.dtype).tobytes()
+        self.n_bytes = len(data)
+        if self._buffer is None or self._buffer.size < len(data):
+            self._free()
+            room = max(1 << 12, len(data) + len(data) // 2)
+            self._buffer = self._device.context.buffer(reserve=room, dynamic=True)
+            self._device.keep("buffer", self._buffer.glo)
+        else:
+            self._buffer.orphan()  # the driver need not wait for earlier draws
+        if data:
+            self._buffer.write(data)
+
+    def draw(self, program: Program, first: int, count: int) -> None:
+        """Draw ``count`` numbers from the ``first`` on as triangles."""
+        if not count:
+            return
+        self._device.use()
+        array = self._arrays.get(id(program))
+        if array is None:
+            array = self._device.context.vertex_array(
+                program.handle,
+                [],
+                index_buffer=self._buffer,
+                index_element_size=self.dtype.itemsize,
+            )
+            self._device.keep("vertex array", array.glo)
+            self._arrays[id(program)] = array
+        array.render(_TRIANGLES, vertices=count, first=first)
+
+    def _write_nearby(self, nearby: NDArray[np.float64] | None) -> None:
+        if self.nearby is not None:
+            self.nearby.release()
+            self.nearby = None
+        if nearby is not None:
+            rows = np.zeros((2 * len(nearby), 4), np.float32)
+            rows[:, :3] = nearby.reshape(-1, 3)
+            self.nearby = TextureBuffer(self._device, rows, _RGBA32F)
+
+    def release(self) -> None:
+        """Free the buffers."""
+        self._device.use()
+        self._write_nearby(None)
+        self._free()
+
+    def _free(self) -> None:
+        for array in self._arrays.values():
+            self._device.forget("vertex array", array.glo)
+            array.release()
+        self._arrays = {}
+        if self._buffer is not None:
+            self._device.forget("buffer", self._buffer.glo)
+            self._buffer.release()
+        self._buffer = None
+
+
+def draw_plain(device: Device, program: Program, count: int) -> None:
+    """Draw triangles whose vertices a shader makes from their numbers alone."""
+    array = device.context.vertex_array(program.handle, [])
+    array.render(_TRIANGLES, vertices=count)
+    array.release()
+
+
+class TextureBuffer:
+    """A buffer that shaders read by ``texelFetch``."""
+
+    def __init__(self, device: Device, values: NDArray, internal: int) -> None:
+        self._device = device
+        self._buffer = device.context.buffer(np.ascontiguousarray(values).tobytes())
+        device.keep("buffer", self._buffer.glo)
+        self._texture = device.gl.make("Texture")
+        device.keep("texture", self._texture)
+        device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
+        device.gl.TexBuffer(_TEXTURE_BUFFER, internal, self._buffer.glo)
+        device.gl.BindTexture(_TEXTURE_BUFFER, 0)
+        device.check("a mesh was uploaded")
+
+    def write(self, values: NDArray) -> None:
+        """Replace all values by as many others."""
+        self._device.use()
+        self._buffer.write(np.ascontiguousarray(values).tobytes())
+
+    def bind(self, unit: int) -> None:
+        """Put the buffer in a texture unit."""
+        self._device.gl.ActiveTexture(_TEXTURE0 + unit)
+        self._device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
+
+    def release(self) -> None:
+        """Free buffer and texture."""
+        self._device.gl.delete("Texture", self._texture)
+        self._device.forget("texture", self._texture)
+        self._device.forget("buffer", self._buffer.glo)
+        self._buffer.release()
+
+
+_TEXTURE0, _TEXTURE_2D, _SRGB8_ALPHA8 = 0x84C0, 0x0DE1, 0x8C43
+_WRAPS = {"repeat": 0x2901, "mirror": 0x8370, "clamp": 0x812F}
+
+
+class Texture:
+    """
+    An image with its smaller copies; decoded from sRGB when it is fetched.
+
+    Parameters
+    ----------
+    device : Device
+    image : Image
+    wrap : (str, str), optional
+        The image's own by default.
+
+    Raises
+    ------
+    InputError
+        If the image cannot be decoded.
+    """
+
+    def __init__(self, device: Device, image: Image, wrap: tuple[str, str] | None = None) -> None:
+        pixels = image.pixels
+        rows, cols = pixels.shape[:2]
+        self._device = device
+        self._texture = device.context.texture(
+            (cols, rows), 4, pixels.tobytes(), internal_format=_SRGB8_ALPHA8
+        )
+        device.keep("texture", self._texture.glo)
+        self._texture.build_mipmaps()
+        self._texture.anisotropy = 8.0
+        gl = device.gl
+        gl.BindTexture(_TEXTURE_2D, self._texture.glo)
+        for side, how in zip((0x2802, 0x2803), wrap or image.wrap, strict=True):
+            gl.TexParameteri(_TEXTURE_2D, side, _WRAPS[how])
+        gl.BindTexture(_TEXTURE_2D, 0)
+        device.check(f"the texture '{image.name}' was uploaded")
+
+    def bind(self, unit: int) -> None:
+        """Let shaders find it at a texture unit."""
+        self._device.gl.ActiveTexture(_TEXTURE0 + unit)
+        self._device.gl.BindTexture(_TEXTURE_2D, self._texture.glo)
+
+    def release(self) -> None:
+        """Free it."""
+        self._device.use()
+        self._device.forget("texture", self._texture.glo)
+        self._texture.release()
+
+
+_TIME_ELAPSED, _RESULT = 0x88BF, 0x8866
+
+
+class Timers:
+    """
+    Timer queries by the names of passes; a pass that comes several times a frame is summed up.
+
+    Parameters
+    ----------
+    device : Device
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._free: list[int] = []
+        self._asked: list[tuple[str, int]] = []
+        self._clocked: list[tuple[str, float]] = []
+
+    @contextmanager
+    def measure(self, name: str) -> Iterator[None]:
+        """Measure what is drawn within; such blocks cannot be nested."""
+        gl = self._device.gl
+        if self._device.is_software:
+            gl.Finish()
+            start = time.perf_counter()
+            yield
+            gl.Finish()
+            self._clocked.append((name, 1e3 * (time.perf_counter() - start)))
+            return
+        query = self._free.pop() if self._free else self._make()
+        self._asked.append((name, query))
+        gl.BeginQuery(_TIME_ELAPSED, query)
+        try:
+            yield
+        finally:
+            gl.EndQuery(_TIME_ELAPSED)
+
+    def collect(self) -> dict[str, float]:
+        """
+        Give the time of each pass since the last call, in the order in which they began [ms].
+
+        Waits until the device is done with them.
+        """
+        times: dict[str, float] = {}
+        elapsed = ctypes.c_uint64()
+        for name, query in self._asked:
+            self._device.gl.GetQueryObjectui64v(query, _RESULT, ctypes.addressof(elapsed))
+            times[name] = times.get(name, 0.0) + elapsed.value / 1e6
+            self._free.append(query)
+        for name, spent in self._clocked:
+            times[name] = times.get(name, 0.0) + spent
+        self._asked, self._clocked = [], []
+        return times
+
+    def release(self) -> None:
+        """Free the queries."""
+        for query in [*self._free, *(query for _, query in self._asked)]:
+            self._device.gl.DeleteQueries(1, ctypes.addressof(ctypes.c_uint(query)))
+            self._device.forget("query", query)
+        self._free, self._asked = [], []
+
+    def _make(self) -> int:
+        number = ctypes.c_uint()
+        self._device.gl.GenQueries(1, ctypes.addressof(number))
+        self._device.keep("query", number.value)
+        return number.value
