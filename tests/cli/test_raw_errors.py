@@ -17,7 +17,7 @@ import umbra
 from umbra import kernel_cache
 from umbra.study.period import make_period
 from umbra.sun.clock import check_steps, make_steps
-from umbra.writers.beside import replace_file
+from umbra.writers.atomic import replace_file
 
 VIENNESE = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 

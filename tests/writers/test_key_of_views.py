@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from umbra.writers.canopies import find_swatches
 from umbra.writers.color import shade_ramp
+from umbra.writers.hatches import find_swatches
 from umbra.writers.hours import make_hours_sheet
-from umbra.writers.look import SKY, Look
-from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size
+from umbra.writers.plan import DOTS_PER_INCH, SKY, Look, Plan, find_map_size
 from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(np.arange(0.25, 40, 0.5), np.arange(0.25, 30, 0.5), None, None, title="house")

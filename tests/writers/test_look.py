@@ -11,8 +11,7 @@ from umbra.sun import Site
 from umbra.writers.color import shade_ramp
 from umbra.writers.edges import make_look
 from umbra.writers.hours import make_hours_sheet
-from umbra.writers.look import SKY
-from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size
+from umbra.writers.plan import DOTS_PER_INCH, SKY, Plan, find_map_size
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 NIGHTLESS = {"date": "2026-06-21", "start": "12:00", "end": "14:00", "every": "1h"}

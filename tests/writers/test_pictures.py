@@ -12,15 +12,16 @@ from PIL import Image
 
 from umbra.writers.color import SHADE_STOPS, make_ramp, make_stamp_tints, shade_ramp
 from umbra.writers.contours import find_levels, trace
-from umbra.writers.day_map import DayMap
-from umbra.writers.dots import draw_points, make_points_sheet
-from umbra.writers.hour_panels import make_hour_panels
-from umbra.writers.hours import MISSING, draw_hours, make_hours_sheet
-from umbra.writers.overlay import compose_profile
-from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size, shade_roofs
-from umbra.writers.png import write_png
-from umbra.writers.profile import draw_profile, make_profile_panels, make_profile_sheet
-from umbra.writers.raster import PackedMasks, resample
+from umbra.writers.hours import MISSING, draw_hours, make_hour_panels, make_hours_sheet
+from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size, shade_roofs
+from umbra.writers.point_map import draw_points, make_points_sheet
+from umbra.writers.profile import (
+    compose_profile,
+    draw_profile,
+    make_profile_panels,
+    make_profile_sheet,
+)
+from umbra.writers.raster import PackedMasks, resample, write_png
 from umbra.writers.sheet import make_sheet
 
 WORDS = {

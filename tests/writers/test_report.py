@@ -10,12 +10,11 @@ from support.shapes import box, moved
 from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
 from umbra.study.period import make_period
+from umbra.study.timeline import make_timeline, thin
 from umbra.sun import Site
 from umbra.writers.plan import Plan
-from umbra.writers.png import write_png
+from umbra.writers.raster import write_png
 from umbra.writers.report import Table, write_report
-from umbra.writers.report.thinning import thin
-from umbra.writers.report.timeline import make_timeline
 
 HOUSES = {
     "house": box((-6, -4, 0), (4, 6, 14)),

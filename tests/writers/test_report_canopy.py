@@ -7,10 +7,10 @@ from support.shapes import box, moved
 
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_point_study, run_study
+from umbra.study.timeline import make_point_timeline, make_timeline
 from umbra.sun import Site
 from umbra.writers.plan import Plan
 from umbra.writers.report import write_point_report, write_report
-from umbra.writers.report.timeline import make_point_timeline, make_timeline
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 GARDEN = {

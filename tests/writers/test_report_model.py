@@ -21,11 +21,11 @@ from support.shapes import box, moved, turned
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_point_study
 from umbra.study.surfaces import sample_surfaces
+from umbra.study.timeline import make_point_timeline
 from umbra.sun import Site
+from umbra.writers.facade_layout import lay_out_facades
 from umbra.writers.plan import Plan
 from umbra.writers.report import Table, write_point_report
-from umbra.writers.report.timeline import make_point_timeline
-from umbra.writers.unfold import unfold
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {
@@ -298,7 +298,7 @@ def test_masks_that_were_not_kept_are_counted_again(study):
 
 
 def test_instants_are_thinned_until_they_fit_and_it_is_said(page, tmp_path, monkeypatch):
-    monkeypatch.setattr("umbra.writers.report.timeline.MOST_BYTES", 3000)
+    monkeypatch.setattr("umbra.study.timeline.MOST_BYTES", 3000)
     study = make_study(date="2026-*-21")
     path, instants = save(tmp_path / "report.html", study)
     days, steps = instants.strides
@@ -324,7 +324,7 @@ def test_nothing_is_wider_than_the_window(page, study, tmp_path, width, height):
 def test_every_square_shows_a_sample_of_its_surface():
     roof = make_scene(*turned((np.array([(0, 0, 0), (9, 0, 0), (0, 7, 3.0)]), [[0, 1, 2]]), 20))
     samples = sample_surfaces(roof, 0.5)
-    whole = unfold(samples)
+    whole = lay_out_facades(samples)
     assert whole.is_whole
     assert set(whole.sample) == set(range(len(samples.points)))
     axes = samples.axes[0]
@@ -334,7 +334,7 @@ def test_every_square_shows_a_sample_of_its_surface():
         flat = samples.points @ axes.T
         apart = np.linalg.norm(flat - centre, axis=1)
         assert apart[k] == pytest.approx(apart.min(), abs=1e-9)
-    coarse = unfold(samples, most=20)
+    coarse = lay_out_facades(samples, most=20)
     assert len(coarse.sample) <= 20
     assert not (coarse.side == 0.5).all()
 

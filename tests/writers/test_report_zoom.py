@@ -7,7 +7,7 @@ import pytest
 from support.pages import FIGURES, INK, READY, RECT, expect, place_of, words
 from writers.test_report import make_study, save
 
-from umbra.writers.report.table import Pin, Table
+from umbra.writers.report.markup import Pin, Table
 
 CELL = "document.getElementById('where').textContent"
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from umbra.errors import InputError
-from umbra.writers.results import KEPT, replace_results
-from umbra.writers.unfinished import LOCK, PREFIX, SEAL
+from umbra.writers.atomic import KEPT, replace_results
+from umbra.writers.unfinished_folder import LOCK, PREFIX, SEAL
 
 NAMES = ("study.nc", "hours.png")
 
@@ -40,7 +40,7 @@ def start(folder, code):
     script = f"""
     import sys, time
     from pathlib import Path
-    from umbra.writers.results import replace_results
+    from umbra.writers.atomic import replace_results
     with replace_results({str(folder)!r}) as unfinished:
         {code}
         print("ready", flush=True)
@@ -208,7 +208,7 @@ def test_ctrl_c_during_the_moves_waits_for_them_and_tells_the_truth(tmp_path, mo
 
 STEPS = """
 import os, sys
-from umbra.writers.results import replace_results
+from umbra.writers.atomic import replace_results
 folder, at, number = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
 steps = None
 
@@ -263,7 +263,7 @@ def test_two_runs_that_end_at_once_do_not_mix(tmp_path):
     code = """
     import sys, time
     from pathlib import Path
-    from umbra.writers.results import replace_results
+    from umbra.writers.atomic import replace_results
     rename = Path.replace
 
     def slow(self, target):

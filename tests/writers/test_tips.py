@@ -13,9 +13,8 @@ from support.vision import VISIONS, contrast, see
 from umbra.scene import make_scene
 from umbra.study import make_preview, run_study
 from umbra.sun import Site, find_sun
-from umbra.writers.overlay import compose_profile
 from umbra.writers.plan import DOTS_PER_INCH, Plan
-from umbra.writers.profile import SHADE, make_profile_panels, make_profile_sheet
+from umbra.writers.profile import SHADE, compose_profile, make_profile_panels, make_profile_sheet
 from umbra.writers.tips import SHADOW_OUTLINE
 
 EAST = (1.0, 0.0)

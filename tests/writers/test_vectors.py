@@ -21,18 +21,17 @@ from umbra.study.moments import Moment, find_moments
 from umbra.sun import Site, find_sun
 from umbra.volume.adjacency import make_caster
 from umbra.writers.formats import Job, write_formats
-from umbra.writers.vectors.hour_lines import find_hour_lines
-from umbra.writers.vectors.loops import trace_loops
+from umbra.writers.vectors.layers import find_hour_lines
+from umbra.writers.vectors.outlines import trace_loops
 
 pytest.importorskip("pyclipr")
 shapely = pytest.importorskip("shapely")
 
 from umbra.writers.vectors import outlines as outlining  # noqa: E402
-from umbra.writers.vectors.dxf import write_dxf  # noqa: E402
-from umbra.writers.vectors.footprints import find_footprints  # noqa: E402
-from umbra.writers.vectors.geojson import write_geojson  # noqa: E402
+from umbra.writers.vectors.dxf import find_footprints, write_dxf  # noqa: E402
+from umbra.writers.vectors.gis_files import write_geojson  # noqa: E402
+from umbra.writers.vectors.layers import make_line_layer, make_outline_layer  # noqa: E402
 from umbra.writers.vectors.outlines import find_outlines, resolve_shadow  # noqa: E402
-from umbra.writers.vectors.shapes import make_line_layer, make_outline_layer  # noqa: E402
 
 HOURS = [f"{hour:02}:00" for hour in range(9, 18)]
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
@@ -258,7 +257,7 @@ def test_geojson_without_a_crs_says_so(study, tmp_path):
 @pytest.mark.parametrize("crs", ["EPSG:31256", None])
 def test_a_geopackage_holds_both_layers(study, tmp_path, crs):
     pyogrio = pytest.importorskip("pyogrio")
-    from umbra.writers.vectors.geopackage import write_geopackage  # noqa: PLC0415
+    from umbra.writers.vectors.gis_files import write_geopackage  # noqa: PLC0415
 
     layers = [make_outline_layer(find_outlines(study)), make_line_layer(find_hour_lines(study))]
     path = tmp_path / "a.gpkg"

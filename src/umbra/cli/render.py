@@ -187,8 +187,8 @@ def command(
     from umbra.scene.exposure import expose_lights  # noqa: PLC0415
     from umbra.sun import find_site, sun_light  # noqa: PLC0415
     from umbra.window.viewpoint import frame_bounds  # noqa: PLC0415
-    from umbra.writers.beside import replace_file  # noqa: PLC0415
-    from umbra.writers.png import write_png  # noqa: PLC0415
+    from umbra.writers.atomic import replace_file  # noqa: PLC0415
+    from umbra.writers.raster import write_png  # noqa: PLC0415
 
     if (eye is None) != (target is None):
         msg = "a view needs both --eye and --target; leave both out to see the whole model"

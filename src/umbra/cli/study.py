@@ -88,10 +88,10 @@ def command(
 
     from umbra.study import run_study  # noqa: PLC0415
     from umbra.sun import find_site  # noqa: PLC0415
+    from umbra.writers.atomic import replace_results  # noqa: PLC0415
     from umbra.writers.folder.summary import sum_up  # noqa: PLC0415
     from umbra.writers.folder.write import fill_folder  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
-    from umbra.writers.results import replace_results  # noqa: PLC0415
 
     # The painter's process starts when all this is loaded: two that load at once take longer.
     with (

@@ -30,8 +30,8 @@ from umbra.window.painter import Drawn, Pacing, Painter
 from umbra.window.panel import PanelState, draw_panel
 from umbra.window.screen import Screen
 from umbra.window.view import View
-from umbra.writers.beside import replace_file
-from umbra.writers.png import write_png
+from umbra.writers.atomic import replace_file
+from umbra.writers.raster import write_png
 
 __all__ = ["PANEL", "Viewer", "show"]
 

@@ -17,7 +17,7 @@ from umbra.sun import Site
 from umbra.window.daylight import Sun
 from umbra.window.view import View
 from umbra.window.viewpoint import Viewpoint
-from umbra.writers.beside import replace_file
+from umbra.writers.atomic import replace_file
 
 __all__ = ["from_json", "load_view", "save_view", "to_json"]
 

@@ -7,8 +7,7 @@ import contourpy
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.lettering import SMALL, measure
-from umbra.writers.paper import Panel
+from umbra.writers.paper import SMALL, Panel, measure
 from umbra.writers.raster import resample
 
 __all__ = ["draw_contours", "find_levels", "trace"]

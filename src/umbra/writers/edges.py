@@ -15,7 +15,7 @@ from umbra.rays.depth import NOTHING
 from umbra.scene.grid import Grid
 from umbra.study import Study
 from umbra.study.views import ViewTile
-from umbra.writers.look import Look
+from umbra.writers.plan import Look
 from umbra.writers.raster import resample
 
 __all__ = ["find_breaks", "make_look"]

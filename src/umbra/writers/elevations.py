@@ -7,11 +7,10 @@ from typing import Literal
 
 from numpy.typing import NDArray
 
-from umbra.writers.canopies import find_swatches
+from umbra.writers.hatches import find_swatches
 from umbra.writers.hours import draw_hours_key, fill_hours
-from umbra.writers.lettering import SMALL, SUBTITLE, measure
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_ticks
-from umbra.writers.paper import INK, Panel, make_figure, to_pixels
+from umbra.writers.paper import INK, SMALL, SUBTITLE, Panel, make_figure, measure, to_pixels
 from umbra.writers.plan import DOTS_PER_INCH, Plan, Show
 from umbra.writers.sheet import KEY_WIDTH, MARGIN, Sheet, Words
 

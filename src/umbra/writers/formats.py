@@ -17,11 +17,10 @@ if TYPE_CHECKING:
 
     from umbra.study import Study
     from umbra.study.moments import Moment
+    from umbra.study.timeline import Timeline
     from umbra.writers.plan import Show
-    from umbra.writers.report.timeline import Timeline
-    from umbra.writers.vectors.hour_lines import HourLine
+    from umbra.writers.vectors.layers import HourLine, Layer
     from umbra.writers.vectors.outlines import Outline
-    from umbra.writers.vectors.shapes import Layer
 
 __all__ = ["FORMATS", "Format", "Job", "check_extra", "write_formats"]
 
@@ -75,7 +74,7 @@ class Job:
     @cached_property
     def timeline(self) -> "Timeline":
         """Every instant at a page's resolution."""
-        from umbra.writers.report.timeline import make_timeline  # noqa: PLC0415
+        from umbra.study.timeline import make_timeline  # noqa: PLC0415
 
         return make_timeline(self.study)
 
@@ -100,7 +99,7 @@ class Job:
     @cached_property
     def hour_lines(self) -> "list[HourLine]":
         """Lines of equal hours."""
-        from umbra.writers.vectors.hour_lines import find_hour_lines  # noqa: PLC0415
+        from umbra.writers.vectors.layers import find_hour_lines  # noqa: PLC0415
 
         return list(find_hour_lines(self.study, self.show))
 
@@ -112,20 +111,20 @@ class Job:
     @cached_property
     def seen(self) -> "list[NDArray[np.float64]]":
         """The border of what a view sees; nothing of a plan."""
-        from umbra.writers.vectors.hour_lines import find_seen  # noqa: PLC0415
+        from umbra.writers.vectors.layers import find_seen  # noqa: PLC0415
 
         return [] if self.study.is_plan else find_seen(self.study)
 
     @cached_property
     def layers(self) -> "list[Layer]":
         """All of them, as simple features."""
-        from umbra.writers.vectors import shapes  # noqa: PLC0415
+        from umbra.writers.vectors import layers as made  # noqa: PLC0415
 
-        layers = [shapes.make_line_layer(self.hour_lines)]
+        layers = [made.make_line_layer(self.hour_lines)]
         if self.seen:
-            layers.insert(0, shapes.make_seen_layer(self.seen, self.frame))
+            layers.insert(0, made.make_seen_layer(self.seen, self.frame))
         if self.has_outlines or self.outlines:
-            layers.insert(0, shapes.make_outline_layer(self.outlines))
+            layers.insert(0, made.make_outline_layer(self.outlines))
         return layers
 
 
@@ -176,8 +175,8 @@ def write_formats(job: Job, names: Sequence[str]) -> list[str]:
 
 
 def _write_geotiff(job: Job) -> list[str]:
-    from umbra.writers.by_date import find_columns  # noqa: PLC0415
-    from umbra.writers.geotiff import write_geotiff  # noqa: PLC0415
+    from umbra.writers.tables import find_columns  # noqa: PLC0415
+    from umbra.writers.vectors.gis_files import write_geotiff  # noqa: PLC0415
 
     study = job.study
     columns = find_columns(study, ("y", "x"))
@@ -195,7 +194,7 @@ def _write_geotiff(job: Job) -> list[str]:
 
 
 def _write_geojson(job: Job) -> list[str]:
-    from umbra.writers.vectors.geojson import write_geojson  # noqa: PLC0415
+    from umbra.writers.vectors.gis_files import write_geojson  # noqa: PLC0415
 
     for layer in job.layers:
         write_geojson(job.folder / f"{layer.name}.geojson", layer, job.crs, job.frame)
@@ -203,16 +202,15 @@ def _write_geojson(job: Job) -> list[str]:
 
 
 def _write_geopackage(job: Job) -> list[str]:
-    from umbra.writers.vectors.geopackage import write_geopackage  # noqa: PLC0415
+    from umbra.writers.vectors.gis_files import write_geopackage  # noqa: PLC0415
 
     write_geopackage(job.folder / "study.gpkg", job.layers, job.crs)
     return ["study.gpkg"]
 
 
 def _write_dxf(job: Job) -> list[str]:
-    from umbra.writers.vectors.dxf import write_dxf  # noqa: PLC0415
-    from umbra.writers.vectors.footprints import find_footprints  # noqa: PLC0415
-    from umbra.writers.vectors.places import find_crs, name_crs  # noqa: PLC0415
+    from umbra.writers.vectors.dxf import find_footprints, write_dxf  # noqa: PLC0415
+    from umbra.writers.vectors.gis_files import find_crs, name_crs  # noqa: PLC0415
 
     height = job.study.ground if job.study.is_plan else 0.0
     coordinates = job.frame or name_crs(find_crs(job.crs))

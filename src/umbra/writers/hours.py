@@ -1,4 +1,4 @@
-"""The picture of a study: hours in shadow on a plan."""
+"""The picture of a study: hours in shadow on a plan; of several dates a map for each."""
 
 import os
 from collections.abc import Sequence
@@ -8,19 +8,30 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.canopies import find_swatches, hatch_canopies, outline_canopies
 from umbra.writers.color import paint_shares, shade_ramp
 from umbra.writers.contours import draw_contours, find_levels, trace
-from umbra.writers.hatch import draw_hatch, draw_hatch_swatch
-from umbra.writers.keys import Swatch, draw_color_bar
-from umbra.writers.lettering import LINE, SMALL, wrap
-from umbra.writers.look import draw_look
-from umbra.writers.paper import INK, QUIET, Panel
-from umbra.writers.plan import Plan, Show, name_hours, shade_roofs
+from umbra.writers.hatches import (
+    draw_hatch,
+    draw_hatch_swatch,
+    find_swatches,
+    hatch_canopies,
+    outline_canopies,
+)
+from umbra.writers.marks import Swatch, draw_color_bar
+from umbra.writers.paper import INK, LINE, QUIET, SMALL, Panel, wrap
+from umbra.writers.plan import DayMap, Plan, Show, draw_look, name_hours, shade_roofs
 from umbra.writers.raster import resample
-from umbra.writers.sheet import KEY_WIDTH, Sheet, make_sheet
+from umbra.writers.sheet import KEY_WIDTH, Sheet, make_panels, make_sheet
 
-__all__ = ["OUTLINE", "draw_hours", "draw_hours_key", "fill_hours", "make_hours_sheet"]
+__all__ = [
+    "OUTLINE",
+    "draw_hour_panels",
+    "draw_hours",
+    "draw_hours_key",
+    "fill_hours",
+    "make_hour_panels",
+    "make_hours_sheet",
+]
 
 MISSING = 0.93  # grey of cells without a value
 BAR = 5.0  # of a long colour bar, with its title and what is hatched [inch]
@@ -206,3 +217,69 @@ def _find_scale_ticks(max_hours: float) -> list[tuple[float, str]]:
     if len(levels) == 1:
         return [(0.0, "0 h"), (1.0, f"{max_hours * 60:.0f} min")]
     return [(level / max_hours, f"{level} h") for level in levels]
+
+
+def draw_hour_panels(
+    path: str | os.PathLike[str],
+    plan: Plan,
+    days: Sequence[DayMap],
+    max_hours: float,
+    receivers: Literal["ground", "top"] = "ground",
+    what: str = "",
+    show: Show = "shadow",
+    hatch: str = "",
+) -> None:
+    """
+    Draw the hours on several dates a map for each, all on one scale.
+
+    Parameters
+    ----------
+    path : path
+    plan : Plan
+        Of every map; its words are those of all dates.
+    days : sequence of DayMap
+    max_hours : float
+        The colour scale's end: the most hours that the sun was up on one of the dates [h].
+    receivers : {'ground', 'top'}
+        As ``draw_hours`` takes them.
+    what : str
+        What the hours are of, for the key.
+    show : {'shadow', 'sun'}
+        As ``draw_hours`` takes it.
+    hatch : str
+        What is hatched, for the key.
+
+    Raises
+    ------
+    ValueError
+        If the hours of a date do not fit the plan.
+    OSError
+        If the file cannot be written.
+    """
+    make_hour_panels(plan, days, max_hours, receivers, what, show, hatch)[0].save(path)
+
+
+def make_hour_panels(
+    plan: Plan,
+    days: Sequence[DayMap],
+    max_hours: float,
+    receivers: Literal["ground", "top"] = "ground",
+    what: str = "",
+    show: Show = "shadow",
+    hatch: str = "",
+) -> tuple[Sheet, list[Panel]]:
+    """Lay out what ``draw_hour_panels`` writes; same parameters, less the path."""
+    for day in days:
+        if day.hours.shape != plan.shape:
+            msg = f"the hours on {day.title} are {day.hours.shape}, but the plan is {plan.shape}"
+            raise ValueError(msg)
+    sheet, panels = make_panels(plan, [day.title for day in days], [day.remark for day in days])
+    for panel, day in zip(panels, days, strict=True):
+        hours = np.asarray(day.hours, np.float32)
+        fill_hours(panel, hours, max_hours, receivers, show, day.finer)
+        if day.hatched is not None and day.hatched.any():
+            draw_hatch(panel, day.hatched)
+    if max_hours > 0:
+        remark = "" if plan.proposed is None else "outlined in red: proposed"
+        draw_hours_key(sheet, max_hours, what, remark, show, hatch, find_swatches([plan]))
+    return sheet, panels

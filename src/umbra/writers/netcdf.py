@@ -1,5 +1,6 @@
 """Write a study as NetCDF-4 by the CF conventions."""
 
+import io
 import os
 import warnings
 from collections.abc import Mapping
@@ -11,9 +12,61 @@ from numpy.typing import NDArray
 
 from umbra.errors import UmbraError
 from umbra.study.attributes import find_attributes
-from umbra.writers.patient_file import PatientFile
 
-__all__ = ["Variables", "write_netcdf"]
+__all__ = ["DeferredFile", "Variables", "write_netcdf"]
+
+
+class DeferredFile(io.FileIO):
+    """
+    A new file, which remembers the first error of writing instead of raising it.
+
+    After an error nothing more is written, and what was not reads as zeros; so ask
+    `check` after each piece of work.
+
+    Parameters
+    ----------
+    path : path
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        super().__init__(os.fspath(path), "w+")
+        self._error: OSError | None = None
+
+    def check(self) -> None:
+        """Raise what went wrong."""
+        if self._error is not None:
+            raise self._error
+
+    def write(self, data: object) -> int:
+        """Write all of the data, or seem to."""
+        view = memoryview(data).cast("B")  # type: ignore[arg-type]
+        done = 0
+        while self._error is None and done < len(view):
+            try:
+                done += super().write(view[done:]) or 0
+            except OSError as error:
+                self._error = error
+        if done < len(view):
+            self.seek(len(view) - done, os.SEEK_CUR)
+        return len(view)
+
+    def readinto(self, buffer: object) -> int:
+        """Read; zeros beyond the end."""
+        view = memoryview(buffer).cast("B")  # type: ignore[arg-type]
+        done = super().readinto(view) or 0
+        if self._error is not None and done < len(view):
+            view[done:] = bytes(len(view) - done)
+            done = len(view)
+        return done
+
+    def truncate(self, size: int | None = None) -> int:
+        """Cut or lengthen the file."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self._error = self._error or error
+            return self.tell() if size is None else size
+
 
 Variables = Mapping[str, tuple[tuple[str, ...], NDArray]]
 """Arrays by name, each with the names of its dimensions. One that bears a dimension's
@@ -51,7 +104,7 @@ def write_netcdf(
     grid_mapping = _find_grid_mapping(known.get("crs"))
     dates = int(str(known.get("days", 1)))
     try:
-        with PatientFile(path) as target, h5netcdf.File(target, "w") as file:
+        with DeferredFile(path) as target, h5netcdf.File(target, "w") as file:
             file.attrs.update({"Conventions": "CF-1.11", **known})
             file.dimensions = {
                 name: size
@@ -77,7 +130,7 @@ def write_netcdf(
 
 def _write_variable(
     file: h5netcdf.File,
-    target: PatientFile,
+    target: DeferredFile,
     name: str,
     dimensions: tuple[str, ...],
     array: NDArray,

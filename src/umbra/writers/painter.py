@@ -70,9 +70,9 @@ class Painter:
     def draw_hour_panels(
         self, path: os.PathLike[str], plan: Plan, days: Sequence[Any], *args: Any, **options: Any
     ) -> Future[None]:
-        """Have ``umbra.writers.hour_panels.draw_hour_panels`` called; same parameters."""
+        """Have ``umbra.writers.hours.draw_hour_panels`` called; same parameters."""
         job = (path, plan, list(days), *args)
-        return self._submit("umbra.writers.hour_panels", "draw_hour_panels", job, options)
+        return self._submit("umbra.writers.hours", "draw_hour_panels", job, options)
 
     def draw_profile(
         self,
@@ -100,14 +100,16 @@ class Painter:
         return self._submit(MODULES[1], "draw_profiles", (path, plan, packed), options)
 
     def draw_points(self, path: os.PathLike[str], plan: Plan, *args: Any) -> Future[None]:
-        """Have ``umbra.writers.dots.draw_points`` called; same parameters."""
-        return self._submit("umbra.writers.dots", "draw_points", (path, plan, *args), {})
+        """Have ``umbra.writers.point_map.draw_points`` called; same parameters."""
+        return self._submit("umbra.writers.point_map", "draw_points", (path, plan, *args), {})
 
     def draw_point_panels(
         self, path: os.PathLike[str], plan: Plan, *args: Any, **options: Any
     ) -> Future[None]:
-        """Have ``umbra.writers.dots.draw_point_panels`` called; same parameters."""
-        return self._submit("umbra.writers.dots", "draw_point_panels", (path, plan, *args), options)
+        """Have ``umbra.writers.point_map.draw_point_panels`` called; same parameters."""
+        return self._submit(
+            "umbra.writers.point_map", "draw_point_panels", (path, plan, *args), options
+        )
 
     def draw_elevations(self, path: os.PathLike[str], *args: Any, **options: Any) -> Future[None]:
         """Have ``umbra.writers.elevations.draw_elevations`` called; same parameters."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from umbra.study import PointStudy, split_dates, tell_dates
-from umbra.writers.by_date import find_columns
+from umbra.writers.tables import find_columns
 
 __all__ = ["OF_POINTS", "OF_SURFACES", "make_point_layer", "write_point_formats"]
 
@@ -47,12 +47,12 @@ def write_point_formats(folder: Path, study: PointStudy, names: Sequence[str]) -
                 write_surfaces_glb(folder / file, one, most)
                 files.append(file)
         elif name == "geojson":
-            from umbra.writers.vectors.geojson import write_geojson  # noqa: PLC0415
+            from umbra.writers.vectors.gis_files import write_geojson  # noqa: PLC0415
 
             write_geojson(folder / "points.geojson", make_point_layer(study), crs)
             files.append("points.geojson")
         elif name == "gpkg":
-            from umbra.writers.vectors.geopackage import write_geopackage  # noqa: PLC0415
+            from umbra.writers.vectors.gis_files import write_geopackage  # noqa: PLC0415
 
             write_geopackage(folder / "study.gpkg", [make_point_layer(study)], crs)
             files.append("study.gpkg")
@@ -73,7 +73,7 @@ def make_point_layer(study: PointStudy) -> Any:
     """
     import shapely  # noqa: PLC0415  (an extra)
 
-    from umbra.writers.vectors.shapes import Layer  # noqa: PLC0415
+    from umbra.writers.vectors.layers import Layer  # noqa: PLC0415
 
     values: dict[str, list] = {}
     for name, found in find_columns(study, ("sample",)).items():

@@ -11,9 +11,9 @@ from umbra.errors import InputError
 from umbra.study import PointStudy, tell_dates
 from umbra.study.surfaces import Samples
 from umbra.writers.color import shade_ramp
+from umbra.writers.facade_layout import FacadeLayout, lay_out_facades
 from umbra.writers.glb import Glb, turn_up
 from umbra.writers.model_glb import make_legend
-from umbra.writers.unfold import Unfolded, unfold
 
 __all__ = ["write_surfaces_glb"]
 
@@ -53,8 +53,8 @@ def write_surfaces_glb(
         raise InputError(msg)
     most = study.up_hours if most_hours is None else most_hours
     scene, soup = study.model.scene, study.model.soup
-    unfolded = unfold(samples, MOST_SQUARES)
-    picture, corner, scale = _draw(unfolded, study.shadow_hours / max(most, 1e-9))
+    layout = lay_out_facades(samples, MOST_SQUARES)
+    picture, corner, scale = _draw(layout, study.shadow_hours / max(most, 1e-9))
     middle = np.round(scene.bounds().mean(0)) - scene.origin
     middle[2] = scene.bounds()[0, 2] - scene.origin[2]
     glb = Glb(
@@ -71,7 +71,7 @@ def write_surfaces_glb(
     picture.save(stream, "PNG", optimize=True)
     texture = {"index": glb.add_texture(stream.getvalue())}
     colored = glb.add_material(lit=False, baseColorTexture=texture)
-    flat = _find_places(samples, unfolded)
+    flat = _find_places(samples, layout)
     size = np.array(picture.size)
     where = (corner[samples.owner][:, None] + scale * flat) / size
     names = np.asarray(study.more["part"][1])
@@ -103,17 +103,17 @@ def _tell(study: PointStudy, part: int) -> dict[str, object]:
     return {key: round(float(study.more[f"part_{key}"][1][part]), 3) for key in keys}
 
 
-def _find_places(samples: Samples, unfolded: Unfolded) -> NDArray[np.float64]:
+def _find_places(samples: Samples, layout: FacadeLayout) -> NDArray[np.float64]:
     """Give each corner's place in its surface's squares, (n_triangles, 3, 2)."""
     axes = samples.axes[samples.owner]
     flat = np.einsum("fij,fkj->fik", samples.corners, axes)
     flat -= (samples.start - samples.spacing / 2)[samples.owner][:, None]
-    flat /= unfolded.side[samples.owner][:, None, None]
-    return np.clip(flat, 0, unfolded.shape[samples.owner][:, None])
+    flat /= layout.side[samples.owner][:, None, None]
+    return np.clip(flat, 0, layout.shape[samples.owner][:, None])
 
 
 def _draw(
-    unfolded: Unfolded, shares: NDArray[np.floating]
+    layout: FacadeLayout, shares: NDArray[np.floating]
 ) -> tuple[Image.Image, NDArray[np.int64], int]:
     """
     Lay all surfaces side by side into one picture.
@@ -128,14 +128,14 @@ def _draw(
         Pixels along a square.
     """
     for scale in (4, 2, 1):
-        corner, size = _arrange(unfolded.shape * scale + 2 * _RIM)
+        corner, size = _arrange(layout.shape * scale + 2 * _RIM)
         if max(size) <= LARGEST:
             break
     pixels = np.zeros((size[1], size[0]), np.uint8)
     shade = np.clip(np.nan_to_num(shares) * 255 + 0.5, 0, 255).astype(np.uint8)
-    for surface, (cols, rows) in enumerate(unfolded.shape.tolist()):
-        first = unfolded.first[surface]
-        own = shade[unfolded.sample[first : first + cols * rows]].reshape(rows, cols)
+    for surface, (cols, rows) in enumerate(layout.shape.tolist()):
+        first = layout.first[surface]
+        own = shade[layout.sample[first : first + cols * rows]].reshape(rows, cols)
         x, y = corner[surface]
         drawn = np.pad(own.repeat(scale, 0).repeat(scale, 1), _RIM, mode="edge")
         pixels[y : y + drawn.shape[0], x : x + drawn.shape[1]] = drawn

@@ -1,4 +1,4 @@
-"""CSV: comma, point, UTF-8, a heading with units; opens in any spreadsheet."""
+"""CSV: comma, point, UTF-8, a heading with units; the columns and bands of several dates."""
 
 import contextlib
 import csv
@@ -12,11 +12,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from umbra.study import PointStudy, Study
-from umbra.writers.by_date import find_columns
+from umbra.study import PointStudy, Study, split_dates
+from umbra.study.attributes import is_sum
 
-__all__ = ["name_cells", "write_cells", "write_instants", "write_samples", "write_table"]
+__all__ = [
+    "find_columns",
+    "name_cells",
+    "write_cells",
+    "write_instants",
+    "write_samples",
+    "write_table",
+]
 
 MOST_NUMBERS = 6_000_000
 """In a table of cells that is written plainly: some 50 MB."""
@@ -175,3 +183,50 @@ def write_samples(folder: Path, study: PointStudy) -> list[str]:
         ]
         write_table(folder / file, list(own), zip(*texts, strict=True))
     return list(files)
+
+
+def find_columns(
+    study: Study | PointStudy, dims: tuple[str, ...], first: tuple[str, ...] = ()
+) -> dict[str, NDArray]:
+    """
+    Give the arrays along some axes by name.
+
+    Parameters
+    ----------
+    study : Study or PointStudy
+    dims : tuple of str
+    first : tuple of str
+        Names that come before the others.
+
+    Returns
+    -------
+    columns : dict of str to array
+        What each of several dates has is named with it, ``sun_hours_2026-03-21``; where only
+        sums are kept, ``sun_hours_sum``.
+    """
+    dates = split_dates(study)
+    if len(dates) == 1:
+        has_sums = len(study.period.days) > 1
+        return {
+            f"{name}_sum" if has_sums and is_sum(name) else name: array
+            for name, array in _pick(study, dims, first).items()
+        }
+    by_day: dict[str, NDArray] = {}
+    of_dates = [(one.period.days[0], _pick(one, dims)) for one in dates]
+    for name, array in _pick(study, dims, first).items():
+        if f"{name}_by_day" not in study.more:
+            by_day[name] = array
+            continue
+        by_day |= {f"{name}_{day}": found[name] for day, found in of_dates}
+    return by_day
+
+
+def _pick(
+    study: Study | PointStudy, dims: tuple[str, ...], first: tuple[str, ...] = ()
+) -> dict[str, NDArray]:
+    arrays = {
+        name: np.asarray(array)
+        for name, (dimensions, array) in study.variables().items()
+        if dimensions == dims
+    }
+    return {name: arrays.pop(name) for name in first if name in arrays} | arrays

@@ -6,8 +6,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.lettering import SMALL, measure
-from umbra.writers.paper import INK, Panel
+from umbra.writers.paper import INK, SMALL, Panel, measure
 from umbra.writers.raster import resample
 
 __all__ = ["SHADOW_OUTLINE", "name_tips", "rule_shadows"]

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from umbra.scene import Scene
 from umbra.study import Preview, Study, split_dates, tell_dates
 from umbra.study.preview import LONGEST
-from umbra.writers.day_map import DayMap
 from umbra.writers.folder.captions import list_few
 from umbra.writers.folder.dates import choose_panels, find_together, name_shown, tell_daylight
 from umbra.writers.painter import Painter
-from umbra.writers.plan import Plan, find_map_size
+from umbra.writers.plan import DayMap, Plan, find_map_size
 from umbra.writers.raster import resample
 
 __all__ = ["draw_lost"]

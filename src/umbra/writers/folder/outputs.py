@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from umbra.errors import InputError
 
 if TYPE_CHECKING:
+    from umbra.study.rules import Rules
     from umbra.writers.plan import Show
-    from umbra.writers.rules import Rules
 
 __all__ = ["NAMES", "Outputs"]
 
@@ -87,7 +87,7 @@ class Outputs:
         endings = ("png", *(name for name in asked if name in DRAWN))
         read = None
         if rules is not None:
-            from umbra.writers.rules import read_rules  # noqa: PLC0415
+            from umbra.study.rules import read_rules  # noqa: PLC0415
 
             read = read_rules(Path(rules))
         if sheet and receivers not in PLANS:

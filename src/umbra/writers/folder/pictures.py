@@ -14,12 +14,11 @@ from umbra.study.moments import choose_stamps
 from umbra.study.preview import LONGEST
 from umbra.sun import find_daylight
 from umbra.sun.stamps import Stamps
-from umbra.writers.day_map import DayMap
 from umbra.writers.folder.captions import describe, describe_finer
 from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
 from umbra.writers.folder.lost import draw_lost
 from umbra.writers.painter import Painter
-from umbra.writers.plan import Plan, find_map_size
+from umbra.writers.plan import DayMap, Plan, find_map_size
 
 __all__ = ["Sheets", "draw_pictures"]
 

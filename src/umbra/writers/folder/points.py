@@ -11,11 +11,10 @@ from umbra.scene.grid import Grid
 from umbra.study import PointStudy, run_study, split_dates, tell_dates
 from umbra.study.receivers import find_surface
 from umbra.sun import Site
-from umbra.writers.day_map import DayMap
 from umbra.writers.folder.captions import describe_method, describe_place, name_dates, name_files
 from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
 from umbra.writers.folder.pictures import draw_pictures
-from umbra.writers.plan import Plan
+from umbra.writers.plan import DayMap, Plan
 
 __all__ = [
     "PICTURES_ONLY",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from umbra.scene import Scene
 from umbra.study import PointStudy, Study
+from umbra.writers.atomic import replace_results
 from umbra.writers.folder.outputs import Outputs
 from umbra.writers.folder.pictures import draw_pictures
 from umbra.writers.folder.points import describe_points, draw_plan_of_points, draw_surfaces
@@ -14,10 +15,9 @@ from umbra.writers.folder.sheet import draw_sheet
 from umbra.writers.netcdf import write_netcdf
 from umbra.writers.painter import Painter
 from umbra.writers.plan import Plan, Show, name_hours
-from umbra.writers.results import replace_results
 
 if TYPE_CHECKING:
-    from umbra.writers.report.table import Pin
+    from umbra.writers.report.markup import Pin
 
 __all__ = ["fill_folder", "write_study"]
 
@@ -148,7 +148,8 @@ def _write_more(
     names = write_formats(job, outputs.formats)
     tables = []
     if outputs.rules:
-        from umbra.writers.rules import judge, make_verdict_table  # noqa: PLC0415
+        from umbra.study.rules import judge  # noqa: PLC0415
+        from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
         from umbra.writers.tables import write_table  # noqa: PLC0415
 
         verdicts = judge(study, outputs.rules)
@@ -186,7 +187,8 @@ def _write_more_of_points(
     tables = []
     if outputs.rules:
         from umbra.machine import count_cores  # noqa: PLC0415
-        from umbra.writers.rules import judge_points, make_verdict_table  # noqa: PLC0415
+        from umbra.study.rules import judge_points  # noqa: PLC0415
+        from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
         from umbra.writers.tables import write_table  # noqa: PLC0415
 
         casters = scene.select(options.get("cast", ()), options.get("no_cast", ()))

@@ -6,8 +6,8 @@ import numpy as np
 
 from umbra.study import PointStudy, Study
 from umbra.writers.report.counted import find_counted
-from umbra.writers.report.dates import join_dates
-from umbra.writers.report.table import Table
+from umbra.writers.report.markup import Table
+from umbra.writers.report.tables import join_dates
 
 __all__ = ["find_comparisons"]
 

@@ -9,8 +9,8 @@ import numpy as np
 from umbra.study import PointStudy, Study
 from umbra.study.canopy import Canopy
 from umbra.writers.report.counted import find_counted
-from umbra.writers.report.dates import join_dates
-from umbra.writers.report.table import Table
+from umbra.writers.report.markup import Table
+from umbra.writers.report.tables import join_dates
 
 __all__ = ["find_facts", "find_sun_areas"]
 

@@ -5,7 +5,9 @@ from numpy.typing import NDArray
 
 from umbra.study import PointStudy
 from umbra.study.surfaces import Samples
+from umbra.study.timeline import Instants
 from umbra.writers.color import shade_ramp
+from umbra.writers.facade_layout import lay_out_facades
 from umbra.writers.report.packed import (
     make_steps,
     pack,
@@ -13,8 +15,6 @@ from umbra.writers.report.packed import (
     pack_hours,
     pack_instants,
 )
-from umbra.writers.report.timeline import Instants
-from umbra.writers.unfold import unfold
 
 __all__ = ["MOST_SQUARES", "MOST_TRIANGLES", "make_model_data", "tell_model"]
 
@@ -95,16 +95,16 @@ def _pack_grids(
     samples: Samples, middle: NDArray[np.float64]
 ) -> tuple[dict[str, object], NDArray[np.int64]]:
     """Pack each surface's squares; give also the samples that any of them shows."""
-    unfolded = unfold(samples, MOST_SQUARES)
-    kept, table = np.unique(unfolded.sample, return_inverse=True)
+    layout = lay_out_facades(samples, MOST_SQUARES)
+    kept, table = np.unique(layout.sample, return_inverse=True)
     floats = np.zeros((len(samples.part), 9), "<f4")
     floats[:, :6] = samples.axes.reshape(-1, 6)
     # Coordinates in the plane from the first square's corner, of places about the middle.
     floats[:, 6:8] = samples.axes @ middle - samples.start + samples.spacing / 2
-    floats[:, 8] = unfolded.side
+    floats[:, 8] = layout.side
     return {
         "grids": pack(floats.tobytes()),
-        "grid_shape": pack_differences(unfolded.shape),
+        "grid_shape": pack_differences(layout.shape),
         "grid_samples": pack_differences(table),
         "sample_surface": pack_differences(samples.surface[kept]),
     }, kept

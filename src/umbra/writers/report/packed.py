@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study.period import Period
-from umbra.writers.report.timeline import Instants
+from umbra.study.timeline import Instants
 
 __all__ = ["make_steps", "pack", "pack_differences", "pack_hours", "pack_instants"]
 

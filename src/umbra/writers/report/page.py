@@ -12,11 +12,17 @@ from pathlib import Path
 import orjson
 
 from umbra.study import PointStudy, Study, split_dates, tell_dates
+from umbra.study.timeline import (
+    Instants,
+    Timeline,
+    make_point_timeline,
+    make_timeline,
+)
 from umbra.writers.plan import Plan, Show, name_hours
 from umbra.writers.report.comparison import find_comparisons
-from umbra.writers.report.dates import find_figures, list_dates
 from umbra.writers.report.facts import find_facts, find_sun_areas
 from umbra.writers.report.markup import (
+    Table,
     make_facts,
     make_notice,
     make_sheets,
@@ -26,13 +32,7 @@ from umbra.writers.report.markup import (
 from umbra.writers.report.model_data import make_model_data, tell_model
 from umbra.writers.report.plan_data import make_plan_data, tell_plan
 from umbra.writers.report.sample_tables import list_receivers
-from umbra.writers.report.table import Table
-from umbra.writers.report.timeline import (
-    Instants,
-    Timeline,
-    make_point_timeline,
-    make_timeline,
-)
+from umbra.writers.report.tables import find_figures, list_dates
 
 __all__ = ["write_point_report", "write_report"]
 

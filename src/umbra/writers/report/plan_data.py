@@ -9,14 +9,12 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from umbra.study import Study
+from umbra.study.timeline import LONGEST_VIEW, Timeline
 from umbra.writers.color import shade_ramp
 from umbra.writers.edges import make_look
-from umbra.writers.look import Look
-from umbra.writers.plan import Plan, shade_roofs
-from umbra.writers.report.markup import make_address
+from umbra.writers.plan import Look, Plan, shade_roofs
+from umbra.writers.report.markup import Pin, make_address
 from umbra.writers.report.packed import make_steps, pack, pack_hours, pack_instants
-from umbra.writers.report.table import Pin
-from umbra.writers.report.timeline import LONGEST_VIEW, Timeline
 
 __all__ = ["make_plan_data", "tell_plan"]
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from umbra.study import PointStudy, split_dates
 from umbra.study.ledger import MASKS
-from umbra.writers.report.dates import join_dates
-from umbra.writers.report.table import Table
+from umbra.writers.report.markup import Table
+from umbra.writers.report.tables import join_dates
 
 __all__ = ["MOST_ROWS", "list_receivers"]
 

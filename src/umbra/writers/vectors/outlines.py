@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.cpu.plane import PlaneSweep
@@ -22,11 +23,18 @@ from umbra.study.layout import TILE
 from umbra.study.moments import Moment, find_moments
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouette_edges
-from umbra.writers.vectors.loops import trace_loops
 
 __all__ = [
-    "EVERY", "LATTICE", "MOST", "Outline", "Polygon", "find_outlines", "gather", "resolve_shadow",
-]  # fmt: skip
+    "EVERY",
+    "LATTICE",
+    "MOST",
+    "Outline",
+    "Polygon",
+    "find_outlines",
+    "gather",
+    "resolve_shadow",
+    "trace_loops",
+]
 
 LATTICE = 1e-6
 """Corners lie on multiples of this, from the local origin [m]."""
@@ -169,3 +177,78 @@ def _orient(ring: NDArray[np.float64], sign: int) -> Ring:
     x, y = ring.T
     area = np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))
     return ring if area * sign > 0 else ring[::-1]
+
+
+def trace_loops(
+    edges: NDArray[np.int32], multiplicity: NDArray[np.int64]
+) -> list[NDArray[np.int32]]:
+    """
+    Walk along directed edges, each as often as its multiplicity says, in closed loops.
+
+    At every vertex as many edges leave as arrive, counted with multiplicity: from any
+    vertex a walk along unused edges can only end where it began. How the edges are
+    shared out among loops does not matter: the winding number about a point is the
+    sum over all edges, and stays that.
+
+    Parameters
+    ----------
+    edges : (n, 2) int32
+        Vertices, from and to.
+    multiplicity : (n,) int64
+        Above 0.
+
+    Returns
+    -------
+    loops : list of (k,) int32
+        Vertices; the first is not repeated.
+    """
+    if not len(edges):
+        return []
+    repeated = np.repeat(edges, multiplicity, axis=0)
+    starts = np.unique(repeated[:, 0])
+    by_start = repeated[np.argsort(repeated[:, 0], kind="stable")]
+    first = np.searchsorted(by_start[:, 0], starts)
+    ends = np.searchsorted(starts, by_start[:, 1])
+    walk, breaks = _walk(np.append(first, len(by_start)), ends)
+    return [starts[part] for part in np.split(walk, breaks) if len(part) > 2]
+
+
+@njit(cache=True)
+def _walk(first, ends):
+    """
+    Follow edges from vertex to vertex until all are used.
+
+    Parameters
+    ----------
+    first : (n_vertices + 1,) int64
+        Where each vertex's leaving edges begin.
+    ends : (n_edges,) int64
+        Vertex at which each edge arrives.
+
+    Returns
+    -------
+    walk : (n_edges,) int64
+        Vertices, loop after loop.
+    breaks : (n_loops - 1,) int64
+        Where loops after the first begin.
+    """
+    unused = first[:-1].copy()
+    walk = np.zeros(ends.size, np.int64)
+    breaks = np.zeros(ends.size, np.int64)
+    n_walk = 0
+    n_breaks = 0
+    for start in range(first.size - 1):
+        while unused[start] < first[start + 1]:
+            if n_walk:
+                breaks[n_breaks] = n_walk
+                n_breaks += 1
+            at = start
+            while True:
+                walk[n_walk] = at
+                n_walk += 1
+                edge = unused[at]
+                unused[at] += 1
+                at = ends[edge]
+                if at == start:
+                    break
+    return walk, breaks[:n_breaks]

@@ -2,7 +2,7 @@
 
 import datetime as dt
 import zoneinfo
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +13,11 @@ from umbra.scene.grid import Grid
 from umbra.study import Study
 from umbra.study.canopy import Canopy
 from umbra.study.period import Period, make_period
+from umbra.study.rules.read import Check, Place, Rules
+from umbra.study.rules.standing import find_standing
 from umbra.study.spells import Spells, SpellState, to_hours
-from umbra.writers.report.table import Pin, Table
-from umbra.writers.rules.read import Check, Place, Rules
-from umbra.writers.rules.standing import find_standing
 
-__all__ = ["Verdict", "judge", "make_verdict_table"]
+__all__ = ["Verdict", "judge"]
 
 Finder = Callable[[NDArray[np.float64]], NDArray[np.uint8]]
 
@@ -104,38 +103,6 @@ def judge(study: Study, rules: Rules) -> list[Verdict]:
             else:
                 verdicts.append(_judge_area(study, check, period))
     return verdicts
-
-
-def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
-    """Lay verdicts out for a report or a CSV file."""
-    failed = sum(not verdict.passes for verdict in verdicts)
-    outcome = "all pass" if not failed else f"{failed} of {len(verdicts)} fail"
-    pins = _find_pins(verdicts)
-    places = list(pins)
-    return Table(
-        f"{rules.name}, {rules.version}: {outcome}",
-        ("check", "date", "where", "wanted", "measured", "verdict", "evidence"),
-        [
-            (v.check, v.date.isoformat(), v.where, v.wanted, v.measured,
-             "pass" if v.passes else "fail", v.evidence)
-            for v in verdicts
-        ],
-        f"Source: {rules.source}",
-        kind="place" if pins else "",
-        index=[None if v.place is None else places.index(v.place) for v in verdicts],
-        link=2,
-        pins=list(pins.values()),
-    )  # fmt: skip
-
-
-def _find_pins(verdicts: Sequence[Verdict]) -> dict[Place, Pin]:
-    """Mark each named place once; it passes if all its verdicts do."""
-    pins: dict[Place, Pin] = {}
-    for v in verdicts:
-        if v.place is not None:
-            passes = v.passes and (v.place not in pins or pins[v.place].passes)
-            pins[v.place] = Pin(v.where, v.place.x, v.place.y, passes, v.standing)
-    return pins
 
 
 def find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -> dt.date:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError
+from umbra.study.rules.blocks import Block, load_block
 from umbra.sun.clock import parse_duration
-from umbra.writers.rules.keys import Block, load_block
 
 __all__ = ["MEASURES", "Check", "Place", "Rules", "read_rules"]
 

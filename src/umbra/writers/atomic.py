@@ -1,21 +1,83 @@
 """
-Replace the files of a results folder only when all the new ones are complete.
+Replace a file, or the files of a results folder, only when all that is new is complete.
 
-A run writes into a temporary folder inside the results folder, so on the same file
-system, and every file is renamed over its old namesake at the end.
+A single file is written beside its old self and renamed. A run writes into a temporary folder
+inside the results folder, so on the same file system, and every file is renamed over its old
+namesake at the end.
 """
 
+import errno
 import os
+import signal
+import tempfile
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from umbra.errors import InputError, UmbraError
-from umbra.writers.beside import FULL
-from umbra.writers.held_signals import hold_signals
-from umbra.writers.unfinished import UnfinishedFolder, lock_folder
+from umbra.writers.unfinished_folder import UnfinishedFolder, lock_folder
 
-__all__ = ["replace_results"]
+__all__ = ["FULL", "hold_signals", "replace_file", "replace_results"]
+
+FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+"""Errors of a disk, or what a user may have of it, that is full."""
+
+
+@contextmanager
+def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """
+    Give a temporary file beside ``path`` that replaces it on success.
+
+    The place is tried on entry, so enter before long work. On any exception the new
+    file is dropped and the old one stays whole.
+
+    Parameters
+    ----------
+    path : path
+        Its folder is made if missing.
+
+    Yields
+    ------
+    unfinished : Path
+        Write here.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written there.
+    UmbraError
+        If the disk, or what the user may have of it, is full.
+    """
+    target = Path(path)
+    try:
+        if target.is_dir():
+            raise IsADirectoryError(21, "it is a folder")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(target.suffix, f".{target.stem}-", target.parent)
+        os.close(handle)
+        mask = os.umask(0)
+        os.umask(mask)
+        Path(name).chmod(0o666 & ~mask)  # as any new file; mkstemp's are private
+    except (OSError, ValueError) as error:  # ValueError: a null byte in its name
+        reason = getattr(error, "strerror", None) or str(error)
+        if isinstance(error, FileExistsError):  # only where a file stands for a folder
+            reason = f"'{target.parent}' is not a folder"
+        msg = f"cannot write '{target}' ({reason}); choose another place"
+        raise InputError(msg, path=target) from error
+    try:
+        yield Path(name)
+        Path(name).replace(target)
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        reason = (error.strerror or str(error)).lower()
+        msg = f"could not write '{target}' ({reason}); free some space or choose another place"
+        raise UmbraError(msg, path=target) from error
+    finally:
+        with suppress(OSError):
+            Path(name).unlink()
+
 
 KEPT = "earlier results are as they were"
 
@@ -101,3 +163,28 @@ def _make_unfinished(target: Path) -> tuple[UnfinishedFolder, list[Path]]:
             "name a folder that you may write to"
         )
         raise InputError(msg, path=target) from None
+
+
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # Windows has the last instead of SIGHUP
+
+
+@contextmanager
+def hold_signals() -> Iterator[None]:
+    """Let Ctrl-C and requests to end wait for the end of the block; then they do what they do."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # Python lets the main thread alone answer signals
+        return
+    held: list[int] = []
+    numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
+    previous = {}
+    try:
+        for number in numbers:
+            # One that was ignored (nohup) stays so; one set by other than Python is left alone.
+            if signal.getsignal(number) not in {signal.SIG_IGN, None}:
+                previous[number] = signal.signal(number, lambda number, _: held.append(number))
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+        for number in held:
+            signal.raise_signal(number)

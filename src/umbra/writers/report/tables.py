@@ -1,4 +1,4 @@
-"""Tables of several dates: the same of each, under one another."""
+"""Tables of a report: of several dates under one another, of figures, of verdicts."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from umbra.study import PointStudy, Study, split_dates, tell_dates
+from umbra.study.rules import Place, Rules, Verdict
 from umbra.sun import find_daylight
 from umbra.writers.report.counted import find_counted
-from umbra.writers.report.table import Table
+from umbra.writers.report.markup import Pin, Table
 
-__all__ = ["find_figures", "join_dates", "list_dates"]
+__all__ = ["find_figures", "join_dates", "list_dates", "make_verdict_table"]
 
 
 def join_dates(
@@ -93,3 +94,35 @@ def list_dates(study: Study | PointStudy) -> Table | None:
         rows,
         "Sunrise and sunset are those of the sun's upper rim on a level horizon, as in almanacs.",
     )
+
+
+def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:
+    """Lay verdicts out for a report or a CSV file."""
+    failed = sum(not verdict.passes for verdict in verdicts)
+    outcome = "all pass" if not failed else f"{failed} of {len(verdicts)} fail"
+    pins = _find_pins(verdicts)
+    places = list(pins)
+    return Table(
+        f"{rules.name}, {rules.version}: {outcome}",
+        ("check", "date", "where", "wanted", "measured", "verdict", "evidence"),
+        [
+            (v.check, v.date.isoformat(), v.where, v.wanted, v.measured,
+             "pass" if v.passes else "fail", v.evidence)
+            for v in verdicts
+        ],
+        f"Source: {rules.source}",
+        kind="place" if pins else "",
+        index=[None if v.place is None else places.index(v.place) for v in verdicts],
+        link=2,
+        pins=list(pins.values()),
+    )  # fmt: skip
+
+
+def _find_pins(verdicts: Sequence[Verdict]) -> dict[Place, Pin]:
+    """Mark each named place once; it passes if all its verdicts do."""
+    pins: dict[Place, Pin] = {}
+    for v in verdicts:
+        if v.place is not None:
+            passes = v.passes and (v.place not in pins or pins[v.place].passes)
+            pins[v.place] = Pin(v.where, v.place.x, v.place.y, passes, v.standing)
+    return pins

@@ -8,14 +8,14 @@ from scipy.ndimage import distance_transform_edt
 
 from umbra.study.surfaces import Samples
 
-__all__ = ["Unfolded", "unfold"]
+__all__ = ["FacadeLayout", "lay_out_facades"]
 
 MOST_SQUARES = 4_000_000
 """Of all surfaces together; else squares grow until they fit."""
 
 
 @dataclass(frozen=True, eq=False)
-class Unfolded:
+class FacadeLayout:
     """
     A grid of squares on each surface, and the sample that is shown in each.
 
@@ -43,7 +43,7 @@ class Unfolded:
         return bool((self.side == self.side.min()).all())
 
 
-def unfold(samples: Samples, most: int = MOST_SQUARES) -> Unfolded:
+def lay_out_facades(samples: Samples, most: int = MOST_SQUARES) -> FacadeLayout:
     """
     Lay out every surface in its own plane.
 
@@ -55,7 +55,7 @@ def unfold(samples: Samples, most: int = MOST_SQUARES) -> Unfolded:
 
     Returns
     -------
-    unfolded : Unfolded
+    layout : FacadeLayout
     """
     surfaces = len(samples.part)
     times = np.ones(surfaces, np.int64)
@@ -82,4 +82,4 @@ def unfold(samples: Samples, most: int = MOST_SQUARES) -> Unfolded:
         own = table[some].reshape(shape[surface, 1], shape[surface, 0])
         nearest = distance_transform_edt(own < 0, return_distances=False, return_indices=True)
         table[some] = own[tuple(nearest)].ravel()
-    return Unfolded(times * np.float64(samples.spacing), shape, first, table)
+    return FacadeLayout(times * np.float64(samples.spacing), shape, first, table)

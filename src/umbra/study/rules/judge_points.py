@@ -12,8 +12,7 @@ from umbra.scene import Scene
 from umbra.study import PointStudy
 from umbra.study.model import Casting, prepare_casting
 from umbra.study.period import Period, make_period
-from umbra.study.spells import Spells
-from umbra.writers.rules.judge import (
+from umbra.study.rules.judge import (
     Finder,
     Verdict,
     find_day,
@@ -25,7 +24,8 @@ from umbra.writers.rules.judge import (
     say_limit,
     say_spells,
 )
-from umbra.writers.rules.read import Check, Rules
+from umbra.study.rules.read import Check, Rules
+from umbra.study.spells import Spells
 
 __all__ = ["judge_points"]
 

@@ -9,13 +9,10 @@ from numpy.typing import NDArray
 
 from umbra.writers.color import shade_ramp
 from umbra.writers.contours import trace
-from umbra.writers.day_map import DayMap
 from umbra.writers.hours import OUTLINE, draw_hours_key
-from umbra.writers.lettering import measure
-from umbra.writers.panels import make_panels
-from umbra.writers.paper import INK, QUIET, RULE, Panel
-from umbra.writers.plan import Plan, Show, shade_roofs
-from umbra.writers.sheet import Sheet, make_sheet
+from umbra.writers.paper import INK, QUIET, RULE, Panel, measure
+from umbra.writers.plan import DayMap, Plan, Show, shade_roofs
+from umbra.writers.sheet import Sheet, make_panels, make_sheet
 
 __all__ = ["FEW", "draw_point_panels", "draw_points", "make_point_panels", "make_points_sheet"]
 

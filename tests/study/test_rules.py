@@ -16,9 +16,10 @@ import umbra
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_point_study, run_study
+from umbra.study.rules import judge, judge_points, read_rules
+from umbra.study.rules.read import CHECK_KEYS
 from umbra.sun import Site
-from umbra.writers.rules import judge, judge_points, make_verdict_table, read_rules
-from umbra.writers.rules.read import CHECK_KEYS
+from umbra.writers.report.tables import make_verdict_table
 from umbra.writers.tables import write_samples, write_table
 
 ROOT = Path(__file__).parents[2]
