@@ -19,7 +19,7 @@ from support.shapes import (
     staircase,
 )
 
-from umbra.gl.plan import Choices
+from umbra.gl.plan import VolumeOptions
 from umbra.scene import Camera, directional_light, point_light
 
 SIZE = (48, 40)
@@ -238,11 +238,11 @@ def test_an_eye_exactly_in_the_side_of_a_volume(device):
 
 
 CHOICES = [
-    Choices(cull=False),
-    Choices(cut=False),
-    Choices(fans=False),
-    Choices(ask_triangles=False),
-    Choices(cull=False, cut=False, ask_triangles=False),
+    VolumeOptions(cull=False),
+    VolumeOptions(cut=False),
+    VolumeOptions(fans=False),
+    VolumeOptions(ask_triangles=False),
+    VolumeOptions(cull=False, cut=False, ask_triangles=False),
 ]
 
 

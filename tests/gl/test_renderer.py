@@ -8,7 +8,7 @@ from umbra.bench.scenes import make_spheres
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.errors import InputError
-from umbra.gl.plan import Choices
+from umbra.gl.plan import VolumeOptions
 from umbra.gl.renderer import Renderer
 from umbra.scene import (
     Camera,
@@ -103,7 +103,11 @@ def test_64_dim_lights_do_not_band(device, town):
 def test_what_may_be_left_out_changes_no_pixel(device, town):
     lights = list(LIGHTS.values())
     plain = render(
-        device, town, CAMERA, lights, choices=Choices(cull=False, cut=False, ask_triangles=False)
+        device,
+        town,
+        CAMERA,
+        lights,
+        choices=VolumeOptions(cull=False, cut=False, ask_triangles=False),
     )
     assert count_differences(render(device, town, CAMERA, lights), plain, 0) <= 2
 

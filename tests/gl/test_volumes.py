@@ -8,7 +8,7 @@ from support.shapes import HOUSE, box, city, jumble, merge, moved, torus_knot
 from umbra.cpu.frame import FrameCounter
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.geometry import BLOCK, Geometry, make_groups
-from umbra.gl.plan import Choices
+from umbra.gl.plan import VolumeOptions
 from umbra.gl.planner import Planner
 from umbra.gl.projection import make_projection
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
@@ -133,12 +133,12 @@ def planner(device):
 def test_what_travels_is_counted(planner):
     # A box in the sun: 3 lit faces, 6 silhouette edges.
     plans, projection = planner(HOUSE)
-    (sun,) = plans.plan(projection, [SUN], "z-fail", choices=Choices(cut=False))
+    (sun,) = plans.plan(projection, [SUN], "z-fail", choices=VolumeOptions(cut=False))
     assert sun.statistics.sides == 6  # one triangle an edge, they meet at infinity
     assert sun.statistics.dark_caps == 0
     assert sun.statistics.light_caps == 6
     assert sun.statistics.index_bytes == 6 * (6 + 6)
-    (lamp,) = plans.plan(projection, [LAMP], "z-fail", choices=Choices(cut=False, cull=False))
+    (lamp,) = plans.plan(projection, [LAMP], "z-fail", choices=VolumeOptions(cut=False, cull=False))
     assert lamp.statistics.sides == 12
     assert lamp.statistics.dark_caps == 4  # a fan over six edges
     assert lamp.statistics.index_bytes == 6 * (12 + 4 + 6)
@@ -186,7 +186,7 @@ def test_each_box_of_a_town_is_a_caster(planner):
     (plan,) = plans.plan(projection, [SUN])
     assert plan.statistics.things == 10
     assert plan.statistics.culled >= 1  # the one far behind the eye
-    (whole,) = plans.plan(projection, [SUN], choices=Choices(cull=False))
+    (whole,) = plans.plan(projection, [SUN], choices=VolumeOptions(cull=False))
     assert whole.statistics.culled == 0
     assert whole.statistics.sides > plan.statistics.sides
 
@@ -197,7 +197,7 @@ def test_a_lights_range_culls(planner):
     near = type(lamp)(lamp.position, range=5.0)
     assert plans.plan(projection, [near])[0].statistics.culled == 9
     assert plans.plan(projection, [lamp])[0].statistics.culled < 9
-    plan = plans.plan(projection, [near], choices=Choices(narrow=False))[0]
+    plan = plans.plan(projection, [near], choices=VolumeOptions(narrow=False))[0]
     assert plan.statistics.culled < 9
     assert plan.scissor is None
 
@@ -209,7 +209,7 @@ def test_counts_are_right_within_a_lights_range(device, monkeypatch, height, mos
     scene = make_scene(*city(3))
     camera = Camera((20, -25, 14), (0, 0, 3), size=SIZE, height=height)
     narrow, whole = (
-        GlFrameCounter(scene, ground=0.0, device=device, choices=Choices(narrow=narrow))
+        GlFrameCounter(scene, ground=0.0, device=device, choices=VolumeOptions(narrow=narrow))
         for narrow in (True, False)
     )
     # The same light counts everywhere first: nothing of it may be left.

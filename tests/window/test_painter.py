@@ -8,7 +8,7 @@ import pytest
 from umbra.cpu.frame import FrameCounter
 from umbra.scene import Mesh, Part, make_scene, point_light
 from umbra.window.overlays import find_colors, find_top
-from umbra.window.painter import Painter
+from umbra.window.painter import ViewPainter
 from umbra.window.view import METHODS, SOFT, SUN, make_view
 
 SIZE = (320, 240)
@@ -16,7 +16,7 @@ SIZE = (320, 240)
 
 @pytest.fixture
 def painter(device, tower):
-    painter = Painter(device, tower, 0.0)
+    painter = ViewPainter(device, tower, 0.0)
     yield painter
     painter.release()
 
@@ -152,7 +152,7 @@ def test_a_lamp_among_many_instances(device):
         transform[:2, 3] *= 2
         parts.append(Part(f"tetrahedron {number}", "", mesh, transform=transform))
     scene = make_scene(parts)
-    painter = Painter(device, scene, 0.0)
+    painter = ViewPainter(device, scene, 0.0)
     view = make_view(scene, SIZE).add_light(point_light((2.5, 2.5, 3)))
     for overlay in ("volumes", "cases", "edges", "counts"):
         view = view.toggle(overlay)

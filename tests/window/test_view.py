@@ -15,7 +15,7 @@ from umbra.soft import METHODS as SOFT_METHODS
 from umbra.sun import Site
 from umbra.window.daylight import Sun
 from umbra.window.file import from_json, load_view, save_view, to_json
-from umbra.window.view import SUN, View, make_view
+from umbra.window.view import SUN, ViewState, make_view
 from umbra.window.viewpoint import Viewpoint
 
 METHODS = (*COUNTS, *MASKS)
@@ -30,7 +30,7 @@ def view():
         spot_light((0, 0, 9), (1, 0, 0), 30.0, inner_angle=20.0),
         directional_light((1, 1, 1)),
     )
-    return View(
+    return ViewState(
         Viewpoint((1, 2, 3), 40, -10, 12, 35, 0.01, True),
         Sun(True, VIENNA, dt.date(2025, 12, 24), 611.5, 100, 20, False, (1, 0.9, 0.8)),
         lights, 1, "lengyel", "gl", frozenset({"edges", "counts"}), "weng", 1.5, 0.25,

@@ -13,23 +13,23 @@ from umbra.bench.measure import Timing, run_in_turn, timed
 from umbra.bench.ours_gl import make_part_scene
 from umbra.bench.scenes import BOX, make_boulder, make_spheres
 from umbra.gl.context import open_device
-from umbra.gl.plan import Choices
+from umbra.gl.plan import VolumeOptions
 from umbra.gl.renderer import Renderer
 from umbra.scene import Camera, Light, Mesh, Part, Scene, make_scene, point_light
 
 __all__ = ["CONTENDERS", "Viewed", "draw_views"]
 
 _FRAMES = 4  # a turn, with the lamps elsewhere in each
-_PUBLISHED = Choices(cut=False)
-_EARLIER = Choices(cull=False, cut=False, fans=False)
+_PUBLISHED = VolumeOptions(cut=False)
+_EARLIER = VolumeOptions(cull=False, cut=False, fans=False)
 
-CONTENDERS: dict[str, tuple[str, Choices]] = {
+CONTENDERS: dict[str, tuple[str, VolumeOptions]] = {
     "mcguire": ("mcguire", _PUBLISHED),
     "lengyel": ("lengyel", _EARLIER),
-    "z-fail": ("z-fail", Choices(cull=False, cut=False, fans=False, narrow=False)),
-    "z-pass": ("z-pass", Choices(cull=False, cut=False, fans=False, narrow=False)),
-    "mcguire, cut": ("mcguire", Choices()),
-    "lengyel, cut": ("lengyel", Choices()),
+    "z-fail": ("z-fail", VolumeOptions(cull=False, cut=False, fans=False, narrow=False)),
+    "z-pass": ("z-pass", VolumeOptions(cull=False, cut=False, fans=False, narrow=False)),
+    "mcguire, cut": ("mcguire", VolumeOptions()),
+    "lengyel, cut": ("lengyel", VolumeOptions()),
 }
 """
 As published: McGuire's choice with his culling, Lengyel's choice within a light's scissor, all

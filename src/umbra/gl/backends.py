@@ -17,12 +17,19 @@ from typing import Any, Protocol
 from umbra.children import HOME, make_command
 from umbra.errors import UmbraError
 
-__all__ = ["Binding", "EglBinding", "GivenBinding", "OffscreenMesa", "WindowBinding", "probe"]
+__all__ = [
+    "ContextBinding",
+    "EglBinding",
+    "GivenBinding",
+    "OffscreenMesa",
+    "WindowBinding",
+    "probe",
+]
 
 _DEPTH_BITS, _STENCIL_BITS = 24, 8
 
 
-class Binding(Protocol):
+class ContextBinding(Protocol):
     """Makes a context current in this thread, and none or the one before."""
 
     @property

@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.backends import Binding, EglBinding, GivenBinding, OffscreenMesa, WindowBinding
+from umbra.gl.backends import ContextBinding, EglBinding, GivenBinding, OffscreenMesa, WindowBinding
 from umbra.gl.functions import Functions
 
 __all__ = ["BACKENDS", "Device", "on_device", "open_device"]
@@ -68,7 +68,7 @@ class Device:
     has_depth_bounds, has_timer_queries : bool
     functions : Functions
         Entry points that moderngl lacks.
-    binding : Binding
+    binding : ContextBinding
     live : set of str
         The objects that were made and not released yet, by kind and number.
     """
@@ -82,14 +82,16 @@ class Device:
     has_depth_bounds: bool
     has_timer_queries: bool
     functions: Functions
-    binding: Binding
+    binding: ContextBinding
     live: set[str] = field(default_factory=set)
     _finish: list[Callable[[], object]] = field(default_factory=list)
     _thread: threading.Thread = field(default_factory=threading.current_thread)
     _is_open: bool = True
 
     @classmethod
-    def of(cls, context: Any, backend: str = "given", binding: Binding | None = None) -> "Device":
+    def of(
+        cls, context: Any, backend: str = "given", binding: ContextBinding | None = None
+    ) -> "Device":
         """
         Describe a moderngl context that is current, such as a window's.
 
@@ -97,7 +99,7 @@ class Device:
         ----------
         context : moderngl.Context
         backend : str
-        binding : Binding, optional
+        binding : ContextBinding, optional
             Makes it current; moderngl's own by default.
 
         Raises

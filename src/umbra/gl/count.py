@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device
 from umbra.gl.geometry import FIRST_UNIT, Geometry
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.resources import Indices, draw_plain
 from umbra.gl.state import Pass, State, Stencil, one_sided
@@ -24,7 +24,7 @@ from umbra.gl.target import Target
 if TYPE_CHECKING:
     from umbra.gl.soft.growth import GrownPoints
 
-__all__ = ["Counter"]
+__all__ = ["VolumeCounter"]
 
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
@@ -57,7 +57,7 @@ _IN_STENCIL, _IN_FLOATS = "nothing.frag.glsl", "count.frag.glsl"
 _NEARBY_UNIT = FIRST_UNIT + 3
 
 
-class Counter:
+class VolumeCounter:
     """
     Draws planned volumes.
 
@@ -98,7 +98,9 @@ class Counter:
         needs = self._needs | {name: 1 for name, is_set in flags.items() if is_set}
         return Program(self._device, "volume.vert.glsl", fragment, needs)
 
-    def count(self, state: State, target: Target, plan: Plan, *, is_clear: bool = False) -> None:
+    def count(
+        self, state: State, target: Target, plan: VolumePlan, *, is_clear: bool = False
+    ) -> None:
         """
         Count, in the stencil, the shadow volumes that hold each visible surface.
 
@@ -111,7 +113,7 @@ class Counter:
         ----------
         state : State
         target : Target
-        plan : Plan
+        plan : VolumePlan
         is_clear : bool
             The target is in use, and its stencil 0.
         """
@@ -136,7 +138,7 @@ class Counter:
                 state.use(each)
                 self._indices.draw(program, draw.first, draw.count)
 
-    def count_in_floats(self, state: State, target: Target, plan: Plan) -> Target:
+    def count_in_floats(self, state: State, target: Target, plan: VolumePlan) -> Target:
         """
         Count in a float target of its own, exact up to 16 million volumes.
 
@@ -145,7 +147,7 @@ class Counter:
         state : State
         target : Target
             Whose depth holds the scene.
-        plan : Plan
+        plan : VolumePlan
 
         Returns
         -------
@@ -165,7 +167,7 @@ class Counter:
             self._indices.draw(program, draw.first, draw.count)
         return self._floats
 
-    def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:
+    def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
         """
         Read the counts that ``count`` just made for a plan.
 
@@ -182,7 +184,7 @@ class Counter:
             counts[counts > 127] -= 256
         return counts
 
-    def _narrow(self, whole: Pass, plan: Plan) -> Pass:
+    def _narrow(self, whole: Pass, plan: VolumePlan) -> Pass:
         """Keep a pass to where the light's range reaches."""
         bounds = plan.depth_bounds if self._device.has_depth_bounds else None
         if plan.scissor is None and bounds is None:
@@ -190,7 +192,7 @@ class Counter:
         return replace(whole, scissor=plan.scissor, depth_bounds=bounds)
 
     def _prepare(
-        self, programs: dict[tuple[bool, bool], Program], plan: Plan, draw: Draw
+        self, programs: dict[tuple[bool, bool], Program], plan: VolumePlan, draw: Draw
     ) -> Program:
         """Choose the program for a draw, and tell it where everything is."""
         nearby = self._indices.nearby

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device, on_device, open_device
-from umbra.gl.count import Counter
+from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounters
-from umbra.gl.plan import METHODS, Choices, Plan
+from umbra.gl.plan import METHODS, VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
@@ -50,10 +50,10 @@ class GlFrameCounter:
         One of its own by default, released with the counter.
     warn : callable
         Told, in a line, where a forced method is wrong for a view.
-    choices : Choices, optional
+    choices : VolumeOptions, optional
         What may be left out; by default all but what lies out of a light's range.
     two_sided : bool
-        As in ``Counter``.
+        As in ``VolumeCounter``.
     """
 
     def __init__(
@@ -64,11 +64,11 @@ class GlFrameCounter:
         *,
         device: Device | None = None,
         warn: Callable[[str], object] = lambda _: None,
-        choices: Choices | None = None,
+        choices: VolumeOptions | None = None,
         two_sided: bool = True,
     ) -> None:
         self.scene, self.ground, self.warn = scene, ground, warn
-        self.choices = choices or Choices(narrow=False)
+        self.choices = choices or VolumeOptions(narrow=False)
         self.device = device or open_device()
         self._owns_device = device is None
         self.triangles = scene.triangles()
@@ -76,7 +76,7 @@ class GlFrameCounter:
         with self.device.current():
             self.geometry = Geometry(self.device, scene)
             self.planner = Planner(self.device, scene, self.geometry, casters, local)
-            self.counter = Counter(
+            self.counter = VolumeCounter(
                 self.device, self.geometry, self.planner.indices, two_sided=two_sided
             )
             self.masks = MaskCounters(self.device, self.geometry, warn)
@@ -88,7 +88,7 @@ class GlFrameCounter:
             self._plane = Program(self.device, "ground.vert.glsl", "face.frag.glsl")
         self._target: Target | None = None
         self._seen: tuple[DepthBuffer, Projection] | None = None
-        self.plan: Plan | None = None
+        self.plan: VolumePlan | None = None
 
     @on_device
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:

@@ -23,11 +23,11 @@ __all__ = [
     "METHODS",
     "Z_FAIL",
     "Z_PASS",
-    "Choices",
     "Draw",
-    "Plan",
     "Selection",
     "Statistics",
+    "VolumeOptions",
+    "VolumePlan",
     "select",
 ]
 
@@ -39,7 +39,7 @@ _FACES_ASKED = 50_000  # for a light; the bounds' answer is right for the rest, 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Choices:
+class VolumeOptions:
     """
     What may be left out or made simpler; none of it changes a count where the light shines.
 
@@ -101,7 +101,7 @@ def select(
     source: NDArray[np.float64],
     *,
     method: str,
-    choices: Choices,
+    choices: VolumeOptions,
     floor: float,
     reach: float = np.inf,
     scissor: NDArray[np.int64] | None = None,
@@ -121,7 +121,7 @@ def select(
         The light, relative to the origin.
     method : str
         Of ``METHODS``.
-    choices : Choices
+    choices : VolumeOptions
     floor : float
         z, relative to the origin, where volumes may end; below every receiver [m].
     reach : float
@@ -241,7 +241,7 @@ class Statistics:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class VolumePlan:
     """
     One light's volumes, ready to draw.
 

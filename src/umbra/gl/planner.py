@@ -25,27 +25,27 @@ from umbra.gl.plan import (
     METHODS,
     Z_FAIL,
     Z_PASS,
-    Choices,
     Draw,
-    Plan,
     Selection,
     Statistics,
+    VolumeOptions,
+    VolumePlan,
     select,
 )
-from umbra.gl.projection import Projection, find_reach, turn_scissor
+from umbra.gl.projection import Projection, find_clip_range, turn_scissor
 from umbra.gl.resources import Indices
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.machine import count_cores, use_threads
 from umbra.scene import Camera, Light, Scene
 
-__all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Plan", "Planner", "Statistics"]
+__all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Planner", "Statistics", "VolumePlan"]
 
 _BELOW = 0.002  # volumes end so much of the scene's size below the lowest receiver
 _FEW_FACES = 300_000  # one thread finds their silhouettes before a second is awake
 
 
 @dataclass(eq=False)
-class _Kept:
+class _LightCache:
     """What is kept of one light between frames."""
 
     volumes: list[BodyVolumes]
@@ -90,8 +90,8 @@ class Planner:
     casters: Sequence[int] | None = None
     ground: float | None = None
     before: Sequence[Body] = ()
-    _kept: list[_Kept] = field(default_factory=list)
-    _last: tuple[bytes, list[Plan]] | None = None
+    _kept: list[_LightCache] = field(default_factory=list)
+    _last: tuple[bytes, list[VolumePlan]] | None = None
     _moves: int = 0
 
     def __post_init__(self) -> None:
@@ -132,9 +132,9 @@ class Planner:
         lights: Sequence[Light],
         method: str = "auto",
         *,
-        choices: Choices | None = None,
+        choices: VolumeOptions | None = None,
         warn: Callable[[str], object] = lambda _: None,
-    ) -> list[Plan]:
+    ) -> list[VolumePlan]:
         """
         Plan all lights of a frame, and upload their triangles at once.
 
@@ -143,13 +143,13 @@ class Planner:
         projection : Projection
         lights : sequence of Light
         method : {'auto', 'z-pass', 'z-fail', 'lengyel', 'mcguire'}
-        choices : Choices, optional
+        choices : VolumeOptions, optional
         warn : callable
             Told, in a line, where the method is wrong for this view.
 
         Returns
         -------
-        plans : list of Plan
+        plans : list of VolumePlan
             One for each light; valid until the next call.
 
         Raises
@@ -160,12 +160,12 @@ class Planner:
         if method not in METHODS:
             msg = f"the gl device has no method '{method}'; it has {', '.join(METHODS)}"
             raise InputError(msg, method=method)
-        choices = choices or Choices()
+        choices = choices or VolumeOptions()
         key = projection.matrix.tobytes() + projection.eye.tobytes()
         key += b"".join(light.position.tobytes() for light in lights)
         key += f"{method} {choices} {[light.range for light in lights]}".encode()
         if self._last is None or self._last[0] != key or method == "z-pass":
-            plans: list[Plan] = []
+            plans: list[VolumePlan] = []
             lists, nearby = [np.zeros(0, np.uint32)], [np.zeros((0, 2, 3))]
             for number, light in enumerate(lights):
                 plans.append(
@@ -183,18 +183,18 @@ class Planner:
         projection: Projection,
         light: Light,
         method: str,
-        choices: Choices,
+        choices: VolumeOptions,
         warn: Callable[[str], object],
         lists: list[NDArray[np.uint32]],
         nearby: list[NDArray[np.float64]],
-    ) -> Plan:
+    ) -> VolumePlan:
         """Plan one light, and add its triangles to the lists."""
         camera, origin = projection.camera, self.scene.origin
         source = light.local(origin)
         source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
         kept = self._keep(number, projection.asked, source)
         reach = light.range if choices.narrow else np.inf
-        corners, depths = find_reach(camera, origin, source, reach)
+        corners, depths = find_clip_range(camera, origin, source, reach)
         selection = select(
             kept.volumes, self.bounds, camera, origin, source, method=method, choices=choices,
             floor=self.floor, reach=reach, scissor=corners,
@@ -240,7 +240,7 @@ class Planner:
             deepest=kept.deepest,
             counts_in="stencil" if kept.deepest <= STENCIL_MOST else "float",
         )
-        return Plan(
+        return VolumePlan(
             projection=projection.tilted(tilt),
             light=np.append(source[:3] - source[3] * projection.eye, source[3]),
             bottom=float(self.floor - projection.eye[2]),
@@ -254,7 +254,7 @@ class Planner:
             volumes=tuple(kept.volumes),
         )
 
-    def _keep(self, number: int, camera: Camera, source: NDArray) -> _Kept:
+    def _keep(self, number: int, camera: Camera, source: NDArray) -> _LightCache:
         """Find a light's volumes; those of the last frame where nothing moved."""
         old = self._kept[number] if number < len(self._kept) else None
         faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
@@ -274,7 +274,7 @@ class Planner:
             return old
         most = [find_most(each.body, each.opened) for each in volumes]
         deepest = bound_count(volumes, most, source)
-        kept = _Kept(volumes, self._moves, deepest, find_nearby(volumes, source))
+        kept = _LightCache(volumes, self._moves, deepest, find_nearby(volumes, source))
         self._kept[number : number + 1] = [kept]
         return kept
 

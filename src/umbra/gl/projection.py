@@ -17,8 +17,8 @@ from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sph
 
 __all__ = [
     "Projection",
+    "find_clip_range",
     "find_rays",
-    "find_reach",
     "find_scissor",
     "make_projection",
     "turn_scissor",
@@ -165,7 +165,7 @@ def find_rays(projection: Projection) -> dict[str, object]:
     }
 
 
-def find_reach(
+def find_clip_range(
     camera: Camera, origin: NDArray, source: NDArray, reach: float
 ) -> tuple[NDArray[np.int64] | None, tuple[float, float] | None]:
     """
@@ -207,5 +207,5 @@ def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, 
 
 def find_scissor(camera: Camera, origin: NDArray, light: Light) -> tuple[int, int, int, int] | None:
     """Find the rectangle that a light's range reaches, as OpenGL has it; None: all."""
-    corners, _ = find_reach(camera, origin, light.local(origin), light.range)
+    corners, _ = find_clip_range(camera, origin, light.local(origin), light.range)
     return None if corners is None else turn_scissor(corners, camera)

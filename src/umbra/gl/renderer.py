@@ -18,19 +18,19 @@ from numpy.typing import NDArray
 from umbra.gl.batches import find_solid_faces
 from umbra.gl.casters import Body
 from umbra.gl.context import Device, on_device, open_device
-from umbra.gl.count import Counter
+from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry, moves_as_wholes
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.methods import Counts
-from umbra.gl.plan import Choices, Plan, Statistics
+from umbra.gl.plan import Statistics, VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_scissor, make_projection
 from umbra.gl.resources import Timers
 from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods, Softness
 from umbra.gl.state import Pass, State
-from umbra.gl.surfaces import Surfaces
-from umbra.gl.target import LIGHT, PLACE, Targets
+from umbra.gl.surfaces import SurfaceRenderer
+from umbra.gl.target import LIGHT, PLACE, PictureTargets
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.look import find_exposure
 from umbra.soft.area import AreaLight
@@ -54,10 +54,10 @@ class Renderer:
         their texture never do here, unlike on the CPU.
     device : Device, optional
         One of its own by default, released with the renderer.
-    choices : Choices, optional
+    choices : VolumeOptions, optional
         What may be left out.
     two_sided : bool
-        As in ``Counter``.
+        As in ``VolumeCounter``.
     accumulate : {'rgba16f', 'rgba8'}
         How light is summed up; 8 bits band where lights are many.
     softness : Softness, optional
@@ -76,11 +76,11 @@ class Renderer:
     ----------
     statistics : list of Statistics
         Of the last picture's lights.
-    plans : list of Plan
+    plans : list of VolumePlan
         Of the last picture's lights, valid until the next.
     projection : Projection, optional
         Of the last picture.
-    targets : Targets
+    targets : PictureTargets
         With the last picture.
     timers : Timers, optional
         Measure each pass, if given.
@@ -97,7 +97,7 @@ class Renderer:
         *,
         casters: Sequence[int] | None = None,
         device: Device | None = None,
-        choices: Choices | None = None,
+        choices: VolumeOptions | None = None,
         two_sided: bool = True,
         accumulate: str = "rgba16f",
         softness: Softness | None = None,
@@ -122,9 +122,9 @@ class Renderer:
         with self.device.current():
             self._build(scene)
             self.shading, self.lamps = Shading(self.device), Lamps(self.device)
-        self.targets: Targets | None = None
+        self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
-        self.plans: list[Plan] = []
+        self.plans: list[VolumePlan] = []
         self.projection: Projection | None = None
         self.timers: Timers | None = None
 
@@ -229,13 +229,13 @@ class Renderer:
         self.planner = Planner(
             self.device, scene, self.geometry, self._casters, self.ground, before
         )
-        self.counter = Counter(
+        self.counter = VolumeCounter(
             self.device, self.geometry, self.planner.indices, two_sided=self._two_sided
         )
         self.masks = MaskCounters(self.device, self.geometry, self.warn)
         self.soft = SoftMethods(self.planner, self.counter, self._softness, self.choices)
         solid = find_solid_faces(scene, self.planner.bodies, self._casters)
-        self.surfaces = Surfaces(self.device, scene, self.geometry, solid)
+        self.surfaces = SurfaceRenderer(self.device, scene, self.geometry, solid)
 
     def _release_scene(self) -> None:
         for held in (
@@ -246,7 +246,7 @@ class Renderer:
     def _draw_at_once(
         self,
         state: State,
-        targets: Targets,
+        targets: PictureTargets,
         projection: Projection,
         lights: Sequence[Light],
         counter: Counts,
@@ -282,7 +282,7 @@ class Renderer:
     def _draw_in_turn(
         self,
         state: State,
-        targets: Targets,
+        targets: PictureTargets,
         projection: Projection,
         lights: Sequence[Light],
         counter: Counts,
@@ -322,10 +322,10 @@ class Renderer:
     def _add_lights(
         self,
         state: State,
-        targets: Targets,
+        targets: PictureTargets,
         projection: Projection,
         lights: Sequence[Light],
-        plans: Sequence[Plan | None],
+        plans: Sequence[VolumePlan | None],
         counter: Counts,
         softened: SoftLights,
     ) -> None:
@@ -345,7 +345,9 @@ class Renderer:
                 lamp = self.lamps.make(light, projection, origin, exposure)
                 self.shading.add_light(state, targets.surface, projection, lamp, scissor, shares)
 
-    def _plan(self, projection: Projection, lights: Sequence[Light], method: str) -> list[Plan]:
+    def _plan(
+        self, projection: Projection, lights: Sequence[Light], method: str
+    ) -> list[VolumePlan]:
         plans = self.planner.plan(projection, lights, method, choices=self.choices, warn=self.warn)
         self.statistics = [plan.statistics for plan in plans]
         self.plans = plans
@@ -363,11 +365,13 @@ class Renderer:
         """Tell whether nothing reaches before the near plane, so that nothing is cut open."""
         return projection.camera.near > projection.asked.near
 
-    def _find_targets(self, size: tuple[int, int]) -> Targets:
+    def _find_targets(self, size: tuple[int, int]) -> PictureTargets:
         if self.targets is None or self.targets.size != tuple(size):
             if self.targets is not None:
                 self.targets.release()
-            self.targets = Targets(self.device, (int(size[0]), int(size[1])), self.accumulate)
+            self.targets = PictureTargets(
+                self.device, (int(size[0]), int(size[1])), self.accumulate
+            )
         return self.targets
 
     def _timed(self, name: str) -> AbstractContextManager[None]:

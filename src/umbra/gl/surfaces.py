@@ -25,13 +25,13 @@ from umbra.gl.state import Pass, State
 from umbra.scene import Scene
 from umbra.scene.look import AMBIENT, GROUND_COLOR
 
-__all__ = ["Surfaces"]
+__all__ = ["SurfaceRenderer"]
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units
 _RGBA32F, _RG32F, _RGBA8 = 0x8814, 0x8230, 0x8058
 
 
-class Surfaces:
+class SurfaceRenderer:
     """
     Draws a scene's surfaces.
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device, on_device, open_device
-from umbra.gl.count import Counter
+from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
-from umbra.gl.plan import Draw, Plan, Statistics
+from umbra.gl.plan import Draw, Statistics, VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Indices, TextureBuffer, draw_plain
@@ -76,7 +76,7 @@ class GlSweep:
             self.geometry = Geometry(self.device, scene)
             self.bodies = make_bodies(scene, self.geometry, casters)
             self.indices = Indices(self.device, 2 * self.geometry.n_points)
-            self._counter = Counter(self.device, self.geometry, self.indices)
+            self._counter = VolumeCounter(self.device, self.geometry, self.indices)
             size = (grid.cols, grid.rows)
             self._target = Target(self.device, size, ("r32i",))
             self._steps = Target(self.device, size, ("r32f",), depth_of=self._target)
@@ -165,7 +165,7 @@ class GlSweep:
         if self._owns_device:
             self.device.release()
 
-    def _plan(self, suns: NDArray[np.float64]) -> Iterator[Plan]:
+    def _plan(self, suns: NDArray[np.float64]) -> Iterator[VolumePlan]:
         """Plan one sun after another: sides, and on the ground light caps."""
         eye = self._projection.eye
         for sun in suns:
@@ -183,7 +183,7 @@ class GlSweep:
             numbers = np.concatenate(lists) if lists else np.zeros(0, np.uint32)
             self.indices.write(numbers)
             deepest = bound_count(thrown, most, light)
-            yield Plan(
+            yield VolumePlan(
                 projection=self._projection,
                 light=light,
                 bottom=float(self._low - eye[2]),
@@ -212,7 +212,7 @@ class GlSweep:
             opened[:] = body.is_inward
         return opened
 
-    def _add_shadow(self, state: State, plan: Plan) -> None:
+    def _add_shadow(self, state: State, plan: VolumePlan) -> None:
         """Add 1 where the stencil is not 0, and where the surface is turned from the sun."""
         self._steps.use()
         state.use(_SHADED)

@@ -14,7 +14,17 @@ from numpy.typing import NDArray
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import Device
 
-__all__ = ["ALBEDO", "DARK", "FORMATS", "LIGHT", "LIT", "PLACE", "Companion", "Target", "Targets"]
+__all__ = [
+    "ALBEDO",
+    "DARK",
+    "FORMATS",
+    "LIGHT",
+    "LIT",
+    "PLACE",
+    "PictureTargets",
+    "SharedDepthTarget",
+    "Target",
+]
 
 _FLOAT, _INT, _BYTE = 0x1406, 0x1404, 0x1401
 # OpenGL's internal format, format and type; numpy's type and channels.
@@ -216,7 +226,7 @@ class Target:
         self.release()
 
 
-class Companion:
+class SharedDepthTarget:
     """
     A target that goes with another, made when it is asked for and anew when that is another.
 
@@ -258,7 +268,7 @@ LIT, DARK = range(2)
 
 
 @dataclass(eq=False)
-class Targets:
+class PictureTargets:
     """
     The framebuffers of one size of picture; depth and stencil are shared by all.
 

@@ -25,11 +25,11 @@ from umbra.window.controls import Controls
 from umbra.window.events import Events
 from umbra.window.file import load_view, save_view
 from umbra.window.handles import GRIP
-from umbra.window.hud import Frame, draw_handles, draw_help, draw_scale, draw_statistics
-from umbra.window.painter import Drawn, Pacing, Painter
+from umbra.window.hud import PictureArea, draw_handles, draw_help, draw_scale, draw_statistics
+from umbra.window.painter import DrawnView, Pacing, ViewPainter
 from umbra.window.panel import PanelState, draw_panel
 from umbra.window.screen import Screen
-from umbra.window.view import View
+from umbra.window.view import ViewState
 from umbra.writers.atomic import replace_file
 from umbra.writers.raster import write_png
 
@@ -52,7 +52,7 @@ class Viewer:
     screen : Screen
         Closed with the viewer.
     scene : Scene
-    view : View
+    view : ViewState
         To begin with.
     title : str
     ground : float, optional
@@ -69,7 +69,7 @@ class Viewer:
         self,
         screen: Screen,
         scene: Scene,
-        view: View,
+        view: ViewState,
         *,
         title: str,
         ground: float | None = None,
@@ -79,12 +79,12 @@ class Viewer:
     ) -> None:
         self.screen, self.picture, self._images_of = screen, picture, view.lights
         self.panel = PanelState(title, str(view_file))
-        self.painter = Painter(screen.device, scene, ground, threads)
+        self.painter = ViewPainter(screen.device, scene, ground, threads)
         self._show = Program(screen.device, "picture.vert.glsl", "show.frag.glsl")
         self._has_panel, self._has_help = True, False
         self._pacing = Pacing()
         self._shown: tuple[Any, ...] | None = None
-        self._drawn: Drawn | None = None
+        self._drawn: DrawnView | None = None
         self._is_panel_held = False
         frame = self._find_frame()
         grip = GRIP * screen.unit * frame.scale
@@ -131,13 +131,13 @@ class Viewer:
 
     # -- drawing ---------------------------------------------------------------------------
 
-    def _find_frame(self) -> Frame:
+    def _find_frame(self) -> PictureArea:
         """Find where the picture goes: all of the window that the panel leaves."""
         width, height = glfw.get_window_size(self.screen.window)
         pixels, _ = glfw.get_framebuffer_size(self.screen.window)
         panel = PANEL * self.screen.unit
         left = panel if self._has_panel and width > 2 * panel else 0.0
-        return Frame((left, 0.0), (width - left, float(height)), pixels / max(width, 1))
+        return PictureArea((left, 0.0), (width - left, float(height)), pixels / max(width, 1))
 
     def _choose(self) -> tuple[Any, ...]:
         """Give what the picture depends on: view, size and step."""
@@ -251,7 +251,7 @@ class Viewer:
 
 def show(
     scene: Scene,
-    view: View,
+    view: ViewState,
     *,
     names: Sequence[str],
     size: tuple[int, int],
@@ -264,7 +264,7 @@ def show(
     Parameters
     ----------
     scene : Scene
-    view : View
+    view : ViewState
     names : sequence of str
         Of the files.
     size : (int, int)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.scene import point_light
 from umbra.window.handles import GRIP, Pixel, drag, find_handles, pick, place_lamp
-from umbra.window.view import OVERLAYS, View
+from umbra.window.view import OVERLAYS, ViewState
 from umbra.window.viewpoint import frame_bounds
 
 __all__ = ["KEYS", "Controls"]
@@ -94,13 +94,13 @@ class Controls:
         """Whether the view changes without further events."""
         return self.plays or bool(self._held)
 
-    def press(self, view: View, button: str, at: Pixel, *, shift: bool = False) -> View:
+    def press(self, view: ViewState, button: str, at: Pixel, *, shift: bool = False) -> ViewState:
         """
         Press a mouse button: on a light's handle it takes that, else the camera.
 
         Parameters
         ----------
-        view : View
+        view : ViewState
         button : {'left', 'middle', 'right'}
         at : (float, float)
             Column and row in the picture.
@@ -116,7 +116,7 @@ class Controls:
         self._drag = _Drag(kind, button, at)
         return view
 
-    def move(self, view: View, at: Pixel, *, shift: bool = False) -> View:
+    def move(self, view: ViewState, at: Pixel, *, shift: bool = False) -> ViewState:
         """Move the mouse; parameters as for ``press``. With shift a lamp keeps its height."""
         held = self._drag
         if held is None:
@@ -139,19 +139,19 @@ class Controls:
         if self._drag is not None and self._drag.button == button:
             self._drag = None
 
-    def scroll(self, view: View, steps: float) -> View:
+    def scroll(self, view: ViewState, steps: float) -> ViewState:
         """Turn the wheel: nearer, or away."""
         return replace(view, viewpoint=view.viewpoint.dolly(steps))
 
     def press_key(
-        self, view: View, key: str, *, control: bool = False, shift: bool = False
-    ) -> View:
+        self, view: ViewState, key: str, *, control: bool = False, shift: bool = False
+    ) -> ViewState:
         """
         Press a key.
 
         Parameters
         ----------
-        view : View
+        view : ViewState
         key : str
             A letter or digit, or ``space``, ``tab``, ``left``, ``right``, ``delete``, ``f1``.
         control, shift : bool
@@ -201,7 +201,7 @@ class Controls:
         self._held.clear()
         self._drag = None
 
-    def advance(self, view: View, seconds: float) -> View:
+    def advance(self, view: ViewState, seconds: float) -> ViewState:
         """Let time pass: walk and play."""
         if self._held and view.viewpoint.walks:
             held = self._held

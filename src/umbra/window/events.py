@@ -8,8 +8,8 @@ from imgui_bundle import imgui  # before glfw, whose library it brings
 import glfw
 
 from umbra.window.controls import Controls
-from umbra.window.hud import Frame
-from umbra.window.view import View
+from umbra.window.hud import PictureArea
+from umbra.window.view import ViewState
 
 __all__ = ["Events"]
 
@@ -31,10 +31,10 @@ class Events:
     ----------
     window
         glfw's; its callbacks are set, so Dear ImGui must start after.
-    view : View
+    view : ViewState
         To begin with.
     controls : Controls
-    frame : Frame
+    frame : PictureArea
         Where the picture lies; to be kept up to date.
 
     Attributes
@@ -45,7 +45,9 @@ class Events:
         Frames still to be drawn.
     """
 
-    def __init__(self, window: Any, view: View, controls: Controls, frame: Frame) -> None:
+    def __init__(
+        self, window: Any, view: ViewState, controls: Controls, frame: PictureArea
+    ) -> None:
         self.view, self.controls, self.frame = view, controls, frame
         self.mouse = (0.0, 0.0)
         self.stirs = _SETTLE

@@ -15,7 +15,7 @@ from umbra.errors import InputError
 from umbra.scene import Light
 from umbra.sun import Site
 from umbra.window.daylight import Sun
-from umbra.window.view import View
+from umbra.window.view import ViewState
 from umbra.window.viewpoint import Viewpoint
 from umbra.writers.atomic import replace_file
 
@@ -25,13 +25,13 @@ _VERSION = 1
 _NUMBERS = ("heading", "tilt", "distance", "fov", "near")
 
 
-def to_json(view: View) -> dict[str, Any]:
+def to_json(view: ViewState) -> dict[str, Any]:
     """
     Describe a view in JSON's own types.
 
     Parameters
     ----------
-    view : View
+    view : ViewState
 
     Returns
     -------
@@ -55,7 +55,7 @@ def to_json(view: View) -> dict[str, Any]:
     }
 
 
-def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> View:
+def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
     """
     Make a view from its description.
 
@@ -67,7 +67,7 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> View:
 
     Returns
     -------
-    view : View
+    view : ViewState
 
     Raises
     ------
@@ -107,7 +107,7 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> View:
             if name in described
         }
         place = "method"
-        return View(
+        return ViewState(
             viewpoint, sun, tuple(lights), chosen=int(described.get("chosen", -1)),
             method=str(described.get("method", "auto")),
             device=str(described.get("device", "gl")), overlays=overlays,
@@ -121,7 +121,7 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> View:
         raise InputError(msg) from error
 
 
-def save_view(path: str | os.PathLike[str], view: View) -> None:
+def save_view(path: str | os.PathLike[str], view: ViewState) -> None:
     """
     Write a view to a file, whole or not at all.
 
@@ -134,7 +134,7 @@ def save_view(path: str | os.PathLike[str], view: View) -> None:
         beside.write_text(json.dumps(to_json(view), indent=2) + "\n", "utf-8")
 
 
-def load_view(path: str | os.PathLike[str], images_of: tuple[Light, ...] = ()) -> View:
+def load_view(path: str | os.PathLike[str], images_of: tuple[Light, ...] = ()) -> ViewState:
     """
     Read a view from a file; parameters as in ``from_json``.
 

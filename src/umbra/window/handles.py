@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from umbra.scene import Camera
 from umbra.window.daylight import find_day
-from umbra.window.view import SUN, View
+from umbra.window.view import SUN, ViewState
 from umbra.window.viewpoint import Viewpoint
 
 __all__ = [
@@ -88,7 +88,7 @@ def find_dome(viewpoint: Viewpoint) -> tuple[NDArray[np.float64], float]:
     return np.array(viewpoint.target), float(radius)
 
 
-def find_path(view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+def find_path(view: ViewState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """
     Find the sun's path of the day on the dome.
 
@@ -105,13 +105,13 @@ def find_path(view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]] | N
     return minutes[path.is_up], middle + radius * path.direction[path.is_up]
 
 
-def find_handles(view: View, size: tuple[int, int]) -> list[Handle]:
+def find_handles(view: ViewState, size: tuple[int, int]) -> list[Handle]:
     """
     Find the handles that are in the picture.
 
     Parameters
     ----------
-    view : View
+    view : ViewState
     size : (int, int)
         Columns and rows of the picture.
 
@@ -150,14 +150,14 @@ def pick(handles: list[Handle], at: Pixel, grip: float = GRIP) -> Handle | None:
 
 
 def place_lamp(
-    view: View, bounds: NDArray[np.float64], size: tuple[int, int]
+    view: ViewState, bounds: NDArray[np.float64], size: tuple[int, int]
 ) -> NDArray[np.float64]:
     """
     Find a place for another lamp: above the model, in the picture, beside earlier ones.
 
     Parameters
     ----------
-    view : View
+    view : ViewState
     bounds : (2, 3) float64
         Of the model [m].
     size : (int, int)
@@ -180,13 +180,15 @@ def place_lamp(
     return place
 
 
-def drag(view: View, number: int, at: Pixel, size: tuple[int, int], *, level: bool) -> View:
+def drag(
+    view: ViewState, number: int, at: Pixel, size: tuple[int, int], *, level: bool
+) -> ViewState:
     """
     Bring a light's handle to a pixel.
 
     Parameters
     ----------
-    view : View
+    view : ViewState
     number : int
         Of the light, or ``SUN``.
     at : (float, float)
@@ -198,7 +200,7 @@ def drag(view: View, number: int, at: Pixel, size: tuple[int, int], *, level: bo
 
     Returns
     -------
-    view : View
+    view : ViewState
     """
     camera = view.viewpoint.camera(size)
     ray = _find_ray(camera, at)
@@ -218,7 +220,7 @@ def drag(view: View, number: int, at: Pixel, size: tuple[int, int], *, level: bo
     return view.move_light(number, camera.eye + depth * ray)
 
 
-def _drag_sun(view: View, camera: Camera, ray: NDArray[np.float64], at: Pixel) -> View:
+def _drag_sun(view: ViewState, camera: Camera, ray: NDArray[np.float64], at: Pixel) -> ViewState:
     path = find_path(view)
     if path is not None:
         minutes, places = path
@@ -234,7 +236,7 @@ def _drag_sun(view: View, camera: Camera, ray: NDArray[np.float64], at: Pixel) -
 
 
 def _find_on_dome(
-    view: View, camera: Camera, ray: NDArray[np.float64], now: NDArray[np.float64]
+    view: ViewState, camera: Camera, ray: NDArray[np.float64], now: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Find where a ray meets the dome, on the side on which it was; (3,) from its middle [m]."""
     middle, radius = find_dome(view.viewpoint)

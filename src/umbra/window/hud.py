@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from umbra.window.controls import KEYS
 from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick, project
 from umbra.window.overlays import PALETTE, find_colors, find_ticks, find_top
-from umbra.window.painter import Drawn
+from umbra.window.painter import DrawnView
 from umbra.window.screen import FONT_SIZE
-from umbra.window.view import MASKS, SUN, View
+from umbra.window.view import MASKS, SUN, ViewState
 
-__all__ = ["Frame", "draw_handles", "draw_help", "draw_scale", "draw_statistics", "grow"]
+__all__ = ["PictureArea", "draw_handles", "draw_help", "draw_scale", "draw_statistics", "grow"]
 
 _INK, _PAPER = (0.10, 0.11, 0.13), (1.0, 1.0, 1.0)
 _SUN = (1.0, 0.80, 0.25)
@@ -26,7 +26,7 @@ def grow(length: float) -> float:
     return length * imgui.get_font_size() / FONT_SIZE
 
 
-class Frame:
+class PictureArea:
     """
     Where the picture lies in the window.
 
@@ -61,14 +61,14 @@ class Frame:
         return x, y
 
 
-def draw_handles(view: View, frame: Frame, mouse: tuple[float, float] | None) -> None:
+def draw_handles(view: ViewState, frame: PictureArea, mouse: tuple[float, float] | None) -> None:
     """
     Draw the lights' handles, and what they slide on.
 
     Parameters
     ----------
-    view : View
-    frame : Frame
+    view : ViewState
+    frame : PictureArea
     mouse : (float, float), optional
         Pixel of the picture under it; None while it is elsewhere.
     """
@@ -98,7 +98,7 @@ def draw_handles(view: View, frame: Frame, mouse: tuple[float, float] | None) ->
     draw.pop_clip_rect()
 
 
-def _draw_dome(draw: imgui.ImDrawList, view: View, frame: Frame) -> None:
+def _draw_dome(draw: imgui.ImDrawList, view: ViewState, frame: PictureArea) -> None:
     """Draw the horizon with north, and the sun's path of the day with its hours."""
     camera = view.viewpoint.camera(frame.pixels)
     middle, radius = find_dome(view.viewpoint)
@@ -122,7 +122,7 @@ def _draw_dome(draw: imgui.ImDrawList, view: View, frame: Frame) -> None:
 
 def _draw_line(
     draw: imgui.ImDrawList,
-    frame: Frame,
+    frame: PictureArea,
     pixels: NDArray[np.float64],
     color: tuple[float, ...],
     opacity: float,
@@ -145,7 +145,7 @@ def _write(draw: imgui.ImDrawList, x: float, y: float, text: str) -> None:
 
 
 def _draw_stem(
-    draw: imgui.ImDrawList, view: View, frame: Frame, place: NDArray[np.float64]
+    draw: imgui.ImDrawList, view: ViewState, frame: PictureArea, place: NDArray[np.float64]
 ) -> None:
     """Draw a line from a lamp straight down to the target's height."""
     foot = np.array([place[0], place[1], min(view.viewpoint.target[2], place[2])])
@@ -153,7 +153,7 @@ def _draw_stem(
     _draw_line(draw, frame, pixels, _PAPER, 0.7)
 
 
-def draw_scale(highest: int, frame: Frame) -> None:
+def draw_scale(highest: int, frame: PictureArea) -> None:
     """
     Draw the scale of counts at the foot of the picture.
 
@@ -161,7 +161,7 @@ def draw_scale(highest: int, frame: Frame) -> None:
     ----------
     highest : int
         The highest count in the picture.
-    frame : Frame
+    frame : PictureArea
     """
     top = find_top(highest)
     width, height = grow(260.0), grow(14.0)
@@ -189,15 +189,15 @@ def draw_scale(highest: int, frame: Frame) -> None:
     imgui.end()
 
 
-def draw_statistics(drawn: Drawn, view: View, frame: Frame) -> None:
+def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> None:
     """
     Draw what the last picture took.
 
     Parameters
     ----------
-    drawn : Drawn
-    view : View
-    frame : Frame
+    drawn : DrawnView
+    view : ViewState
+    frame : PictureArea
     """
     _begin("statistics", frame, right=True, top=True)
     cols, rows = drawn.size
@@ -227,7 +227,7 @@ def draw_statistics(drawn: Drawn, view: View, frame: Frame) -> None:
     imgui.end()
 
 
-def draw_help(frame: Frame) -> None:
+def draw_help(frame: PictureArea) -> None:
     """Draw what the mouse and the keys do."""
     _begin("help", frame, right=False, top=True)
     mouse = {
@@ -243,7 +243,7 @@ def draw_help(frame: Frame) -> None:
     imgui.end()
 
 
-def _begin(name: str, frame: Frame, *, right: bool, top: bool) -> None:
+def _begin(name: str, frame: PictureArea, *, right: bool, top: bool) -> None:
     """Open a quiet window in a corner of the picture."""
     margin = grow(_MARGIN)
     x = frame.corner[0] + (frame.size[0] - margin if right else margin)

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.count import Counter
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
+from umbra.gl.count import VolumeCounter
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Indices, TextureBuffer, draw_plain
 from umbra.gl.state import Pass, State
-from umbra.gl.target import PLACE, Targets
+from umbra.gl.target import PLACE, PictureTargets
 from umbra.gl.volumes import BodyVolumes
 
 __all__ = [
@@ -109,7 +109,7 @@ class Overlays:
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
         self._device = device = renderer.device
-        self._counter = Counter(device, renderer.geometry, renderer.planner.indices)
+        self._counter = VolumeCounter(device, renderer.geometry, renderer.planner.indices)
         self._faces = Program(device, "surface.vert.glsl", "tint.frag.glsl")
         self._lines = Program(device, "edge.vert.glsl", "tint.frag.glsl")
         self._heat = Program(device, "picture.vert.glsl", "heat.frag.glsl")
@@ -123,8 +123,8 @@ class Overlays:
     def draw(
         self,
         state: State,
-        targets: Targets,
-        plan: Plan,
+        targets: PictureTargets,
+        plan: VolumePlan,
         overlays: frozenset[str],
         shrink: float = 1.0,
     ) -> int:
@@ -134,9 +134,9 @@ class Overlays:
         Parameters
         ----------
         state : State
-        targets : Targets
+        targets : PictureTargets
             Whose depth holds the scene.
-        plan : Plan
+        plan : VolumePlan
             Of one light.
         overlays : frozenset of str
             ``volumes``, ``cases``, ``edges``, ``counts``.
@@ -158,7 +158,7 @@ class Overlays:
             self.draw_volumes(state, plan)
         return highest
 
-    def draw_volumes(self, state: State, plan: Plan) -> None:
+    def draw_volumes(self, state: State, plan: VolumePlan) -> None:
         """Draw what the plan counts, translucent, into the target in use."""
         self._set_up(self._faces, plan)
         # The more lie one behind the other, the thinner each.
@@ -170,7 +170,7 @@ class Overlays:
             state.use(_NEARER if draw.kind == LIGHT_CAP else _BEFORE)
             self._renderer.planner.indices.draw(self._faces, draw.first, draw.count)
 
-    def draw_cases(self, state: State, plan: Plan) -> None:
+    def draw_cases(self, state: State, plan: VolumePlan) -> None:
         """Colour casters by their case, in the target in use."""
         if self._case != plan.case.tobytes():
             self._case = plan.case.tobytes()
@@ -185,7 +185,7 @@ class Overlays:
             self._by_case.draw(self._faces, first, count)
 
     def draw_edges(
-        self, state: State, targets: Targets, plan: Plan, width: float = _EDGE_WIDTH
+        self, state: State, targets: PictureTargets, plan: VolumePlan, width: float = _EDGE_WIDTH
     ) -> None:
         """Draw the silhouettes of a plan into the target in use; faint where hidden."""
         if len(self._edges_of) != len(plan.volumes) or not all(
@@ -208,7 +208,7 @@ class Overlays:
             self._lines.set(tint=np.array([*EDGES, _OPACITY[opacity]]))
             draw_plain(self._device, self._lines, 6 * self.n_edges)
 
-    def draw_counts(self, state: State, targets: Targets, plan: Plan) -> int:
+    def draw_counts(self, state: State, targets: PictureTargets, plan: VolumePlan) -> int:
         """Draw the counts of a light's volumes instead of the picture; give the highest."""
         self._renderer.draw_surface(state)
         floats = self._counter.count_in_floats(state, targets.light, plan)
@@ -235,7 +235,7 @@ class Overlays:
             self._edges.release()
         self._edges, self._edges_of = None, ()
 
-    def _set_up(self, program: Program, plan: Plan) -> None:
+    def _set_up(self, program: Program, plan: VolumePlan) -> None:
         self._renderer.geometry.bind(program)
         program.set(
             **plan.projection.uniforms(), light=plan.light.astype(np.float32),

@@ -15,13 +15,13 @@ from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Timers
 from umbra.gl.soft import Softness
 from umbra.gl.state import State
-from umbra.gl.target import Targets
+from umbra.gl.target import PictureTargets
 from umbra.scene import Scene
 from umbra.soft import find_method
 from umbra.window.overlays import Overlays
-from umbra.window.view import View
+from umbra.window.view import ViewState
 
-__all__ = ["SAMPLES", "Drawn", "Pacing", "Painter"]
+__all__ = ["SAMPLES", "DrawnView", "Pacing", "ViewPainter"]
 
 
 @dataclass
@@ -72,7 +72,7 @@ _TEXTURE_2D, _RGBA8, _RGBA, _BYTE, _UNPACK = 0x0DE1, 0x8058, 0x1908, 0x1401, 0x0
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnView:
     """
     What is known of a picture that was drawn.
 
@@ -102,7 +102,7 @@ class Drawn:
     warnings: tuple[str, ...] = ()
 
 
-class Painter:
+class ViewPainter:
     """
     Draws views of one scene into ``renderer.targets.picture``.
 
@@ -131,14 +131,14 @@ class Painter:
 
     @on_device
     def draw(
-        self, view: View, size: tuple[int, int], *, times: bool = True, shrink: float = 1.0
-    ) -> Drawn:
+        self, view: ViewState, size: tuple[int, int], *, times: bool = True, shrink: float = 1.0
+    ) -> DrawnView:
         """
         Draw a view and wait until it is there.
 
         Parameters
         ----------
-        view : View
+        view : ViewState
         size : (int, int)
             Columns and rows.
         times : bool
@@ -148,7 +148,7 @@ class Painter:
 
         Returns
         -------
-        drawn : Drawn
+        drawn : DrawnView
         """
         start = time.perf_counter()
         self._warnings.clear()
@@ -172,7 +172,7 @@ class Painter:
         self.device.gl.Finish()
         self.device.check("a view was drawn")
         measured = self.timers.collect() if times else {}
-        return Drawn(
+        return DrawnView(
             size=size,
             spent=1e3 * (time.perf_counter() - start),
             passes=passes or measured,
@@ -194,11 +194,11 @@ class Painter:
         self.overlays.release()
         self.renderer.release()
 
-    def _targets(self) -> Targets:
+    def _targets(self) -> PictureTargets:
         assert self.renderer.targets is not None
         return self.renderer.targets
 
-    def _draw_overlays(self, view: View, shrink: float) -> int:
+    def _draw_overlays(self, view: ViewState, shrink: float) -> int:
         """Draw the overlays of the chosen light; its plan is the picture's where that has one."""
         renderer, shining = self.renderer, view.shining()
         assert renderer.projection is not None
@@ -209,7 +209,7 @@ class Painter:
         with State(self.device) as state:
             return self.overlays.draw(state, self._targets(), plans[number], view.overlays, shrink)
 
-    def _shade(self, view: View, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
+    def _shade(self, view: ViewState, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
         """Count and shade a picture on the CPU."""
         if self._counter is None:
             self._counter = FrameCounter(

@@ -12,7 +12,7 @@ from umbra.window.controls import Controls
 from umbra.window.daylight import DAY, Sun, find_rise
 from umbra.window.hud import grow
 from umbra.window.overlays import CASES, EDGES, VOLUMES
-from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, View
+from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, ViewState
 
 __all__ = ["PanelState", "draw_panel"]
 
@@ -51,14 +51,14 @@ class PanelState:
 
 
 def draw_panel(
-    view: View, state: PanelState, controls: Controls, size: tuple[float, float]
-) -> View:
+    view: ViewState, state: PanelState, controls: Controls, size: tuple[float, float]
+) -> ViewState:
     """
     Draw the panel at the left rim of the window.
 
     Parameters
     ----------
-    view : View
+    view : ViewState
     state : PanelState
         The panel's own switches are changed in place.
     controls : Controls
@@ -68,7 +68,7 @@ def draw_panel(
 
     Returns
     -------
-    view : View
+    view : ViewState
         As its widgets changed it.
     """
     imgui.set_next_window_pos(imgui.ImVec2(0, 0))
@@ -93,7 +93,7 @@ def draw_panel(
     _, state.statistics = imgui.checkbox("Statistics", state.statistics)
     imgui.separator_text("Camera")
     view = _draw_camera(view, controls)
-    imgui.separator_text("View")
+    imgui.separator_text("ViewState")
     _draw_file(state, controls)
     for warning in state.warnings:
         _say(warning, _WARNING)
@@ -103,7 +103,7 @@ def draw_panel(
     return view
 
 
-def _draw_sun(view: View, controls: Controls) -> View:
+def _draw_sun(view: ViewState, controls: Controls) -> ViewState:
     sun = view.sun
     _, shines = imgui.checkbox("Shines", sun.shines)
     if sun.site is not None:
@@ -156,7 +156,7 @@ def _draw_angles(sun: Sun) -> Sun:
     return sun
 
 
-def _draw_lights(view: View, controls: Controls) -> View:
+def _draw_lights(view: ViewState, controls: Controls) -> ViewState:
     shining = view.shining()
     if SUN in shining:
         if imgui.radio_button("Sun", view.chosen == SUN):
@@ -220,7 +220,7 @@ def _draw_color(color: tuple[float, float, float]) -> tuple[float, float, float]
     return red, green, blue
 
 
-def _draw_counting(view: View) -> View:
+def _draw_counting(view: ViewState) -> ViewState:
     names = {"gl": "OpenGL", "cpu": "CPU"}
     for device, name in names.items():
         if imgui.radio_button(name, view.device == device) and view.device != device:
@@ -232,7 +232,7 @@ def _draw_counting(view: View) -> View:
     return view.choose_method(methods[place]) if changed else view
 
 
-def _draw_softness(view: View, controls: Controls) -> View:
+def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
     imgui.set_next_item_width(-1)
     changed, place = imgui.combo("##soft", SOFT.index(view.soft), list(SOFT))
     if changed:
@@ -254,7 +254,7 @@ def _draw_softness(view: View, controls: Controls) -> View:
     return view
 
 
-def _draw_overlays(view: View) -> View:
+def _draw_overlays(view: ViewState) -> ViewState:
     for number, overlay in enumerate(OVERLAYS):
         if number % 2:
             imgui.same_line(grow(130))
@@ -286,7 +286,7 @@ def _draw_key(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
         imgui.text_colored(_DIM, label)
 
 
-def _draw_camera(view: View, controls: Controls) -> View:
+def _draw_camera(view: ViewState, controls: Controls) -> ViewState:
     viewpoint = view.viewpoint
     for label, walks in (("Orbit", False), ("Walk", True)):
         if imgui.radio_button(label, viewpoint.walks == walks) and viewpoint.walks != walks:

@@ -21,7 +21,7 @@ __all__ = [
     "OVERLAYS",
     "SOFT",
     "SUN",
-    "View",
+    "ViewState",
     "find_ground",
     "make_view",
 ]
@@ -50,7 +50,7 @@ _FROM_LEFT = 115.0  # [degrees] left of where one looks: a light from the upper 
 
 
 @dataclass(frozen=True)
-class View:
+class ViewState:
     """
     What a window shows.
 
@@ -124,41 +124,41 @@ class View:
             for light in self.shining().values()
         ]
 
-    def toggle(self, overlay: str) -> "View":
+    def toggle(self, overlay: str) -> "ViewState":
         """Show an overlay, or no longer."""
         return replace(self, overlays=self.overlays ^ {overlay})
 
-    def choose_method(self, method: str) -> "View":
+    def choose_method(self, method: str) -> "ViewState":
         """Count by a method."""
         return replace(self, method=method)
 
-    def next_method(self) -> "View":
+    def next_method(self) -> "ViewState":
         """Count by the device's next method."""
         methods = METHODS[self.device]
         return replace(self, method=methods[(methods.index(self.method) + 1) % len(methods)])
 
-    def next_soft(self) -> "View":
+    def next_soft(self) -> "ViewState":
         """Draw soft shadows by the next method, or hard ones."""
         return replace(self, soft=SOFT[(SOFT.index(self.soft) + 1) % len(SOFT)])
 
-    def choose_device(self, device: str) -> "View":
+    def choose_device(self, device: str) -> "ViewState":
         """Count on a device; a method that it does not have becomes ``auto``."""
         return replace(self, device=device)
 
-    def add_light(self, light: Light) -> "View":
+    def add_light(self, light: Light) -> "ViewState":
         """Add a light and choose it."""
         return replace(self, lights=(*self.lights, light), chosen=len(self.lights))
 
-    def change_light(self, number: int, light: Light) -> "View":
+    def change_light(self, number: int, light: Light) -> "ViewState":
         """Put another light in a light's place."""
         return replace(self, lights=(*self.lights[:number], light, *self.lights[number + 1 :]))
 
-    def move_light(self, number: int, position: NDArray[np.float64]) -> "View":
+    def move_light(self, number: int, position: NDArray[np.float64]) -> "ViewState":
         """Move a light that has a place to (3,) [m]."""
         light = self.lights[number]
         return self.change_light(number, replace(light, position=np.append(position, 1.0)))
 
-    def remove_light(self, number: int) -> "View":
+    def remove_light(self, number: int) -> "ViewState":
         """Remove a light; the sun is switched off."""
         if number == SUN:
             return replace(self, sun=replace(self.sun, shines=False))
@@ -178,7 +178,7 @@ def make_view(
     site: Site | None = None,
     date: dt.date | None = None,
     minutes: float | None = None,
-) -> View:
+) -> ViewState:
     """
     Make the view to begin with: the whole model under its own lights, the sun or one light.
 
@@ -196,7 +196,7 @@ def make_view(
 
     Returns
     -------
-    view : View
+    view : ViewState
     """
     viewpoint = frame_bounds(scene.bounds(), size)
     lights = expose_lights(scene)
@@ -211,4 +211,4 @@ def make_view(
         by_clock=site is not None,
     )
     radius = float(f"{_LAMP * np.linalg.norm(np.ptp(scene.bounds(), axis=0)):.1g}") or 0.5
-    return View(viewpoint, sun, lights, chosen=SUN if sun.shines else 0, lamp_radius=radius)
+    return ViewState(viewpoint, sun, lights, chosen=SUN if sun.shines else 0, lamp_radius=radius)

@@ -12,20 +12,20 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.methods import MASKS, Counts, Method
-from umbra.gl.masks.passes import Painter
+from umbra.gl.masks.passes import MaskPainter
 from umbra.gl.masks.pieces import Pieces, make_pieces
-from umbra.gl.plan import Plan
+from umbra.gl.plan import VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.resources import draw_plain
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.target import Companion, Target
+from umbra.gl.target import SharedDepthTarget, Target
 
 __all__ = ["MaskCounter", "MaskCounters", "find_limit"]
 
 _DEEPEST = 2  # of the states before: lit, in one shadow, in two
 
 
-def find_limit(device: Device, method: Method, painter: Painter) -> int:
+def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
     """
     Find how many fronts and backs may come at once before lit and shaded are confused.
 
@@ -36,7 +36,7 @@ def find_limit(device: Device, method: Method, painter: Painter) -> int:
     ----------
     device : Device
     method : Method
-    painter : Painter
+    painter : MaskPainter
 
     Returns
     -------
@@ -70,7 +70,7 @@ _TEXTURE_2D, _TEXTURE0 = 0x0DE1, 0x84C0
 
 class MaskCounter:
     """
-    Counts planned volumes as a method does; used as ``umbra.gl.count.Counter`` is.
+    Counts planned volumes as a method does; used as ``umbra.gl.count.VolumeCounter`` is.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class MaskCounter:
         Fronts, or backs, that a batch may have on one line on this device.
     pieces : Pieces, optional
         Of the last plan.
-    painter : Painter
+    painter : MaskPainter
     """
 
     def __init__(
@@ -102,19 +102,19 @@ class MaskCounter:
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
         self._device, self.method, self._split, self._warn = device, method, split, warn
-        self.painter = Painter(device, geometry)
+        self.painter = MaskPainter(device, geometry)
         self._mark = Program(device, "picture.vert.glsl", "unlit.frag.glsl")
         self.limit = find_limit(device, method, self.painter)
         self.pieces: Pieces | None = None
-        self._plan: Plan | None = None
-        self._mask = Companion(device, method.format)
+        self._plan: VolumePlan | None = None
+        self._mask = SharedDepthTarget(device, method.format)
 
     @property
     def _factor(self) -> float:
         """By how much a volume multiplies the value."""
         return 2.0 if self.method.up.blend == "double" else self.method.up.brightness
 
-    def find_pieces(self, plan: Plan) -> Pieces:
+    def find_pieces(self, plan: VolumePlan) -> Pieces:
         """Cut a plan's volumes; those of the last plan are kept."""
         if self.pieces is None or self._plan is not plan:
             self.pieces = make_pieces(plan, max(self._room(plan), 1), split=self._split)
@@ -123,13 +123,13 @@ class MaskCounter:
                 self._warn(line)
         return self.pieces
 
-    def _room(self, plan: Plan) -> int:
+    def _room(self, plan: VolumePlan) -> int:
         """Give how wide batches may be: where values tell counts, so that few are lost."""
         if not self.method.counts:
             return self.limit
         return max(self.limit - plan.statistics.deepest, self.limit // 3)
 
-    def _find_faults(self, plan: Plan, pieces: Pieces) -> list[str]:
+    def _find_faults(self, plan: VolumePlan, pieces: Pieces) -> list[str]:
         """Say, in a line each, what of a plan lies outside the method's domain."""
         name, lines = self.method.name, []
         if self.limit == 0:
@@ -147,7 +147,9 @@ class MaskCounter:
             )
         return lines
 
-    def count(self, state: State, target: Target, plan: Plan, *, is_clear: bool = False) -> None:
+    def count(
+        self, state: State, target: Target, plan: VolumePlan, *, is_clear: bool = False
+    ) -> None:
         """
         Count the shadow volumes that hold each visible surface, and mark where there are any.
 
@@ -158,7 +160,7 @@ class MaskCounter:
         ----------
         state : State
         target : Target
-        plan : Plan
+        plan : VolumePlan
             By the method ``auto``.
         is_clear : bool
             The target's stencil is 0.
@@ -179,7 +181,7 @@ class MaskCounter:
         self._mark.set(mask=0, channel=self.method.channel, low=low, high=high)
         draw_plain(self._device, self._mark, 3)
 
-    def draw(self, state: State, plan: Plan, *, rectangles: bool = True) -> None:
+    def draw(self, state: State, plan: VolumePlan, *, rectangles: bool = True) -> None:
         """
         Draw volumes, and the rectangles that leave 0 and 1, into the target in use.
 
@@ -190,7 +192,7 @@ class MaskCounter:
             for step in self.method.black:
                 self.painter.draw_rectangle(state, step, self.method.write)
 
-    def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:
+    def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
         """
         Read what ``count`` just made for a plan.
 

@@ -24,7 +24,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.plan import Plan
+from umbra.gl.plan import VolumePlan
 from umbra.gl.state import State
 from umbra.gl.target import Target
 
@@ -32,12 +32,14 @@ __all__ = ["DOUBLE", "HALVE", "MASKS", "PRINTED", "Counts", "Method", "Step"]
 
 
 class Counts(Protocol):
-    """What frames and pictures ask of whatever counts: the stencil's ``Counter``, or a mask's."""
+    """What counts for frames and pictures: ``VolumeCounter`` in the stencil, or a mask."""
 
-    def count(self, state: State, target: Target, plan: Plan, *, is_clear: bool = False) -> None:
+    def count(
+        self, state: State, target: Target, plan: VolumePlan, *, is_clear: bool = False
+    ) -> None:
         """Count in a target whose depth holds the scene; after, stencil 0 means lit."""
 
-    def read(self, target: Target, plan: Plan) -> NDArray[np.int32]:
+    def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
         """Read what was counted, (rows, cols), row 0 at the top."""
 
     def release(self) -> None:

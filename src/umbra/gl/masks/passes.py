@@ -11,8 +11,8 @@ import numpy as np
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.methods import Method, Step
-from umbra.gl.masks.pieces import Batch, Pieces
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Plan
+from umbra.gl.masks.pieces import Pieces, VolumeBatch
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Indices, TextureBuffer, draw_plain
@@ -20,7 +20,7 @@ from umbra.gl.state import Pass, State, Stencil
 from umbra.scene import Scene
 from umbra.scene.look import AMBIENT
 
-__all__ = ["Forward", "Painter", "Tally"]
+__all__ = ["Forward", "MaskPainter", "Tally"]
 
 
 @dataclass(eq=False)
@@ -60,7 +60,7 @@ _BEGINS = {Z_PASS: "front", Z_FAIL: "back", LIGHT_CAP: "back"}
 _OTHER = {"front": "back", "back": "front"}
 
 
-class Painter:
+class MaskPainter:
     """
     Draws volumes and rectangles with one brightness each, and counts them.
 
@@ -87,7 +87,7 @@ class Painter:
         self._pieces: Pieces | None = None
         self.tally = Tally()
 
-    def draw_volumes(self, state: State, method: Method, plan: Plan, pieces: Pieces) -> None:
+    def draw_volumes(self, state: State, method: Method, plan: VolumePlan, pieces: Pieces) -> None:
         """
         Count all volumes in the target in use.
 
@@ -110,7 +110,9 @@ class Painter:
             for way in order:
                 self._draw_batch(state, method, plan, batch, way)
 
-    def _draw_batch(self, state: State, method: Method, plan: Plan, batch: Batch, way: str) -> None:
+    def _draw_batch(
+        self, state: State, method: Method, plan: VolumePlan, batch: VolumeBatch, way: str
+    ) -> None:
         """Draw the faces of a batch at which volumes begin (up), or those where they end."""
         step = method.up if way == "up" else method.down
         for draw in batch.draws:

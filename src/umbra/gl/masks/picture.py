@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.gl.context import Device, on_device, open_device
-from umbra.gl.count import Counter
+from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounter
 from umbra.gl.masks.methods import MASKS, Method, Step
 from umbra.gl.masks.passes import Forward, Tally
 from umbra.gl.masks.upsampling import FILTERS, Upsampler
-from umbra.gl.plan import Choices, Plan
+from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, make_projection
 from umbra.gl.state import Pass, State, Stencil
@@ -87,7 +87,7 @@ class MaskPicture:
             self.planner = Planner(self.device, scene, self.geometry, casters)
             by_name = {"stencil": None, **MASKS}  # the stencil is no method of masks
             self.method = by_name[method] if isinstance(method, str) else method
-            self._stencil = Counter(self.device, self.geometry, self.planner.indices)
+            self._stencil = VolumeCounter(self.device, self.geometry, self.planner.indices)
             # The stencil's mask of fewer pixels is turned into colours as the others are.
             colors = self.method or MASKS["alpha"]
             self._colors = MaskCounter(self.device, self.geometry, colors, warn=warn)
@@ -167,11 +167,11 @@ class MaskPicture:
         """Read the last picture, (rows, cols, 3) uint8, linear; row 0 at the top."""
         return np.ascontiguousarray(self._targets[0].read()[..., :3])
 
-    def _plan(self, projection: Projection, light: Light) -> Plan:
-        (plan,) = self.planner.plan(projection, [light], choices=Choices(narrow=False))
+    def _plan(self, projection: Projection, light: Light) -> VolumePlan:
+        (plan,) = self.planner.plan(projection, [light], choices=VolumeOptions(narrow=False))
         return plan
 
-    def _draw_full(self, state: State, plan: Plan, color: Target, shadows: str) -> None:
+    def _draw_full(self, state: State, plan: VolumePlan, color: Target, shadows: str) -> None:
         """Count in the picture's own alpha or stencil, and multiply the picture by it."""
         painter = self._colors.painter
         if self.method is not None:
@@ -183,7 +183,7 @@ class MaskPicture:
         step = Step("multiply", _DARK[shadows])
         painter.draw_rectangle(state, step, "rgb", "apply", stencil=where)
 
-    def _draw_volumes(self, state: State, plan: Plan, shadows: str) -> None:
+    def _draw_volumes(self, state: State, plan: VolumePlan, shadows: str) -> None:
         """Count in the target in use, and normalise for what the shadows are to be."""
         assert self.method is not None
         painter = self._colors.painter
@@ -193,7 +193,7 @@ class MaskPicture:
             painter.draw_rectangle(state, step, self.method.write)
 
     def _draw_mask(
-        self, state: State, shown: Projection, plan: Plan, mask: Target, place: NDArray
+        self, state: State, shown: Projection, plan: VolumePlan, mask: Target, place: NDArray
     ) -> None:
         """Draw a mask by itself: depth of its size, volumes, rectangles."""
         start = self.method.start if self.method else 1.0

@@ -13,17 +13,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Plan, Selection
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Selection, VolumePlan
 from umbra.gl.volumes import FAR, BodyVolumes
 
-__all__ = ["Batch", "Pieces", "make_pieces"]
+__all__ = ["Pieces", "VolumeBatch", "make_pieces"]
 
 _Key = tuple[str, bool]
 _Lists = dict[_Key, list[NDArray[np.uint32]]]
 
 
 @dataclass(frozen=True)
-class Batch:
+class VolumeBatch:
     """
     Volumes that are counted together.
 
@@ -45,14 +45,14 @@ class Pieces:
 
     Parameters
     ----------
-    batches : list of Batch
+    batches : list of VolumeBatch
     numbers : (n,) uint32
         Vertex numbers, in which the draws lie.
     n_volumes, n_split : int
         Volumes, and casters that fell into one for each polygon.
     """
 
-    batches: list[Batch]
+    batches: list[VolumeBatch]
     numbers: NDArray[np.uint32]
     n_volumes: int
     n_split: int
@@ -68,7 +68,7 @@ class _Builder:
     """Collects volumes, and closes a batch before it gets too wide."""
 
     at_once: int
-    batches: list[Batch] = field(default_factory=list)
+    batches: list[VolumeBatch] = field(default_factory=list)
     lists: list[NDArray[np.uint32]] = field(default_factory=lambda: [np.zeros(0, np.uint32)])
     place: int = 0
     n_volumes: int = 0
@@ -94,17 +94,17 @@ class _Builder:
             self.lists += lists
             self.place += count
         if draws:
-            self.batches.append(Batch(tuple(draws), self._weight))
+            self.batches.append(VolumeBatch(tuple(draws), self._weight))
         self._open, self._weight = {}, 0
 
 
-def make_pieces(plan: Plan, at_once: int, *, split: bool = True) -> Pieces:
+def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces:
     """
     Cut a plan's volumes into batches.
 
     Parameters
     ----------
-    plan : Plan
+    plan : VolumePlan
         By the method ``auto``.
     at_once : int
         The largest weight of a batch.

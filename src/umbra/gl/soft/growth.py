@@ -19,7 +19,7 @@ from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State
-from umbra.gl.target import Companion, Target
+from umbra.gl.target import SharedDepthTarget, Target
 from umbra.scene import Scene
 from umbra.scene.mesh import transform_points
 from umbra.soft.weng import part_components
@@ -202,7 +202,7 @@ class Shown:
         listed = rows[casts] if len(casts) else np.zeros(1, np.int32)
         self._rows = TextureBuffer(device, listed, _R32I)
         self._program = Program(device, "surface.vert.glsl", "component.frag.glsl")
-        self._picture = Companion(self._device, "r32i")
+        self._picture = SharedDepthTarget(self._device, "r32i")
 
     def draw(self, state: State, target: Target, projection: Projection) -> int:
         """

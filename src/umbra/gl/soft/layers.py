@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.open_components import find_start
 from umbra.gl.overlap import STENCIL_MOST, bound_boxes, find_most
-from umbra.gl.plan import Z_FAIL, Z_PASS, Choices, Draw, Plan, Selection, select
-from umbra.gl.projection import Projection, find_reach
+from umbra.gl.plan import Z_FAIL, Z_PASS, Draw, Selection, VolumeOptions, VolumePlan, select
+from umbra.gl.projection import Projection, find_clip_range
 from umbra.gl.soft.growth import Instance
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.rays.anchor import FaceBlocks
@@ -138,7 +138,7 @@ def list_layers(
     light: Light,
     origin: NDArray[np.float64],
     floor: float,
-    choices: Choices,
+    choices: VolumeOptions,
     place: int,
 ) -> tuple[Selection, list[Draw], list[NDArray[np.uint32]]]:
     """
@@ -153,7 +153,7 @@ def list_layers(
         Of the scene.
     floor : float
         z, relative to it, below every receiver [m].
-    choices : Choices
+    choices : VolumeOptions
     place : int
         Where the triangles will begin in the index list.
 
@@ -164,7 +164,7 @@ def list_layers(
     numbers : list of (n,) uint32
     """
     reach = light.range if choices.narrow else np.inf
-    corners, _ = find_reach(projection.camera, origin, layers.source, reach)
+    corners, _ = find_clip_range(projection.camera, origin, layers.source, reach)
     selection = select(
         layers.volumes, layers.bounds, projection.camera, origin, layers.source, method="auto",
         choices=replace(choices, ask_triangles=False), floor=floor, reach=reach, scissor=corners,
@@ -192,19 +192,19 @@ def list_layers(
 
 def plan_layers(
     layers: LightLayers,
-    hard: Plan,
+    hard: VolumePlan,
     projection: Projection,
     selection: Selection,
     draws: Sequence[Draw],
     steps: Sequence[float],
-) -> list[Plan]:
+) -> list[VolumePlan]:
     """
     Give a plan for each layer of a light.
 
     Parameters
     ----------
     layers : LightLayers
-    hard : Plan
+    hard : VolumePlan
         Of the light.
     projection : Projection
         As it was asked for, without a tilt.

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from umbra.errors import InputError
-from umbra.gl.count import Counter
-from umbra.gl.plan import Choices, Plan
+from umbra.gl.count import VolumeCounter
+from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
-from umbra.gl.soft.visibility import Samples, Visibility
+from umbra.gl.soft.visibility import SampledShadows, Visibility
 from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.gl.state import State
@@ -59,7 +59,7 @@ class SoftLights:
         self._method, self.areas = method, areas
         self._places = {number: place for place, number in enumerate(areas)}
 
-    def begin(self, projection: Projection, plans: Sequence[Plan | None]) -> None:
+    def begin(self, projection: Projection, plans: Sequence[VolumePlan | None]) -> None:
         """Make ready for a picture; plans are the hard volumes of all its lights."""
         found = [plan for number in self.areas if (plan := plans[number]) is not None]
         if self._method is not None:
@@ -79,19 +79,19 @@ class SoftMethods:
     Parameters
     ----------
     planner : Planner
-    counter : Counter
+    counter : VolumeCounter
         Of its plans.
     softness : Softness, optional
-    choices : Choices, optional
+    choices : VolumeOptions, optional
         What may be left out.
     """
 
     def __init__(
         self,
         planner: Planner,
-        counter: Counter,
+        counter: VolumeCounter,
         softness: Softness | None = None,
-        choices: Choices | None = None,
+        choices: VolumeOptions | None = None,
     ) -> None:
         self._planner, self._counter = planner, counter
         self._softness, self._choices = softness or Softness(), choices
@@ -128,7 +128,7 @@ class SoftMethods:
     def _make(self, name: str) -> Visibility:
         softness = self._softness
         if name == "samples":
-            return Samples(self._planner, softness.samples, self._choices)
+            return SampledShadows(self._planner, softness.samples, self._choices)
         if name == "wedges":
             return Wedges(self._planner, self._counter)
         return ScaledLayers(

@@ -12,19 +12,19 @@ from typing import Protocol
 import numpy as np
 
 from umbra.gl.context import Device
-from umbra.gl.count import Counter
-from umbra.gl.plan import Choices, Plan
+from umbra.gl.count import VolumeCounter
+from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
 from umbra.gl.resources import draw_plain
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.target import Companion, Target
+from umbra.gl.target import SharedDepthTarget, Target
 from umbra.scene import Light
 from umbra.soft.area import AreaLight
 from umbra.soft.samples import SAMPLES
 
-__all__ = ["Samples", "Stack", "Visibility"]
+__all__ = ["SampledShadows", "Stack", "Visibility"]
 
 _IN_SHADOW = Stencil(test="notequal", reference=0)
 _LIT = Stencil(test="equal", reference=0)
@@ -34,7 +34,7 @@ class Visibility(Protocol):
     """What share of each light of a picture reaches each pixel, by one method."""
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[Plan]
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """
         Make ready for a picture.
@@ -43,7 +43,7 @@ class Visibility(Protocol):
         ----------
         projection : Projection
         lights : sequence of AreaLight
-        plans : sequence of Plan
+        plans : sequence of VolumePlan
             The hard volumes of their middles, by any method.
         """
 
@@ -80,13 +80,13 @@ class Stack:
 
     Attributes
     ----------
-    picture : Companion
+    picture : SharedDepthTarget
     """
 
     def __init__(self, device: Device) -> None:
         self._device = device
         self._tint = Program(device, "picture.vert.glsl", "tint.frag.glsl")
-        self.picture = Companion(device, "r32f")
+        self.picture = SharedDepthTarget(device, "r32f")
 
     def begin(self, state: State, target: Target, value: float) -> Target:
         """Fill the picture that goes with a target's depth with a value; it is in use."""
@@ -119,7 +119,7 @@ class Stack:
 _AT_ONCE = 64  # points whose volumes are kept in memory together, and while nothing moves
 
 
-class Samples:
+class SampledShadows:
     """
     Averages the hard shadows of points of a light, as `umbra.soft.samples` does.
 
@@ -129,26 +129,26 @@ class Samples:
         Whose casters throw the shadows.
     samples : int
         Points of each light.
-    choices : Choices, optional
+    choices : VolumeOptions, optional
         What may be left out.
     """
 
     def __init__(
-        self, planner: Planner, samples: int = SAMPLES, choices: Choices | None = None
+        self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None
     ) -> None:
         self.samples = samples
         # What one point's range does not reach another's may, and the light's middle decides.
-        self._choices = replace(choices or Choices(), narrow=False)
+        self._choices = replace(choices or VolumeOptions(), narrow=False)
         self._planner = planner.twin()
-        self._counter = Counter(planner.device, planner.geometry, self._planner.indices)
+        self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
         self._stack = Stack(planner.device)
         self._points: list[Light] = []
         self._projection: Projection | None = None
         self._chunk = -1
-        self._plans: list[Plan] = []
+        self._plans: list[VolumePlan] = []
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[Plan]
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Make ready for a picture; see `Visibility`."""
         self._points = [point for light in lights for point in light.points(self.samples)]
@@ -163,7 +163,7 @@ class Samples:
             self._stack.add_light(state, 1.0 / self.samples)
         return shares
 
-    def _find_plan(self, point: int) -> Plan:
+    def _find_plan(self, point: int) -> VolumePlan:
         """Give the plan of one of all lights' points; plans hold for a chunk of them."""
         chunk, place = divmod(point, _AT_ONCE)
         if chunk != self._chunk:

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device
-from umbra.gl.count import Counter
-from umbra.gl.plan import Plan
+from umbra.gl.count import VolumeCounter
+from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Indices, TextureBuffer, draw_plain
 from umbra.gl.state import Pass, State
-from umbra.gl.target import Companion, Target
+from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.soft.area import AreaLight
@@ -54,7 +54,7 @@ class Keys:
         self._ground = Program(
             planner.device, "ground.vert.glsl", "key.frag.glsl", {"IS_GROUND": 1}
         )
-        self._picture = Companion(self._device, "r32f")
+        self._picture = SharedDepthTarget(self._device, "r32f")
 
     def draw(self, state: State, target: Target, projection: Projection) -> int:
         """
@@ -123,7 +123,7 @@ class _Edges:
     table: TextureBuffer
     count: int
 
-    def is_of(self, light: AreaLight, plan: Plan) -> bool:
+    def is_of(self, light: AreaLight, plan: VolumePlan) -> bool:
         """Tell whether these are still the edges of a light's hard volumes."""
         mine, its = self.light, light
         return (
@@ -144,24 +144,26 @@ class Wedges:
     ----------
     planner : Planner
         Whose casters throw the shadows.
-    counter : Counter
+    counter : VolumeCounter
         Of its plans.
     """
 
-    def __init__(self, planner: Planner, counter: Counter) -> None:
+    def __init__(self, planner: Planner, counter: VolumeCounter) -> None:
         self._device: Device = planner.device
         self._planner, self._counter = planner, counter
         self._keys = Keys(planner)
         self._uncover = Program(self._device, "picture.vert.glsl", "uncover.frag.glsl")
         self._programs: dict[tuple[str, ...], Program] = {}
         self._edges: list[_Edges] = []
-        self._plans: Sequence[Plan] = ()
+        self._plans: Sequence[VolumePlan] = ()
         self._projection: Projection | None = None
         self._key = 0
-        self._parts, self._shares = (Companion(self._device, name) for name in ("rgba32f", "r32f"))
+        self._parts, self._shares = (
+            SharedDepthTarget(self._device, name) for name in ("rgba32f", "r32f")
+        )
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[Plan]
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Make ready for a picture; see `Visibility`."""
         self._projection, self._plans, self._key = projection, plans, 0
@@ -207,7 +209,7 @@ class Wedges:
         draw_plain(self._device, self._uncover, 3)
         return shares
 
-    def _prepare(self, edges: _Edges, plan: Plan) -> Program:
+    def _prepare(self, edges: _Edges, plan: VolumePlan) -> Program:
         """Choose the program for a light, and tell it where everything is."""
         light, projection = edges.light, plan.projection
         needs = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from umbra.gl.count import Counter
-from umbra.gl.plan import Choices, Plan
+from umbra.gl.count import VolumeCounter
+from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
 from umbra.gl.resources import Indices
@@ -34,12 +34,12 @@ class ScaledLayers:
     ----------
     planner : Planner
         Whose casters throw the shadows.
-    counter : Counter
+    counter : VolumeCounter
         Of its plans.
     length, gap : float
         How far the widest layer goes, and from each to the next, in tenths of the
         silhouette's radius.
-    choices : Choices, optional
+    choices : VolumeOptions, optional
         What may be left out.
 
     Raises
@@ -51,33 +51,33 @@ class ScaledLayers:
     def __init__(
         self,
         planner: Planner,
-        counter: Counter,
+        counter: VolumeCounter,
         *,
         length: float = LENGTH,
         gap: float = GAP,
-        choices: Choices | None = None,
+        choices: VolumeOptions | None = None,
     ) -> None:
         layers = count_layers(length, gap)
         self._opacities = find_opacities(layers)
         self._steps = [m * gap / 10 for m in range(1, layers + 1)]
         self._planner, self._hard = planner, counter
-        self._choices = choices or Choices()
+        self._choices = choices or VolumeOptions()
         device, scene = planner.device, planner.scene
         self._bodies, self._instances = part_bodies(planner.bodies)
         self._points = GrownPoints(device, self._instances)
         self._shown = Shown(device, scene, planner.geometry, self._instances, planner.casters)
         self._indices = Indices(device, 2 * self._points.n_points)
-        self._counter = Counter(device, self._points, self._indices, grows=True)
+        self._counter = VolumeCounter(device, self._points, self._indices, grows=True)
         self._stack = Stack(device)
         self._layers: list[LightLayers] = []
         self._key = b""
-        self._plans: list[list[Plan]] = []
-        self._middles: list[Plan] = []
+        self._plans: list[list[VolumePlan]] = []
+        self._middles: list[VolumePlan] = []
         self._projection: Projection | None = None
         self._is_shown = False
 
     def begin(
-        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[Plan]
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Make ready for a picture; see `Visibility`."""
         self._projection, self._middles, self._is_shown = projection, list(plans), False
@@ -121,7 +121,7 @@ class ScaledLayers:
         self._stack.add_shadow(state, 1.0 - float(self._opacities[0]), scissor)
         return shares
 
-    def _grow(self, lights: Sequence[AreaLight], plans: Sequence[Plan]) -> bool:
+    def _grow(self, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]) -> bool:
         """Find the layers of lights that moved; tell whether there were any."""
         found = []
         for number, (area, plan) in enumerate(zip(lights, plans, strict=True)):
