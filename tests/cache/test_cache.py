@@ -19,7 +19,7 @@ from umbra.cache import folder as cache_folder
 from umbra.cache import keep_scene, load_scene, measure
 from umbra.cache.scenes import _PLACE, _WIDTHS, _sum
 from umbra.errors import InputError
-from umbra.readers import kept
+from umbra.readers import cache as readers_cache
 from umbra.scene import Material, Mesh, Part, Scene, Source, make_scene
 
 HOUSES = {f"house {n}": moved(box((0, 0, 0), (4, 4, 9 + n)), (9 * n, 0, 0)) for n in range(5)}
@@ -30,7 +30,7 @@ def folder(tmp_path, monkeypatch):
     """A cache of the test's own, for files of any size."""
     path = tmp_path / "cache"
     monkeypatch.setenv("UMBRA_CACHE", str(path))
-    monkeypatch.setattr(kept, "LEAST", 1)
+    monkeypatch.setattr(readers_cache, "LEAST", 1)
     return path
 
 
@@ -204,14 +204,14 @@ def test_buffers_beside_a_file_count(tmp_path, reads):
 def test_another_version_of_the_readers_reads_again(tmp_path, reads, monkeypatch):
     path = save_obj(tmp_path / "town.obj", HOUSES)
     umbra.read(path, cache=True)
-    monkeypatch.setattr(kept, "version", lambda _: "99.0")
+    monkeypatch.setattr(readers_cache, "version", lambda _: "99.0")
     umbra.read(path, cache=True)
     assert len(reads.files) == 2
 
 
 def test_what_reads_quickly_is_not_kept(tmp_path, folder, monkeypatch):
     umbra.read(save_glb(tmp_path / "town.glb", HOUSES), cache=True)
-    monkeypatch.setattr(kept, "LEAST", 200_000)
+    monkeypatch.setattr(readers_cache, "LEAST", 200_000)
     umbra.read(save_obj(tmp_path / "town.obj", HOUSES), cache=True)
     assert not folder.exists()
 

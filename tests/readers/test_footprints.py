@@ -7,7 +7,7 @@ import pytest
 
 import umbra
 from umbra import InputError
-from umbra.readers.columns import parse_numbers
+from umbra.readers.footprint_table import parse_numbers
 
 # 10 x 6 m in metres of a national grid, without a CRS in degrees.
 GRID = "urn:ogc:def:crs:EPSG::31256"

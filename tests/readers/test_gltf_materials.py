@@ -10,8 +10,8 @@ from support.gltf_files import Document
 
 import umbra
 from umbra import InputError
-from umbra.readers import images
-from umbra.scene.texture import sample
+from umbra.readers import companions
+from umbra.scene.material import sample
 
 PIXELS = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 0]]], np.uint8)
 LOST = "m.glb: textures that are not there or in no format that is read, drawn plain: 1"
@@ -112,13 +112,13 @@ def test_textures_are_decoded_only_when_asked(made, read, monkeypatch, umbra_dec
 @pytest.fixture
 def umbra_decodes(monkeypatch):
     """Names of the pictures that are decoded."""
-    names, decode = [], images._decode
+    names, decode = [], companions._decode
 
     def watched(name, fetch):
         names.append(name)
         return decode(name, fetch)
 
-    monkeypatch.setattr(images, "_decode", watched)
+    monkeypatch.setattr(companions, "_decode", watched)
     return names
 
 

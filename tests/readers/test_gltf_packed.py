@@ -7,7 +7,7 @@ from support.packed_files import CORNERS, POINTS, draco_packed, meshopt_packed, 
 
 import umbra
 from umbra import InputError
-from umbra.readers import extras
+from umbra.readers import checks
 
 
 @pytest.fixture
@@ -108,7 +108,7 @@ def test_damaged_draco_is_named(read):
 
 
 def test_draco_beside_plain_arrays_needs_no_package(read, monkeypatch):
-    monkeypatch.setattr(extras, "import_module", _fail)
+    monkeypatch.setattr(checks, "import_module", _fail)
     document = plain()
     primitive = document.tree["meshes"][0]["primitives"][0]
     primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}}
@@ -122,7 +122,7 @@ def _fail(name):
 
 def test_a_missing_package_is_named_with_its_extra(read, monkeypatch):
     draco, meshopt = draco_packed(), meshopt_packed(plain(), {0: (12, "ATTRIBUTES")})
-    monkeypatch.setattr(extras, "import_module", _fail)
+    monkeypatch.setattr(checks, "import_module", _fail)
     for document, package in ((draco, "DracoPy"), (meshopt, "meshopt")):
         with pytest.raises(InputError, match=rf"{package}, .*pip install 'umbra-shadows\[gltf\]'"):
             read(document)

@@ -7,7 +7,7 @@ import pytest
 
 import umbra
 from umbra import InputError
-from umbra.readers import overlap
+from umbra.readers import terrain
 
 SQUARE = [(0, 0), (10, 0), (10, 10), (0, 10)]
 OBJ = "v 0 0 0\nv {s} 0 0\nv 0 {s} 0\nv 0 0 {s}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
@@ -234,6 +234,6 @@ def test_boxes_that_are_nearly_one_are_found_as_by_comparing_all():
     b = a[::-1] + rng.choice([0, 0.01, 1, 6], (400, 1, 1)) * [1, -1, 0.5]
     thick = [np.stack([box[:, 0], np.maximum(box[:, 1], box[:, 0] + 0.01)], 1) for box in (a, b)]
     every = np.stack(np.meshgrid(np.arange(400), np.arange(400)), -1).reshape(-1, 2)
-    same = overlap._share_most(thick[0][every[:, 0]], thick[1][every[:, 1]])
+    same = terrain._share_most(thick[0][every[:, 0]], thick[1][every[:, 1]])
     assert 50 < same.sum() < 1000
-    np.testing.assert_array_equal(overlap._find_same(a, b), every[same])
+    np.testing.assert_array_equal(terrain._find_same(a, b), every[same])

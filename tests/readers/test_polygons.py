@@ -5,26 +5,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from umbra.readers import ears
+from umbra.readers import ear_clipping
 from umbra.readers.monotone import cut_by_sweep
-from umbra.readers.polygons import Polygons, triangulate
+from umbra.readers.triangulate import triangulate
 
-WAYS = pytest.mark.parametrize("most", [ears.MOST, 0], ids=["ears", "sweep"])
+WAYS = pytest.mark.parametrize("most", [ear_clipping.MOST, 0], ids=["ears", "sweep"])
 
 UP = [0.0, 0.0, 1.0]
 
 
-def cut(rings, points, most=ears.MOST):
+def cut(rings, points, most=ear_clipping.MOST):
     """Triangulate one polygon given as rings of indices, by ears or, from ``most`` on, a sweep."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ears, "MOST", most)
+        patch.setattr(ear_clipping, "MOST", most)
         return triangulate(
             np.asarray(points, float),
-            Polygons(
-                np.array([c for ring in rings for c in ring], np.int64),
-                np.array([len(ring) for ring in rings], np.int64),
-                np.array([len(rings)], np.int64),
-            ),
+            np.array([c for ring in rings for c in ring], np.int64),
+            np.array([len(ring) for ring in rings], np.int64),
+            np.array([len(rings)], np.int64),
         )
 
 
@@ -159,11 +157,9 @@ def test_polygons_keep_their_order_and_owner():
     points = flat((0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3))
     result = triangulate(
         np.array(points),
-        Polygons(
-            np.array([0, 1, 2, 3, 4, 5, 0, 1, 0, 1, 2, 0, 1, 2, 3]),
-            np.array([6, 2, 3, 4]),
-            np.array([1, 1, 1, 1]),
-        ),
+        np.array([0, 1, 2, 3, 4, 5, 0, 1, 0, 1, 2, 0, 1, 2, 3]),
+        np.array([6, 2, 3, 4]),
+        np.array([1, 1, 1, 1]),
     )
     assert result.polygon.tolist() == [0, 0, 0, 0, 2, 3, 3]
     assert result.degenerate == 1
@@ -193,11 +189,9 @@ def test_box_with_corners_on_an_edge_stays_closed(far, find_open_edges):
     ]
     result = triangulate(
         points,
-        Polygons(
-            np.array([c for f in faces for c in f]),
-            np.array([len(f) for f in faces]),
-            np.ones(len(faces), np.int64),
-        ),
+        np.array([c for f in faces for c in f]),
+        np.array([len(f) for f in faces]),
+        np.ones(len(faces), np.int64),
     )
     assert find_open_edges(points, result.faces) == []
     assert set(result.faces.ravel().tolist()) == set(range(10))

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import umbra
+from umbra.readers import cityjson as cityjson_module
 from umbra.readers import obj as obj_module
-from umbra.readers import surfaces as surfaces_module
-from umbra.readers.polygons import triangulate
+from umbra.readers.triangulate import triangulate
 
 CITYJSON = [
     "vienna_lod2.city.jsonl",
@@ -19,18 +19,16 @@ CITYJSON = [
 ]
 
 
-def find_changed_boundaries(vertices, polygons, result):
+def find_changed_boundaries(vertices, indices, lengths, rings, result):
     """Polygons whose triangles' signed edges are not those of their rings."""
     _, place = np.unique(vertices, axis=0, return_inverse=True)
     place = place.ravel()
-    starts = np.cumsum(polygons.ring_lengths) - polygons.ring_lengths
-    following = np.arange(1, len(polygons.corners) + 1)
-    filled = polygons.ring_lengths > 0
-    following[(starts + polygons.ring_lengths - 1)[filled]] = starts[filled]
-    corners = place[polygons.corners]
-    owner = np.repeat(
-        np.repeat(np.arange(len(polygons.rings)), polygons.rings), polygons.ring_lengths
-    )
+    starts = np.cumsum(lengths) - lengths
+    following = np.arange(1, len(indices) + 1)
+    filled = lengths > 0
+    following[(starts + lengths - 1)[filled]] = starts[filled]
+    corners = place[indices]
+    owner = np.repeat(np.repeat(np.arange(len(rings)), rings), lengths)
     faces = place[result.faces]
     a = np.concatenate([corners, faces.T.ravel()])
     b = np.concatenate([corners[following], np.roll(faces, -1, axis=1).T.ravel()])
@@ -47,19 +45,20 @@ def find_changed_boundaries(vertices, polygons, result):
 def test_every_polygon_keeps_its_edges(real_file, monkeypatch, name):
     calls = []
 
-    def watched(vertices, polygons):
-        result = triangulate(vertices, polygons)
-        calls.append((vertices, polygons, result))
+    def watched(vertices, corners, lengths, rings=None):
+        result = triangulate(vertices, corners, lengths, rings)
+        rings = np.ones(len(lengths), np.int64) if rings is None else rings
+        calls.append((vertices, corners, lengths, rings, result))
         return result
 
-    monkeypatch.setattr(surfaces_module, "triangulate", watched)
+    monkeypatch.setattr(cityjson_module, "triangulate", watched)
     monkeypatch.setattr(obj_module, "triangulate", watched)
     umbra.read(real_file(name))
-    ((vertices, polygons, result),) = calls
-    assert find_changed_boundaries(vertices, polygons, result).tolist() == []
+    ((vertices, corners, lengths, rings, result),) = calls
+    assert find_changed_boundaries(vertices, corners, lengths, rings, result).tolist() == []
     assert result.crossed == 0
     # The polygons' own area, by Newell's rule, is that of the triangles.
-    assert len(np.unique(result.polygon)) == len(polygons.rings) - result.degenerate
+    assert len(np.unique(result.polygon)) == len(rings) - result.degenerate
 
 
 def test_vienna_solids_are_closed_and_carry_semantics(real_file, measure):

@@ -6,7 +6,7 @@ from support.shapes import box
 
 from umbra.errors import InputError
 from umbra.scene import Image, Material, Mesh, Part, make_image, make_scene
-from umbra.scene.texture import sample
+from umbra.scene.material import sample
 
 VERTICES, FACES = box((0, 0, 0), (1, 2, 3))
 # Black, white / red, half transparent green.

@@ -3,8 +3,7 @@
 import numpy as np
 
 from umbra.scene import Mesh
-from umbra.scene.rig import make_matrices
-from umbra.scene.shape import Shape, Skin
+from umbra.scene.rig import Shape, Skin, make_matrices
 
 FACES = np.zeros((1, 3), np.int32)
 

@@ -16,7 +16,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.preview import make_preview
 from umbra.sun import Site
-from umbra.sun.stamps import Stamps
+from umbra.sun.clock import Stamps
 from umbra.writers import film, tables
 from umbra.writers.color import shade_ramp
 from umbra.writers.formats import FORMATS, Job, write_formats

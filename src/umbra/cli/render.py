@@ -184,7 +184,7 @@ def command(
     from umbra.cpu.shade import shade  # noqa: PLC0415
     from umbra.machine import count_cores  # noqa: PLC0415
     from umbra.scene import Camera, Light, directional_light, spot_light  # noqa: PLC0415
-    from umbra.scene.exposure import expose_lights  # noqa: PLC0415
+    from umbra.scene.palette import expose_lights  # noqa: PLC0415
     from umbra.sun import find_site, sun_light  # noqa: PLC0415
     from umbra.window.viewpoint import frame_bounds  # noqa: PLC0415
     from umbra.writers.atomic import replace_file  # noqa: PLC0415

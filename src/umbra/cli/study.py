@@ -167,8 +167,11 @@ def _check_clock(options: dict[str, Any]) -> None:
     """Find slips in the dates before anything is read."""
     from umbra.study.canopy import check_transmissivity  # noqa: PLC0415
     from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
-    from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
-    from umbra.sun.stamps import find_stamps  # noqa: PLC0415
+    from umbra.sun.clock import (  # noqa: PLC0415
+        check_steps,
+        find_stamps,
+        parse_duration,
+    )
 
     # In UTC no time is missing or doubled: what fails here fails everywhere.
     days = parse_dates(options["date"], options["every_days"])

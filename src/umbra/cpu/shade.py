@@ -9,7 +9,7 @@ from umbra.cpu.surfaces import find_surfaces
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.visible import VisibleSurface
 from umbra.scene import Light, Material, Scene
-from umbra.scene.look import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
+from umbra.scene.palette import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 
 __all__ = ["shade"]
 

@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.visible import VisibleSurface
 from umbra.scene import Part, Scene
-from umbra.scene.look import GROUND_COLOR
+from umbra.scene.material import sample
 from umbra.scene.mesh import transform_points
-from umbra.scene.texture import sample
+from umbra.scene.palette import GROUND_COLOR
 
 __all__ = ["find_surfaces"]
 

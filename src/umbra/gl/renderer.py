@@ -32,7 +32,7 @@ from umbra.gl.state import Pass, State
 from umbra.gl.surfaces import SurfaceRenderer
 from umbra.gl.target import LIGHT, PLACE, PictureTargets
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.look import find_exposure
+from umbra.scene.palette import find_exposure
 from umbra.soft.area import AreaLight
 
 __all__ = ["Renderer"]

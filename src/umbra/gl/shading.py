@@ -19,7 +19,7 @@ from umbra.gl.resources import Texture, draw_plain
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import ALBEDO, DARK, PLACE, Target
 from umbra.scene import Light
-from umbra.scene.look import HORIZON, SKY
+from umbra.scene.palette import HORIZON, SKY
 
 __all__ = ["Lamp", "Lamps", "Scissor", "Shading"]
 

@@ -23,7 +23,7 @@ from umbra.gl.resources import Indices, Texture, TextureBuffer, draw_plain
 from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
-from umbra.scene.look import AMBIENT, GROUND_COLOR
+from umbra.scene.palette import AMBIENT, GROUND_COLOR
 
 __all__ = ["SurfaceRenderer"]
 

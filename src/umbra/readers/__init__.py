@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.budget import check_soup
+from umbra.readers.checks import check_soup, describe_damage
 from umbra.readers.companions import read_bounded
-from umbra.readers.damage import describe_damage
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate
-from umbra.readers.layers import Layer, combine, name_layers, show_name
-from umbra.readers.model import HEIGHTS, TRUNK, Choices, Crowns, Model
-from umbra.readers.place import settle
+from umbra.readers.layers import FileLayer, combine, name_layers, show_name
+from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices
+from umbra.readers.placement import settle
 from umbra.scene import Scene, Source, make_scene
 
 __all__ = ["read"]
@@ -102,7 +101,7 @@ def read(
     if up is not None and up not in UPS:
         msg = f"the up axis must be x, y or z; got {up!r}"
         raise InputError(msg, up=up)
-    choices = Choices(up, height_column, base_column, name_column, allow_outside=allow_outside)
+    choices = ReadChoices(up, height_column, base_column, name_column, allow_outside=allow_outside)
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
         named = name_layers(paths)
@@ -112,18 +111,18 @@ def read(
         files = [(name, path, _load(path)) for name, path in named]
         if not cache:
             return _read_files(files, choices)
-        from umbra.readers.kept import read_kept  # noqa: PLC0415 - only where it is asked
+        from umbra.readers.cache import read_kept  # noqa: PLC0415 - only where it is asked
 
         return read_kept(files, choices, _read_files)
 
 
-def _read_files(files: list[tuple[str, Path, bytes]], choices: Choices) -> Scene:
-    layers: list[Layer] = []
+def _read_files(files: list[tuple[str, Path, bytes]], choices: ReadChoices) -> Scene:
+    layers: list[FileLayer] = []
     sources: list[Source] = []
     for name, path, data in files:
         crowns = choices.crowns if choices.crowns and choices.crowns.matches(name, path) else None
         model, source = _read_one(path, data, replace(choices, crowns=crowns, size=len(data)))
-        layers.append(Layer(name, path, model))
+        layers.append(FileLayer(name, path, model))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
     return _assemble(layers, tuple(sources))
 
@@ -163,7 +162,7 @@ def _pause_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _assemble(layers: list[Layer], sources: tuple[Source, ...]) -> Scene:
+def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
     notes = [note for layer in layers for note in layer.model.notes]
     try:
         parts, lights, crs, remarks = combine(layers)
@@ -189,7 +188,7 @@ def _check_size(bounds: NDArray[np.float64]) -> None:
         raise InputError(msg, far=far)
 
 
-def _check_triangles(model: Model) -> None:
+def _check_triangles(model: FileModel) -> None:
     if not any(part.triangles for part in model.parts):
         left_out = f" ({'; '.join(model.notes)})" if model.notes else ""
         msg = f"has no triangles{left_out}; export the model with its surfaces"
@@ -235,7 +234,7 @@ def _load(path: Path) -> bytes:
     return data
 
 
-def _read_one(path: Path, data: bytes, choices: Choices) -> tuple[Model, Source]:
+def _read_one(path: Path, data: bytes, choices: ReadChoices) -> tuple[FileModel, Source]:
     try:
         model = find_reader(data, path)(data, path, choices)
         _check_triangles(model)

@@ -7,83 +7,17 @@ one. Where walls of different heights meet at a corner they have a vertex in com
 two faces that share an edge share all of it.
 """
 
-from pathlib import Path
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.model import RASTERS, TRUNK, Choices, CrownRaster, Crowns, Model
-from umbra.readers.raster import HeightRaster, open_raster
+from umbra.readers.model import CrownRaster
 from umbra.scene import Mesh, Part
 
-__all__ = ["make_body", "read_canopy", "stand_crowns"]
+__all__ = ["make_body", "stand_crowns"]
 
 _TALLEST = 130.0  # [m]; no tree is as tall
-
-
-def read_canopy(path: Path, choices: Choices) -> Model:
-    """
-    Read a raster of tree tops.
-
-    Parameters
-    ----------
-    path : Path
-        Names the part.
-    choices : Choices
-        With ``crowns``.
-
-    Returns
-    -------
-    model : Model
-        Its part holds the corners of the cells; ``stand_crowns`` makes the body.
-
-    Raises
-    ------
-    InputError
-        As ``read_raster``; if no cell has a canopy, heights are none of trees, or the
-        trunk zone is no share and no raster of the same cells.
-    """
-    crowns = choices.crowns or Crowns(())
-    notes: list[str] = []
-    raster = open_raster(path, choices, notes)
-    there = raster.there & (raster.heights > 0)
-    if not there.any():
-        msg = "has no cell with a canopy: none is higher than 0"
-        raise InputError(msg)
-    tallest = float(raster.heights[there].max())
-    is_absolute = crowns.heights == "absolute"
-    if not is_absolute and tallest > _TALLEST:
-        msg = (
-            f"has trees of {tallest:.4g} m, which no tree reaches; if heights are not above the "
-            "ground, give --canopy-heights absolute"
-        )
-        raise InputError(msg, tallest=tallest)
-    rows, cols = np.nonzero(there)
-    place = np.full((there.shape[0] + 1, there.shape[1] + 1), -1, np.int32)
-    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        place[rows + down, cols + right] = 0
-    row, col = np.nonzero(place >= 0)
-    place[row, col] = np.arange(len(row), dtype=np.int32)
-    plan = raster.matrix @ np.stack([col, row, np.ones(len(row))]).astype(np.float64)
-    corners = np.stack([place[rows + r, cols + c] for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))], 1)
-    cells = np.full(there.shape, -1, np.int32)
-    cells[rows, cols] = np.arange(len(rows), dtype=np.int32)
-    trunk, share = _read_trunk(crowns.trunk, choices, raster, there)
-    grid = CrownRaster(cells, corners, raster.heights[there], trunk, share, is_absolute)
-    faces = corners[:, [0, 1, 2]]  # only so that each corner is used, until the body is made
-    faces = np.concatenate([faces, corners[:, [0, 2, 3]]])
-    mesh = Mesh(np.column_stack([plan.T, np.zeros(len(row))]), faces)
-    part = Part(path.stem, "Canopy", mesh)
-    return Model(
-        "GeoTIFF canopy",
-        (part,),
-        raster.crs,
-        tuple(notes),
-        crowns=grid,
-        is_high_in_metres=raster.has_unit,
-    )
 
 
 def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -> tuple[Part, int]:
@@ -136,38 +70,6 @@ def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -
     vertices = np.column_stack([plan[corner[kept]], z[kept]])
     body = Part(part.name, part.kind, Mesh(vertices, index.reshape(-1, 3)), layer=part.layer)
     return body, int((~is_body).sum())
-
-
-def _read_trunk(
-    trunk: str, choices: Choices, raster: HeightRaster, there: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64] | None, float]:
-    """Read where crowns begin: heights, or a share of the canopy's."""
-    text = str(trunk).strip()
-    if text.lower().endswith(RASTERS):
-        notes: list[str] = []
-        try:
-            zone = open_raster(Path(text), choices, notes)
-        except InputError as error:
-            msg = f"trunk zone {text}: {error}"
-            raise InputError(msg, **error.data) from error
-        is_same = zone.heights.shape == raster.heights.shape and np.allclose(
-            zone.matrix, raster.matrix, rtol=1e-9, atol=1e-6
-        )
-        if not is_same:
-            msg = f"trunk zone {text} has other cells than the canopy; resample it (gdalwarp -ts)"
-            raise InputError(msg)
-        return np.where(zone.there, zone.heights, -np.inf)[there], 0.0
-    try:
-        share = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-    except ValueError:
-        share = np.nan
-    if not 0 <= share < 1:
-        msg = (
-            f"the trunk zone is a share of the height from 0 to below 1, such as {TRUNK:g}, or "
-            f"a GeoTIFF (.tif); got '{text}'"
-        )
-        raise InputError(msg, trunk=trunk)
-    return None, share
 
 
 def make_body(

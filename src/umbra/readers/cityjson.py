@@ -6,26 +6,37 @@ solid rather than loose surfaces. A solid without semantics takes them from loos
 surfaces of the same level that have the same corners.
 """
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.cityjson_choice import DAMAGE, choose_geometries, damaged, find_kinds, flatten
-from umbra.readers.cityjson_colors import find_material
-from umbra.readers.cityjson_templates import Templates
+from umbra.readers.cityjson_choice import (
+    DAMAGE,
+    Choice,
+    choose_geometries,
+    damaged,
+    find_kinds,
+    flatten,
+)
 from umbra.readers.georeference import name_crs
-from umbra.readers.model import Model
-from umbra.readers.names import UniqueNames
-from umbra.readers.surfaces import Surfaces
-from umbra.readers.turn import turn_up
-from umbra.scene import Part
+from umbra.readers.model import FileModel, UniqueNames
+from umbra.readers.placement import turn_up
+from umbra.readers.triangulate import triangulate
+from umbra.scene import Material, Mesh, Part
+from umbra.scene.material import GREY
 
-__all__ = ["read_cityjson"]
+__all__ = [
+    "SurfaceList",
+    "Templates",
+    "find_material",
+    "read_cityjson",
+]
 
 
-def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
+def read_cityjson(documents: list[Any], up: str | None = None) -> FileModel:
     """
     Read parsed CityJSON.
 
@@ -38,7 +49,7 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
 
     Returns
     -------
-    model : Model
+    model : FileModel
 
     Raises
     ------
@@ -55,7 +66,7 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
         raise InputError(msg, version=version)
 
     counts: dict[str, int] = {}
-    surfaces = Surfaces()
+    surfaces = SurfaceList()
     templates = Templates(None)
     arrays: list[NDArray[np.float64]] = []
     instances: list[Part] = []
@@ -100,7 +111,7 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> Model:
     counts["objects whose id is another's, numbered"] = unique.numbered
     notes = tuple(f"{what}: {n}" for what, n in counts.items() if n)
     form = "CityJSONSeq" if len(documents) > 1 else "CityJSON"
-    return Model(
+    return FileModel(
         f"{form} {version}".strip(), turn_up((*parts, *instances), up), name_crs(crs), notes
     )
 
@@ -135,3 +146,218 @@ def _first_bad_vertex(raw: Any) -> str:
         ):
             return f"first: vertex {index}, {str(vertex)[:60]}"
     return "mixed"
+
+
+class SurfaceList:
+    """Surfaces by object and kind."""
+
+    def __init__(self) -> None:
+        self._parts: dict[tuple[str, str], int] = {}
+        self._part: list[int] = []
+        self._rings: list[int] = []
+        self._ring_lengths: list[int] = []
+        self._open: list[int] = []
+        self._closed: list[NDArray[np.int64]] = []
+        self._first_ring = 0
+
+    def add(self, name: str, surfaces: list[Any], kinds: list[str]) -> None:
+        """
+        Add an object's surfaces.
+
+        Parameters
+        ----------
+        name : str
+        surfaces : list
+            Each a list of rings, each a list of vertex indices of the document.
+        kinds : list of str
+            One for each surface.
+        """
+        parts, lengths, corners = self._parts, self._ring_lengths, self._open
+        for surface, kind in zip(surfaces, kinds, strict=True):
+            self._part.append(parts.setdefault((name, kind), len(parts)))
+            self._rings.append(len(surface))
+            for ring in surface:
+                lengths.append(len(ring))
+                corners += ring
+
+    def close(self, n_vertices: int, offset: int, where: str = "") -> None:
+        """
+        End a document: check the indices added since the last, and shift them.
+
+        Parameters
+        ----------
+        n_vertices : int
+            Of the document.
+        offset : int
+            Vertices of all documents before it.
+        where : str
+            Put before errors.
+
+        Raises
+        ------
+        InputError
+            If a corner is not a whole number, or names no vertex (which object).
+        """
+        try:
+            corners = np.array(self._open) if self._open else np.zeros(0, np.int64)
+        except ValueError:  # ragged: an index is a list
+            corners = np.array([None])
+        if corners.dtype.kind != "i" or corners.ndim != 1:
+            wrong = next((i for i, c in enumerate(self._open) if type(c) is not int), 0)
+            msg = (
+                f"{where}object '{self._owner(wrong)}' has a vertex index that is not a whole "
+                f"number ({str(self._open[wrong])[:40]}); repair it or export the file again"
+            )
+            raise InputError(msg)
+        bad = np.flatnonzero((corners < 0) | (corners >= n_vertices))
+        if len(bad):
+            msg = (
+                f"{where}object '{self._owner(int(bad[0]))}' names vertex {corners[bad[0]]}, but "
+                f"there are {n_vertices} vertices ({len(bad)} such corners in all); "
+                "repair it or export the file again"
+            )
+            raise InputError(msg, vertex=int(corners[bad[0]]), count=len(bad))
+        self._closed.append(corners.astype(np.int64, copy=False) + offset)
+        self._open.clear()
+        self._first_ring = len(self._ring_lengths)
+
+    def _owner(self, corner: int) -> str:
+        """Find the object that a corner of the open document belongs to."""
+        ring = np.searchsorted(np.cumsum(self._ring_lengths[self._first_ring :]), corner, "right")
+        surface = np.searchsorted(np.cumsum(self._rings), ring + self._first_ring, "right")
+        part = self._part[int(surface)]
+        return next(name for (name, _), index in self._parts.items() if index == part)
+
+    def cut(
+        self, vertices: NDArray[np.float64], counts: dict[str, int]
+    ) -> dict[tuple[str, str], Mesh]:
+        """
+        Cut all surfaces into triangles.
+
+        Parameters
+        ----------
+        vertices : (n_vertices, 3) float64
+            Of all documents; the meshes share it.
+        counts : dict of str to int
+            What was left out, by what it is; added to.
+
+        Returns
+        -------
+        meshes : dict of (name, kind) to Mesh
+        """
+        corners = np.concatenate(self._closed) if self._closed else np.zeros(0, np.int64)
+        result = triangulate(
+            vertices,
+            corners,
+            np.array(self._ring_lengths, np.int64),
+            np.array(self._rings, np.int64),
+        )
+        for what, number in (
+            ("polygons with fewer than three distinct corners left out", result.degenerate),
+            ("polygons whose rings cross themselves, so that triangles overlap", result.crossed),
+        ):
+            counts[what] = counts.get(what, 0) + number
+        part = np.array(self._part, np.int64)[result.polygon]
+        order = np.argsort(part, kind="stable")
+        faces = result.faces[order]
+        ends = np.cumsum(np.bincount(part, minlength=len(self._parts))).tolist()
+        meshes = {}
+        start = 0
+        for key, end in zip(self._parts, ends):
+            meshes[key] = Mesh(vertices, faces[start:end])
+            start = end
+        return meshes
+
+
+class Templates:
+    """
+    The templates of one file.
+
+    Parameters
+    ----------
+    data : dict or None
+        ``geometry-templates`` of the file; their vertices are plain coordinates.
+    """
+
+    def __init__(self, data: Any) -> None:
+        self.shapes: list[dict[str, Any]] = data["templates"] if data else []
+        self._raw: list[Any] = data["vertices-templates"] if data else []
+        self._vertices: NDArray[np.float64] | None = None
+        self._meshes: dict[int, dict[str, Mesh]] = {}
+
+    def place(
+        self,
+        name: str,
+        kind: str,
+        instance: dict[str, Any],
+        vertices: NDArray[np.float64],
+        counts: dict[str, int],
+    ) -> list[Part]:
+        """
+        Place a template.
+
+        Parameters
+        ----------
+        name, kind : str
+            Of the object; the kind is for surfaces without semantics.
+        instance : dict
+            The GeometryInstance.
+        vertices : (n, 3) float64
+            Of the instance's document; one of them is its reference point.
+        counts : dict of str to int
+            What was left out; added to.
+
+        Returns
+        -------
+        parts : list of Part
+            They share the template's meshes.
+        """
+        index = instance["template"]
+        if index not in self._meshes:
+            self._meshes[index] = self._cut(index, counts)
+        (anchor,) = instance["boundaries"]
+        if not 0 <= anchor < len(vertices):
+            msg = f"reference point {anchor} of {len(vertices)} vertices"
+            raise IndexError(msg)
+        matrix = instance.get("transformationMatrix")
+        transform = np.eye(4) if matrix is None else np.array(matrix, np.float64).reshape(4, 4)
+        transform[:3, 3] += vertices[anchor]
+        return [
+            Part(name, surface or kind, mesh, transform, find_material(surface or kind))
+            for surface, mesh in self._meshes[index].items()
+        ]
+
+    def _cut(self, index: int, counts: dict[str, int]) -> dict[str, Mesh]:
+        if self._vertices is None:
+            self._vertices = np.array(self._raw, np.float64).reshape(-1, 3)
+        vertices = self._vertices
+        shape = self.shapes[index]
+        surfaces = SurfaceList()
+        kinds = find_kinds(Choice(shape, shape), "", self._raw)
+        surfaces.add(f"geometry template {index}", flatten(shape), kinds)
+        surfaces.close(len(vertices), 0)
+        return {kind: mesh for (_, kind), mesh in surfaces.cut(vertices, counts).items()}
+
+
+# Diffuse reflectance, linear RGB; muted, so that shadows stay the subject.
+COLORS = {
+    "Bridge": (0.50, 0.48, 0.45),
+    "Door": (0.28, 0.18, 0.11),
+    "GroundSurface": (0.42, 0.40, 0.37),
+    "LandUse": (0.44, 0.46, 0.33),
+    "PlantCover": (0.22, 0.36, 0.14),
+    "Road": (0.26, 0.26, 0.27),
+    "RoofSurface": (0.52, 0.22, 0.14),
+    "SolitaryVegetationObject": (0.20, 0.34, 0.12),
+    "TINRelief": (0.44, 0.46, 0.33),
+    "WallSurface": (0.76, 0.70, 0.58),
+    "WaterBody": (0.18, 0.34, 0.46),
+    "WaterSurface": (0.18, 0.34, 0.46),
+    "Window": (0.20, 0.27, 0.32),
+}
+
+
+@cache
+def find_material(kind: str) -> Material:
+    """Give the material of a CityJSON object type or surface type; grey for others."""
+    return Material(COLORS.get(kind, GREY))

@@ -7,7 +7,7 @@ from typing import Any
 __all__ = ["DAMAGE", "Choice", "choose_geometries", "damaged", "find_kinds", "flatten"]
 
 from umbra.errors import InputError
-from umbra.readers.damage import describe_damage
+from umbra.readers.checks import describe_damage
 
 # What damaged nesting raises where lists are walked without looking.
 DAMAGE = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)

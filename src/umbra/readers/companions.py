@@ -5,16 +5,28 @@ A model may come from a stranger, and naming a file is all it takes to have it o
 regular files in the model's own folder and below are, of a bounded size.
 """
 
+import io
 import os
 import stat
+from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
+from numpy.typing import NDArray
+
 from umbra.errors import InputError
 from umbra.machine import find_memory
+from umbra.scene import Image
 
-__all__ = ["Companions", "OutsideError", "read_bounded"]
+__all__ = [
+    "Companions",
+    "OutsideError",
+    "encoded_image",
+    "image_beside",
+    "read_bounded",
+]
 
 ALLOW = "--allow-outside (allow_outside=True) reads it"
 SHARE = 0.25  # of the memory; a file takes several times its size until it is a scene
@@ -190,3 +202,61 @@ def read_bounded(file: BinaryIO, most: float | None = None) -> bytes:
         msg = f"is larger than {limit / 1e6:,.0f} MB, the most that is read here; cut it to less"
         raise InputError(msg, most=limit)
     return b"".join(blocks)
+
+
+REPEAT = ("repeat", "repeat")
+LARGEST = 1 << 28  # [byte] of a picture's file
+
+# Not all that Pillow opens: for PostScript it would run a program.
+FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "GIF", "TIFF", "DDS", "PPM", "JPEG2000")
+
+
+def encoded_image(name: str, fetch: Callable[[], bytes], wrap: tuple[str, str] = REPEAT) -> Image:
+    """
+    Make an image that is fetched and decoded when its pixels are first asked for.
+
+    Parameters
+    ----------
+    name : str
+        For errors: file and texture.
+    fetch : function of () -> bytes
+        Of a PNG or JPEG file.
+    wrap : (str, str)
+
+    Returns
+    -------
+    image : Image
+        Its ``pixels`` raise `InputError` if they cannot be decoded.
+    """
+    return Image(name, lambda: _decode(name, fetch), wrap)
+
+
+def image_beside(companions: Companions, file: str, wrap: tuple[str, str] = REPEAT) -> Image:
+    """
+    Make an image of a file beside a model.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is none that may be read (`OutsideError`).
+    """
+    companions.find(file)  # told now, and looked at again when it is read
+    name = f"{companions.path.name}: {file}"[:120]
+    return encoded_image(name, lambda: companions.read(file, LARGEST), wrap)
+
+
+def _decode(name: str, fetch: Callable[[], bytes]) -> NDArray[np.uint8]:
+    import PIL.Image  # noqa: PLC0415 - only where a texture is drawn
+
+    try:
+        with PIL.Image.open(io.BytesIO(fetch()), formats=FORMATS) as picture:
+            return np.array(picture.convert("RGBA"))
+    except InputError as error:
+        msg = f"texture {error}"
+        raise InputError(msg, texture=name, **error.data) from error
+    except (OSError, ValueError, SyntaxError, EOFError, PIL.Image.DecompressionBombError) as error:
+        reason = " ".join(str(error).replace("<_io.BytesIO object at ", "<").split())[:100]
+        if isinstance(error, PIL.UnidentifiedImageError):
+            reason = "it is no picture that is known"
+        msg = f"texture '{name}' cannot be read ({reason}); export it as PNG or JPEG"
+        raise InputError(msg, texture=name) from error

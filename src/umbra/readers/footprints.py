@@ -12,15 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.columns import HEIGHTS, Numbers, find_column, parse_numbers
-from umbra.readers.model import Choices, Model
-from umbra.readers.names import name_features
-from umbra.readers.prisms import make_prisms
+from umbra.readers.footprint_table import (
+    HEIGHTS,
+    ColumnNumbers,
+    FootprintTable,
+    Rings,
+    find_column,
+    name_features,
+    parse_numbers,
+)
+from umbra.readers.model import FileModel, ReadChoices
 from umbra.readers.repair import repair
-from umbra.readers.table import Rings, Table
+from umbra.readers.triangulate import triangulate
 from umbra.scene import Mesh, Part
 
-__all__ = ["extrude_table"]
+__all__ = [
+    "extrude_table",
+    "make_prisms",
+]
 
 LABELS = ("name", "addr:street", "street", "use", "building", "type", "function")
 
@@ -36,20 +45,20 @@ class _Extent:
     high: NDArray[np.float64]
 
 
-def extrude_table(table: Table, choices: Choices) -> Model:
+def extrude_table(table: FootprintTable, choices: ReadChoices) -> FileModel:
     """
     Extrude footprints.
 
     Parameters
     ----------
-    table : Table
-    choices : Choices
+    table : FootprintTable
+    choices : ReadChoices
         The columns of height and base; by default a column that is called as heights
         are, and base 0.
 
     Returns
     -------
-    model : Model
+    model : FileModel
         In the table's coordinates; heights in metres.
 
     Raises
@@ -83,7 +92,7 @@ def extrude_table(table: Table, choices: Choices) -> Model:
         for row, (start, end) in enumerate(zip([0, *ends], ends))
         if end > start
     ]
-    return Model(
+    return FileModel(
         table.format,
         tuple(parts),
         table.crs,
@@ -93,7 +102,7 @@ def extrude_table(table: Table, choices: Choices) -> Model:
     )
 
 
-def _check_corners(table: Table, names: list[str]) -> None:
+def _check_corners(table: FootprintTable, names: list[str]) -> None:
     rings = table.rings
     wrong = np.flatnonzero(~np.isfinite(rings.points).all(1))
     if not len(wrong):
@@ -108,7 +117,7 @@ def _check_corners(table: Table, names: list[str]) -> None:
 
 
 def _find_extent(
-    table: Table, choices: Choices, names: list[str], notes: list[str]
+    table: FootprintTable, choices: ReadChoices, names: list[str], notes: list[str]
 ) -> tuple[_Extent, str | None]:
     columns = table.columns
     column = find_column(columns, choices.height_column, HEIGHTS)
@@ -138,7 +147,7 @@ def _find_extent(
     return _Extent(low, high), base
 
 
-def _note_text(numbers: Numbers, column: str, names: list[str], notes: list[str]) -> None:
+def _note_text(numbers: ColumnNumbers, column: str, names: list[str], notes: list[str]) -> None:
     if numbers.odd:
         row, text = numbers.odd[0]
         notes.append(
@@ -150,7 +159,7 @@ def _note_text(numbers: Numbers, column: str, names: list[str], notes: list[str]
 
 
 def _note_rows(
-    wrong: NDArray[np.bool_], what: str, table: Table, names: list[str], notes: list[str]
+    wrong: NDArray[np.bool_], what: str, table: FootprintTable, names: list[str], notes: list[str]
 ) -> None:
     has_shape = np.zeros(len(wrong), np.bool_)
     has_shape[table.rings.feature] = True
@@ -178,3 +187,98 @@ def _keep(rings: Rings, chosen: NDArray[np.bool_]) -> Rings:
         (np.cumsum(chosen) - 1)[rings.polygon[kept]],
         rings.feature[chosen],
     )
+
+
+CROSSED = (
+    "footprints whose rings cross themselves, so that triangles overlap "
+    "(pip install 'umbra-shadows[gis]' repairs them)"
+)
+
+
+def make_prisms(
+    rings: Rings, low: NDArray[np.float64], high: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int64], list[str]]:
+    """
+    Extrude polygons.
+
+    Parameters
+    ----------
+    rings : Rings
+        In any winding.
+    low, high : (n_features,) float64
+        Of each feature [m].
+
+    Returns
+    -------
+    vertices : (2 n_points, 3) float64
+        The floors' corners, then the roofs'.
+    faces : (n_faces, 3) int32
+        Wound counter-clockwise seen from outside.
+    feature : (n_faces,) int64
+    notes : list of str
+    """
+    rings = _wind(rings)
+    n = len(rings.points)
+    ring = np.repeat(np.arange(len(rings.lengths)), rings.lengths)
+    feature = rings.feature[rings.polygon[ring]]
+    floor = np.column_stack([rings.points, low[feature]])
+    roof = np.column_stack([rings.points, high[feature]])
+    vertices = np.concatenate([floor, roof])
+
+    cut = triangulate(
+        roof,
+        np.arange(n),
+        rings.lengths,
+        np.bincount(rings.polygon, minlength=len(rings.feature)),
+    )
+    # A wall for each edge of the plan, from a corner to the next of its ring.
+    starts = np.cumsum(rings.lengths) - rings.lengths
+    here = np.arange(n)
+    there = here + 1
+    there[starts + rings.lengths - 1] = starts
+    # What left no roof has no walls either: a prism is whole or not there.
+    covered = np.zeros(len(rings.feature), np.bool_)
+    covered[cut.polygon] = True
+    walled = covered[rings.polygon[ring]]
+    here, there = here[walled], there[walled]
+    faces = np.concatenate(
+        [
+            cut.faces + n,
+            cut.faces[:, ::-1],
+            np.column_stack([here, there, there + n]),
+            np.column_stack([here, there + n, here + n]),
+        ]
+    ).astype(np.int32)
+    roofs = rings.feature[cut.polygon]
+    walls = feature[walled]
+    notes = [
+        f"{what}: {number}"
+        for what, number in (
+            ("footprints with fewer than three distinct corners left out", cut.degenerate),
+            (
+                CROSSED,
+                cut.crossed,
+            ),
+        )
+        if number
+    ]
+    return vertices, faces, np.concatenate([roofs, roofs, walls, walls]), notes
+
+
+def _wind(rings: Rings) -> Rings:
+    """Wind outer rings counter-clockwise and holes clockwise."""
+    starts = np.cumsum(rings.lengths) - rings.lengths
+    ring = np.repeat(np.arange(len(starts)), rings.lengths)
+    place = np.arange(len(rings.points)) - starts[ring]
+    following = starts[ring] + (place + 1) % rings.lengths[ring]
+    # About each ring's first corner, so that a far origin costs no digits.
+    a = rings.points - rings.points[starts[ring]]
+    b = rings.points[following] - rings.points[starts[ring]]
+    area = np.bincount(ring, a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], minlength=len(starts))
+    outer = np.ones(len(starts), np.bool_)
+    outer[1:] = rings.polygon[1:] != rings.polygon[:-1]
+    turn = (area < 0) == outer
+    order = np.where(
+        turn[ring], starts[ring] + rings.lengths[ring] - 1 - place, starts[ring] + place
+    )
+    return Rings(rings.points[order], rings.lengths, rings.polygon, rings.feature)

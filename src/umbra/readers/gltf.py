@@ -9,20 +9,22 @@ import numpy as np
 import orjson
 
 from umbra.errors import InputError
-from umbra.readers.budget import Budget
+from umbra.readers.checks import Budget
 from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
-from umbra.readers.gltf_lights import read_lights
 from umbra.readers.gltf_materials import Materials
 from umbra.readers.gltf_meshes import Piece, read_mesh
-from umbra.readers.gltf_packed import list_instances
-from umbra.readers.gltf_rig import read_animations, read_nodes, read_skin
-from umbra.readers.model import Choices, Model
-from umbra.readers.names import UniqueNames
-from umbra.readers.turn import turning
+from umbra.readers.gltf_nodes import (
+    list_instances,
+    read_animations,
+    read_lights,
+    read_nodes,
+    read_skin,
+)
+from umbra.readers.model import FileModel, ReadChoices, UniqueNames
+from umbra.readers.placement import turning
 from umbra.scene import Light, Mesh, Part
 from umbra.scene.pose import place_part
-from umbra.scene.rig import Binding
-from umbra.scene.shape import Shape, Skin
+from umbra.scene.rig import RigBinding, Shape, Skin
 
 __all__ = ["read_gltf", "read_gltf_tree"]
 
@@ -41,7 +43,7 @@ KNOWN = (
 )
 
 
-def read_gltf(data: bytes, path: Path, choices: Choices) -> Model:
+def read_gltf(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """
     Read a GLB file.
 
@@ -50,12 +52,12 @@ def read_gltf(data: bytes, path: Path, choices: Choices) -> Model:
     data : bytes
     path : Path
         Buffers in other files are looked for beside it.
-    choices : Choices
+    choices : ReadChoices
         The upward axis is y by default, as glTF says.
 
     Returns
     -------
-    model : Model
+    model : FileModel
         A part for each node and material.
 
     Raises
@@ -76,8 +78,8 @@ def read_gltf(data: bytes, path: Path, choices: Choices) -> Model:
 
 
 def read_gltf_tree(
-    tree: dict[str, Any], binary: bytes | None, path: Path, choices: Choices
-) -> Model:
+    tree: dict[str, Any], binary: bytes | None, path: Path, choices: ReadChoices
+) -> FileModel:
     """
     Read parsed glTF with the binary chunk of a GLB, if it is one; see `read_gltf`.
 
@@ -136,7 +138,7 @@ def read_gltf_tree(
             part = Part(name, surface.kind, piece.mesh, place, surface.material, tags=tags)
             shape = shapes.find(node, piece)
             if shape is not None or rig.animations:
-                binding = Binding(rig, slot, shape=shape)
+                binding = RigBinding(rig, slot, shape=shape)
                 part = place_part(part, binding, placed, bent)
                 part = replace(part, binding=binding) if rig.animations else part
             parts.append(part)
@@ -146,7 +148,7 @@ def read_gltf_tree(
         counts["nodes whose name is another's, numbered"] = unique.numbered
     notes = tuple(f"{what}: {count}" for what, count in counts.items())
     form = "GLB" if binary is not None else "glTF"
-    return Model(
+    return FileModel(
         f"{form} {version}",
         tuple(parts),
         notes=notes,

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.budget import Budget
+from umbra.readers.checks import Budget, need
 from umbra.readers.companions import Companions
-from umbra.readers.gltf_packed import MESHOPT, unpack_meshopt
 from umbra.scene import Source
+
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 __all__ = ["Buffers", "find_item", "split_glb"]
 
@@ -226,7 +227,7 @@ class Buffers:
         if packed is None:
             return data, first, end
         self.budget.spend(packed["count"] * packed["byteStride"], where)
-        data = self._unpacked[index] = unpack_meshopt(packed, data[max(first, 0) : end], where)
+        data = self._unpacked[index] = _unpack_meshopt(packed, data[max(first, 0) : end], where)
         return data, 0, len(data)
 
     def _load(self, index: int, where: str) -> bytes:
@@ -256,3 +257,36 @@ class Buffers:
         self.budget.grow(len(data))
         self._sources.append(Source(name, str(self._companions.record[name]), "glTF buffer"))
         return data
+
+
+def _unpack_meshopt(packed: dict[str, Any], data: bytes, where: str) -> bytes:
+    """
+    Unpack a buffer view of EXT_meshopt_compression.
+
+    Parameters
+    ----------
+    packed : dict
+        The extension's object.
+    data : bytes
+        Its part of the buffer.
+    where : str
+        For errors.
+
+    Raises
+    ------
+    InputError
+        If it is damaged, or the package meshopt is not installed.
+    """
+    meshopt = need("meshopt", "gltf", f"glTF with {MESHOPT[0]}")
+    try:
+        rows = meshopt.decode_gltf_buffer(
+            data,
+            packed["count"],
+            packed["byteStride"],
+            packed["mode"],
+            packed.get("filter", "NONE"),
+        )
+    except (RuntimeError, ValueError) as error:
+        msg = f"{where}: its meshopt data is damaged ({str(error)[:80]}); export it again"
+        raise InputError(msg) from error
+    return np.ascontiguousarray(rows).tobytes()

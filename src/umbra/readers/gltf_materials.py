@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.companions import Companions, OutsideError
+from umbra.readers.companions import Companions, OutsideError, encoded_image, image_beside
 from umbra.readers.gltf_buffers import Buffers, find_item
-from umbra.readers.images import encoded_image, image_beside
 from umbra.scene import Image, Material
 
-__all__ = ["Materials", "Surface"]
+__all__ = ["GltfSurface", "Materials"]
 
 WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 LOST = "textures that are not there or in no format that is read, drawn plain"
@@ -23,7 +22,7 @@ OUTSIDE = "textures outside the model's folder, drawn plain (--allow-outside rea
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 
-class Surface:
+class GltfSurface:
     """
     A material and what its texture asks of a mesh.
 
@@ -89,18 +88,18 @@ class Materials:
         self._buffers = buffers
         self._companions = companions
         self._counts = counts
-        self._surfaces: dict[int, Surface] = {}
+        self._surfaces: dict[int, GltfSurface] = {}
         self._images: dict[int, Image | None] = {}
 
-    def find(self, index: int | None) -> Surface:
+    def find(self, index: int | None) -> GltfSurface:
         """Give a material by its number; a plain one for None."""
         if index is None:
-            return Surface()
+            return GltfSurface()
         if index not in self._surfaces:
             self._surfaces[index] = self._read(index)
         return self._surfaces[index]
 
-    def _read(self, index: int) -> Surface:
+    def _read(self, index: int) -> GltfSurface:
         given = find_item(self._tree, "materials", index)
         extensions = given.get("extensions", {})
         base = given.get("pbrMetallicRoughness", {})
@@ -132,7 +131,7 @@ class Materials:
             alpha_cutoff=cutoff / alpha if mode == "mask" and alpha > 0 else cutoff,
         )
         name = str(given.get("name") or f"material {index}")
-        return Surface(name, material, texture if image is not None else None)
+        return GltfSurface(name, material, texture if image is not None else None)
 
     def _find_image(self, index: int) -> Image | None:
         if index not in self._images:

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.checks import need
 from umbra.readers.gltf_buffers import Buffers, find_item
-from umbra.readers.gltf_materials import Materials, Surface
-from umbra.readers.gltf_packed import unpack_draco
+from umbra.readers.gltf_materials import GltfSurface, Materials
 from umbra.scene import Mesh
 
 __all__ = ["Piece", "read_mesh"]
 
+DRACO = "KHR_draco_mesh_compression"
 TRIANGLES, STRIP, FAN = 4, 5, 6
 ODD = "normals, texture coordinates or colours that do not fit their vertices, left out"
 
@@ -28,7 +29,7 @@ class Piece:
     ----------
     where : str
         For errors.
-    surface : Surface
+    surface : GltfSurface
     mesh : Mesh
         Unposed.
     offsets, normal_offsets : (n_targets, n_vertices, 3) float32, optional
@@ -39,7 +40,7 @@ class Piece:
     """
 
     where: str
-    surface: Surface
+    surface: GltfSurface
     mesh: Mesh
     offsets: NDArray[np.float32] | None = None
     normal_offsets: NDArray[np.float32] | None = None
@@ -75,7 +76,7 @@ def read_mesh(
             counts["primitives without triangles (points or lines) left out"] += 1
             continue
         where = f"mesh {index}, primitive {number}"
-        unpacked = unpack_draco(primitive, buffers, where)
+        unpacked = _unpack_draco(primitive, buffers, where)
         if unpacked is not None:
             mode = TRIANGLES
             for name in unpacked[1].keys() & attributes.keys():
@@ -214,3 +215,59 @@ def _join_corners(corners: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
     # Exporters join strips with triangles that repeat a corner.
     a, b, c = strip.T
     return strip[(a != b) & (b != c) & (c != a)]
+
+
+def _unpack_draco(
+    primitive: dict[str, Any], buffers: Buffers, where: str
+) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]] | None:
+    """
+    Unpack a primitive of KHR_draco_mesh_compression.
+
+    Parameters
+    ----------
+    primitive : dict
+    buffers : Buffers
+    where : str
+        For errors.
+
+    Returns
+    -------
+    unpacked : tuple or None
+        Corners of triangles, (3 n,) int64, and arrays (count, width) by glTF's names; None if
+        the primitive is not packed so, or has its arrays plain, too.
+
+    Raises
+    ------
+    InputError
+        If it is damaged, or the package DracoPy is not installed.
+    """
+    packed = primitive.get("extensions", {}).get(DRACO)
+    if packed is None or buffers.has_bytes(primitive["attributes"].get("POSITION")):
+        return None
+    draco = need("DracoPy", "gltf", f"glTF with {DRACO}")
+    data = buffers.read_bytes(packed["bufferView"], where)
+    try:
+        mesh = draco.decode(data)
+    except (
+        draco.FileTypeException,
+        AssertionError,
+        MemoryError,
+        RuntimeError,
+        ValueError,
+    ) as error:
+        msg = f"{where}: its Draco data is damaged ({str(error)[:80]}); export it again"
+        raise InputError(msg) from error
+    found = {}
+    for name, number in packed["attributes"].items():
+        one = mesh.get_attribute_by_unique_id(number)
+        if one is None:
+            msg = f"{where}: its Draco data has no attribute {number} ({name}); export it again"
+            raise InputError(msg)
+        values = np.asarray(one["data"])
+        buffers.budget.spend(values.nbytes, where)
+        found[name] = values.reshape(len(values), -1)
+    faces = getattr(mesh, "faces", None)
+    if faces is None:
+        msg = f"{where}: its Draco data is a cloud of points; export it as a mesh"
+        raise InputError(msg)
+    return np.asarray(faces, np.int64).ravel(), found

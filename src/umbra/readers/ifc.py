@@ -15,18 +15,17 @@ from numpy.typing import NDArray
 
 from umbra.readers.georeference import find_plan_unit, to_metres
 from umbra.readers.ifc_child import IfcHarvest, harvest
-from umbra.readers.ifc_engine import IfcFacts, IfcShape
-from umbra.readers.ifc_header import check_whole, find_schema
-from umbra.readers.ifc_words import Words
-from umbra.readers.model import Model, Place
-from umbra.readers.turn import turn_up
+from umbra.readers.ifc_engine import IfcFacts, IfcShape, check_whole, find_schema
+from umbra.readers.ifc_facts import IfcWords
+from umbra.readers.model import FileModel, FilePlace
+from umbra.readers.placement import turn_up
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.mesh import transform_points
 
 __all__ = ["read_ifc"]
 
 
-def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
+def read_ifc(data: bytes, path: Path, up: str | None = None) -> FileModel:
     """
     Read an IFC file: 2x3, 4, 4x3 and its drafts.
 
@@ -40,7 +39,7 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
 
     Returns
     -------
-    model : Model
+    model : FileModel
         In metres; on the map if the file says where its origin lies.
 
     Raises
@@ -63,10 +62,10 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> Model:
         scale = np.diag([1 / find_plan_unit(crs)] * 2 + [1, 1])
         moved = tuple(_move(part, scale @ facts.matrix) for part in parts)
         parts, crs = to_metres(moved, crs, is_high_in_metres=True)
-        place = Place(place.latitude, place.longitude, place.elevation)
+        place = FilePlace(place.latitude, place.longitude, place.elevation)
     place = replace(place, ground=_find_ground(parts))
     notes = (*facts.notes, *_tell_losses(facts, found))
-    return Model(f"IFC ({facts.schema})", turn_up(parts, up), crs, notes, place=place)
+    return FileModel(f"IFC ({facts.schema})", turn_up(parts, up), crs, notes, place=place)
 
 
 def _tell_losses(facts: IfcFacts, found: IfcHarvest) -> list[str]:
@@ -88,11 +87,11 @@ def _tell_losses(facts: IfcFacts, found: IfcHarvest) -> list[str]:
     ]
 
 
-def _show(words: Words) -> str:
+def _show(words: IfcWords) -> str:
     return f"{words.own_kind} '{words.own_name}'"
 
 
-def _make_parts(words: Words, shape: IfcShape) -> list[Part]:
+def _make_parts(words: IfcWords, shape: IfcShape) -> list[Part]:
     # An element repeats a style for each of its pieces: one part for each style.
     looks = list(dict.fromkeys(shape.styles))
     look = np.array([looks.index(one) for one in shape.styles] + [-1], np.int32)[shape.style]

@@ -20,7 +20,7 @@ from pathlib import Path
 from umbra.children import HOME, make_command
 from umbra.errors import InputError
 from umbra.machine import find_memory
-from umbra.readers.extras import require
+from umbra.readers.checks import require
 from umbra.readers.ifc_engine import (
     ENGINES,
     IfcAttempt,

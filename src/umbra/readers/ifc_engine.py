@@ -6,6 +6,8 @@ engine may end the process, or never end, on files that are otherwise fine. Ever
 is yielded here can be pickled.
 """
 
+import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,15 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.extras import need
-from umbra.readers.ifc_header import find_schema, is_draft
-from umbra.readers.ifc_log import list_errors, one_line
-from umbra.readers.ifc_place import find_map, find_place
-from umbra.readers.ifc_words import Words, count_names, describe
-from umbra.readers.model import Place
+from umbra.readers.checks import need
+from umbra.readers.ifc_facts import IfcWords, count_names, describe, find_map, find_place
+from umbra.readers.model import FilePlace
 from umbra.scene import Material
 
-__all__ = ["ENGINES", "IfcAttempt", "IfcFacts", "IfcShape", "IfcWork", "read_pieces"]
+__all__ = [
+    "ENGINES",
+    "IfcAttempt",
+    "IfcFacts",
+    "IfcShape",
+    "IfcWork",
+    "check_whole",
+    "find_schema",
+    "is_draft",
+    "list_errors",
+    "one_line",
+    "read_pieces",
+]
 
 # What has a shape and casts no shadow: rooms, holes, lines on a plan.
 LEFT_OUT = (
@@ -83,9 +94,9 @@ class IfcFacts:
     ----------
     schema : str
         As ``IFC4``.
-    elements : tuple of Words
+    elements : tuple of IfcWords
         What each element is called, in the order of the shapes.
-    place : Place
+    place : FilePlace
     matrix : (4, 4) float64 or None
         From the file's coordinates in metres to its map's.
     crs : str or None
@@ -94,8 +105,8 @@ class IfcFacts:
     """
 
     schema: str
-    elements: tuple[Words, ...]
-    place: Place
+    elements: tuple[IfcWords, ...]
+    place: FilePlace
     matrix: NDArray[np.float64] | None
     crs: str | None
     notes: tuple[str, ...]
@@ -193,7 +204,7 @@ def _decode(data: bytes) -> str:
         return data.decode("latin-1")
 
 
-def _find_elements(file: Any) -> tuple[list[Any], list[Words], int]:
+def _find_elements(file: Any) -> tuple[list[Any], list[IfcWords], int]:
     """Give what casts with its words, in the order of their numbers, and how many are broken."""
     products = [
         product
@@ -280,3 +291,107 @@ def _find_material(
         red, green, blue = np.nan_to_num(linear, nan=0.7).tolist()
         looks[key] = (name, Material((red, green, blue), opacity=1 - clear))
     return looks[key]
+
+
+# By which schema the file of each is read: an edition's own, and what came before it.
+SCHEMAS = {
+    "IFC2X3": re.compile(r"IFC2X3(_TC\d|_FINAL)?"),
+    "IFC4": re.compile(r"IFC4(_ADD\d(_TC\d)?)?"),
+    "IFC4X3_ADD2": re.compile(r"IFC4X3(_ADD\d|_TC\d)?"),
+}
+DRAFT = re.compile(r"IFC4X(1|2|3_\w+)")
+LAST = "IFC4X3_ADD2"
+
+SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'\s*([^']*?)\s*'")
+ENTITY = re.compile(rb"\n#(\d+) *=")
+HEAD = 1 << 16
+
+
+def find_schema(data: bytes) -> tuple[str, str, slice]:
+    """
+    Find the schema of a STEP file, by its header.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Returns
+    -------
+    name : str
+        As the file says it.
+    schema : str
+        The one by which it is read.
+    place : slice
+        Where the name stands in ``data``.
+
+    Raises
+    ------
+    InputError
+        If the header names none, or one that is not IFC or not read.
+    """
+    found = SCHEMA.search(data[:HEAD])
+    if found is None:
+        check_whole(data)  # it may break off before
+        msg = "is a STEP file whose header names no schema (FILE_SCHEMA); export it again as IFC"
+        raise InputError(msg)
+    # A registration may follow: 'AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'.
+    name = found[1].decode("latin-1").partition("{")[0].strip().upper()[:80]
+    place = slice(found.start(1), found.end(1))
+    for schema, names in SCHEMAS.items():
+        if names.fullmatch(name):
+            return name, schema, place
+    if DRAFT.fullmatch(name):
+        return name, LAST, place
+    what = "IFC" if name.startswith("IFC") else "a STEP file, but not IFC,"
+    msg = (
+        f"is {what} of the schema '{name}', which is not read; export it as IFC4 (IFC2X3, IFC4 "
+        "and IFC4X3 are read), glTF or OBJ"
+    )
+    raise InputError(msg, schema=name)
+
+
+def is_draft(name: str) -> bool:
+    """Tell whether a schema was never published as it is."""
+    return not any(names.fullmatch(name) for names in SCHEMAS.values())
+
+
+def check_whole(data: bytes) -> None:
+    """
+    Refuse a file that ends too early, or in which two entities have one number.
+
+    Parameters
+    ----------
+    data : bytes
+
+    Raises
+    ------
+    InputError
+    """
+    if b"END-ISO-10303-21" not in data[-4096:]:
+        msg = (
+            f"is IFC that ends too early (no END-ISO-10303-21 in its {len(data)} bytes); "
+            "export it again"
+        )
+        raise InputError(msg, byte=len(data))
+    numbers = ENTITY.findall(data)
+    if len(set(numbers)) == len(numbers):
+        return
+    twice = [int(number) for number, count in Counter(numbers).items() if count > 1]
+    msg = (
+        f"is damaged IFC (entity numbers that come more than once: {len(twice)}, "
+        f"first: #{twice[0]}); export it again"
+    )
+    raise InputError(msg, entity=twice[0])
+
+
+ERROR = re.compile(r"^\[error\](?: *\[[^\]]*\])* *(.*)$", re.IGNORECASE | re.MULTILINE)
+
+
+def list_errors(log: str) -> list[str]:
+    """Give the errors in ifcopenshell's log, without their time."""
+    return [" ".join(found.split())[:200] for found in ERROR.findall(log)]
+
+
+def one_line(error: BaseException) -> str:
+    """Give an error's kind and words in a line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:200]

@@ -22,25 +22,23 @@ from umbra.readers.georeference import (
     show_crs,
     to_metres,
 )
-from umbra.readers.model import Model
-from umbra.readers.names import UniqueNames
-from umbra.readers.overlap import find_far, find_gaps, find_overlaps
-from umbra.readers.terrain import find_ground, stand_on
+from umbra.readers.model import FileModel, UniqueNames
+from umbra.readers.terrain import find_far, find_gaps, find_ground, find_overlaps, stand_on
 from umbra.scene import Light, Part, Scene
 
-__all__ = ["Layer", "combine", "name_layers", "show_name"]
+__all__ = ["FileLayer", "combine", "name_layers", "show_name"]
 
 NAMED = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
 ENDINGS = re.compile(r"(\.city)?\.\w+$", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class FileLayer:
     """A file that was read, and the name of the layer it makes."""
 
     name: str
     path: Path
-    model: Model
+    model: FileModel
 
 
 def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path]]:
@@ -84,7 +82,7 @@ def show_name(path: Path) -> str:
 
 
 def combine(
-    layers: Sequence[Layer],
+    layers: Sequence[FileLayer],
 ) -> tuple[tuple[Part, ...], tuple[Light, ...], str | None, list[str]]:
     """
     Bring layers into one CRS and onto the terrain among them.
@@ -194,7 +192,7 @@ def _place_in_layer(
 
 
 def _stand(
-    layer: Layer, parts: Sequence[Part], ground: Sequence[Part], others: Sequence[Part]
+    layer: FileLayer, parts: Sequence[Part], ground: Sequence[Part], others: Sequence[Part]
 ) -> tuple[tuple[Part, ...], str]:
     """Make the body of a canopy on the terrain, or on the lowest point of all the rest."""
     from umbra.readers.canopy import stand_crowns  # noqa: PLC0415 - it compiles kernels

@@ -14,11 +14,12 @@ __all__ = [
     "HEIGHTS",
     "RASTERS",
     "TRUNK",
-    "Choices",
     "CrownRaster",
     "Crowns",
-    "Model",
-    "Place",
+    "FileModel",
+    "FilePlace",
+    "ReadChoices",
+    "UniqueNames",
 ]
 
 
@@ -86,7 +87,7 @@ class CrownRaster:
 
 
 @dataclass(frozen=True)
-class Choices:
+class ReadChoices:
     """
     What a caller chooses that a file does not say.
 
@@ -125,7 +126,7 @@ class Choices:
 
 
 @dataclass(frozen=True)
-class Place:
+class FilePlace:
     """
     Where a file says that it stands, beside or instead of a CRS.
 
@@ -148,11 +149,11 @@ class Place:
     ground: float | None = None
 
 
-NOWHERE = Place()
+NOWHERE = FilePlace()
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class FileModel:
     """
     One file, read.
 
@@ -170,7 +171,7 @@ class Model:
         Further files that hold a piece of it (glTF buffers).
     lights : tuple of Light
         In the file's own coordinates.
-    place : Place
+    place : FilePlace
         What it says of its site, beside the CRS.
     is_afloat : bool
         Whether the file does not say how high its parts stand: they stand on 0, or
@@ -189,8 +190,35 @@ class Model:
     notes: tuple[str, ...] = ()
     companions: tuple[Source, ...] = ()
     lights: tuple[Light, ...] = ()
-    place: Place = NOWHERE
+    place: FilePlace = NOWHERE
     is_afloat: bool = False
     is_high_in_metres: bool = False
     is_terrain: bool = False
     crowns: CrownRaster | None = None
+
+
+class UniqueNames:
+    """
+    Names that were given, so that the next one is another: ``Tower``, ``Tower (2)``.
+
+    Attributes
+    ----------
+    numbered : int
+        How many words had been given before.
+    """
+
+    def __init__(self) -> None:
+        self._used: set[str] = set()
+        self._counts: dict[str, int] = {}
+        self.numbered = 0
+
+    def add(self, word: str) -> str:
+        """Give the word, numbered if it was given before."""
+        name, count = word, self._counts.get(word, 1)
+        while name in self._used:
+            count += 1
+            name = f"{word} ({count})"
+        self._counts[word] = count
+        self.numbered += name != word
+        self._used.add(name)
+        return name

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.materials import read_materials
-from umbra.readers.model import Choices, Model
-from umbra.readers.obj_texture import read_texture_corners
-from umbra.readers.polygons import Polygons, triangulate
-from umbra.readers.turn import turn_up
+from umbra.readers.model import FileModel, ReadChoices
+from umbra.readers.obj_materials import read_materials, read_texture_corners
+from umbra.readers.placement import turn_up
+from umbra.readers.triangulate import triangulate
 from umbra.scene import Mesh, Part
 
 __all__ = ["read_obj"]
@@ -33,7 +32,7 @@ class _Statements:
     libraries: list[str] = field(default_factory=list)
 
 
-def read_obj(data: bytes, path: Path, choices: Choices) -> Model:
+def read_obj(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """
     Read a Wavefront OBJ file.
 
@@ -42,12 +41,12 @@ def read_obj(data: bytes, path: Path, choices: Choices) -> Model:
     data : bytes
     path : Path
         Material libraries are looked for beside it.
-    choices : Choices
+    choices : ReadChoices
         The upward axis is z by default: OBJ does not say.
 
     Returns
     -------
-    model : Model
+    model : FileModel
         A part for each pair of group (``g``, else ``o``) and material.
 
     Raises
@@ -93,7 +92,7 @@ def read_obj(data: bytes, path: Path, choices: Choices) -> Model:
         notes += (f"polygons with fewer than three distinct corners left out: {degenerate}",)
     if crossed:
         notes += (f"polygons whose rings cross themselves, so that triangles overlap: {crossed}",)
-    return Model("OBJ", turn_up(tuple(parts), choices.up), notes=notes)
+    return FileModel("OBJ", turn_up(tuple(parts), choices.up), notes=notes)
 
 
 def _split_lines(data: bytes) -> list[bytes]:
@@ -274,11 +273,9 @@ def _cut(
     triangles = corners[of_triangle].reshape(-1, 3).astype(np.int32)
     cut = triangulate(
         vertices,
-        Polygons(
-            corners[~of_triangle],
-            lengths[~is_triangle],
-            np.ones(int((~is_triangle).sum()), np.int64),
-        ),
+        corners[~of_triangle],
+        lengths[~is_triangle],
+        np.ones(int((~is_triangle).sum()), np.int64),
     )
     source = np.concatenate(
         [np.flatnonzero(is_triangle), np.flatnonzero(~is_triangle)[cut.polygon]]

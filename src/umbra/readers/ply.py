@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.model import Model
-from umbra.readers.soup import make_model
+from umbra.readers.model import FileModel
+from umbra.readers.triangle_soup import make_model
 
 __all__ = ["read_ply"]
 
@@ -49,7 +49,7 @@ class _Element:
     properties: list[_Property] = field(default_factory=list)
 
 
-def read_ply(data: bytes, path: Path, up: str | None = None) -> Model:
+def read_ply(data: bytes, path: Path, up: str | None = None) -> FileModel:
     """
     Read a PLY file.
 
@@ -63,7 +63,7 @@ def read_ply(data: bytes, path: Path, up: str | None = None) -> Model:
 
     Returns
     -------
-    model : Model
+    model : FileModel
         One part; colours are not kept.
 
     Raises

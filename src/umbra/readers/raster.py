@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.extras import need
+from umbra.readers.checks import need
 from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
-from umbra.readers.model import Choices, Model
+from umbra.readers.model import RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
 from umbra.scene import Mesh, Part
 
 __all__ = ["HeightRaster", "make_surface", "open_raster", "read_raster"]
 
+TALLEST = 130.0  # [m]; no tree is as tall
 LOWEST = -500.0  # [m]; no land lies lower, so many cells there are a nodata value undeclared
 FEET = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937}
 METRES = {"", "m", "metre", "meter", "metres", "meters"}
@@ -56,7 +57,7 @@ class HeightRaster:
     has_unit: bool = False
 
 
-def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
+def read_raster(_data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """
     Read a raster of heights: a digital surface or terrain model.
 
@@ -67,7 +68,7 @@ def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
 
     Returns
     -------
-    model : Model
+    model : FileModel
         One part of kind ``Raster``; buildings without a base may stand on it.
 
     Raises
@@ -77,9 +78,7 @@ def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
         machine's memory; if its heights are in a unit that is not known.
     """
     if choices.crowns is not None:
-        from umbra.readers.canopy import read_canopy  # noqa: PLC0415 - it compiles kernels
-
-        return read_canopy(path, choices)
+        return _read_canopy(path, choices)
     notes: list[str] = []
     raster = open_raster(path, choices, notes)
     vertices, faces = make_surface(raster.heights, raster.there, raster.matrix)
@@ -87,7 +86,7 @@ def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
         msg = "has no two neighbouring rows and columns with heights; nothing can be made of it"
         raise InputError(msg)
     part = Part(path.stem, "Raster", Mesh(vertices, faces))
-    return Model(
+    return FileModel(
         "GeoTIFF",
         (part,),
         raster.crs,
@@ -97,7 +96,7 @@ def read_raster(_data: bytes, path: Path, choices: Choices) -> Model:
     )
 
 
-def open_raster(path: Path, choices: Choices, notes: list[str]) -> HeightRaster:
+def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRaster:
     """
     Read the heights of a raster; what was left out goes to the notes.
 
@@ -253,3 +252,98 @@ def _name(crs: Any) -> str | None:
     """Name a CRS: by its code if it has one, else in its own words."""
     code = crs.to_epsg()
     return f"EPSG:{code}" if code else name_crs(crs.to_wkt())
+
+
+def _read_canopy(path: Path, choices: ReadChoices) -> FileModel:
+    """
+    Read a raster of tree tops.
+
+    Parameters
+    ----------
+    path : Path
+        Names the part.
+    choices : ReadChoices
+        With ``crowns``.
+
+    Returns
+    -------
+    model : FileModel
+        Its part holds the corners of the cells; ``stand_crowns`` makes the body.
+
+    Raises
+    ------
+    InputError
+        As ``read_raster``; if no cell has a canopy, heights are none of trees, or the
+        trunk zone is no share and no raster of the same cells.
+    """
+    crowns = choices.crowns or Crowns(())
+    notes: list[str] = []
+    raster = open_raster(path, choices, notes)
+    there = raster.there & (raster.heights > 0)
+    if not there.any():
+        msg = "has no cell with a canopy: none is higher than 0"
+        raise InputError(msg)
+    tallest = float(raster.heights[there].max())
+    is_absolute = crowns.heights == "absolute"
+    if not is_absolute and tallest > TALLEST:
+        msg = (
+            f"has trees of {tallest:.4g} m, which no tree reaches; if heights are not above the "
+            "ground, give --canopy-heights absolute"
+        )
+        raise InputError(msg, tallest=tallest)
+    rows, cols = np.nonzero(there)
+    place = np.full((there.shape[0] + 1, there.shape[1] + 1), -1, np.int32)
+    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        place[rows + down, cols + right] = 0
+    row, col = np.nonzero(place >= 0)
+    place[row, col] = np.arange(len(row), dtype=np.int32)
+    plan = raster.matrix @ np.stack([col, row, np.ones(len(row))]).astype(np.float64)
+    corners = np.stack([place[rows + r, cols + c] for r, c in ((0, 0), (0, 1), (1, 1), (1, 0))], 1)
+    cells = np.full(there.shape, -1, np.int32)
+    cells[rows, cols] = np.arange(len(rows), dtype=np.int32)
+    trunk, share = _read_trunk(crowns.trunk, choices, raster, there)
+    grid = CrownRaster(cells, corners, raster.heights[there], trunk, share, is_absolute)
+    faces = corners[:, [0, 1, 2]]  # only so that each corner is used, until the body is made
+    faces = np.concatenate([faces, corners[:, [0, 2, 3]]])
+    mesh = Mesh(np.column_stack([plan.T, np.zeros(len(row))]), faces)
+    part = Part(path.stem, "Canopy", mesh)
+    return FileModel(
+        "GeoTIFF canopy",
+        (part,),
+        raster.crs,
+        tuple(notes),
+        crowns=grid,
+        is_high_in_metres=raster.has_unit,
+    )
+
+
+def _read_trunk(
+    trunk: str, choices: ReadChoices, raster: HeightRaster, there: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64] | None, float]:
+    """Read where crowns begin: heights, or a share of the canopy's."""
+    text = str(trunk).strip()
+    if text.lower().endswith(RASTERS):
+        notes: list[str] = []
+        try:
+            zone = open_raster(Path(text), choices, notes)
+        except InputError as error:
+            msg = f"trunk zone {text}: {error}"
+            raise InputError(msg, **error.data) from error
+        is_same = zone.heights.shape == raster.heights.shape and np.allclose(
+            zone.matrix, raster.matrix, rtol=1e-9, atol=1e-6
+        )
+        if not is_same:
+            msg = f"trunk zone {text} has other cells than the canopy; resample it (gdalwarp -ts)"
+            raise InputError(msg)
+        return np.where(zone.there, zone.heights, -np.inf)[there], 0.0
+    try:
+        share = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        share = np.nan
+    if not 0 <= share < 1:
+        msg = (
+            f"the trunk zone is a share of the height from 0 to below 1, such as {TRUNK:g}, or "
+            f"a GeoTIFF (.tif); got '{text}'"
+        )
+        raise InputError(msg, trunk=trunk)
+    return None, share

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.readers.table import Rings
+from umbra.readers.footprint_table import Rings
 
 __all__ = ["from_shapes", "repair"]
 
@@ -69,7 +69,7 @@ def _leave_tangled(
     large = wrong[corners[wrong] > FEW]
     if not len(large):
         return wrong, large
-    from umbra.readers.crossings import is_tangled  # noqa: PLC0415 - it compiles a kernel
+    from umbra.readers.monotone import is_tangled  # noqa: PLC0415 - it compiles a kernel
 
     starts = np.cumsum(rings.lengths) - rings.lengths
     following = np.arange(1, len(rings.points) + 1)

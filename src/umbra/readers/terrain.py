@@ -1,14 +1,22 @@
-"""Parts whose height nobody gave, set on a terrain."""
+"""Where layers stand: on a terrain, in the air, far apart, in each other's place."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Part, Scene
+from umbra.scene.mesh import find_standing
 
-__all__ = ["find_ground", "stand_on"]
+__all__ = [
+    "find_far",
+    "find_gaps",
+    "find_ground",
+    "find_overlaps",
+    "stand_on",
+]
 
 
 def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part, ...], int]:
@@ -76,3 +84,178 @@ def find_ground(
     _, nearest = cKDTree(used[:, :2]).query(plan)
     inside = ((plan >= used[:, :2].min(0)) & (plan <= used[:, :2].max(0))).all(1)
     return used[nearest, 2], inside
+
+
+SAME = 0.5  # of their union: boxes that share more stand for one thing
+FAR = 10_000.0  # [m]; layers of one study are not farther apart
+FLOATS, SUNK = 1.0, 3.0  # [m]; foundations and cellars lie below the terrain, nothing stands above
+MOST = 100  # boxes of a class and cell that each box is compared with: more is a pile
+
+
+def find_far(layers: Mapping[str, Sequence[Part]], told: Mapping[str, str]) -> list[str]:
+    """
+    Find layers that lie so far from the first that their coordinates cannot be of one kind.
+
+    Parameters
+    ----------
+    layers : dict of str to list of Part
+        In one CRS.
+    told : dict of str to str
+        The file of each and its CRS, for people.
+
+    Returns
+    -------
+    notes : list of str
+    """
+    boxes = {name: _boxes(parts)[1] for name, parts in layers.items()}
+    bounds = {n: np.stack([b[:, 0].min(0), b[:, 1].max(0)]) for n, b in boxes.items()}
+    names = list(bounds)
+    notes = []
+    for name in names[1:]:
+        first, other = bounds[names[0]], bounds[name]
+        gap = np.maximum(first[0] - other[1], other[0] - first[1])[:2].max()
+        if gap > FAR:
+            notes.append(
+                f"layer '{name}' lies {gap / 1000:.0f} km from layer '{names[0]}', so their "
+                f"coordinates are hardly of one system ({told[name]}; {told[names[0]]}); export "
+                "one in the coordinates of the other, or study each alone"
+            )
+    return notes
+
+
+def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[Part]) -> list[str]:
+    """
+    Tell whether a layer floats over a terrain or is sunk in it.
+
+    Counted are things that stand on no other. Of most of them, the foot lies above all
+    the terrain that is below their corners, or far below all of it.
+
+    Parameters
+    ----------
+    name, ground : str
+        The layers.
+    parts, terrain : sequence of Part
+        In one CRS.
+
+    Returns
+    -------
+    notes : list of str
+        One, or none.
+    """
+    boxes = _boxes(parts)[1]
+    boxes = boxes[find_standing(boxes)] if len(boxes) else boxes.reshape(0, 2, 3)
+    corners = np.stack([boxes[:, i, 0] for i in (0, 0, 1, 1)], 1)
+    across = np.stack([boxes[:, i, 1] for i in (0, 1, 0, 1)], 1)
+    height, inside = find_ground(terrain, np.stack([corners, across], 2).reshape(-1, 2))
+    height, lies = height.reshape(-1, 4), inside.reshape(-1, 4).all(1)
+    feet, height = boxes[lies, 0, 2], height[lies]
+    if not len(feet):
+        return []
+    over, under = float(np.median(feet - height.max(1))), float(np.median(height.min(1) - feet))
+    asked = "do both count heights from one zero?"
+    things = f"half of {len(feet)} things that stand on no other"
+    if over > FLOATS:
+        what = f"floats over the terrain '{ground}': {things} are {over:.1f} m above it or more"
+    elif under > SUNK:
+        what = f"is sunk in the terrain '{ground}': {things} begin {under:.1f} m below it or more"
+        asked = "do both count heights from one zero, and is the raster the bare land?"
+    else:
+        return []
+    return [f"layer '{name}' {what}; {asked}"]
+
+
+def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
+    """
+    Find things of one layer that stand in the place of another's.
+
+    Parameters
+    ----------
+    layers : dict of str to list of Part
+        In one CRS.
+
+    Returns
+    -------
+    notes : list of str
+        One for each pair of layers: how many, and the first.
+    """
+    boxes = {name: _boxes(parts) for name, parts in layers.items()}
+    notes = []
+    for one, other in combinations(boxes, 2):
+        (names, a), (others, b) = boxes[one], boxes[other]
+        pairs = _find_same(a, b)
+        if len(pairs):
+            count = len(np.unique(pairs[:, 1]))
+            i, j = pairs[0]
+            notes.append(
+                f"layers overlap: {count} of {len(b)} things of '{other}' stand where things of "
+                f"'{one}' do (first: '{others[j]}' and '{names[i]}'); choose with --no-cast"
+            )
+    return notes
+
+
+def _boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
+    """Give the names of things and their boxes (n, 2, 3)."""
+    found: dict[str, NDArray[np.float64]] = {}
+    for part in parts:
+        if part.triangles:
+            box = part.bounds
+            if part.name in found:
+                other = found[part.name]
+                box = np.stack([np.minimum(box[0], other[0]), np.maximum(box[1], other[1])])
+            found[part.name] = box
+    return list(found), np.array(list(found.values()))
+
+
+def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
+    """
+    Find pairs (index in a, index in b) of boxes that are nearly one box, by b, then by a.
+
+    Boxes that share more than half have widths within a factor of 2, and corners nearer than
+    the smaller one is wide: in the next class of widths and in the next cell at most.
+    """
+    # No thickness, no volume: a sheet is taken as a centimetre thick.
+    a, b = (np.stack([box[:, 0], np.maximum(box[:, 1], box[:, 0] + 0.01)], 1) for box in (a, b))
+    kind_a, kind_b = (
+        np.floor(np.log2(box[:, 1, :2] - box[:, 0, :2])).astype(np.int64) for box in (a, b)
+    )
+    keys = _hash(kind_a, _find_cells(a, kind_a))
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    near = list(product((-1, 0, 1), repeat=2))
+    found = [np.zeros((0, 2), np.int64)]
+    for wider in near:
+        kind = kind_b + wider
+        cells = _find_cells(b, kind)
+        for step in near:
+            wanted = _hash(kind, cells + step)
+            first = np.searchsorted(keys, wanted)
+            lengths = np.minimum(np.searchsorted(keys, wanted, "right") - first, MOST)
+            j = np.repeat(np.arange(len(b)), lengths)
+            offset = np.arange(len(j)) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+            i = order[first[j] + offset]
+            same = _share_most(a[i], b[j])
+            found.append(np.stack([i[same], j[same]], axis=1))
+    pairs = np.unique(np.concatenate(found)[:, ::-1], axis=0)
+    return pairs[:, ::-1]
+
+
+def _find_cells(boxes: NDArray[np.float64], kind: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Give the cells of lower corners, (n, 2), on a grid wider than boxes of that class."""
+    return np.floor(boxes[:, 0, :2] / np.exp2(kind + 1.0)).astype(np.int64)
+
+
+def _hash(kind: NDArray[np.int64], cells: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Give a number to each class and cell; two may have the same, for boxes are compared."""
+    mixed = np.zeros(len(kind), np.uint64)
+    for column in (*kind.T, *cells.T):
+        mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
+        mixed ^= mixed >> np.uint64(29)
+    return mixed
+
+
+def _share_most(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which pairs of boxes share more than half of what they fill together."""
+    common = np.minimum(a[:, 1], b[:, 1]) - np.maximum(a[:, 0], b[:, 0])
+    shared = np.maximum(common, 0).prod(1)
+    union = (a[:, 1] - a[:, 0]).prod(1) + (b[:, 1] - b[:, 0]).prod(1) - shared
+    return shared > SAME * union

@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
-from umbra.scene.material import Image
-from umbra.scene.texture import sample
+from umbra.scene.material import Image, sample
 
 if TYPE_CHECKING:
-    from umbra.scene.rig import Binding
+    from umbra.scene.rig import RigBinding
 
 __all__ = ["Light", "directional_light", "point_light", "spot_light"]
 
@@ -47,7 +46,7 @@ class Light:
         A picture that a spot light projects, filling the square about its rim.
     up : (3,) float, optional
         Upward in the picture; z by default.
-    binding : Binding, optional
+    binding : RigBinding, optional
         How it moves in time, see `umbra.scene.pose`.
 
     Raises
@@ -65,7 +64,7 @@ class Light:
     attenuation: tuple[float, float, float] = (1.0, 0.0, 0.0)
     image: Image | None = None
     up: NDArray[np.float64] = (0.0, 0.0, 1.0)  # type: ignore[assignment]
-    binding: "Binding | None" = None
+    binding: "RigBinding | None" = None
 
     def __post_init__(self) -> None:
         position = np.array(self.position, np.float64).reshape(-1)

@@ -12,9 +12,13 @@ from umbra.printable import make_printable
 from umbra.scene.material import Color, Material
 
 if TYPE_CHECKING:
-    from umbra.scene.rig import Binding
+    from umbra.scene.rig import RigBinding
 
-__all__ = ["Mesh", "Part"]
+__all__ = [
+    "Mesh",
+    "Part",
+    "find_standing",
+]
 
 PLAIN = Material()
 
@@ -141,7 +145,7 @@ class Part:
     transform : (4, 4) float64, optional
         From the mesh's frame to the scene's; None is the identity.
     material : Material, optional
-    binding : Binding, optional
+    binding : RigBinding, optional
         How it moves in time, see `umbra.scene.pose`.
     layer : str
         The file or group of files it came in: ``existing``, ``proposed``.
@@ -155,7 +159,7 @@ class Part:
     mesh: Mesh
     transform: NDArray[np.float64] | None = None
     material: Material = field(default=PLAIN)
-    binding: "Binding | None" = None
+    binding: "RigBinding | None" = None
     layer: str = ""
     tags: tuple[str, ...] = ()
 
@@ -226,3 +230,34 @@ def transform_points(transform: ArrayLike, points: ArrayLike) -> NDArray[np.floa
     """
     matrix = np.asarray(transform, np.float64)
     return np.asarray(points, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+_CELL = 2.0  # things that share a cell may stand on one another [m]
+_MOST = 1024  # cells along a side
+
+
+def find_standing(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """
+    Find the things that have no other below them.
+
+    Parameters
+    ----------
+    boxes : (n, 2, 3) float64
+        Lowest and highest corner of each thing [m].
+
+    Returns
+    -------
+    stands : (n,) bool
+    """
+    if not len(boxes):
+        return np.zeros(0, np.bool_)
+    low, high = boxes[:, 0], boxes[:, 1]
+    start = low[:, :2].min(0)
+    cell = max(_CELL, float((high[:, :2].max(0) - start).max()) / _MOST)
+    first = ((low[:, :2] - start) / cell).astype(np.intp)
+    last = ((high[:, :2] - start) / cell).astype(np.intp) + 1
+    lowest = np.full(tuple(last.max(0)), np.inf)
+    windows = [(slice(a, c), slice(b, d)) for (a, b), (c, d) in zip(first, last)]
+    for window, z in zip(windows, low[:, 2]):
+        np.minimum(lowest[window], z, out=lowest[window])
+    return np.array([lowest[w].min() > z - 1.0 for w, z in zip(windows, low[:, 2])], np.bool_)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene.lights import Light
 from umbra.scene.mesh import Mesh, Part
-from umbra.scene.rig import Animation, Binding
+from umbra.scene.rig import Animation, RigBinding
 from umbra.scene.scene import Scene
 
 __all__ = ["place_light", "place_part", "pose"]
@@ -73,7 +73,7 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
 
 
 def place_part(
-    part: Part, binding: Binding, placed: Placed, bent: dict[tuple[int, int], Mesh]
+    part: Part, binding: RigBinding, placed: Placed, bent: dict[tuple[int, int], Mesh]
 ) -> Part:
     """Give a part where a rig's nodes, as from `Rig.place`, put it."""
     places, weights = placed
@@ -92,7 +92,7 @@ def place_part(
     return replace(part, mesh=mesh, transform=transform)
 
 
-def place_light(light: Light, binding: Binding, places: NDArray[np.float64]) -> Light:
+def place_light(light: Light, binding: RigBinding, places: NDArray[np.float64]) -> Light:
     """Give a light where its node is: it shines along the node's -z."""
     place = places[binding.node]
     toward = place[:3, 2]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene import Scene
-from umbra.scene.standing import find_standing
+from umbra.scene.mesh import find_standing
 from umbra.study.terrain import has_terrain
 
 __all__ = ["Level", "assume_level", "describe_level", "find_level"]

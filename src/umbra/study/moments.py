@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.study.result import Study
 from umbra.sun import find_sun
-from umbra.sun.clock import Steps
-from umbra.sun.stamps import ROUND, Stamps, find_round_stamps, find_stamps
+from umbra.sun.clock import ROUND, Stamps, Steps, find_round_stamps, find_stamps
 
 __all__ = ["Moment", "choose_stamps", "find_moments"]
 
@@ -54,7 +53,7 @@ def find_moments(
     ----------
     study : Study
     at : sequence of str
-        Clock times, as ``umbra.sun.stamps.find_stamps`` reads them.
+        Clock times, as ``umbra.sun.clock.find_stamps`` reads them.
     every : int, optional
         Without ``at``: the spacing at least [min]; None, and where a date's period is shorter
         than two of it: that of the study's steps, or the next round one.

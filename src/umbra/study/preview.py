@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.study.result import Study
 from umbra.sun import find_sun
-from umbra.sun.stamps import Stamps
+from umbra.sun.clock import Stamps
 
 __all__ = ["Preview", "make_preview"]
 

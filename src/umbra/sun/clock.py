@@ -1,13 +1,16 @@
 """
-A day's clock at a site: steps of a period, in UTC, daylight saving counted as it is.
+A day's clock at a site: steps of a period and clock times, in UTC.
 
-A period runs in elapsed time. Its two ends are read from the local clock, and only
-they: from 01:00 to 05:00 on the night the clock jumps ahead is three hours.
+A period runs in elapsed time, daylight saving counted as it is. Its two ends are read from the
+local clock, and only they: from 01:00 to 05:00 on the night the clock jumps ahead is three hours.
 """
 
 import datetime as dt
+import itertools
 import math
 import re
+import zoneinfo
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -17,15 +20,91 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.site import find_zone
-from umbra.sun.stamps import Stamps
 
-__all__ = ["Steps", "check_steps", "make_steps", "parse_duration"]
+__all__ = [
+    "ROUND",
+    "Stamps",
+    "Steps",
+    "check_steps",
+    "find_round_stamps",
+    "find_stamps",
+    "make_steps",
+    "parse_duration",
+]
 
 MOST_STEPS = 100_000
 MOST_OF_ALL_DATES = 2_000_000
 MICROSECOND = dt.timedelta(microseconds=1)
 UNITS = {"h": 3600, "hour": 3600, "min": 60, "minute": 60, "m": 60, "s": 1, "sec": 1, "second": 1}
 DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|sec|second)s?\s*")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stamps:
+    """
+    Instants of a local date, and how its clock shows them.
+
+    Parameters
+    ----------
+    stamps : (n,) datetime64[us]
+        UTC, ascending.
+    zone : str
+        IANA name of the local clock.
+    """
+
+    stamps: NDArray[np.datetime64]
+    zone: str
+
+    def labels(self) -> list[str]:
+        """
+        Read the stamps off the local clock.
+
+        Returns
+        -------
+        labels : list of str
+            ``HH:MM``, or ``HH:MM:SS`` where seconds are needed; the end of the day
+            is 24:00. Where the clock goes back within the period, each carries its
+            abbreviation: ``02:30 CEST``, ``02:30 CET``.
+        """
+        local = self.local()
+        spec = "minutes"
+        if any(when.second or when.microsecond for when in local):
+            spec = "microseconds" if any(when.microsecond for when in local) else "seconds"
+        labels = [when.time().isoformat(spec) for when in local]
+        if local[-1].date() > local[0].date():
+            labels[-1] = dt.time().isoformat(spec).replace("00", "24", 1)
+        if any(later <= label for label, later in itertools.pairwise(labels)):
+            labels = [f"{label} {name}" for label, name in zip(labels, self.abbreviations())]
+        return labels
+
+    def abbreviations(self) -> list[str]:
+        """
+        Name the local time of each stamp.
+
+        Returns
+        -------
+        names : list of str
+            Such as ``CEST``; ``UTC+05:45`` where the zone has letters for none.
+        """
+        offsets = self.offsets()
+        names = [when.tzname() or "" for when in self.local()]
+        return [name if name.isalpha() else offset for name, offset in zip(names, offsets)]
+
+    def offsets(self) -> list[str]:
+        """
+        Give what the local clock is ahead of UTC at each stamp.
+
+        Returns
+        -------
+        offsets : list of str
+            Such as ``UTC+02:00``.
+        """
+        return [f"UTC{when.isoformat()[len(_clock_text(when)) :]}" for when in self.local()]
+
+    def local(self) -> list[dt.datetime]:
+        """Give the stamps by the local clock."""
+        zone = zoneinfo.ZoneInfo(self.zone)
+        return [when.replace(tzinfo=dt.UTC).astimezone(zone) for when in self.stamps.tolist()]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -182,3 +261,63 @@ def _duration_text(duration: dt.timedelta) -> str:
     hours, minutes = divmod(minutes, 60)
     parts = ((hours, "h"), (minutes, "min"), (seconds, "s"))
     return "".join(f"{number}{unit}" for number, unit in parts if number) or "1s"
+
+
+ROUND = (1, 2, 5, 10, 15, 20, 30, 60, 120, 180, 240, 360, 720, 1440)
+"""Spacings at which clock times are round [min]."""
+
+
+def _clock_text(when: dt.datetime) -> str:
+    return when.replace(tzinfo=None).isoformat()
+
+
+def find_stamps(day: dt.date, times: Sequence[str], zone: str) -> Stamps:
+    """
+    Find the instants at which a date's clock shows some times.
+
+    Parameters
+    ----------
+    day : datetime.date
+        Local date.
+    times : sequence of str
+        ``09:00``, or several by commas, ``09:00,12:00,15:00``; in any order.
+    zone : str
+        IANA name.
+
+    Raises
+    ------
+    InputError
+        If one is no clock time, or the clock skips it or shows it twice.
+    """
+    words = [word for text in times for word in str(text).replace(",", " ").split()]
+    clock = zoneinfo.ZoneInfo(zone)
+    found = {find_instant(day, word, clock, "time of --at") for word in words}
+    naive = [when.replace(tzinfo=None) for when in sorted(found)]
+    return Stamps(stamps=np.array(naive, "datetime64[us]"), zone=zone)
+
+
+def find_round_stamps(period: Stamps, minutes: int) -> Stamps:
+    """
+    Find the round clock times within a period, both ends included.
+
+    Parameters
+    ----------
+    period : Stamps
+        From its first to its last.
+    minutes : int
+        One of ``ROUND``: 30 for whole and half hours by the local clock.
+    """
+    zone = zoneinfo.ZoneInfo(period.zone)
+    at, last = (when.replace(tzinfo=dt.UTC) for when in period.stamps[[0, -1]].tolist())
+    found = []
+    while at <= last:
+        local = at.astimezone(zone)
+        past = dt.timedelta(
+            hours=local.hour, minutes=local.minute, seconds=local.second,
+            microseconds=local.microsecond,
+        ) % dt.timedelta(minutes=minutes)  # fmt: skip
+        if not past:
+            found.append(at.replace(tzinfo=None))
+        # Looked at anew at each, as a clock may jump between.
+        at += dt.timedelta(minutes=minutes) - past
+    return Stamps(stamps=np.array(found, "datetime64[us]"), zone=period.zone)

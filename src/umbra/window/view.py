@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene import Light, Scene
-from umbra.scene.exposure import expose_lights
+from umbra.scene.palette import expose_lights
 from umbra.soft.area import SUN_RADIUS, AreaLight, ball_light
 from umbra.sun import Site
 from umbra.window.daylight import Sun

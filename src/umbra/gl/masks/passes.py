@@ -18,7 +18,7 @@ from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Indices, TextureBuffer, draw_plain
 from umbra.gl.state import Pass, State, Stencil
 from umbra.scene import Scene
-from umbra.scene.look import AMBIENT
+from umbra.scene.palette import AMBIENT
 
 __all__ = ["Forward", "MaskPainter", "Tally"]
 

@@ -13,7 +13,7 @@ from umbra.study import Preview, Study, count_finer, make_preview, split_dates, 
 from umbra.study.moments import choose_stamps
 from umbra.study.preview import LONGEST
 from umbra.sun import find_daylight
-from umbra.sun.stamps import Stamps
+from umbra.sun.clock import Stamps
 from umbra.writers.folder.captions import describe, describe_finer
 from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
 from umbra.writers.folder.lost import draw_lost

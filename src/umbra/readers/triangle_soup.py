@@ -6,12 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.model import Model
-from umbra.readers.polygons import Polygons, triangulate
-from umbra.readers.turn import turn_up
+from umbra.readers.model import FileModel
+from umbra.readers.placement import turn_up
+from umbra.readers.triangulate import triangulate
 from umbra.scene import Mesh, Part
 
-__all__ = ["make_model", "read_off", "read_stl"]
+__all__ = [
+    "make_model",
+    "read_off",
+    "read_stl",
+]
 
 STL_HEADER = 84
 STL_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -24,7 +28,7 @@ def make_model(
     corners: NDArray[np.int64],
     lengths: NDArray[np.int64],
     up: str | None,
-) -> Model:
+) -> FileModel:
     """
     Make a model of one part, named like the file, from polygons.
 
@@ -57,7 +61,7 @@ def make_model(
         # Kept as they are: inspect tells degenerate ones.
         faces = corners.reshape(-1, 3).astype(np.int32)
     else:
-        cut = triangulate(vertices, Polygons(corners, lengths, np.ones(len(lengths), np.int64)))
+        cut = triangulate(vertices, corners, lengths, np.ones(len(lengths), np.int64))
         faces = cut.faces
         if cut.degenerate:
             notes += (
@@ -68,10 +72,10 @@ def make_model(
                 f"polygons whose rings cross themselves, so that triangles overlap: {cut.crossed}",
             )
     part = Part(path.stem, "", Mesh(vertices, faces))
-    return Model(form, turn_up((part,), up), notes=notes)
+    return FileModel(form, turn_up((part,), up), notes=notes)
 
 
-def read_stl(data: bytes, path: Path, up: str | None = None) -> Model:
+def read_stl(data: bytes, path: Path, up: str | None = None) -> FileModel:
     """
     Read an STL file, binary or text.
 
@@ -133,7 +137,7 @@ def _are_numbers(words: list[bytes]) -> bool:
         return False
 
 
-def read_off(data: bytes, path: Path, up: str | None = None) -> Model:
+def read_off(data: bytes, path: Path, up: str | None = None) -> FileModel:
     """
     Read an OFF file in text.
 

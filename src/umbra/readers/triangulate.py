@@ -11,28 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.readers.ears import clip_ears
+from umbra.readers.ear_clipping import clip_ears
 
-__all__ = ["Polygons", "Triangulation", "triangulate"]
-
-
-@dataclass(frozen=True, eq=False)
-class Polygons:
-    """
-    Polygons as flat arrays, ring after ring.
-
-    Parameters
-    ----------
-    corners : (n_corners,) int64
-        Vertex indices of all rings; a polygon's first ring is its outside.
-    ring_lengths : (n_rings,) int64
-    rings : (n_polygons,) int64
-        Number of rings of each polygon.
-    """
-
-    corners: NDArray[np.int64]
-    ring_lengths: NDArray[np.int64]
-    rings: NDArray[np.int64]
+__all__ = [
+    "Triangulation",
+    "triangulate",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +42,12 @@ class Triangulation:
     crossed: int
 
 
-def triangulate(vertices: NDArray[np.float64], polygons: Polygons) -> Triangulation:
+def triangulate(
+    vertices: NDArray[np.float64],
+    corners: NDArray[np.int64],
+    lengths: NDArray[np.int64],
+    rings: NDArray[np.int64] | None = None,
+) -> Triangulation:
     """
     Cut polygons into triangles.
 
@@ -69,45 +58,51 @@ def triangulate(vertices: NDArray[np.float64], polygons: Polygons) -> Triangulat
     ----------
     vertices : (n_vertices, 3) float64
         Positions [m].
-    polygons : Polygons
-        A ring may repeat its first corner at its end. Indices must be in range.
+    corners : (n_corners,) int64
+        Vertex indices of all rings, in range; a polygon's first ring is its outside. A ring
+        may repeat its first corner at its end.
+    lengths : (n_rings,) int64
+        Corners of each ring.
+    rings : (n_polygons,) int64, optional
+        Rings of each polygon; one by default.
 
     Returns
     -------
     triangulation : Triangulation
     """
-    corners, lengths = _drop_repeats(vertices, polygons.corners, polygons.ring_lengths)
-    first_ring = np.cumsum(polygons.rings) - polygons.rings
+    corners, lengths = _drop_repeats(vertices, corners, lengths)
+    rings = np.ones(len(lengths), np.int64) if rings is None else rings
+    first_ring = np.cumsum(rings) - rings
     ring_start = np.cumsum(lengths) - lengths
-    outside = np.zeros(len(polygons.rings), np.int64)
-    start = np.zeros(len(polygons.rings), np.int64)
-    has_ring = polygons.rings > 0
+    outside = np.zeros(len(rings), np.int64)
+    start = np.zeros(len(rings), np.int64)
+    has_ring = rings > 0
     outside[has_ring] = lengths[first_ring[has_ring]]
     start[has_ring] = ring_start[first_ring[has_ring]]
     usable = outside >= 3
 
     faces: list[NDArray[np.int64]] = []
     owners: list[NDArray[np.int64]] = []
-    slow = np.flatnonzero(usable & (polygons.rings > 1))
-    simple = np.flatnonzero(usable & (polygons.rings == 1))
+    slow = np.flatnonzero(usable & (rings > 1))
+    simple = np.flatnonzero(usable & (rings == 1))
     by_length = simple[np.argsort(outside[simple], kind="stable")]
     counts, firsts = np.unique(outside[by_length], return_index=True)
     for n, group in zip(counts.tolist(), np.split(by_length, firsts[1:]), strict=False):
-        rings = corners[start[group][:, None] + np.arange(n)]
+        found = corners[start[group][:, None] + np.arange(n)]
         if n == 3:
-            cut, done = rings[:, None, :], np.ones(len(rings), bool)
+            cut, done = found[:, None, :], np.ones(len(found), bool)
         elif n == 4:
-            cut, done = _cut_quads(vertices, rings)
+            cut, done = _cut_quads(vertices, found)
             usable[group[~done]] = False
         else:
-            cut, done = _cut_fans(vertices, rings)
+            cut, done = _cut_fans(vertices, found)
             slow = np.concatenate([slow, group[~done]])
         faces.append(cut[done].reshape(-1, 3))
         owners.append(np.repeat(group[done], n - 2))
 
     crossed = 0
     for index in np.sort(slow).tolist():
-        rows = slice(first_ring[index], first_ring[index] + polygons.rings[index])
+        rows = slice(first_ring[index], first_ring[index] + rings[index])
         pieces = [
             corners[s : s + n]
             for s, n in zip(ring_start[rows].tolist(), lengths[rows].tolist())

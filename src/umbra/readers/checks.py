@@ -1,12 +1,103 @@
-"""How much memory reading a file may take: few bytes that multiply are refused before."""
+"""What readers check alike: packages that are missing, damage, and the memory a file may take."""
 
 from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
 
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.scene import Part
 
-__all__ = ["Budget", "check_soup"]
+__all__ = [
+    "Budget",
+    "check_soup",
+    "describe_damage",
+    "need",
+    "require",
+]
+
+
+def need(module: str, extra: str, what: str) -> Any:
+    """
+    Import a package of an extra.
+
+    Parameters
+    ----------
+    module : str
+        As ``rasterio``, or a module in it.
+    extra : str
+        The extra of umbra that brings it.
+    what : str
+        The format that needs it, for the error.
+
+    Returns
+    -------
+    module : module
+
+    Raises
+    ------
+    InputError
+        If it is not installed; says how to install it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise _miss(module.partition(".")[0], extra, what, str(error)) from error
+
+
+def require(package: str, extra: str, what: str) -> None:
+    """
+    Check that a package of an extra is installed, without importing it.
+
+    Parameters
+    ----------
+    package, extra, what : str
+        As in `need`.
+
+    Raises
+    ------
+    InputError
+        If it is not installed; says how to install it.
+    """
+    try:
+        found = find_spec(package)
+    except ValueError:  # a module of this name was loaded from nowhere
+        found = None
+    if found is None:
+        raise _miss(package, extra, what, f"no module named '{package}'")
+
+
+def _miss(package: str, extra: str, what: str, reason: str) -> InputError:
+    msg = (
+        f"{what} needs the package {package}, which is not installed here ({reason}); "
+        f"install it with: pip install 'umbra-shadows[{extra}]'"
+    )
+    return InputError(msg, package=package, extra=extra)
+
+
+def describe_damage(error: BaseException) -> str:
+    """
+    Say what an error of the walk through a file's values means for the file.
+
+    Parameters
+    ----------
+    error : Exception
+        As Python raised it.
+
+    Returns
+    -------
+    reason : str
+        One line, at most 120 characters.
+    """
+    if isinstance(error, KeyError):
+        return f"{str(error.args[0] if error.args else '')[:60]!r} is missing or of no known kind"
+    if isinstance(error, IndexError):
+        return "a number names what is not there, or a list is too short"
+    if isinstance(error, (AttributeError, TypeError)):
+        return "a value is of another kind than the format says"
+    return " ".join(str(error).split())[:120] or "it breaks off"
+
 
 LEAST = 1 << 28  # [byte]; what any file may take
 FACTOR = 64  # for each byte of a file

@@ -1,20 +1,29 @@
-"""Where an IFC file stands: its sites, true north, and its place on a map."""
+"""What an IFC file says: where it stands on earth, and what its elements are called."""
 
 import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.readers.extras import need
+from umbra.readers.checks import need
 from umbra.readers.georeference import is_known, name_crs
-from umbra.readers.model import Place
-from umbra.readers.place import APART
+from umbra.readers.model import FilePlace
+from umbra.readers.placement import APART
 
-__all__ = ["find_map", "find_place"]
+__all__ = [
+    "IfcWords",
+    "count_names",
+    "describe",
+    "find_map",
+    "find_place",
+]
 
 
-def find_place(file: Any) -> tuple[Place, list[str]]:
+def find_place(file: Any) -> tuple[FilePlace, list[str]]:
     """
     Find latitude, longitude and elevation of the site, and true north.
 
@@ -24,7 +33,7 @@ def find_place(file: Any) -> tuple[Place, list[str]]:
 
     Returns
     -------
-    place : Place
+    place : FilePlace
         Without latitude and longitude if the file has none or its sites disagree.
     notes : list of str
     """
@@ -44,7 +53,7 @@ def find_place(file: Any) -> tuple[Place, list[str]]:
         places[name] = (latitude, longitude, _elevation(file, site, notes))
     north = _true_north(file)
     if not places:
-        return Place(true_north=north), notes
+        return FilePlace(true_north=north), notes
     (latitude, longitude, elevation), *others = places.values()
     if any(abs(a - latitude) > APART or abs(b - longitude) > APART for a, b, _ in others):
         listed = "; ".join(f"'{n}' at {a:.4f}°, {b:.4f}°" for n, (a, b, _) in places.items())
@@ -52,18 +61,20 @@ def find_place(file: Any) -> tuple[Place, list[str]]:
             f"its {len(places)} sites disagree ({listed}), so the site is not known; "
             "give --lat and --lon"
         )
-        return Place(true_north=north), notes
-    return Place(latitude, longitude, elevation, north), notes
+        return FilePlace(true_north=north), notes
+    return FilePlace(latitude, longitude, elevation, north), notes
 
 
-def find_map(file: Any, place: Place) -> tuple[NDArray[np.float64] | None, str | None, list[str]]:
+def find_map(
+    file: Any, place: FilePlace
+) -> tuple[NDArray[np.float64] | None, str | None, list[str]]:
     """
     Find how the file's metres lie on a map.
 
     Parameters
     ----------
     file : ifcopenshell.file
-    place : Place
+    place : FilePlace
         What the file says besides, for the notes.
 
     Returns
@@ -181,3 +192,82 @@ def _true_north(file: Any) -> float | None:
             # Rounded, because exporters write cos 90° as 6e-17.
             return round(math.degrees(math.atan2(x, y)), 9) + 0.0
     return None
+
+
+@dataclass(frozen=True)
+class IfcWords:
+    """What an element is called: the whole's name and kind, its own tags, name and kind."""
+
+    name: str
+    kind: str
+    tags: tuple[str, ...]
+    own_name: str
+    own_kind: str
+
+
+def count_names(products: Iterable[Any]) -> Counter[str]:
+    """
+    Count how many elements bear each name, pieces of a whole not among them.
+
+    Parameters
+    ----------
+    products : iterable of ifcopenshell.entity_instance
+    """
+    wholes = {chain[-1].id(): chain[-1] for chain in map(_ancestors, products)}
+    return Counter(whole.Name for whole in wholes.values() if whole.Name)
+
+
+def describe(product: Any, uses: Counter[str]) -> IfcWords:
+    """
+    Say what an element is called.
+
+    Parameters
+    ----------
+    product : ifcopenshell.entity_instance
+    uses : Counter of str
+        How many elements bear each name; from `count_names`.
+
+    Returns
+    -------
+    words : IfcWords
+    """
+    element = need("ifcopenshell.util.element", "ifc", "IFC")
+    chain = _ancestors(product)
+    whole = chain[-1]
+    name = whole.Name or f"{whole.is_a()} {whole.GlobalId}"
+    if whole.Name and uses[whole.Name] > 1:
+        name = f"{whole.Name} {whole.GlobalId}"
+    words: list[str | None] = []
+    for piece in chain:
+        words += [piece.Name, piece.is_a(), piece.is_a().replace("StandardCase", "")]
+        words += [getattr(piece, "PredefinedType", None), getattr(piece, "ObjectType", None)]
+        words.append(getattr(element.get_type(piece), "Name", None))
+        words += [getattr(material, "Name", None) for material in element.get_materials(piece)]
+        words.append(piece.GlobalId)
+    words.append(_find_storey(element.get_container(whole)))
+    skip = {name, whole.is_a(), "NOTDEFINED", "USERDEFINED"}
+    tags = tuple(dict.fromkeys(str(w) for w in words if w and w not in skip))
+    return IfcWords(name, whole.is_a(), tags, product.Name or product.GlobalId, product.is_a())
+
+
+def _find_storey(container: Any) -> str | None:
+    """Name the storey that holds a container: itself, or one above it."""
+    seen: set[int] = set()
+    while container is not None and not container.is_a("IfcBuildingStorey"):
+        if container.id() in seen:  # a damaged file: it is a piece of itself
+            return None
+        seen.add(container.id())
+        above = [r.RelatingObject for r in getattr(container, "Decomposes", ()) or ()]
+        container = above[0] if above else None
+    return None if container is None else container.Name
+
+
+def _ancestors(product: Any) -> list[Any]:
+    """Follow an element to the whole that it is a piece of; the element itself is first."""
+    chain = [product]
+    while True:
+        relations = getattr(chain[-1], "Decomposes", ()) or ()
+        above = next((r.RelatingObject for r in relations), None)
+        if above is None or not above.is_a("IfcElement") or above in chain:
+            return chain
+        chain.append(above)

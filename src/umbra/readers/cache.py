@@ -14,10 +14,13 @@ from pathlib import Path
 
 from umbra import __version__
 from umbra.cache import Beside, keep_scene, load_scene
-from umbra.readers.model import Choices
+from umbra.readers.model import ReadChoices
 from umbra.scene import Scene
 
-__all__ = ["LEAST", "read_kept"]
+__all__ = [
+    "LEAST",
+    "read_kept",
+]
 
 Files = list[tuple[str, Path, bytes]]
 
@@ -28,7 +31,9 @@ _ENDINGS = {".json", ".jsonl", ".cityjson", ".geojson", ".ifc", ".obj", ".off"}
 _PACKAGES = ("ifcopenshell", "mapbox-earcut", "pyproj", "shapely")
 
 
-def read_kept(files: Files, choices: Choices, read: Callable[[Files, Choices], Scene]) -> Scene:
+def read_kept(
+    files: Files, choices: ReadChoices, read: Callable[[Files, ReadChoices], Scene]
+) -> Scene:
     """
     Take a scene from the cache, or read it and keep it there.
 
@@ -36,7 +41,7 @@ def read_kept(files: Files, choices: Choices, read: Callable[[Files, Choices], S
     ----------
     files : list of (str, Path, bytes)
         Layer, path and content of each.
-    choices : Choices
+    choices : ReadChoices
     read : function of (files, choices) -> Scene
 
     Returns
@@ -54,7 +59,7 @@ def read_kept(files: Files, choices: Choices, read: Callable[[Files, Choices], S
     return scene
 
 
-def _find_key(files: Files, choices: Choices) -> str | None:
+def _find_key(files: Files, choices: ReadChoices) -> str | None:
     """Give the key of the scene that files make; None if it is not to be kept."""
     if any(path.suffix.lower() not in _ENDINGS for _, path, _ in files):
         return None
@@ -68,7 +73,7 @@ def _find_key(files: Files, choices: Choices) -> str | None:
     return summed.hexdigest()
 
 
-def _record(files: Files, choices: Choices) -> Beside:
+def _record(files: Files, choices: ReadChoices) -> Beside:
     """Give each file that a model named: whose, its name, whether it was read, how it is."""
     number = {path: n for n, (_, path, _) in enumerate(files)}
     return [
@@ -78,7 +83,7 @@ def _record(files: Files, choices: Choices) -> Beside:
     ]
 
 
-def _are_current(beside: Beside, files: Files, choices: Choices) -> bool:
+def _are_current(beside: Beside, files: Files, choices: ReadChoices) -> bool:
     """Tell whether the files that models named are as they were."""
     return all(
         choices.companions_of(files[number][1]).look(name, is_read=is_read) == word

@@ -1,20 +1,29 @@
-"""What files say of their site, weighed against each other and against the CRS."""
+"""How a file is placed: which of its axes is up, and the site that files and CRS agree on."""
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from umbra.readers.georeference import show_crs
-from umbra.readers.model import Place
-from umbra.scene import Scene
+from umbra.readers.model import FilePlace
+from umbra.scene import Part, Scene
 
-__all__ = ["APART", "settle"]
+__all__ = [
+    "APART",
+    "settle",
+    "turn_up",
+    "turning",
+]
 
 APART = 0.05
 """Places farther apart than this [degrees] are not one; the sun moves as much."""
 TURNED = 1.0  # True norths that differ by more [degrees] are said
 
 
-def settle(scene: Scene, places: Mapping[str, Place]) -> Scene:
+def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
     """
     Fill in the site from what the files say.
 
@@ -22,7 +31,7 @@ def settle(scene: Scene, places: Mapping[str, Place]) -> Scene:
     ----------
     scene : Scene
         Located by its CRS, if it has one: that comes first.
-    places : dict of str to Place
+    places : dict of str to FilePlace
         By file.
 
     Returns
@@ -73,7 +82,7 @@ def settle(scene: Scene, places: Mapping[str, Place]) -> Scene:
     )  # fmt: skip
 
 
-def _find_ground(places: Mapping[str, Place], notes: list[str]) -> float | None:
+def _find_ground(places: Mapping[str, FilePlace], notes: list[str]) -> float | None:
     """Take the level ground that a file names, unless another brings none."""
     levels = {name: place.ground for name, place in places.items() if place.ground is not None}
     if not levels or len(places) > len(levels):
@@ -89,3 +98,54 @@ def _find_ground(places: Mapping[str, Place], notes: list[str]) -> float | None:
 
 def _is_near(one: tuple[float | None, float | None], other: tuple[float, float]) -> bool:
     return all(a is not None and abs(a - b) <= APART for a, b in zip(one, other, strict=True))
+
+
+# Rotations, not reflections, and whole numbers: windings and digits stay.
+TURNS = {
+    "x": np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
+    "y": np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
+    "z": np.eye(4),
+}
+
+
+def turning(up: str) -> NDArray[np.float64]:
+    """Give the rotation (4, 4) that brings the axis ``up`` to z: y gives (x, -z, y)."""
+    return TURNS[up]
+
+
+def turn_up(parts: tuple[Part, ...], up: str | None) -> tuple[Part, ...]:
+    """
+    Turn parts so that z is up; shared meshes stay shared.
+
+    Parameters
+    ----------
+    parts : tuple of Part
+    up : {'x', 'y', 'z'} or None
+        The axis that points up in them; None is z.
+
+    Returns
+    -------
+    parts : tuple of Part
+    """
+    if up is None or up == "z":
+        return parts
+    matrix = TURNS[up]
+    arrays: dict[int, NDArray[np.float64]] = {}
+    turned = []
+    for part in parts:
+        if part.transform is not None:
+            turned.append(replace(part, transform=matrix @ part.transform))
+            continue
+        array, normals = part.mesh.vertices, part.mesh.normals
+        if id(array) not in arrays:
+            arrays[id(array)] = _turn(array, matrix)
+        if normals is not None:
+            normals = _turn(normals, matrix)
+        turned.append(replace(part, mesh=part.mesh.moved(arrays[id(array)], normals)))
+    return tuple(turned)
+
+
+def _turn(array: NDArray[Any], matrix: NDArray[np.float64]) -> NDArray[Any]:
+    # By columns, not by a product: 0 times infinity would spread NaN.
+    axes, signs = np.abs(matrix[:3, :3]).argmax(1), matrix[:3, :3].sum(1)
+    return np.ascontiguousarray(array[:, axes] * signs)

@@ -1,4 +1,4 @@
-"""glTF's nodes, skins and animations: where things stand, and how they move."""
+"""glTF's nodes: where they stand, how they move, and the skins and lights that hang on them."""
 
 from collections import Counter
 from dataclasses import replace
@@ -9,10 +9,17 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.gltf_buffers import Buffers, find_item
-from umbra.scene.rig import Animation, Rig, Track
-from umbra.scene.shape import Skin
+from umbra.scene import Light
+from umbra.scene.pose import place_light
+from umbra.scene.rig import Animation, Rig, RigBinding, Skin, Track
 
-__all__ = ["read_animations", "read_nodes", "read_skin"]
+__all__ = [
+    "list_instances",
+    "read_animations",
+    "read_lights",
+    "read_nodes",
+    "read_skin",
+]
 
 WAYS = {"STEP": "step", "LINEAR": "linear", "CUBICSPLINE": "cubic"}
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
@@ -192,3 +199,125 @@ def _read_track(
         raise InputError(msg)
     shape = (len(times), 3, width) if way == "cubic" else (len(times), width)
     return Track(node, what, times, values.reshape(shape), way)
+
+
+INSTANCES = "EXT_mesh_gpu_instancing"
+NODE = 1200  # [byte] that a node takes until it is a part
+INSTANCE_KEYS = {
+    "TRANSLATION": ("translation", 3),
+    "ROTATION": ("rotation", 4),
+    "SCALE": ("scale", 3),
+}
+EXTENSION = "KHR_lights_punctual"
+
+
+def read_lights(
+    tree: dict[str, Any], node: dict[str, Any], rig: Rig, slot: int, places: NDArray[np.float64]
+) -> list[Light]:
+    """
+    Read the light at a node, if it has one.
+
+    Points and spots weaken with the square of the distance.
+
+    Parameters
+    ----------
+    tree, node : dict
+        glTF JSON.
+    rig : Rig
+    slot : int
+        The node's place in the rig.
+    places : (n, 4, 4) float64
+        Of the rig's nodes.
+
+    Returns
+    -------
+    lights : list of Light
+        One or none.
+
+    Raises
+    ------
+    InputError
+        If it is not there, or of no kind that is known.
+    """
+    link = node.get("extensions", {}).get(EXTENSION)
+    if link is None:
+        return []
+    number = link["light"]
+    given = find_item(tree.get("extensions", {}).get(EXTENSION, {}), "lights", number, EXTENSION)
+    strength = max(float(given.get("intensity", 1.0)), 0.0)
+    red, green, blue = (strength * max(float(v), 0.0) for v in given.get("color", (1, 1, 1)))
+    color, kind = (red, green, blue), given.get("type")
+    reach = float(given.get("range", np.inf))
+    square = (0.0, 0.0, 1.0)
+    if kind == "directional":
+        light = Light(np.array([0, 0, 1.0, 0]), color)
+    elif kind == "point":
+        light = Light(np.array([0, 0, 0, 1.0]), color, range=reach, attenuation=square)
+    elif kind == "spot":
+        cone = given.get("spot", {})
+        outer = min(np.degrees(float(cone.get("outerConeAngle", np.pi / 4))), 90.0)
+        inner = min(np.degrees(float(cone.get("innerConeAngle", 0.0))), outer)
+        light = Light(
+            np.array([0, 0, 0, 1.0]),
+            color,
+            np.array([0, 0, -1.0]),
+            float(outer),
+            float(inner),
+            reach,
+            square,
+        )
+    else:
+        msg = f"{EXTENSION}: light {number} is of the kind {kind!r}; export it again"
+        raise InputError(msg)
+    binding = RigBinding(rig, slot)
+    placed = place_light(light, binding, places)
+    return [replace(placed, binding=binding) if rig.animations else placed]
+
+
+def list_instances(tree: dict[str, Any], buffers: Buffers) -> None:
+    """
+    Write the instances of EXT_mesh_gpu_instancing as nodes below those that list them.
+
+    Raises
+    ------
+    InputError
+        If their arrays are damaged.
+    """
+    nodes = tree.get("nodes", [])
+    for index, node in enumerate(list(nodes)):
+        given = node.get("extensions", {}).get(INSTANCES)
+        if given is None or "mesh" not in node:
+            continue
+        where = f"node {index}, instances"
+        columns = {}
+        for name, (key, width) in INSTANCE_KEYS.items():
+            if name in given["attributes"]:
+                values = buffers.read_accessor(given["attributes"][name], where)
+                if values.shape[1] != width:
+                    msg = (
+                        f"{where}: {name} has {values.shape[1]} numbers, not {width}; "
+                        "export it again"
+                    )
+                    raise InputError(msg)
+                columns[key] = values.astype(np.float64)
+        counts = {len(values) for values in columns.values()}
+        if len(counts) > 1:
+            msg = f"{where}: their arrays have {sorted(counts)} rows; export it again"
+            raise InputError(msg)
+        count = counts.pop() if counts else 0
+        buffers.budget.spend(NODE * count, where)
+        name = node.get("name") or tree["meshes"][node["mesh"]].get("name") or f"node {index}"
+        shared = {key: node[key] for key in ("mesh", "skin", "weights") if key in node}
+        rows = {key: values.tolist() for key, values in columns.items()}
+        first = len(nodes)
+        nodes.extend(
+            {
+                "name": f"{name} {number + 1}",
+                **shared,
+                **{key: row[number] for key, row in rows.items()},
+            }
+            for number in range(count)
+        )
+        node["children"] = [*node.get("children", ()), *range(first, len(nodes))]
+        for key in shared:
+            del node[key]

@@ -1,0 +1,298 @@
+"""Polygons with their columns, as any file of footprints holds them: heights, bases, names."""
+
+import difflib
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.readers.model import UniqueNames
+
+__all__ = [
+    "HEIGHTS",
+    "ColumnNumbers",
+    "FootprintTable",
+    "Rings",
+    "find_column",
+    "name_features",
+    "parse_numbers",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Rings:
+    """
+    Polygons as flat arrays, ring after ring, without closing corners.
+
+    Parameters
+    ----------
+    points : (n_points, 2) float64
+        x and y of all rings' corners.
+    lengths : (n_rings,) int64
+        Corners of each ring.
+    polygon : (n_rings,) int64
+        Of each ring, ascending from 0; a polygon's first ring is its outside.
+    feature : (n_polygons,) int64
+        Row of the table that each polygon belongs to.
+    """
+
+    points: NDArray[np.float64]
+    lengths: NDArray[np.int64]
+    polygon: NDArray[np.int64]
+    feature: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class FootprintTable:
+    """
+    A file of footprints.
+
+    Parameters
+    ----------
+    format : str
+        For people: ``GeoJSON``.
+    rings : Rings
+    names : list of (str or None)
+        Of the features, where the file numbers them.
+    columns : dict of str to list
+        Values of every feature, None where it has none.
+    crs : str or None
+    notes : tuple of str
+    """
+
+    format: str
+    rings: Rings
+    names: list[str | None]
+    columns: dict[str, list[Any]]
+    crs: str | None
+    notes: tuple[str, ...] = ()
+
+
+HEIGHTS = (
+    "height",
+    "building:height",
+    "building_height",
+    "buildingheight",
+    "measuredheight",
+    "measured_height",
+    "bldg_height",
+    "height_m",
+    "hoehe",
+    "h",
+)
+"""Names that columns of heights bear, without upper case."""
+
+NUMBER = re.compile(r"\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?:m|metres?|meters?)?\s*")
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnNumbers:
+    """
+    A column, read.
+
+    Parameters
+    ----------
+    values : (n,) float64
+        NaN where there is none.
+    from_text : int
+        How many were text that reads as a number.
+    odd : list of (int, str)
+        Rows whose text is no number, and that text.
+    """
+
+    values: NDArray[np.float64]
+    from_text: int
+    odd: list[tuple[int, str]]
+
+
+def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[str, ...]) -> str:
+    """
+    Find a column by its chosen name, or as the first of some usual ones.
+
+    Parameters
+    ----------
+    columns : dict of str to list
+    chosen : str, optional
+        Compared as it is, then without upper case.
+    names : tuple of str
+        Usual names, the likeliest first, without upper case.
+
+    Returns
+    -------
+    column : str
+
+    Raises
+    ------
+    InputError
+        If there is none: names the columns there are, and the one most like it.
+    """
+    lower: dict[str, str] = {}
+    for name in columns:
+        lower.setdefault(name.casefold(), name)
+    if chosen is not None:
+        if chosen in columns:
+            return chosen
+        if chosen.casefold() in lower:
+            return lower[chosen.casefold()]
+        near = difflib.get_close_matches(chosen, columns, n=1)
+        advice = f"; did you mean '{near[0]}'?" if near else ""
+        msg = f"there is no column '{chosen}'; the file has {_list(columns)}{advice}"
+        raise InputError(msg, column=chosen, columns=list(columns))
+    for name in names:
+        if name in lower:
+            return lower[name]
+    msg = (
+        f"says no heights: no column is called {names[0]} or the like; the file has "
+        f"{_list(columns)}; name one with --height-column (height_column= in Python)"
+    )
+    raise InputError(msg, columns=list(columns))
+
+
+def parse_numbers(values: list[Any]) -> ColumnNumbers:
+    """
+    Read a column as metres: numbers, or text such as ``12.5``, ``12,5`` and ``12.5 m``.
+
+    Parameters
+    ----------
+    values : list
+
+    Returns
+    -------
+    numbers : ColumnNumbers
+    """
+    parsed = np.full(len(values), np.nan)
+    from_text = 0
+    odd: list[tuple[int, str]] = []
+    for row, value in enumerate(values):
+        if value is None or isinstance(value, bool):
+            continue
+        if isinstance(value, str):
+            if not value.strip():
+                continue
+            found = NUMBER.fullmatch(value)
+            if not found:
+                odd.append((row, value))
+                continue
+            from_text += 1
+            number = float(found[1].replace(",", "."))
+        else:
+            try:
+                number = float(value)
+            except (TypeError, ValueError):
+                odd.append((row, str(value)))
+                continue
+        if math.isfinite(number):
+            parsed[row] = number
+    return ColumnNumbers(parsed, from_text, odd)
+
+
+def _list(columns: dict[str, list[Any]]) -> str:
+    names = list(columns)
+    if not names:
+        return "no columns"
+    more = f" and {len(names) - 20} more" if len(names) > 20 else ""
+    return f"the columns {', '.join(names[:20])}{more}" if len(names) > 1 else f"'{names[0]}'"
+
+
+NAMES = ("name", "building:name", "building_name", "bldg_name", "bezeichnung", "naam", "nom")
+"""Columns of names that people give, without upper case."""
+IDS = (
+    "id",
+    "gml_id",
+    "gmlid",
+    "osm_id",
+    "@id",
+    "fid",
+    "identificatie",
+    "objectid",
+    "building_id",
+)
+OWN = "id"  # --name-column id means the features' own, where no column is called so
+
+
+def name_features(table: FootprintTable, chosen: str | None = None) -> tuple[list[str], list[str]]:
+    """
+    Name each feature, no two alike.
+
+    The first column in which all differ is taken: of names, the features' own ids, of ids.
+    If there is none, the one that tells most apart.
+
+    Parameters
+    ----------
+    table : FootprintTable
+    chosen : str, optional
+        The column to take.
+
+    Returns
+    -------
+    names : list of str
+        One for each row. Equal ones are numbered, as in ``Tower (2)``; one that has none is
+        called by its number in the file, from 1. Of rows without polygons that number.
+    notes : list of str
+
+    Raises
+    ------
+    InputError
+        If the chosen column is not there.
+    """
+    rows = np.unique(table.rings.feature).tolist()
+    title, words = _choose(table, rows, chosen)
+    empty = sum(not words[row] for row in rows)
+    names = [str(row + 1) for row in range(len(words))]
+    unique = UniqueNames()
+    twice = 0
+    for row in rows:
+        names[row] = unique.add(words[row] or names[row])
+        twice += bool(words[row]) and names[row] != words[row]
+    if title is None:
+        return names, []
+    note = f"names are those of {title} (--name-column)"
+    if empty and empty < len(rows):
+        note += f"; footprints without one, named by their order: {empty}"
+    if twice:
+        note += f"; footprints whose name is another's, numbered: {twice}"
+    return names, [note]
+
+
+def _choose(
+    table: FootprintTable, rows: Sequence[int], chosen: str | None
+) -> tuple[str | None, list[str]]:
+    """Give what the names are of, None for nothing, and the words of all rows."""
+    own = [name or "" for name in table.names]
+    if chosen is not None:
+        try:
+            column = find_column(table.columns, chosen, ())
+        except InputError:
+            if chosen.casefold() == OWN and any(own):
+                return "the features' own ids", own
+            raise
+        return f"the column '{column}'", [_read(value) for value in table.columns[column]]
+    usual = {name.casefold(): name for name in reversed(table.columns)}
+
+    def read(words: Sequence[str]) -> list[tuple[str, list[str]]]:
+        found = (usual[word] for word in words if word in usual)
+        return [(f"the column '{name}'", [_read(v) for v in table.columns[name]]) for name in found]
+
+    candidates = [*read(NAMES), ("the features' own ids", own), *read(IDS)]
+    apart = [len({words[row] for row in rows} - {""}) for _, words in candidates]
+    most = max(apart)
+    nothing = [""] * len(table.names)
+    if most == 0:
+        return None, nothing
+    best = candidates[apart.index(most)]
+    if most == 1 and len(rows) > 1:  # such as an Id of 0 on each
+        return f"their order in the file, for {best[0]} tells none apart", nothing
+    return best
+
+
+def _read(value: Any) -> str:
+    if value is None or isinstance(value, (list, dict)):
+        return ""
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))  # as a database gives whole numbers where one is missing
+    return str(value).strip()
