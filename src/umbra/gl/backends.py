@@ -43,14 +43,7 @@ class ContextBinding(Protocol):
 
 
 class GivenBinding:
-    """
-    Makes a context of the caller's current, by what moderngl's loader knows of it.
-
-    Parameters
-    ----------
-    loaded
-        Of glcontext.
-    """
+    """Makes a context of the caller's current, by what moderngl's loader knows of it."""
 
     is_current = True
     """As far as can be told."""
@@ -66,14 +59,7 @@ class GivenBinding:
 
 
 class EglBinding:
-    """
-    Makes a context of EGL's current, and the one before again with what it draws on.
-
-    Parameters
-    ----------
-    path : str
-        Of EGL's library.
-    """
+    """Makes a context of EGL's current, and the one before again with what it draws on."""
 
     def __init__(self, path: str) -> None:
         self._library = library = ctypes.CDLL(path)
@@ -110,14 +96,7 @@ class EglBinding:
 
 
 class WindowBinding:
-    """
-    Makes the context of a window of glfw's current, and the one before again.
-
-    Parameters
-    ----------
-    window
-        glfw's.
-    """
+    """Makes the context of a window of glfw's current, and the one before again."""
 
     def __init__(self, window: Any) -> None:
         self._window = window
@@ -236,12 +215,7 @@ _SECONDS = 60
 
 def probe(backend: str) -> dict[str, Any]:
     """
-    Find out what a backend has.
-
-    Parameters
-    ----------
-    backend : str
-        One of ``umbra.gl.context.BACKENDS``.
+    Find out what a backend of ``umbra.gl.context.BACKENDS`` has.
 
     Returns
     -------

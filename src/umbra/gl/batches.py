@@ -30,7 +30,7 @@ class Batch:
     has : tuple of str
         What the faces carry, as ``surface.frag.glsl`` is told: nothing else is fetched.
     is_solid : bool
-        Outward faces of closed things, whose backs nobody outside sees.
+        Outward faces of closed components, whose backs nobody outside sees.
     is_sound : bool
         Solid, and the normals at all corners lean to the outside, too: no pixel need ask.
     center : (3,) float64
@@ -52,17 +52,8 @@ def make_batches(
     """
     Put faces of one material together, those of a transparent part by themselves.
 
-    Parameters
-    ----------
-    scene : Scene
-    is_solid : (n_faces,) bool, optional
-        Which of the scene's triangles are outward faces of closed things.
-
-    Returns
-    -------
-    order : (n_faces,) int
-        Batch after batch, in terms of ``scene.triangles()``.
-    batches : list of Batch
+    Returns the order of the faces (n_faces,), batch after batch, in terms of
+    ``scene.triangles()``, and the batches. ``is_solid`` is of ``find_solid_faces``.
     """
     numbers: dict[tuple, int] = {}
     kinds: list[tuple[Material, tuple[str, ...]]] = []
@@ -147,20 +138,9 @@ def find_solid_faces(
     scene: Scene, bodies: Sequence[Body], casters: Sequence[int] | None = None
 ) -> NDArray[np.bool_]:
     """
-    Find the faces of closed things wound outward: from outside, their backs are never seen.
+    Find the outward faces of closed components: from outside, their backs are never seen.
 
-    Parameters
-    ----------
-    scene : Scene
-    bodies : sequence of Body
-        Of ``make_bodies``.
-    casters : sequence of int, optional
-        As given there.
-
-    Returns
-    -------
-    is_solid : (n_faces,) bool
-        In the order of ``scene.triangles()``; False for what does not cast.
+    Returns (n_faces,) bool in the order of ``scene.triangles()``; False for what does not cast.
     """
     chosen = set(range(len(scene.parts)) if casters is None else casters)
     counts = np.array([part.triangles for part in scene.parts])

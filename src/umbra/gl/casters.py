@@ -98,23 +98,12 @@ class Body:
 
     def pose(self, soup: NDArray[np.int32], groups: list[Group]) -> "Body | None":
         """
-        Give the mesh other vertices, and keep which faces meet.
+        Give the mesh other vertices, and keep which faces meet; None where that holds no longer.
 
         Adjacency is that of the first pose. Where corners that were apart come to one place,
         the two borders there throw the same sides with opposite signs, so counts stay right.
-        Where corners that were at one place part, it holds no longer.
-
-        Parameters
-        ----------
-        soup : (n, 3) int32
-            The faces of the parts that cast.
-        groups : list of Group
-            With the new vertices.
-
-        Returns
-        -------
-        body : Body, optional
-            None where faces must be joined anew.
+        Where corners that were at one place part, faces must be joined anew. ``soup`` (n, 3) are
+        the faces of the parts that cast, ``groups`` those with the new vertices.
         """
         vertices, caster = groups[0].vertices, self.caster
         if not np.array_equal(soup, self.soup) or len(caster.faces) < len(soup):
@@ -136,18 +125,7 @@ class Body:
         return len(self.bounds)
 
     def lights(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
-        """
-        Take a light into every instance's own frame.
-
-        Parameters
-        ----------
-        light : (4,) float64
-            Relative to the scene's origin.
-
-        Returns
-        -------
-        lights : (n_instances, 4) float64
-        """
+        """Take a light, relative to the scene's origin, into every instance's own frame, (n, 4)."""
         if len(self.groups) == 1 and self.groups[0].transform is None:
             return light[None]
         repeated = np.broadcast_to(light[:, None], (len(self.groups), 4, 1))
@@ -174,21 +152,8 @@ def make_bodies(
     Make the casters of a scene.
 
     Parts that stand still are judged together, as on the CPU; a group that a transform
-    moves is judged alone, once for all its instances.
-
-    Parameters
-    ----------
-    scene : Scene
-    geometry : Geometry
-        Of this scene.
-    casters : sequence of int, optional
-        Indices of the parts that cast; all by default.
-    before : sequence of Body
-        Of the same parts in another pose, whose adjacency is kept where it holds.
-
-    Returns
-    -------
-    bodies : list of Body
+    moves is judged alone, once for all its instances. ``before`` are bodies of the same parts
+    in another pose, whose adjacency is kept where it holds.
     """
     known = {tuple(group.parts for group in body.groups): body for body in before}
     chosen = set(range(len(scene.parts)) if casters is None else casters)

@@ -95,17 +95,8 @@ class Device:
         """
         Describe a moderngl context that is current, such as a window's.
 
-        Parameters
-        ----------
-        context : moderngl.Context
-        backend : str
-        binding : ContextBinding, optional
-            Makes it current; moderngl's own by default.
-
-        Raises
-        ------
-        UmbraError
-            If it is no OpenGL 3.3.
+        ``binding`` makes it current; moderngl's own by default. Raises `UmbraError` if the
+        context is no OpenGL 3.3.
         """
         if context.version_code < 330:
             has = context.version_code / 100
@@ -144,10 +135,7 @@ class Device:
         """
         Make the context current in this thread, until another is.
 
-        Raises
-        ------
-        UmbraError
-            If it was released, or opened in another thread.
+        Raises `UmbraError` if it was released, or opened in another thread.
         """
         if _current.device is self:
             return
@@ -188,18 +176,7 @@ class Device:
         self.live.discard(f"{kind} {number}")
 
     def check(self, work: str) -> None:
-        """
-        Raise what OpenGL has to complain about.
-
-        Parameters
-        ----------
-        work : str
-            What was done, for the message.
-
-        Raises
-        ------
-        UmbraError
-        """
+        """Raise an `UmbraError` if OpenGL complains; ``work`` says what was done."""
         error = self.gl.GetError()
         if error:
             what = _ERRORS.get(error, hex(error))

@@ -142,17 +142,7 @@ class VolumeCounter:
         """
         Count in a float target of its own, exact up to 16 million volumes.
 
-        Parameters
-        ----------
-        state : State
-        target : Target
-            Whose depth holds the scene.
-        plan : VolumePlan
-
-        Returns
-        -------
-        floats : Target
-            Of one ``r32f``, shared by later calls; it is in use.
+        It is of one ``r32f``, shared by later calls, over the depth of ``target``; it is in use.
         """
         if self._floats is None or self._floats.depth_of is not target:
             self._release_floats()
@@ -168,14 +158,7 @@ class VolumeCounter:
         return self._floats
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
-        """
-        Read the counts that ``count`` just made for a plan.
-
-        Returns
-        -------
-        counts : (rows, cols) int32
-            Row 0 is the top.
-        """
+        """Read the counts that ``count`` just made for a plan, (rows, cols), row 0 at the top."""
         if plan.statistics.counts_in == "float" and self._floats is not None:
             return np.rint(self._floats.read()).astype(np.int32)
         counts = target.read_stencil().astype(np.int32)

@@ -92,15 +92,7 @@ class GlFrameCounter:
 
     @on_device
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
-        """
-        Find what a camera sees.
-
-        Returns
-        -------
-        view : DepthBuffer
-            Keys in float64, of the plane of the face that is seen.
-        frame : VisibleSurface
-        """
+        """Find what a camera sees: keys in float64, of the planes of faces that are seen; a frame."""
         origin = self.scene.origin
         bounds = np.concatenate([self.planner.bounds, self.scene.bounds()[None] - origin])
         if len(self.planner.bounds) and self.planner.casters is None:
@@ -120,22 +112,17 @@ class GlFrameCounter:
 
         Parameters
         ----------
-        view : DepthBuffer
+        view : View
             Of this camera, from ``see``.
         camera : Camera
         light : Light
         method : str
-            Of ``METHODS`` or of ``umbra.gl.masks.MASKS``.
+            Of ``METHODS`` or of ``umbra.gl.masks.MASKS``; `InputError` if it is none of these.
 
         Returns
         -------
         counts : (rows, cols) int32
             0 where nothing is seen; 1 for any shadow by a method of ``umbra.gl.masks``.
-
-        Raises
-        ------
-        InputError
-            If the method is not one of these.
         """
         view, projection, target = self._recall(view, camera)
         counter, method = self.masks.choose(method, self.counter)
@@ -154,24 +141,12 @@ class GlFrameCounter:
         """
         Find what share of lights with a size each visible point sees.
 
-        Parameters
-        ----------
-        view : DepthBuffer
-            Of this camera, from ``see``.
-        camera : Camera
-        lights : sequence of AreaLight
-        method : str
-            Of ``umbra.gl.soft.NAMES``.
+        Parameters as in ``count``; the method is of ``umbra.gl.soft.NAMES``.
 
         Returns
         -------
         visibility : list of (rows, cols) float32
             For each light; 1 is fully lit, 0 umbra, 1 where nothing is seen.
-
-        Raises
-        ------
-        InputError
-            If there is no such method here.
         """
         soft = self.soft.choose(method)
         view, projection, target = self._recall(view, camera)

@@ -95,14 +95,7 @@ _RESULTS = {
 
 
 class Functions:
-    """
-    The entry points as methods, named as in OpenGL without the ``gl``.
-
-    Parameters
-    ----------
-    load : callable
-        Gives the address of an entry point by its full name, or 0.
-    """
+    """The entry points as methods, named as in OpenGL without ``gl``; ``load`` gives addresses."""
 
     def __init__(self, load: Callable[[str], int]) -> None:
         self._load = load
@@ -144,18 +137,7 @@ class Functions:
         return values[:count].tolist()
 
     def read_pixels(self, size: tuple[int, int], layout: int, kind: int, into: NDArray) -> None:
-        """
-        Read the bound framebuffer, lowest row first.
-
-        Parameters
-        ----------
-        size : (int, int)
-            Columns and rows.
-        layout, kind : int
-            OpenGL's format and type.
-        into : array
-            Contiguous, of matching size.
-        """
+        """Read the bound framebuffer, lowest row first, into a contiguous array of its size."""
         self.PixelStorei(PACK_ALIGNMENT, 1)
         self.ReadPixels(0, 0, *size, layout, kind, into.ctypes.data)
 

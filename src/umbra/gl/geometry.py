@@ -64,14 +64,6 @@ def make_groups(scene: Scene) -> list[Group]:
 
     A transform that flattens cannot be undone, and no light taken into its frame: it is
     applied to the vertices at once.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    groups : list of Group
     """
     members: dict[tuple, list[int]] = {}
     for index, part in enumerate(scene.parts):
@@ -179,11 +171,7 @@ class Geometry:
         """
         Take new transforms from a scene of the same parts.
 
-        Parameters
-        ----------
-        scene : Scene
-            Parts that had no transform must have none, and a transform that did not
-            mirror must not.
+        Parts that had no transform must have none, and a transform that did not mirror must not.
         """
         found = [scene.parts[group.parts[0]].transform for group in self.groups]
         moving = [transform for transform in found if transform is not None]
@@ -218,16 +206,7 @@ def is_mirrored(transform: NDArray[np.float64] | None) -> bool:
 
 
 def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> bool:
-    """
-    Tell whether a scene differs from another by the transforms of whole groups alone.
-
-    Parameters
-    ----------
-    before, after : Scene
-        Of the same parts.
-    groups : sequence of Group
-        Of the first.
-    """
+    """Tell whether scenes of the same parts differ by the transforms of whole groups alone."""
     if (before.origin != after.origin).any() or any(
         a.mesh is not b.mesh
         or a.material is not b.material

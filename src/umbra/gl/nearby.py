@@ -35,13 +35,10 @@ class Nearby:
     Parameters
     ----------
     points : (n, 2, 3) float64
-        Place relative to the scene's origin, and way from the light of length 1.
-    at_corner : dict
-        Point of the geometry -> which of these stands for it.
-    on_edge : dict
-        Two points, ascending -> which of these lies between.
-    on_face : dict
-        Three points, ascending -> which of these lies within.
+        Place relative to the scene's origin, and unit vector from the light.
+    at_corner, on_edge, on_face : dict
+        One, two or three point numbers of the geometry, ascending -> which of these points
+        stands for the corner, or lies on the edge or face.
     corners : (n,) int64
         Points of the geometry from which any of this can be met, ascending.
     """
@@ -54,18 +51,9 @@ class Nearby:
 
     def refine(self, numbers: NDArray[np.uint32], first: int) -> NDArray[np.uint32]:
         """
-        Cut triangles where they are nearest to the light.
+        Cut triangles (n,) uint32 where they are nearest to the light.
 
-        Parameters
-        ----------
-        numbers : (n,) uint32
-            Three vertex numbers a triangle.
-        first : int
-            The number of the first of ``points``, after those of the geometry.
-
-        Returns
-        -------
-        numbers : (m,) uint32
+        ``first`` is the number of the first of ``points``, after those of the geometry.
         """
         triangles = numbers.reshape(-1, 3)
         is_near = np.isin(triangles >> 1, self.corners).any(1)
@@ -103,21 +91,7 @@ class Nearby:
 
 
 def find_nearby(volumes: list[BodyVolumes], light: NDArray[np.float64]) -> Nearby | None:
-    """
-    Find what a light nearly touches.
-
-    Parameters
-    ----------
-    volumes : list of BodyVolumes
-        Of this light.
-    light : (4,) float64
-        Relative to the scene's origin.
-
-    Returns
-    -------
-    nearby : Nearby, optional
-        None for most lights.
-    """
+    """Find what a light (4,), relative to the scene's origin, nearly touches; mostly nothing."""
     if light[3] == 0.0:
         return None
     points: list[NDArray[np.float64]] = []

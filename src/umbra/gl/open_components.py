@@ -66,22 +66,9 @@ def find_opened(
     held: NDArray[np.intp],
 ) -> NDArray[np.bool_]:
     """
-    Find the components to open, of each of a body's instances.
+    Find the components to open, (n_instances, n_components) bool.
 
-    Parameters
-    ----------
-    body : Body
-    camera : Camera
-    origin : (3,) float64
-        Of the scene.
-    lights : (n_instances, 4) float64
-        In each instance's own frame.
-    held : (n, 2) int
-        Of ``find_held``.
-
-    Returns
-    -------
-    opened : (n_instances, n_components) bool
+    Parameters as in ``find_held``, which gives ``held``.
     """
     opened = np.zeros((len(lights), len(body.caster.is_closed)), np.bool_)
     apex = camera.apex(origin)
@@ -152,7 +139,7 @@ def find_start(
     light : (4,) float64
         Relative to the scene's origin, a direction of length 1.
     chosen : (n_things,) bool
-        Things, of all bodies, whose volumes are counted behind and not cut.
+        Components, of all bodies, whose volumes are counted behind and not cut.
 
     Returns
     -------

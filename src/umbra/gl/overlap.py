@@ -29,20 +29,10 @@ def bound_count(
     volumes: list[BodyVolumes], most: list[NDArray[np.int64]], light: NDArray[np.float64]
 ) -> int:
     """
-    Bound the shadow count of any point.
+    Bound the shadow count of any point under a light (4,), relative to the scene's origin.
 
-    Parameters
-    ----------
-    volumes : list of BodyVolumes
-    most : list of (n_instances * n_things,) int
-        Of ``find_most``: what one thing can add.
-    light : (4,) float64
-        Relative to the scene's origin.
-
-    Returns
-    -------
-    bound : int
-        Never too low; found no closer than is needed to tell that 255 are enough.
+    The bound is never too low, and no closer than is needed to tell that 255 are enough.
+    ``most`` is what ``find_most`` gives for each of the volumes.
     """
     if not volumes:
         return 0
@@ -64,17 +54,7 @@ def bound_count(
 def bound_boxes(
     boxes: NDArray[np.float64], weights: NDArray[np.int64], light: NDArray[np.float64]
 ) -> int:
-    """
-    Bound the shadow count of any point by boxes around what casts.
-
-    Parameters
-    ----------
-    boxes : (n, 2, 3) float64
-    weights : (n,) int64
-        What each can add.
-    light : (4,) float64
-        In the frame of the boxes.
-    """
+    """Bound the count of any point by boxes (n, 2, 3) around casters and what each can add (n,)."""
     if weights.sum() <= STENCIL_MOST:
         return int(weights.sum())
     corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
@@ -100,16 +80,9 @@ def _find_casting(volumes: list[BodyVolumes]) -> tuple[NDArray[np.float64], NDAr
 
 def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
     """
-    Bound what each thing of a body adds to a count: 1 for what is convex, else its faces.
+    Bound what each component of a body's instances adds to a count, (n,) int64.
 
-    Parameters
-    ----------
-    body : Body
-    opened : (n_instances, n_components) bool
-
-    Returns
-    -------
-    most : (n_instances * n_things,) int64
+    What is convex adds 1, all else at most its faces.
     """
     n_faces = np.bincount(body.caster.component)
     most = np.zeros((len(opened), body.n_things), np.int64)

@@ -111,14 +111,9 @@ class Planner:
 
     def move(self, scene: Scene) -> None:
         """
-        Take new transforms from a scene of the same parts.
+        Take new transforms from a scene of the same parts; where there was none must be none.
 
         Only volumes of bodies that moved relative to a light are made anew.
-
-        Parameters
-        ----------
-        scene : Scene
-            Parts that had no transform must have none.
         """
         self.scene = scene
         self.geometry.move(scene)
@@ -138,24 +133,8 @@ class Planner:
         """
         Plan all lights of a frame, and upload their triangles at once.
 
-        Parameters
-        ----------
-        projection : Projection
-        lights : sequence of Light
-        method : {'auto', 'z-pass', 'z-fail', 'lengyel', 'mcguire'}
-        choices : VolumeOptions, optional
-        warn : callable
-            Told, in a line, where the method is wrong for this view.
-
-        Returns
-        -------
-        plans : list of VolumePlan
-            One for each light; valid until the next call.
-
-        Raises
-        ------
-        InputError
-            If there is no such method.
+        Plans are valid until the next call. ``warn`` is told, in a line, where the method is
+        wrong for this view; `InputError` if there is no such method.
         """
         if method not in METHODS:
             msg = f"the gl device has no method '{method}'; it has {', '.join(METHODS)}"

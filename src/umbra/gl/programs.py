@@ -26,19 +26,7 @@ _PLACE = re.compile(r"^(?:ERROR:\s*)?\d+[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)
 
 @lru_cache
 def load_source(name: str) -> tuple[tuple[str, str], ...]:
-    """
-    Read a shader with all that it includes.
-
-    Parameters
-    ----------
-    name : str
-        Of a file in ``shaders/``.
-
-    Returns
-    -------
-    lines : tuple of (str, str)
-        Each line and where it comes from: ``file:line``.
-    """
+    """Read a file of ``shaders/`` with all that it includes: lines, and ``file:line`` of each."""
     try:
         text = (resources.files("umbra.gl") / "shaders" / name).read_text("utf-8")
     except FileNotFoundError:

@@ -169,7 +169,7 @@ def find_clip_range(
     camera: Camera, origin: NDArray, source: NDArray, reach: float
 ) -> tuple[NDArray[np.int64] | None, tuple[float, float] | None]:
     """
-    Find what a light's range reaches of a picture.
+    Find what a light's range, ``reach`` [m], can change of a picture.
 
     Parameters
     ----------
@@ -179,7 +179,6 @@ def find_clip_range(
     source : (4,) float64
         The light, relative to the origin.
     reach : float
-        Its range [m].
 
     Returns
     -------

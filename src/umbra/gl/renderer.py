@@ -137,10 +137,6 @@ class Renderer:
         made anew. Where a mesh bends, the geometry of the scene is made anew from the very
         vertices that are then drawn: the silhouette is that of the mesh in the picture. Which
         faces meet is kept, unless corners part.
-
-        Parameters
-        ----------
-        scene : Scene
         """
         if moves_as_wholes(self.scene, scene, self.geometry.groups):
             self.scene = scene

@@ -30,18 +30,8 @@ class Indices:
     """
     Triangles as lists of vertex numbers, 2 bytes each where they fit, else 4.
 
-    Parameters
-    ----------
-    device : Device
-    n_vertices : int
-        All numbers are below it, but those of ``nearby``.
-
-    Attributes
-    ----------
-    nearby : TextureBuffer, optional
-        Points of the last list that name their far ends themselves.
-    first_nearby : int
-        Number of the first of them.
+    All numbers are below ``n_vertices`` but those of ``nearby``: points of the last list that
+    name their far ends themselves, numbered from ``first_nearby`` on.
     """
 
     def __init__(self, device: Device, n_vertices: int) -> None:
@@ -55,13 +45,9 @@ class Indices:
 
     def write(self, numbers: NDArray, nearby: NDArray[np.float64] | None = None) -> None:
         """
-        Replace the list, in one upload.
+        Replace the list (n,), in one upload.
 
-        Parameters
-        ----------
-        numbers : (n,) unsigned int
-        nearby : (n, 2, 3) float64, optional
-            Points after those of the geometry, as in ``umbra.gl.nearby``.
+        ``nearby`` (n, 2, 3) are points after those of the geometry, as in ``umbra.gl.nearby``.
         """
         self._device.use()
         self._write_nearby(nearby)
@@ -170,17 +156,7 @@ class Texture:
     """
     An image with its smaller copies; decoded from sRGB when it is fetched.
 
-    Parameters
-    ----------
-    device : Device
-    image : Image
-    wrap : (str, str), optional
-        The image's own by default.
-
-    Raises
-    ------
-    InputError
-        If the image cannot be decoded.
+    It wraps as the image says by default. Raises `InputError` if it cannot be decoded.
     """
 
     def __init__(self, device: Device, image: Image, wrap: tuple[str, str] | None = None) -> None:
@@ -216,13 +192,7 @@ _TIME_ELAPSED, _RESULT = 0x88BF, 0x8866
 
 
 class Timers:
-    """
-    Timer queries by the names of passes; a pass that comes several times a frame is summed up.
-
-    Parameters
-    ----------
-    device : Device
-    """
+    """Timer queries by the names of passes; passes of one name in a frame are summed up."""
 
     def __init__(self, device: Device) -> None:
         self._device = device

@@ -28,17 +28,7 @@ _SLIDE = 4  # texture unit; those below are the surfaces'
 
 @dataclass(frozen=True, eq=False)
 class Lamp:
-    """
-    A light in one view.
-
-    Parameters
-    ----------
-    needs : tuple of str
-        What a program must define to include ``lamp.glsl`` for it.
-    uniforms : dict
-    slide : Texture, optional
-        What it projects.
-    """
+    """A light in one view: what a program must define for it, its uniforms, what it projects."""
 
     needs: tuple[str, ...]
     uniforms: dict[str, object]
@@ -52,13 +42,7 @@ class Lamp:
 
 
 class Lamps:
-    """
-    Makes lamps, and keeps the pictures that they project.
-
-    Parameters
-    ----------
-    device : Device
-    """
+    """Makes lamps, and keeps the pictures that they project."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -67,22 +51,7 @@ class Lamps:
     def make(
         self, light: Light, projection: Projection, origin: NDArray[np.float64], exposure: float
     ) -> Lamp:
-        """
-        Describe a light to shaders.
-
-        Parameters
-        ----------
-        light : Light
-        projection : Projection
-        origin : (3,) float64
-            Of the scene.
-        exposure : float
-            Multiplies the light's colour.
-
-        Returns
-        -------
-        lamp : Lamp
-        """
+        """Describe a light to shaders; ``exposure`` multiplies its colour."""
         place = light.local(origin)
         place[:3] -= place[3] * projection.eye
         uniforms: dict[str, object] = {
@@ -134,13 +103,7 @@ Scissor = tuple[int, int, int, int]
 
 
 class Shading:
-    """
-    The programs that light a picture.
-
-    Parameters
-    ----------
-    device : Device
-    """
+    """The programs that light a picture."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -159,18 +122,9 @@ class Shading:
         Add what a light gives where the stencil is 0, or as much of it as a share says.
 
         Before: the light target is in use and, if there are no shares, its stencil counts
-        shadows. After: it holds the light's contribution, too; the stencil is as before.
-
-        Parameters
-        ----------
-        state : State
-        surface : Target
-        projection : Projection
-        lamp : Lamp
-        scissor : Scissor, optional
-            The light reaches nothing outside.
-        shares : Target, optional
-            Its first attachment holds what part of the light reaches each pixel, 0 to 1.
+        shadows. After: it holds the light's contribution, too; the stencil is as before. The
+        light reaches nothing outside the scissor. The first attachment of ``shares`` holds what
+        part of the light reaches each pixel, 0 to 1.
         """
         lit, needs = Stencil(test="equal", reference=0), lamp.needs
         self._bind(surface, {_PLACES: PLACE, _ALBEDOS: ALBEDO})
@@ -203,15 +157,8 @@ class Shading:
         """
         Show what is in shadow as such.
 
-        Before: the picture is in use, all lit, and the stencil counts shadows. After: where
-        the stencil is not 0 it shows what ``both`` has in shadow.
-
-        Parameters
-        ----------
-        state : State
-        both : Target
-        scissor : Scissor, optional
-            The light reaches nothing outside, and nothing was counted there.
+        Before: the picture is in use, all lit, and the stencil counts shadows, but outside the
+        scissor. After: where the stencil is not 0 it shows what ``both`` has in shadow.
         """
         state.use(
             Pass(color_write=True, scissor=scissor, stencil=Stencil(test="notequal", reference=0))

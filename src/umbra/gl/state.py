@@ -124,13 +124,7 @@ class State:
         self._now: Pass | None = None
 
     def use(self, wanted: Pass) -> None:
-        """
-        Set all state as a pass names it.
-
-        Parameters
-        ----------
-        wanted : Pass
-        """
+        """Set all state as a pass names it."""
         if wanted.depth_bounds is not None and not self._device.has_depth_bounds:
             msg = f"{self._device.renderer} has no depth bounds test; leave depth_bounds out"
             raise UmbraError(msg)
@@ -148,16 +142,9 @@ class State:
         scissor: tuple[int, int, int, int] | None = None,
     ) -> None:
         """
-        Clear depth, stencil or both of the bound framebuffer.
+        Clear depth, stencil or both of the bound framebuffer, within a scissor if one is given.
 
         The pass in use stays; neither its write masks nor its scissor matter.
-
-        Parameters
-        ----------
-        depth : float, optional
-        stencil : int, optional
-        scissor : (int, int, int, int), optional
-            Left, bottom, columns, rows [pixels]; the whole picture by default.
         """
         gl, now, bits = self._device.gl, self._now or DEFAULT, 0
         self._set_scissor(scissor)

@@ -35,19 +35,8 @@ class SurfaceRenderer:
     """
     Draws a scene's surfaces.
 
-    Parameters
-    ----------
-    device : Device
-    scene : Scene
-    geometry : Geometry
-        Of the same scene.
-    is_solid : (n_faces,) bool, optional
-        Which of the scene's triangles are outward faces of closed things.
-
-    Raises
-    ------
-    InputError
-        If a texture cannot be decoded (which).
+    ``is_solid`` (n_faces,) tells which triangles are outward faces of closed components.
+    Raises `InputError` if a texture cannot be decoded (which).
     """
 
     def __init__(
@@ -89,7 +78,7 @@ class SurfaceRenderer:
         ground : float, optional
             z of a plane to draw too, relative to the scene's origin [m].
         cull : bool
-            Leave out the backs of solid things: right unless the near plane cuts one open.
+            Leave out the backs of solids: right unless the near plane cuts one open.
         """
         self._draw(state, projection, ground, cull, (), None)
 
@@ -103,21 +92,11 @@ class SurfaceRenderer:
         cull: bool = False,
     ) -> None:
         """
-        Draw what is opaque in the only light, and as it is in shadow.
+        Draw what is opaque in the only light, if any, and as it is in shadow.
 
         Before: the depth in use is cleared. After: attachment ``LIT`` holds the nearest
         surface's colours in sRGB where a light reaches it, ``DARK`` where none does.
-
-        Parameters
-        ----------
-        state : State
-        projection : Projection
-        ground : float, optional
-            z of a plane to draw too, relative to the scene's origin [m].
-        lamp : Lamp, optional
-            None is no light at all.
-        cull : bool
-            As in ``draw``.
+        Parameters as in ``draw``.
         """
         needs = ("AT_ONCE",) if lamp is None else ("AT_ONCE", "HAS_LAMP", *lamp.needs)
         self._draw(state, projection, ground, cull, needs, lamp)

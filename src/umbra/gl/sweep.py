@@ -94,7 +94,7 @@ class GlSweep:
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """
-        Count for each cell how many suns leave it in shadow.
+        Add, for each cell, how many suns leave it in shadow.
 
         Parameters
         ----------
@@ -117,14 +117,7 @@ class GlSweep:
     def masks(
         self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None
     ) -> NDArray[np.uint8]:
-        """
-        Tell for each sun which cells are in shadow, cast or attached.
-
-        Returns
-        -------
-        masks : (n, rows, cols) uint8
-            0 or 1.
-        """
+        """Tell for each sun which cells are in shadow, cast or attached: (n, rows, cols) uint8."""
         masks = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.uint8)
         with State(self.device) as state:
             for mask, plan in zip(masks, self._plan(suns), strict=True):
@@ -137,13 +130,7 @@ class GlSweep:
 
     @on_device
     def counts(self, suns: NDArray[np.float64]) -> NDArray[np.int32]:
-        """
-        Give the shadow count of every cell for every sun.
-
-        Returns
-        -------
-        counts : (n, rows, cols) int32
-        """
+        """Give the shadow count of every cell for every sun, (n, rows, cols) int32."""
         counts = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.int32)
         with State(self.device) as state:
             for count, plan in zip(counts, self._plan(suns), strict=True):

@@ -172,14 +172,7 @@ class Target:
             self._device.gl.ClearBufferfv(0x1800, place, filled.ctypes.data)
 
     def read(self, place: int = 0) -> NDArray:
-        """
-        Read a colour attachment.
-
-        Returns
-        -------
-        values : (rows, cols) or (rows, cols, 4) of float32, uint8 or int32
-            Row 0 is the top.
-        """
+        """Read a colour attachment, (rows, cols) or (rows, cols, 4); row 0 is the top."""
         _, layout, kind, dtype, channels = FORMATS[self.colors[place]]
         cols, rows = self.size
         values: NDArray = np.zeros((rows, cols, channels), dtype)
@@ -227,20 +220,7 @@ class Target:
 
 
 class SharedDepthTarget:
-    """
-    A target that goes with another, made when it is asked for and anew when that is another.
-
-    Parameters
-    ----------
-    device : Device
-    color : str
-        Of ``umbra.gl.target.FORMATS``.
-
-    Attributes
-    ----------
-    target : Target, optional
-        The one that was asked for last.
-    """
+    """A target of one colour that shares another's depth, made anew when that is another."""
 
     def __init__(self, device: Device, color: str) -> None:
         self._device, self._color = device, color

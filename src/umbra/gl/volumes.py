@@ -75,17 +75,7 @@ class BodyVolumes:
         return faces[(side > 0) | ((side < 0) & ~self.is_closed[instance, caster.component[faces]])]
 
     def light_cap(self, wanted: NDArray[np.bool_]) -> NDArray[np.uint32]:
-        """
-        Give the casting faces of some things, turned to the light.
-
-        Parameters
-        ----------
-        wanted : (n_instances * n_things,) bool
-
-        Returns
-        -------
-        cap : (n, 3) uint32
-        """
+        """Give the casting faces (n, 3) of the wanted components, turned to the light."""
         if not wanted.any():
             return self._cap[:0]
         if self._capped is None or (wanted & ~self._capped).any():
@@ -100,17 +90,9 @@ class BodyVolumes:
 
     def dark_cap(self, wanted: NDArray[np.bool_], is_fan: NDArray[np.bool_]) -> NDArray[np.uint32]:
         """
-        Give what closes the far end of some things' volumes.
+        Give what closes the far end of the wanted components' volumes, (n, 3).
 
-        Parameters
-        ----------
-        wanted : (n_instances * n_things,) bool
-        is_fan : (n_instances * n_things,) bool
-            Where a fan over the silhouette is enough; else the casting faces are thrown.
-
-        Returns
-        -------
-        cap : (n, 3) uint32
+        Where ``is_fan``, a fan over the silhouette is enough; else the casting faces are thrown.
         """
         fans = (wanted & is_fan)[self.side_thing]
         sides, thing = self.sides[fans], self.side_thing[fans]
@@ -153,19 +135,8 @@ def make_volumes(
     """
     Find the silhouettes of all instances of a body and make their sides.
 
-    Parameters
-    ----------
-    body : Body
-    light : (4,) float64
-        Relative to the scene's origin.
-    opened : (n_instances, n_components) bool
-        Closed components that follow the open rule.
-    held : (n, 2) int, optional
-        Instance and face: those on which the light lies; none by default.
-
-    Returns
-    -------
-    volumes : BodyVolumes
+    The light is relative to the scene's origin; closed components that are ``opened``
+    follow the open rule, and faces that are ``held`` cast nothing.
     """
     lights = body.lights(light)
     held = np.zeros((0, 2), np.intp) if held is None else held
@@ -252,23 +223,17 @@ def gather(
     is_fan: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.uint32]:
     """
-    Put the triangles of some things of all bodies together.
+    Put the triangles of chosen components of all bodies together, (n,) uint32.
 
     Parameters
     ----------
     volumes : list of BodyVolumes
     what : {'sides', 'dark_cap', 'light_cap'}
     chosen : (n_things,) bool
-        Among the things of all bodies.
     is_quad : bool
         Of sides: whether far corners differ.
     is_fan : (n_things,) bool, optional
         Of dark caps.
-
-    Returns
-    -------
-    numbers : (n,) uint32
-        Three a triangle.
     """
     lists, offset = [np.zeros(0, np.uint32)], 0
     for each in volumes:

@@ -113,14 +113,7 @@ class Viewer:
                 self._draw()
 
     def close(self) -> None:
-        """
-        Free all that was made and close the window.
-
-        Raises
-        ------
-        UmbraError
-            If something is left on the device.
-        """
+        """Free all that was made and close the window; `UmbraError` if something is left behind."""
         self.painter.release()
         self._show.release()
         left = sorted(self.screen.device.live)
@@ -270,16 +263,9 @@ def show(
     size : (int, int)
         Of the window.
     instead : str
-        A command that does without a window.
+        A command that does without a window; named in the `InputError` if none opens.
     **options
         As for ``Viewer``.
-
-    Raises
-    ------
-    InputError
-        If no window opens.
-    UmbraError
-        If OpenGL fails.
     """
     title = ", ".join(names[:2]) + (f" and {len(names) - 2} more" if len(names) > 2 else "")
     screen = Screen(f"{title} - umbra", size, instead)

@@ -96,16 +96,9 @@ class Controls:
 
     def press(self, view: ViewState, button: str, at: Pixel, *, shift: bool = False) -> ViewState:
         """
-        Press a mouse button: on a light's handle it takes that, else the camera.
+        Press a mouse button at a pixel: on a light's handle it takes that, else the camera.
 
-        Parameters
-        ----------
-        view : ViewState
-        button : {'left', 'middle', 'right'}
-        at : (float, float)
-            Column and row in the picture.
-        shift : bool
-            The left button pans, too.
+        With shift the left button pans, too.
         """
         handle = pick(find_handles(view, self.size), at, self.grip) if button == "left" else None
         if handle is not None:
@@ -146,17 +139,7 @@ class Controls:
     def press_key(
         self, view: ViewState, key: str, *, control: bool = False, shift: bool = False
     ) -> ViewState:
-        """
-        Press a key.
-
-        Parameters
-        ----------
-        view : ViewState
-        key : str
-            A letter or digit, or ``space``, ``tab``, ``left``, ``right``, ``delete``, ``f1``.
-        control, shift : bool
-            Held with it.
-        """
+        """Press a letter, a digit, ``space``, ``tab``, ``left``, ``right``, ``delete`` or ``f1``."""
         if control:
             if key in _WITH_CONTROL:
                 self.commands.append(_WITH_CONTROL[key])

@@ -110,20 +110,7 @@ class Sun:
 
 @lru_cache(maxsize=32)
 def find_day(site: Site, date: dt.date) -> tuple[NDArray[np.float64], SunPath]:
-    """
-    Find the sun's path over a day, every few minutes of the clock.
-
-    Parameters
-    ----------
-    site : Site
-    date : datetime.date
-
-    Returns
-    -------
-    minutes : (n,) float64
-        On the clock since midnight.
-    path : SunPath
-    """
+    """Find the sun's path over a day: minutes on the clock since midnight (n,), and the path."""
     minutes = np.arange(0, DAY, _PATH_STEP, dtype=np.float64)
     return minutes, find_sun(site, [_find_moment(site, date, float(m)) for m in minutes])
 

@@ -27,18 +27,12 @@ class Events:
     """
     Keeps the view that events make.
 
-    Parameters
-    ----------
-    window
-        glfw's; its callbacks are set, so Dear ImGui must start after.
-    view : ViewState
-        To begin with.
-    controls : Controls
-    frame : PictureArea
-        Where the picture lies; to be kept up to date.
+    ``window`` is glfw's; its callbacks are set, so Dear ImGui must start after.
 
     Attributes
     ----------
+    frame : PictureArea
+        Where the picture lies; to be kept up to date.
     mouse : (float, float)
         Where it was at the last event, in the window.
     stirs : int

@@ -26,18 +26,7 @@ _NUMBERS = ("heading", "tilt", "distance", "fov", "near")
 
 
 def to_json(view: ViewState) -> dict[str, Any]:
-    """
-    Describe a view in JSON's own types.
-
-    Parameters
-    ----------
-    view : ViewState
-
-    Returns
-    -------
-    described : dict
-        Pictures that spot lights project are left out.
-    """
+    """Describe a view in JSON's own types; pictures that spot lights project are left out."""
     sun = asdict(view.sun)
     sun["date"] = view.sun.date.isoformat()
     return {
@@ -57,22 +46,9 @@ def to_json(view: ViewState) -> dict[str, Any]:
 
 def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
     """
-    Make a view from its description.
+    Make a view from its description; `InputError` names what is missing or wrong.
 
-    Parameters
-    ----------
-    described : dict
-    images_of : tuple of Light
-        A light that stands in the same place of the list projects that one's picture.
-
-    Returns
-    -------
-    view : ViewState
-
-    Raises
-    ------
-    InputError
-        If something is missing or wrong; the message names it.
+    A light that stands in the same place of the list ``images_of`` projects that one's picture.
     """
     if not isinstance(described, dict) or described.get("umbra_view") != _VERSION:
         msg = f"this is no view of version {_VERSION}: 'umbra_view' is missing or another number"
@@ -122,27 +98,13 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
 
 
 def save_view(path: str | os.PathLike[str], view: ViewState) -> None:
-    """
-    Write a view to a file, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there.
-    """
+    """Write a view to a file, whole or not at all; `InputError` if nothing can be written there."""
     with replace_file(path) as beside:
         beside.write_text(json.dumps(to_json(view), indent=2) + "\n", "utf-8")
 
 
 def load_view(path: str | os.PathLike[str], images_of: tuple[Light, ...] = ()) -> ViewState:
-    """
-    Read a view from a file; parameters as in ``from_json``.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read or is no view (which file, and what is wrong).
-    """
+    """Read a view from a file; parameters, and errors, as in ``from_json``."""
     try:
         described = json.loads(Path(path).read_text("utf-8"))
     except OSError as error:

@@ -42,18 +42,7 @@ _FLATTEST = 0.02  # a ray that falls less meets its level too far away
 
 @dataclass(frozen=True)
 class Handle:
-    """
-    A light that can be taken hold of.
-
-    Parameters
-    ----------
-    number : int
-        Of the light, or ``SUN``.
-    at : (float, float)
-        Column and row in the picture.
-    place : (3,) float64
-        In the model's own coordinates [m].
-    """
+    """A light that can be taken hold of: its number, its pixel, its place in the model (3,) [m]."""
 
     number: int
     at: Pixel
@@ -61,19 +50,7 @@ class Handle:
 
 
 def project(camera: Camera, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Find where places appear.
-
-    Parameters
-    ----------
-    camera : Camera
-    places : (n, 3) float64
-
-    Returns
-    -------
-    pixels : (n, 2) float64
-        Columns and rows; NaN for what is not in front of the eye.
-    """
+    """Find the pixels (n, 2), columns and rows, of places (n, 3); NaN for what is not ahead."""
     matrix = camera.matrix(camera.eye)
     x, y, weight, _ = matrix @ np.column_stack([places - camera.eye, np.ones(len(places))]).T
     ahead = weight > camera.near
@@ -90,13 +67,9 @@ def find_dome(viewpoint: Viewpoint) -> tuple[NDArray[np.float64], float]:
 
 def find_path(view: ViewState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """
-    Find the sun's path of the day on the dome.
+    Find the sun's path of the day on the dome: minutes since midnight (n,), places (n, 3).
 
-    Returns
-    -------
-    minutes : (n,) float64
-        On the clock since midnight, of the points where the sun is up.
-    places : (n, 3) float64
+    Only points where the sun is up.
     """
     if not view.sun.has_clock or view.sun.site is None:
         return None
@@ -106,19 +79,7 @@ def find_path(view: ViewState) -> tuple[NDArray[np.float64], NDArray[np.float64]
 
 
 def find_handles(view: ViewState, size: tuple[int, int]) -> list[Handle]:
-    """
-    Find the handles that are in the picture.
-
-    Parameters
-    ----------
-    view : ViewState
-    size : (int, int)
-        Columns and rows of the picture.
-
-    Returns
-    -------
-    handles : list of Handle
-    """
+    """Find the handles that are in the picture of a size."""
     numbers, places = [], []
     if view.sun.light() is not None:
         middle, radius = find_dome(view.viewpoint)
@@ -152,21 +113,7 @@ def pick(handles: list[Handle], at: Pixel, grip: float = GRIP) -> Handle | None:
 def place_lamp(
     view: ViewState, bounds: NDArray[np.float64], size: tuple[int, int]
 ) -> NDArray[np.float64]:
-    """
-    Find a place for another lamp: above the model, in the picture, beside earlier ones.
-
-    Parameters
-    ----------
-    view : ViewState
-    bounds : (2, 3) float64
-        Of the model [m].
-    size : (int, int)
-        Columns and rows of the picture.
-
-    Returns
-    -------
-    place : (3,) float64
-    """
+    """Find a place for another lamp: above the model, in the picture, beside earlier ones."""
     low, high = bounds
     length = float(np.linalg.norm(high - low))
     foot = np.array(view.viewpoint.target)
@@ -184,23 +131,9 @@ def drag(
     view: ViewState, number: int, at: Pixel, size: tuple[int, int], *, level: bool
 ) -> ViewState:
     """
-    Bring a light's handle to a pixel.
+    Bring the handle of a light, or of ``SUN``, to a pixel.
 
-    Parameters
-    ----------
-    view : ViewState
-    number : int
-        Of the light, or ``SUN``.
-    at : (float, float)
-        Column and row.
-    size : (int, int)
-        Of the picture.
-    level : bool
-        Keep a lamp's height, rather than its distance from the view.
-
-    Returns
-    -------
-    view : ViewState
+    On its ``level`` a lamp keeps its height, rather than its distance from the view.
     """
     camera = view.viewpoint.camera(size)
     ray = _find_ray(camera, at)

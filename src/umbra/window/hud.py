@@ -27,18 +27,7 @@ def grow(length: float) -> float:
 
 
 class PictureArea:
-    """
-    Where the picture lies in the window.
-
-    Parameters
-    ----------
-    corner : (float, float)
-        Its upper left corner in Dear ImGui's units.
-    size : (float, float)
-        Its size in the same.
-    scale : float
-        Pixels of the picture in one of them.
-    """
+    """Where the picture lies in the window, in Dear ImGui's units; ``scale`` pixels to each."""
 
     def __init__(
         self, corner: tuple[float, float], size: tuple[float, float], scale: float
@@ -62,16 +51,7 @@ class PictureArea:
 
 
 def draw_handles(view: ViewState, frame: PictureArea, mouse: tuple[float, float] | None) -> None:
-    """
-    Draw the lights' handles, and what they slide on.
-
-    Parameters
-    ----------
-    view : ViewState
-    frame : PictureArea
-    mouse : (float, float), optional
-        Pixel of the picture under it; None while it is elsewhere.
-    """
+    """Draw the lights' handles, and what they slide on; ``mouse`` is the pixel under it, if any."""
     draw = imgui.get_background_draw_list()
     low, size = frame.corner, frame.size
     draw.push_clip_rect(imgui.ImVec2(*low), imgui.ImVec2(low[0] + size[0], low[1] + size[1]))
@@ -154,15 +134,7 @@ def _draw_stem(
 
 
 def draw_scale(highest: int, frame: PictureArea) -> None:
-    """
-    Draw the scale of counts at the foot of the picture.
-
-    Parameters
-    ----------
-    highest : int
-        The highest count in the picture.
-    frame : PictureArea
-    """
+    """Draw the scale of counts, up to the highest, at the foot of the picture."""
     top = find_top(highest)
     width, height = grow(260.0), grow(14.0)
     _begin("scale", frame, right=False, top=False)
@@ -190,15 +162,7 @@ def draw_scale(highest: int, frame: PictureArea) -> None:
 
 
 def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> None:
-    """
-    Draw what the last picture took.
-
-    Parameters
-    ----------
-    drawn : DrawnView
-    view : ViewState
-    frame : PictureArea
-    """
+    """Draw what the last picture took."""
     _begin("statistics", frame, right=True, top=True)
     cols, rows = drawn.size
     _write_row("frame", f"{drawn.spent:.1f} ms")

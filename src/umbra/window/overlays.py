@@ -47,20 +47,7 @@ def find_top(highest: int) -> int:
 
 
 def find_colors(counts: NDArray, top: int) -> NDArray[np.float64]:
-    """
-    Give the colours of counts.
-
-    Parameters
-    ----------
-    counts : (...) int
-    top : int
-        The count that takes the last colour.
-
-    Returns
-    -------
-    rgb : (..., 3) float64
-        sRGB, 0 to 1.
-    """
+    """Give the colours of counts, sRGB (..., 3); a count of ``top`` takes the last colour."""
     place = np.clip(np.asarray(counts) / top, 0.0, 1.0) * (len(PALETTE) - 1)
     low = np.minimum(place.astype(int), len(PALETTE) - 2)
     part = (place - low)[..., None]
@@ -97,14 +84,7 @@ _TEXTURE0, _TEXTURE_2D, _RG32I = 0x84C0, 0x0DE1, 0x823B
 
 
 class Overlays:
-    """
-    Draws over the picture of a renderer.
-
-    Parameters
-    ----------
-    renderer : Renderer
-        It says what there is; its depth decides what is hidden.
-    """
+    """Draws over the picture of a renderer; its depth decides what is hidden."""
 
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
@@ -129,24 +109,10 @@ class Overlays:
         shrink: float = 1.0,
     ) -> int:
         """
-        Draw overlays over ``targets.picture``.
+        Draw overlays over ``targets.picture``; give the highest count in it, if counts are shown.
 
-        Parameters
-        ----------
-        state : State
-        targets : PictureTargets
-            Whose depth holds the scene.
-        plan : VolumePlan
-            Of one light.
-        overlays : frozenset of str
-            ``volumes``, ``cases``, ``edges``, ``counts``.
-        shrink : float
-            By how much the picture will be enlarged; lines are thinner by as much.
-
-        Returns
-        -------
-        highest : int
-            The highest count in the picture if counts are shown, else 0.
+        The depth of the targets holds the scene; the plan is of one light. Where the picture
+        will be enlarged by ``shrink``, lines are thinner by as much.
         """
         highest = self.draw_counts(state, targets, plan) if "counts" in overlays else 0
         targets.picture.use()
@@ -244,20 +210,7 @@ class Overlays:
 
 
 def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, NDArray[np.uint32]]:
-    """
-    List the triangles of casters by their case.
-
-    Parameters
-    ----------
-    renderer : Renderer
-    case : (n_things,) int8
-        In the order of the planner's things.
-
-    Returns
-    -------
-    lists : dict of (n,) uint32
-        Vertex numbers, for each of ``CASES``.
-    """
+    """List the vertex numbers of casters for each of ``CASES``."""
     lists: dict[int, list[NDArray[np.uint32]]] = {number: [] for number in CASES}
     first_thing = 0
     for body in renderer.planner.bodies:
@@ -272,17 +225,6 @@ def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, 
 
 
 def list_edges(volumes: tuple[BodyVolumes, ...]) -> NDArray[np.int32]:
-    """
-    List the silhouette edges that throw the sides of volumes.
-
-    Parameters
-    ----------
-    volumes : tuple of BodyVolumes
-
-    Returns
-    -------
-    edges : (n_edges, 2) int32
-        Vertex numbers; an edge that throws several sides comes once.
-    """
+    """List the silhouette edges that throw volumes' sides once each, (n_edges, 2) numbers."""
     lists = [np.zeros((0, 2), np.int32), *(each.sides[:, :2].astype(np.int32) for each in volumes)]
     return np.unique(np.concatenate(lists), axis=0)

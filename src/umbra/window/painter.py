@@ -27,17 +27,9 @@ __all__ = ["SAMPLES", "DrawnView", "Pacing", "ViewPainter"]
 @dataclass
 class Pacing:
     """
-    Decides between whole and half resolution, from how long frames took.
+    Decides between whole and half resolution, from how long frames took [ms].
 
-    Parameters
-    ----------
-    slow : float
-        A whole frame that takes longer is drawn at half resolution while things move [ms].
-
-    Attributes
-    ----------
-    whole : float
-        What a frame at whole resolution takes, as far as is known [ms].
+    A whole frame that takes longer than ``slow`` is drawn at half resolution while things move.
     """
 
     slow: float = 80.0
@@ -48,16 +40,7 @@ class Pacing:
         return 2 if is_moving and self.whole > self.slow else 1
 
     def note(self, step: int, spent: float) -> None:
-        """
-        Learn from a frame.
-
-        Parameters
-        ----------
-        step : int
-            As it was chosen.
-        spent : float
-            [ms]
-        """
+        """Learn from a frame how long one at whole resolution takes, as far as is known [ms]."""
         if step == 1:
             self.whole = spent
         else:
@@ -136,19 +119,8 @@ class ViewPainter:
         """
         Draw a view and wait until it is there.
 
-        Parameters
-        ----------
-        view : ViewState
-        size : (int, int)
-            Columns and rows.
-        times : bool
-            Measure each pass.
-        shrink : float
-            By how much the picture will be enlarged; lines are thinner by as much.
-
-        Returns
-        -------
-        drawn : DrawnView
+        ``times`` measures each pass. Where the picture will be enlarged by ``shrink``, lines
+        are thinner by as much.
         """
         start = time.perf_counter()
         self._warnings.clear()

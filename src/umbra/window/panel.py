@@ -54,22 +54,9 @@ def draw_panel(
     view: ViewState, state: PanelState, controls: Controls, size: tuple[float, float]
 ) -> ViewState:
     """
-    Draw the panel at the left rim of the window.
+    Draw the panel at the left rim of the window; give the view as its widgets changed it.
 
-    Parameters
-    ----------
-    view : ViewState
-    state : PanelState
-        The panel's own switches are changed in place.
-    controls : Controls
-        Playing and commands go there.
-    size : (float, float)
-        Width and height of the panel.
-
-    Returns
-    -------
-    view : ViewState
-        As its widgets changed it.
+    Switches of the panel itself go to ``state``, playing and commands to ``controls``.
     """
     imgui.set_next_window_pos(imgui.ImVec2(0, 0))
     imgui.set_next_window_size(imgui.ImVec2(*size))

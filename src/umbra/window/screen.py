@@ -21,17 +21,8 @@ def check_display(instead: str) -> None:
     """
     Make sure that a window can be opened, as far as that can be told without trying.
 
-    Parameters
-    ----------
-    instead : str
-        A command that does without.
-
-    Raises
-    ------
-    UmbraError
-        If a package is missing (which).
-    InputError
-        If there is no display.
+    Raises `UmbraError` if a package is missing (which) and `InputError` if there is no
+    display; it names the command to use ``instead``.
     """
     for package in ("moderngl", "glfw", "imgui_bundle"):
         if find_spec(package) is None:

@@ -182,21 +182,8 @@ def make_view(
     """
     Make the view to begin with: the whole model under its own lights, the sun or one light.
 
-    Parameters
-    ----------
-    scene : Scene
-    size : (int, int)
-        Columns and rows of the picture.
-    site : Site, optional
-        Where the model stands; without it a light comes from the upper left.
-    date : datetime.date, optional
-        21 March of this year by default.
-    minutes : float, optional
-        On the clock since midnight; 15:00 by default.
-
-    Returns
-    -------
-    view : ViewState
+    Without a site a light comes from the upper left. The date is 21 March of this year by
+    default; ``minutes`` are on the clock since midnight, 15:00 by default.
     """
     viewpoint = frame_bounds(scene.bounds(), size)
     lights = expose_lights(scene)

@@ -65,14 +65,7 @@ class Viewpoint:
         return Camera(self.eye, np.array(self.target), size=size, fov=self.fov, near=self.near)
 
     def turn(self, right: float, up: float) -> "Viewpoint":
-        """
-        Turn the head in a walk, else the eye around the target.
-
-        Parameters
-        ----------
-        right, up : float
-            Of what one looks at, in the picture [degrees].
-        """
+        """Turn the head in a walk, else the eye around the target [degrees in the picture]."""
         eye = self.eye
         turned = replace(
             self,
@@ -86,16 +79,7 @@ class Viewpoint:
         return replace(self, target=_point(np.asarray(eye, float) + self.distance * self.axes()[2]))
 
     def pan(self, cols: float, rows: float, height: int) -> "Viewpoint":
-        """
-        Shift the view so that what is as far as the target follows the mouse.
-
-        Parameters
-        ----------
-        cols, rows : float
-            How far the mouse went, right and down [pixels].
-        height : int
-            Of the picture [pixels].
-        """
+        """Shift the view so that what is as far as the target follows the mouse [pixels]."""
         right, up, _ = self.axes()
         pixel = 2 * self.distance * np.tan(np.radians(self.fov) / 2) / max(height, 1)
         return self.shift(pixel * (rows * up - cols * right))
@@ -125,22 +109,9 @@ def frame_bounds(
     fov: float | None = None,
 ) -> Viewpoint:
     """
-    Find the viewpoint from which a box fills the picture.
+    Find the viewpoint from which a box (2, 3) fills a picture of a size.
 
-    Parameters
-    ----------
-    bounds : (2, 3) float64
-        Lowest and highest corner [m].
-    size : (int, int)
-        Columns and rows of the picture.
-    like : Viewpoint, optional
-        Look in the same direction.
-    fov : float, optional
-        Vertical field of view [degrees]; that of ``like`` by default.
-
-    Returns
-    -------
-    viewpoint : Viewpoint
+    It looks in the direction of ``like``, with its field of view unless ``fov`` is given.
     """
     middle = bounds.mean(0)
     diagonal = max(float(np.linalg.norm(np.ptp(bounds, axis=0))), _LEAST)

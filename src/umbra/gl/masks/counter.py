@@ -30,18 +30,8 @@ def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
     Find how many fronts and backs may come at once before lit and shaded are confused.
 
     A pixel is taken through all the states and back in the method's own target, for it is
-    the driver that says whether 255 / 2 is 127 or 128.
-
-    Parameters
-    ----------
-    device : Device
-    method : Method
-    painter : MaskPainter
-
-    Returns
-    -------
-    limit : int
-        At most ``method.at_once``; 0 if the method does not work here at all.
+    the driver that says whether 255 / 2 is 127 or 128. At most ``method.at_once``; 0 if the
+    method does not work here at all.
     """
     steps = (method.up, method.down)
     first, second = steps if method.first == "up" else steps[::-1]
@@ -153,17 +143,7 @@ class MaskCounter:
         """
         Count the shadow volumes that hold each visible surface, and mark where there are any.
 
-        Before: the target's depth holds the scene as ``plan.projection`` shows it. After:
-        stencil 0 means lit and 1 shadow, within ``plan.scissor``; the target is in use.
-
-        Parameters
-        ----------
-        state : State
-        target : Target
-        plan : VolumePlan
-            By the method ``auto``.
-        is_clear : bool
-            The target's stencil is 0.
+        As ``VolumeCounter.count``, of a plan by the method ``auto``; after it stencil 1 is shadow.
         """
         self.painter.tally.clear()
         mask = self._mask.over(target)
@@ -194,13 +174,10 @@ class MaskCounter:
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
         """
-        Read what ``count`` just made for a plan.
+        Read what ``count`` just made for a plan, (rows, cols) int32, row 0 at the top.
 
-        Returns
-        -------
-        counts : (rows, cols) int32
-            Row 0 is the top. 1 for any count but 0, unless the method tells counts: those
-            up to two thirds of ``limit`` at least, and ``limit`` + 1 for more.
+        1 for any count but 0, unless the method tells counts: those up to two thirds of
+        ``limit`` at least, and ``limit`` + 1 for more.
         """
         shaded = target.read_stencil().astype(np.int32)
         if not self.method.counts or self._mask.target is None:
@@ -220,16 +197,7 @@ class MaskCounter:
 
 
 class MaskCounters:
-    """
-    Masks beside the stencil.
-
-    Parameters
-    ----------
-    device : Device
-    geometry : Geometry
-    warn : callable
-        Told, in a line, where a method may be wrong.
-    """
+    """The counters of one scene by method, each made when first asked for."""
 
     def __init__(
         self, device: Device, geometry: Geometry, warn: Callable[[str], object] = lambda _: None
@@ -238,21 +206,7 @@ class MaskCounters:
         self._made: dict[str, MaskCounter] = {}
 
     def choose(self, method: str, stencil: Counts) -> tuple[Counts, str]:
-        """
-        Find what counts by a method.
-
-        Parameters
-        ----------
-        method : str
-        stencil : Counts
-            Counts by all others.
-
-        Returns
-        -------
-        counter : Counts
-        method : str
-            To plan by.
-        """
+        """Find what counts by a method, and the method to plan by; the stencil for all others."""
         if method not in MASKS:
             return stencil, method
         if method not in self._made:

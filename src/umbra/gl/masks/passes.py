@@ -61,18 +61,7 @@ _OTHER = {"front": "back", "back": "front"}
 
 
 class MaskPainter:
-    """
-    Draws volumes and rectangles with one brightness each, and counts them.
-
-    Parameters
-    ----------
-    device : Device
-    geometry : Geometry
-
-    Attributes
-    ----------
-    tally : Tally
-    """
+    """Draws volumes and rectangles with one brightness each, and counts them in ``tally``."""
 
     def __init__(self, device: Device, geometry: Geometry) -> None:
         self._device, self._geometry = device, geometry
@@ -155,18 +144,7 @@ _RGBA8 = 0x8058
 
 
 class Forward:
-    """
-    Draws the triangles of a scene, a colour each.
-
-    Parameters
-    ----------
-    device : Device
-    scene : Scene
-    geometry : Geometry
-        Of the scene.
-    has_place : bool
-        Write normals and depth keys too, at location 1.
-    """
+    """Draws the triangles of a scene, a colour each; and normals and keys if it ``has_place``."""
 
     def __init__(
         self, device: Device, scene: Scene, geometry: Geometry, *, has_place: bool = False
@@ -208,24 +186,11 @@ class Forward:
         with_place: bool = False,
     ) -> None:
         """
-        Draw the scene in ambient light, in direct light, or in both.
+        Draw the scene in a light (4,), relative to the eye: 'direct', 'ambient' or 'both'.
 
-        Parameters
-        ----------
-        state : State
-        projection : Projection
-        light : (4,) float64
-            Relative to the eye.
-        tally : Tally
-        lights : {'direct', 'ambient', 'both'}
-        blend : str, optional
-            Where depth is there already: how to add to what is.
-        alpha : float
-            Left in the target's alpha.
-        is_white : bool
-            Leave out light and colours.
-        with_place : bool
-            The target takes normals and keys.
+        ``blend`` is how to add to what is, where depth is there already; ``alpha`` is left in the
+        target's alpha. ``is_white`` leaves out light and colours, ``with_place`` writes normals
+        and keys, too.
         """
         first = blend is None
         state.use(

@@ -24,15 +24,7 @@ _Lists = dict[_Key, list[NDArray[np.uint32]]]
 
 @dataclass(frozen=True)
 class VolumeBatch:
-    """
-    Volumes that are counted together.
-
-    Parameters
-    ----------
-    draws : tuple of Draw
-    weight : int
-        No line meets more of their fronts, nor of their backs.
-    """
+    """Volumes that are counted together; no line meets more than ``weight`` fronts, nor backs."""
 
     draws: tuple[Draw, ...]
     weight: int
@@ -41,15 +33,9 @@ class VolumeBatch:
 @dataclass(frozen=True, eq=False)
 class Pieces:
     """
-    All volumes of a plan.
+    All volumes of a plan: batches, and the vertex numbers (n,) in which their draws lie.
 
-    Parameters
-    ----------
-    batches : list of VolumeBatch
-    numbers : (n,) uint32
-        Vertex numbers, in which the draws lie.
-    n_volumes, n_split : int
-        Volumes, and casters that fell into one for each polygon.
+    Of the ``n_volumes``, those of ``n_split`` casters are one for each polygon.
     """
 
     batches: list[VolumeBatch]
@@ -100,20 +86,10 @@ class _Builder:
 
 def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces:
     """
-    Cut a plan's volumes into batches.
+    Cut the volumes of a plan, by the method ``auto``, into batches no wider than ``at_once``.
 
-    Parameters
-    ----------
-    plan : VolumePlan
-        By the method ``auto``.
-    at_once : int
-        The largest weight of a batch.
-    split : bool
-        Let casters that are wider fall into polygons; else they are batches by themselves.
-
-    Returns
-    -------
-    pieces : Pieces
+    ``split`` lets casters that are wider fall into polygons; else they are batches by
+    themselves.
     """
     builder, offset = _Builder(at_once), 0
     assert plan.selection is not None

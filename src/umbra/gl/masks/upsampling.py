@@ -32,17 +32,7 @@ _TEXTURE0, _TEXTURE_2D, _LINEAR = 0x84C0, 0x0DE1, 0x2601
 
 
 class Upsampler:
-    """
-    Multiplies a picture by a mask.
-
-    Parameters
-    ----------
-    device : Device
-    kind : str
-        Of ``FILTERS``.
-    is_plain : bool
-        Masks hold 0 and 1 in eight bits: the texture unit can do what is bilinear.
-    """
+    """Multiplies a picture by a mask; one that ``is_plain`` holds 0 and 1 in eight bits."""
 
     def __init__(self, device: Device, kind: str, *, is_plain: bool = False) -> None:
         self._device, self.kind = device, kind
@@ -64,23 +54,10 @@ class Upsampler:
         dark: float,
     ) -> None:
         """
-        Multiply the target in use, one rectangle.
+        Multiply the target in use by attachment 0 of a mask, one rectangle.
 
-        Parameters
-        ----------
-        state : State
-        projection : Projection
-            Of the picture.
-        mask, picture : Target
-            Attachment 0 of the mask holds it; attachments 1 of both hold normals and keys
-            where the filter asks for them.
-        tally : Tally
-        channel : int
-            Of the mask.
-        lit : (float, float)
-            Between which what is lit lies.
-        dark : float
-            By which what is in shadow is multiplied.
+        Attachments 1 of mask and picture hold normals and keys where the filter asks for them.
+        What is lit lies within ``lit`` in the mask's channel; all else is multiplied by ``dark``.
         """
         state.use(Pass(color_write="rgb", blend="multiply"))
         textures = [mask.textures[0]]
@@ -121,15 +98,7 @@ _ALIKE = 0.9  # cosine between normals of one surface
 
 
 def shrink(camera: Camera, scale: int) -> Camera:
-    """
-    Give the same view in fewer pixels.
-
-    Parameters
-    ----------
-    camera : Camera
-    scale : int
-        Pixels to one, along each side; a picture that it does not divide is covered.
-    """
+    """Give the same view in fewer pixels, ``scale`` to one along each side, rounded up."""
     cols, rows = camera.size
     fewer = -(-rows // scale)
     return replace(camera, size=(-(-cols * fewer // rows), fewer))
@@ -151,7 +120,7 @@ def find_shares(
     Parameters
     ----------
     counter : GlFrameCounter
-    frame : VisibleSurface
+    frame : Frame
         Of this camera.
     camera : Camera
     lights : sequence of Light
@@ -180,27 +149,9 @@ def upsample(
     kind: str = "joint",
 ) -> NDArray[np.float32]:
     """
-    Lay a small mask over a frame.
+    Lay a small mask ``lit`` of the frame ``small`` over a frame; kind as in ``find_shares``.
 
-    Parameters
-    ----------
-    lit : (fewer_rows, fewer_cols) bool
-    small : VisibleSurface
-        Of the mask.
-    frame : VisibleSurface
-        Of ``camera``.
-    camera : Camera
-    kind : {'nearest', 'bilinear', 'joint'}
-        ``joint`` is bilinear between pixels that lie in the plane of what is seen.
-
-    Returns
-    -------
-    share : (rows, cols) float32
-
-    Raises
-    ------
-    InputError
-        If there is no such filter.
+    Raises `InputError` if there is no such filter.
     """
     if kind not in FILTERS:
         msg = f"there is no filter '{kind}'; there are {', '.join(FILTERS)}"

@@ -61,18 +61,9 @@ class Instance:
 
 def part_bodies(bodies: Sequence[Body]) -> tuple[list[Body], list[Instance]]:
     """
-    Give bodies whose components have vertices, and numbers, of their own.
+    Give bodies whose components have vertices, and numbers, of their own; and their instances.
 
-    Parameters
-    ----------
-    bodies : sequence of Body
-
-    Returns
-    -------
-    parted : list of Body
-        The same things; their groups' points are numbered anew, one instance after another.
-    instances : list of Instance
-        Of all bodies, in that order.
+    Their groups' points are numbered anew, one instance after another.
     """
     parted, instances, first, row = [], [], 0, 0
     for body in bodies:
@@ -100,11 +91,6 @@ class GrownPoints:
     The points of instances, and how they grow under each light.
 
     Takes the place of ``Geometry`` for programs that are made with ``GROWS``.
-
-    Parameters
-    ----------
-    device : Device
-    instances : sequence of Instance
 
     Attributes
     ----------
@@ -135,12 +121,9 @@ class GrownPoints:
 
     def write(self, growth: NDArray[np.float32]) -> None:
         """
-        Say how components grow.
+        Say how components grow, (n_lights, n_rows, 2, 4) float32.
 
-        Parameters
-        ----------
-        growth : (n_lights, n_rows, 2, 4) float32
-            Centre and how deep the component sinks [m]; way to the light and 0.
+        Centre and how deep the component sinks [m]; unit vector to the light and 0.
         """
         self._release_growth()
         self._growth = TextureBuffer(
@@ -171,19 +154,7 @@ class GrownPoints:
 
 
 class Shown:
-    """
-    Draws which component each pixel shows.
-
-    Parameters
-    ----------
-    device : Device
-    scene : Scene
-    geometry : Geometry
-        Of the scene.
-    instances : sequence of Instance
-    casters : sequence of int, optional
-        Indices of the parts that cast; all by default.
-    """
+    """Draws which component each pixel shows, of the parts of a scene that cast."""
 
     def __init__(
         self,

@@ -48,7 +48,7 @@ class LightLayers:
     volumes : list of BodyVolumes
         Of the parted bodies.
     bounds : (n_things, 2, 3) float64
-        Of all bodies' things and all their layers, relative to the scene's origin [m].
+        Of all bodies' components and all their layers, relative to the scene's origin [m].
     deepest : int
         No count of a layer can be larger.
     """
@@ -76,18 +76,10 @@ def grow(
     most: float,
 ) -> LightLayers:
     """
-    Find how casters grow under a light, and the volumes of all layers.
+    Find how casters of ``part_bodies`` grow under a light, and the volumes of all layers.
 
-    Parameters
-    ----------
-    bodies, instances
-        Of ``part_bodies``.
-    source : (4,) float64
-        The light, relative to the scene's origin, a direction of length 1.
-    hard : sequence of BodyVolumes
-        Of the bodies as they were, under this light.
-    most : float
-        By how much more than 1 the widest layer is enlarged.
+    ``hard`` are the volumes of the bodies as they were, under this light; ``most`` is by how
+    much more than 1 the widest layer is enlarged.
     """
     growth, bounds, volumes, weights = [], [np.zeros((0, 2, 3))], [], [np.zeros(0, np.int64)]
     for body, old in zip(bodies, hard, strict=True):
@@ -142,26 +134,10 @@ def list_layers(
     place: int,
 ) -> tuple[Selection, list[Draw], list[NDArray[np.uint32]]]:
     """
-    Select what is drawn of a light's layers, the same for each.
+    Select what is drawn of a light's layers, the same for each, and list its triangles.
 
-    Parameters
-    ----------
-    layers : LightLayers
-    projection : Projection
-    light : Light
-    origin : (3,) float64
-        Of the scene.
-    floor : float
-        z, relative to it, below every receiver [m].
-    choices : VolumeOptions
-    place : int
-        Where the triangles will begin in the index list.
-
-    Returns
-    -------
-    selection : Selection
-    draws : list of Draw
-    numbers : list of (n,) uint32
+    ``floor`` is a z, relative to the origin of the scene, below every receiver [m]; the
+    triangles will begin at ``place`` in the index list.
     """
     reach = light.range if choices.narrow else np.inf
     corners, _ = find_clip_range(projection.camera, origin, layers.source, reach)
@@ -199,19 +175,10 @@ def plan_layers(
     steps: Sequence[float],
 ) -> list[VolumePlan]:
     """
-    Give a plan for each layer of a light.
+    Give a plan for each layer of a light, by how much more than 1 each is enlarged.
 
-    Parameters
-    ----------
-    layers : LightLayers
-    hard : VolumePlan
-        Of the light.
-    projection : Projection
-        As it was asked for, without a tilt.
-    selection, draws
-        Of ``list_layers``.
-    steps : sequence of float
-        By how much more than 1 each layer is enlarged.
+    ``hard`` is the plan of the light, ``projection`` that of the picture, without a tilt;
+    selection and draws are those of ``list_layers``.
     """
     statistics = replace(
         hard.statistics,

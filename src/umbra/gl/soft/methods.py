@@ -44,16 +44,7 @@ class Softness:
 
 
 class SoftLights:
-    """
-    Those of a picture's lights that have a size, and what draws their visibility.
-
-    Parameters
-    ----------
-    method : Visibility, optional
-        None if there are no such lights.
-    areas : dict of AreaLight
-        By their numbers among the picture's lights.
-    """
+    """Those of a picture's lights that have a size, by number, and what draws their visibility."""
 
     def __init__(self, method: Visibility | None, areas: dict[int, AreaLight]) -> None:
         self._method, self.areas = method, areas
@@ -73,18 +64,7 @@ class SoftLights:
 
 
 class SoftMethods:
-    """
-    Soft shadows beside the hard ones.
-
-    Parameters
-    ----------
-    planner : Planner
-    counter : VolumeCounter
-        Of its plans.
-    softness : Softness, optional
-    choices : VolumeOptions, optional
-        What may be left out.
-    """
+    """Soft shadows beside the hard ones of a planner's plans."""
 
     def __init__(
         self,
@@ -105,19 +85,7 @@ class SoftMethods:
         return SoftLights(self.choose(name) if areas else None, areas)
 
     def choose(self, name: str) -> Visibility:
-        """
-        Find a method.
-
-        Parameters
-        ----------
-        name : str
-            Of ``NAMES``.
-
-        Raises
-        ------
-        InputError
-            If the gl device has none of this name.
-        """
+        """Find the method of a name; `InputError` if the gl device has none."""
         if name not in NAMES:
             msg = f"the gl device has no soft shadows by '{name}'; it has {', '.join(NAMES)}"
             raise InputError(msg, method=name)

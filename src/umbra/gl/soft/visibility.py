@@ -36,31 +36,15 @@ class Visibility(Protocol):
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
-        """
-        Make ready for a picture.
-
-        Parameters
-        ----------
-        projection : Projection
-        lights : sequence of AreaLight
-        plans : sequence of VolumePlan
-            The hard volumes of their middles, by any method.
-        """
+        """Make ready for a picture; plans are the hard volumes of the lights' middles."""
 
     def draw(self, state: State, target: Target, number: int) -> Target:
         """
-        Draw a light's visibility.
+        Draw the visibility of the light of a number.
 
         Before: the target's depth holds the scene. After: the target that is returned, shared
         by all lights, holds the visibility in attachment 0, from 0 to 1; the stencil means
         nothing.
-
-        Parameters
-        ----------
-        state : State
-        target : Target
-        number : int
-            Of the light.
         """
 
     def release(self) -> None:
@@ -73,14 +57,6 @@ class Stack:
 
     Counts are made in the picture itself, which has the scene's depth: a device in software
     finishes all that was asked for whenever another framebuffer is used.
-
-    Parameters
-    ----------
-    device : Device
-
-    Attributes
-    ----------
-    picture : SharedDepthTarget
     """
 
     def __init__(self, device: Device) -> None:
@@ -120,18 +96,7 @@ _AT_ONCE = 64  # points whose volumes are kept in memory together, and while not
 
 
 class SampledShadows:
-    """
-    Averages the hard shadows of points of a light, as `umbra.soft.samples` does.
-
-    Parameters
-    ----------
-    planner : Planner
-        Whose casters throw the shadows.
-    samples : int
-        Points of each light.
-    choices : VolumeOptions, optional
-        What may be left out.
-    """
+    """Averages the hard shadows of many points of each light, as `umbra.soft.samples` does."""
 
     def __init__(
         self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None

@@ -36,14 +36,7 @@ _AGAIN = Pass(depth_test="equal", color_write=True)
 
 
 class Keys:
-    """
-    Draws depth keys.
-
-    Parameters
-    ----------
-    planner : Planner
-        Of the scene that is seen.
-    """
+    """Draws the depth keys of the scene of a planner."""
 
     def __init__(self, planner: Planner) -> None:
         self._device, self._geometry = planner.device, planner.geometry
@@ -106,17 +99,7 @@ _REACH = 100.0  # how far wedges go in parallel views, in sizes of what there is
 
 @dataclass(frozen=True, eq=False)
 class _Edges:
-    """
-    A light's silhouette edges on the device.
-
-    Parameters
-    ----------
-    light : AreaLight
-    volumes : tuple of BodyVolumes
-        That they bound.
-    table : TextureBuffer
-    count : int
-    """
+    """A light's silhouette edges on the device, and the volumes that they bound."""
 
     light: AreaLight
     volumes: tuple[BodyVolumes, ...]
@@ -137,16 +120,7 @@ class _Edges:
 
 
 class Wedges:
-    """
-    Corrects hard counts along silhouettes.
-
-    Parameters
-    ----------
-    planner : Planner
-        Whose casters throw the shadows.
-    counter : VolumeCounter
-        Of its plans.
-    """
+    """Corrects the hard counts of a planner's plans along silhouettes."""
 
     def __init__(self, planner: Planner, counter: VolumeCounter) -> None:
         self._device: Device = planner.device
@@ -259,12 +233,9 @@ def _list_edges(
     light: AreaLight, volumes: Sequence[BodyVolumes], origin: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """
-    List the edges that throw a light's volumes, once for each side, and their wedges' planes.
+    List the edges that throw a light's volumes, once for each side: (n, 6, 4) float32.
 
-    Returns
-    -------
-    edges : (n, 6, 4) float32
-        Ends relative to the scene's origin, wound along the lit face; four outward normals.
+    Ends relative to the scene's origin, wound along the lit face; four outward normals.
     """
     lists = [np.zeros((0, 6))]
     for each in volumes:

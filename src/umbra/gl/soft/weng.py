@@ -37,15 +37,8 @@ class ScaledLayers:
     counter : VolumeCounter
         Of its plans.
     length, gap : float
-        How far the widest layer goes, and from each to the next, in tenths of the
-        silhouette's radius.
+        As in ``Softness``; `InputError` if they make no layer, or more than 1,000.
     choices : VolumeOptions, optional
-        What may be left out.
-
-    Raises
-    ------
-    InputError
-        If length and gap make no layer, or more than 1,000.
     """
 
     def __init__(
