@@ -6,8 +6,7 @@ from PIL import Image
 from support.model_files import save_obj
 from support.shapes import sheet
 
-from umbra.cli.soft import NAMES
-from umbra.soft import METHODS
+from umbra.methods import SOFT
 
 # From 10 m above a table of 2 x 2 m at z = 4, straight down, 20 x 20 m on the floor.
 ABOVE = ["--eye", "0,0,10", "--target", "0,0,0", "--up", "0,1,0", "--fov", "90"]
@@ -20,14 +19,7 @@ def table(tmp_path):
     return save_obj(tmp_path / "table.obj", {"table": sheet(corners)})
 
 
-def test_the_options_name_every_method():
-    from umbra.gl.soft import NAMES as DRAWN  # noqa: PLC0415
-
-    assert NAMES == METHODS
-    assert NAMES == DRAWN
-
-
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SOFT)
 def test_visibility_stands_beside_the_hard_shadow(umbra_here, table, tmp_path, method):
     said = umbra_here(
         "render", table, *SMALL, "--light", "-4,0,8", "--light", "-1,0,1,0", "--soft", method,
@@ -46,7 +38,7 @@ def test_visibility_stands_beside_the_hard_shadow(umbra_here, table, tmp_path, m
         assert (hard == (soft > 0.5)).mean() > 0.95
 
 
-@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("method", SOFT)
 def test_gl_gives_the_cpus_visibility(umbra_here, table, tmp_path, method):
     found = []
     for device in ("cpu", "gl"):

@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 
 from umbra.errors import InputError
-from umbra.gl.masks import MASKS
-from umbra.gl.plan import METHODS as COUNTS
+from umbra.methods import METHODS as BY_DEVICE
+from umbra.methods import SOFT
 from umbra.scene import Light, directional_light, make_scene, point_light, spot_light
-from umbra.soft import METHODS as SOFT_METHODS
 from umbra.sun import Site
 from umbra.window.daylight import Sun
 from umbra.window.file import from_json, load_view, save_view, to_json
 from umbra.window.view import SUN, ViewState, make_view
 from umbra.window.viewpoint import Viewpoint
 
-METHODS = (*COUNTS, *MASKS)
+METHODS = BY_DEVICE["gl"].hard
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 SIZE = (800, 600)
 
@@ -118,7 +117,7 @@ def test_soft_shadows_go_round(view):
     found = [view.soft]
     while (view := view.next_soft()).soft not in found:
         found.append(view.soft)
-    assert set(found) == {"none", *SOFT_METHODS}
+    assert set(found) == {"none", *SOFT}
     assert view.choose_device("cpu").soft == view.soft
     sizes = [light.radius for light in view.size_lights()]
     degrees = np.tan(np.radians(1.5))

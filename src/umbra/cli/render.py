@@ -1,7 +1,6 @@
 """``umbra render``: a picture with exact shadows."""
 
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,6 @@ from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.render_checks import (
     check_light,
     check_memory,
-    check_method,
     check_sun,
     warn,
     warn_of_view,
@@ -26,6 +24,7 @@ from umbra.cli.site import site_options
 from umbra.cli.soft import check_soft, size_lights, soft_options, soften
 from umbra.cli.terminal import echo_json, echo_path
 from umbra.cli.values import LENGTH, SIZE, NewPath, Numbers
+from umbra.devices import CHOICES, DEFAULT, DEVICES, find_device
 from umbra.errors import InputError
 
 __all__ = ["command"]
@@ -45,6 +44,17 @@ SECTIONS = {
 
 POINT = Numbers("X,Y,Z", 3)
 UPWARD = Numbers("X,Y,Z", 3, remedy="numbers joined by commas; the file's own axis is --axis-up")
+
+
+def _tell_methods() -> str:
+    """List the methods of the default device, and what others have besides."""
+    own = DEVICES[DEFAULT].methods.hard
+    texts = [", ".join(own[:-1]) + f" or {own[-1]}"]
+    for device in DEVICES.values():
+        more = [method for method in device.methods.hard if method not in own]
+        if more:
+            texts.append(f"on {device.name} also {', '.join(more[:-1])} or {more[-1]}")
+    return "; ".join(texts) + "."
 
 
 @click.command("render", cls=make_sectioned(SECTIONS))
@@ -104,7 +114,7 @@ UPWARD = Numbers("X,Y,Z", 3, remedy="numbers joined by commas; the file's own ax
     metavar="NAME",
     default="auto",
     show_default=True,
-    help="auto, z-pass or z-fail; on gl also lengyel, mcguire, alpha, screen, max or half.",
+    help=_tell_methods(),
 )
 @click.option(
     "--mask-scale",
@@ -122,7 +132,7 @@ UPWARD = Numbers("X,Y,Z", 3, remedy="numbers joined by commas; the file's own ax
 )
 @click.option(
     "--device",
-    type=click.Choice(["auto", "cpu", "gl"]),
+    type=click.Choice(CHOICES),
     default="auto",
     help="Where to count: cpu (auto), or gl with OpenGL.",
 )
@@ -194,7 +204,8 @@ def command(
         msg = "a view needs both --eye and --target; leave both out to see the whole model"
         raise InputError(msg)
     check_sun(date, clock, {"lat": lat, "lon": lon, "tz": tz, "north": north})
-    check_method(device, method)
+    counting = find_device(device)
+    counting.methods.check(method)
     check_soft(soft, light_sizes)
     if mask_scale != "1" and (device != "gl" or soft is not None):
         msg = "--mask-scale is for hard shadows on gl; give --device gl and no --soft"
@@ -230,7 +241,9 @@ def command(
             right, up_there, forward = camera.axes()
             all_lights = [directional_light(-0.6 * right + 0.9 * up_there - 0.5 * forward)]
         sized = size_lights(all_lights, light_sizes) if soft is not None else []
-        counter = stack.enter_context(_count_on(device, scene, ground, threads))
+        counter: Any = stack.enter_context(
+            counting.open_frames(scene, ground, threads=threads, warn=warn)
+        )
         view, frame = counter.see(camera)
         warn_of_view(scene, camera, frame, threads)
         shares = []
@@ -280,17 +293,3 @@ def command(
     else:
         for path in written:
             echo_path(path)
-
-
-@contextmanager
-def _count_on(device: str, scene: Any, ground: float | None, threads: int) -> Iterator[Any]:
-    """Give a counter of frames on a device."""
-    if device == "gl":
-        from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
-
-        with GlFrameCounter(scene, ground=ground, warn=warn) as counter:
-            yield counter
-    else:
-        from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
-
-        yield FrameCounter(scene, ground=ground, threads=threads, warn=warn)

@@ -6,7 +6,7 @@ from typing import Any
 from umbra.cli.terminal import echo
 from umbra.errors import InputError
 
-__all__ = ["check_light", "check_memory", "check_method", "check_sun", "warn", "warn_of_view"]
+__all__ = ["check_light", "check_memory", "check_sun", "warn", "warn_of_view"]
 
 _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel, and for each of its lights
 
@@ -52,24 +52,6 @@ def warn_of_view(scene: Any, camera: Any, frame: Any, threads: int) -> None:
             f"warning: the near plane, {camera.near:g} m before the eye, cuts the model open in "
             f"{cut} pixels; give a smaller --near or move --eye away"
         )
-
-
-def check_method(device: str, method: str) -> None:
-    """Refuse a method that the device does not have, before anything is read."""
-    name: str
-    methods: tuple[str, ...]
-    if device == "gl":  # only the room of the device that is asked: imports take time
-        from umbra.gl.masks import MASKS  # noqa: PLC0415
-        from umbra.gl.plan import METHODS  # noqa: PLC0415
-
-        name, methods = "gl device", (*METHODS, *MASKS)
-    else:
-        from umbra.cpu import frame  # noqa: PLC0415
-
-        name, methods = "cpu", frame.METHODS
-    if method not in methods:
-        msg = f"the {name} has no method '{method}'; it has {', '.join(methods)}"
-        raise InputError(msg, method=method)
 
 
 def check_memory(size: tuple[int, int], lights: int) -> None:

@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from umbra.errors import InputError
+from umbra.methods import SOFT
 
 if TYPE_CHECKING:
     from umbra.soft import AreaLight
 
-__all__ = ["NAMES", "check_soft", "size_lights", "soft_options", "soften"]
-
-NAMES = ("samples", "wedges", "weng")
+__all__ = ["check_soft", "size_lights", "soft_options", "soften"]
 
 
 def soft_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -28,7 +27,7 @@ def soft_options(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)
     return click.option(
         "--soft",
-        type=click.Choice(NAMES),
+        type=click.Choice(SOFT),
         help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast) "
         "or scaled layers after Weng (only looks soft).",
     )(command)
@@ -83,14 +82,8 @@ def soften(
     """
     import numpy as np  # noqa: PLC0415
 
-    from umbra.soft import find_method  # noqa: PLC0415
-
     none = np.zeros(frame.part.shape, np.int32)
-    if hasattr(counter, "find_visibility"):  # the gl device's
-        visibility = counter.find_visibility(view, camera, lights, soft)
-    else:
-        find = find_method(soft)
-        visibility = [find(counter, view, frame, camera, light) for light in lights]
+    visibility = counter.find_visibility(view, camera, lights, soft)
     reached = [
         part * frame.lit(none, light.light) for part, light in zip(visibility, lights, strict=True)
     ]

@@ -8,6 +8,7 @@ import click
 from umbra.cli.columns import remember
 from umbra.cli.site import SITE
 from umbra.cli.values import LENGTH, SIZE, NewPath, Numbers
+from umbra.devices import CHOICES
 
 __all__ = ["study_options"]
 
@@ -236,7 +237,7 @@ _PICTURES = [
 _RUN = [
     click.option(
         "--device",
-        type=click.Choice(["auto", "cpu", "gl"]),
+        type=click.Choice(CHOICES),
         default="auto",
         help="Where to count plans; auto: cpu, or a GPU that proves faster on large ones.",
     ),

@@ -9,8 +9,9 @@ from umbra.cli.cache import cache_option
 from umbra.cli.columns import column_options
 from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
-from umbra.cli.soft import NAMES
 from umbra.cli.values import LENGTH, SIZE, NewPath
+from umbra.devices import DEVICES
+from umbra.methods import SOFT
 
 __all__ = ["command"]
 
@@ -49,10 +50,10 @@ __all__ = ["command"]
 )
 @click.option(
     "--soft",
-    type=click.Choice(["none", *NAMES]),
+    type=click.Choice(["none", *SOFT]),
     help="Soft shadows, as of umbra render; the panel has the lights' sizes.",
 )
-@click.option("--device", type=click.Choice(["gl", "cpu"]), help="Where to count; default: gl.")
+@click.option("--device", type=click.Choice(list(DEVICES)), help="Where to count; default: gl.")
 @click.option("--size", type=SIZE, default=(1280, 800), help="Of the window; default: 1280x800.")
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
 @click.option(

@@ -6,7 +6,7 @@ no caps and far less fill. ``z-fail`` counts by its definition, caps and all, be
 the surface. ``z-pass`` is Heidmann's, which takes the eye to be lit.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 
@@ -17,19 +17,20 @@ from umbra.cpu.polygons import count_polygons
 from umbra.cpu.volume_rasteriser import LANES, add_sides, find_nearest_tiles
 from umbra.errors import InputError
 from umbra.machine import use_threads
+from umbra.methods import METHODS
 from umbra.rays.anchor import FaceBlocks
 from umbra.rays.depth import NOTHING, DepthBuffer, add_ground, rasterise_depth
 from umbra.rays.eye_count import find_cut_open, find_eye_count, find_near_faces
 from umbra.rays.holding import find_holders
 from umbra.rays.visible import VisibleSurface, locate
 from umbra.scene import Camera, Light, Scene
+from umbra.soft import AreaLight, find_method
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
 from umbra.volume.silhouette import find_silhouettes
 
-__all__ = ["METHODS", "FrameCounter", "count_shadows"]
+__all__ = ["FrameCounter", "count_shadows"]
 
-METHODS = ("auto", "z-pass", "z-fail")
 _MAKERS = {"scene": "read(FILE)", "camera": "Camera(eye, target)", "light": "point_light(place)"}
 _NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before it
 
@@ -85,6 +86,7 @@ class FrameCounter:
     warn: Callable[[str], object] = lambda _: None
     caster: Caster = field(init=False)
     _surface: "_Surface | None" = field(init=False, default=None)
+    _seen: "tuple[DepthBuffer, VisibleSurface] | None" = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self.triangles = self.scene.triangles()
@@ -105,7 +107,9 @@ class FrameCounter:
         view = rasterise_depth(soup.vertices, soup.faces, matrix, camera.size, limits, self.threads)
         if self.ground is not None:
             add_ground(view, matrix, self.ground - origin[2], limits)
-        return view, locate(view, camera, soup, self.ground)
+        frame = locate(view, camera, soup, self.ground)
+        self._seen = view, frame
+        return view, frame
 
     def count(
         self, view: DepthBuffer, camera: Camera, light: Light, method: str = "auto"
@@ -131,9 +135,7 @@ class FrameCounter:
         InputError
             If the method is not one of these.
         """
-        if method not in METHODS:
-            msg = f"the cpu has no method '{method}'; it has {', '.join(METHODS)}"
-            raise InputError(msg, method=method)
+        METHODS["cpu"].check(method)
         use_threads(self.threads)
         origin = self.scene.origin
         place = light.local(origin)
@@ -167,6 +169,36 @@ class FrameCounter:
             if not start and not len(caps.multiplicity):
                 return counts  # where nothing is seen no side was counted
         return counts * (view.face != NOTHING)
+
+    def find_visibility(
+        self, view: DepthBuffer, camera: Camera, lights: Sequence[AreaLight], method: str
+    ) -> list[NDArray[np.float32]]:
+        """
+        Find what share of lights with a size each visible point sees.
+
+        Parameters
+        ----------
+        view : DepthBuffer
+            Of this camera, from ``see``.
+        camera : Camera
+        lights : sequence of AreaLight
+        method : str
+            Of ``umbra.methods.SOFT``.
+
+        Returns
+        -------
+        visibility : list of (rows, cols) float32
+            For each light; 1 is fully lit, 0 umbra, 1 where nothing is seen.
+
+        Raises
+        ------
+        InputError
+            If there is no such method.
+        """
+        find = find_method(method)
+        if self._seen is None or self._seen[0] is not view:
+            self._seen = view, locate(view, camera, self.triangles, self.ground)
+        return [find(self, view, self._seen[1], camera, light) for light in lights]
 
     def with_caster(self, caster: Caster) -> "FrameCounter":
         """

@@ -9,7 +9,8 @@ Soft shadows: what share of a light with a size each visible point sees.
     weng.py     scaled layers of the hard volume, stacked      visibility(...)
 
 A method is a module with a function ``visibility(counter, view, frame, camera, light)``
-that gives (rows, cols) float32 from 0 to 1; to add one, write it and name it in `METHODS`.
+that gives (rows, cols) float32 from 0 to 1; to add one, write it and name it in
+`umbra.methods.SOFT`.
 """
 
 from collections.abc import Callable
@@ -19,18 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.methods import SOFT
 from umbra.soft.area import SUN_RADIUS, AreaLight, ball_light, rectangle_light
 
 __all__ = [
-    "METHODS",
     "SUN_RADIUS",
     "AreaLight",
     "ball_light",
     "find_method",
     "rectangle_light",
 ]
-
-METHODS = ("samples", "wedges", "weng")
 
 
 def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
@@ -42,8 +41,8 @@ def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
     InputError
         If there is none of this name.
     """
-    if name not in METHODS:
-        msg = f"there is no method '{name}' for soft shadows; there are {', '.join(METHODS)}"
+    if name not in SOFT:
+        msg = f"there is no method '{name}' for soft shadows; there are {', '.join(SOFT)}"
         raise InputError(msg, method=name)
     method: Callable[..., NDArray[np.float32]] = import_module(f"umbra.soft.{name}").visibility
     return method

@@ -7,9 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.machine import count_cores
 from umbra.scene import Scene
-from umbra.study.device import DEVICES
 from umbra.study.exact import find_least_spell
 from umbra.study.ledger import FEW_DAYS, Wanted
 from umbra.study.period import Period
@@ -17,7 +15,6 @@ from umbra.sun import find_sun
 from umbra.sun.clock import parse_duration
 
 __all__ = [
-    "check_device",
     "describe_period",
     "find_reaching_suns",
     "find_wanted",
@@ -26,18 +23,6 @@ __all__ = [
 ]
 
 _MICROSECOND = dt.timedelta(microseconds=1)
-
-
-def check_device(device: str, threads: int | None) -> int:
-    """Refuse devices that there are not, and give the number of threads."""
-    if device not in DEVICES:
-        msg = f"device '{device}' is not one of {', '.join(DEVICES)}"
-        raise InputError(msg, device=device)
-    threads = count_cores() if threads is None else threads
-    if threads < 1:
-        msg = f"threads must be at least 1; got {threads}"
-        raise InputError(msg, threads=threads)
-    return threads
 
 
 def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) -> list[int]:

@@ -12,19 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 import umbra
+from umbra.devices import check_device
+from umbra.devices.counters import StudyCounters
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.asked import Answer, Asked, Tile
 from umbra.study.canopy import Canopy
 from umbra.study.checks import (
-    check_device,
     describe_period,
     find_wanted,
     make_advance,
     select_casters,
 )
 from umbra.study.counting import count_period
-from umbra.study.device import Counters
 from umbra.study.exact import Caught, count_exactly
 from umbra.study.ledger import Ledger, Wanted
 from umbra.study.model import Casting
@@ -176,7 +176,7 @@ class Setup:
         suns = period.sun.direction[period.sun.is_up]
         works = len(suns) * (2 if asked.groups else 1)
         seconds = 0.0
-        with Counters(self.device, self.casters, suns, math.prod(shape)) as counters:
+        with StudyCounters(self.device, self.casters, suns, math.prod(shape)) as counters:
             for n, (where, make_tile) in enumerate(tiles):
                 tile = make_tile()
                 counter = counters.make(tile)

@@ -6,12 +6,13 @@ import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
+from umbra.methods import METHODS
 from umbra.window.controls import KEYS
 from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick, project
 from umbra.window.overlays import PALETTE, find_colors, find_ticks, find_top
 from umbra.window.painter import DrawnView
 from umbra.window.screen import FONT_SIZE
-from umbra.window.view import MASKS, SUN, ViewState
+from umbra.window.view import SUN, ViewState
 
 __all__ = ["PictureArea", "draw_handles", "draw_help", "draw_scale", "draw_statistics", "grow"]
 
@@ -182,7 +183,7 @@ def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> No
             "light caps": f"{found.light_caps:,}",
             "dark caps": f"{found.dark_caps:,}",
             "index bytes": f"{found.index_bytes:,}",
-            "counts in": view.method if view.method in MASKS else found.counts_in,
+            "counts in": view.method if view.method in METHODS["gl"].masks else found.counts_in,
         }
         for name, value in rows_of.items():
             _write_row(name, value)

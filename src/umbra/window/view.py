@@ -6,7 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.devices import DEVICES
 from umbra.errors import InputError
+from umbra.methods import SOFT as METHODS_OF_SOFT
 from umbra.scene import Light, Scene
 from umbra.scene.palette import expose_lights
 from umbra.soft.area import SUN_RADIUS, AreaLight, ball_light
@@ -15,8 +17,6 @@ from umbra.window.daylight import Sun
 from umbra.window.viewpoint import Viewpoint, frame_bounds
 
 __all__ = [
-    "DEVICES",
-    "MASKS",
     "METHODS",
     "OVERLAYS",
     "SOFT",
@@ -30,19 +30,13 @@ SUN = -1
 """Stands for the sun where lights are numbered."""
 
 OVERLAYS = ("volumes", "cases", "edges", "counts")
-MASKS = ("alpha", "screen", "max", "half")
-"""Methods that use no stencil."""
-
 METHODS: dict[str, tuple[str, ...]] = {
-    "gl": ("auto", "z-pass", "z-fail", "lengyel", "mcguire", *MASKS),
-    "cpu": ("auto", "z-pass", "z-fail"),
+    device.name: device.methods.hard for device in DEVICES.values()
 }
 """By device, in the order in which they are chosen."""
 
-SOFT = ("none", "samples", "wedges", "weng")
+SOFT = ("none", *METHODS_OF_SOFT)
 """What draws soft shadows."""
-
-DEVICES = tuple(METHODS)
 
 _CLEAR = 2e-4  # of the diagonal, so that no floor of the model lies in the ground
 _LAMP = 0.01  # a lamp's radius, of the diagonal

@@ -1,0 +1,91 @@
+"""OpenGL: volumes drawn into the stencil, for plans and pictures; an extra."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from umbra.devices.device import CountingDevice, FrameCounts, TileCounters
+from umbra.errors import InputError, UmbraError
+
+if TYPE_CHECKING:
+    from umbra.gl.context import Device
+    from umbra.scene import Scene
+
+__all__ = ["GlDevice"]
+
+
+class _GlTiles(TileCounters):
+    """Plans, in one context; one tile is held at a time."""
+
+    def __init__(self, casters: list[int]) -> None:
+        self._casters = casters
+        self._context: Device | None = None
+        self._sweep: Any = None
+
+    def can_count(self, tile: Any) -> bool:
+        """Whether the tile is a raster seen from the zenith, whose rim rays may count."""
+        return hasattr(tile, "with_rays")
+
+    def is_accelerated(self) -> bool:
+        """Whether there is a real GPU."""
+        if find_spec("moderngl") is None:
+            return False
+        try:
+            return not self._open().is_software
+        except UmbraError:
+            return False
+
+    def make(self, tile: Any) -> Any:
+        if not self.can_count(tile):
+            msg = "the gl device counts plans (--receivers ground, top); leave --device out"
+            raise InputError(msg)
+        context = self._open()
+        from umbra.gl.sweep import GlSweep  # noqa: PLC0415
+
+        self._release_sweep()
+        model = tile.model
+        self._sweep = GlSweep(
+            model.scene, self._casters, tile.grid, model.ground, model.receivers, context
+        )
+        return tile.with_rays(self._sweep)
+
+    def release(self) -> None:
+        self._release_sweep()
+        if self._context is not None:
+            self._context.release()
+        self._context = None
+
+    def _open(self) -> "Device":
+        from umbra.gl.context import open_device  # noqa: PLC0415
+
+        self._context = self._context or open_device()
+        return self._context
+
+    def _release_sweep(self) -> None:
+        if self._sweep is not None:
+            self._sweep.release()
+        self._sweep = None
+
+
+class GlDevice(CountingDevice):
+    """Whatever OpenGL draws with: a GPU, or software."""
+
+    name = "gl"
+
+    def open_tiles(self, casters: list[int]) -> TileCounters:
+        """Begin a study; the context opens with the first tile."""
+        return _GlTiles(casters)
+
+    def open_frames(
+        self,
+        scene: "Scene",
+        ground: float | None = None,
+        *,
+        threads: int = 1,
+        warn: Callable[[str], object] = lambda _: None,
+    ) -> AbstractContextManager[FrameCounts]:
+        """Begin counting in frames of a scene, see `CountingDevice`; threads are OpenGL's own."""
+        from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
+
+        return GlFrameCounter(scene, ground=ground, warn=warn)
