@@ -36,17 +36,24 @@ class Methods:
         """All methods of hard shadows."""
         return (*self.volumes, *self.masks)
 
-    def check(self, method: str) -> None:
+    def check(self, method: str, *, masks: bool = True) -> None:
         """
         Refuse a method of hard shadows that the device does not have.
+
+        Parameters
+        ----------
+        method : str
+        masks : bool
+            Whether it may be a mask.
 
         Raises
         ------
         InputError
             If it has none of this name; the error names those that it has.
         """
-        if method not in self.hard:
-            msg = f"the {self.title} has no method '{method}'; it has {', '.join(self.hard)}"
+        names = self.hard if masks else self.volumes
+        if method not in names:
+            msg = f"the {self.title} has no method '{method}'; it has {', '.join(names)}"
             raise InputError(msg, method=method)
 
     def check_soft(self, method: str) -> None:

@@ -13,6 +13,7 @@ from umbra.devices import CHOICES, DEVICES, check_device, counters, find_device
 from umbra.devices.device import CountingDevice, TileCounters
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import open_device
+from umbra.gl.masks import MASKS
 from umbra.methods import METHODS
 from umbra.scene import make_scene
 from umbra.study import run_study
@@ -163,6 +164,7 @@ def test_a_device_that_there_is_not_is_refused_by_name():
 def test_methods_are_refused_by_the_device_that_lacks_them():
     assert METHODS.keys() == DEVICES.keys()
     METHODS["gl"].check("alpha")
+    assert METHODS["gl"].masks == tuple(MASKS)
     with pytest.raises(InputError, match="the cpu has no method 'alpha'; it has auto, z-pass"):
         METHODS["cpu"].check("alpha")
     with pytest.raises(InputError, match="the gl device has no soft shadows by 'fog'"):

@@ -11,9 +11,9 @@ from umbra.cpu.shade import shade
 from umbra.errors import InputError
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.renderer import Renderer
-from umbra.gl.soft import NAMES, SoftMethods, Softness
+from umbra.gl.soft import SoftMethods, Softness
 from umbra.gl.soft.weng import ScaledLayers
-from umbra.methods import METHODS
+from umbra.methods import SOFT
 from umbra.rays.depth import GROUND
 from umbra.scene import (
     Camera,
@@ -74,7 +74,7 @@ def count_apart(one, other, view_one, view_other):
 
 
 @pytest.mark.parametrize("seen", TOWN_VIEWS)
-@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("method", SOFT)
 def test_visibility_is_the_cpus(device, town, seen, method):
     camera = TOWN_VIEWS[seen]
     view, found = find_on_gl(device, town, camera, list(LIGHTS.values()), method)
@@ -234,7 +234,7 @@ def soften_on_cpu(scene, camera, lights, method, ground=0.0):
     return shade(scene, frame, middles, reached, view)
 
 
-@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("method", SOFT)
 def test_the_picture_is_the_cpus(device, town, method):
     camera = TOWN_VIEWS["from above"]
     lights = [
@@ -269,7 +269,7 @@ def test_what_is_seen_through_keeps_the_shadow_behind(device):
     assert ((pictures[0] > 0) & (pictures[0] < 1)).sum() > 200
 
 
-@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("method", SOFT)
 def test_nothing_is_left_of_the_frame_before(device, town, method):
     cameras = [TOWN_VIEWS["from above"], TOWN_VIEWS["in a street"]]
     moved = replace(LIGHTS["lamp"], light=point_light((14, 22, 60)))
@@ -290,7 +290,7 @@ def test_nothing_is_left_of_the_frame_before(device, town, method):
     np.testing.assert_array_equal(again, kept[-1])
 
 
-@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("method", SOFT)
 def test_what_moves_takes_its_soft_shadow_along(device, method):
     def pose(x):
         transform = np.eye(4)
@@ -311,7 +311,6 @@ def test_what_moves_takes_its_soft_shadow_along(device, method):
 
 
 def test_the_methods_are_the_cpus(device, town):
-    assert METHODS["gl"].soft == NAMES
     with (
         Renderer(town, 0.0, device=device) as renderer,
         pytest.raises(InputError, match=r"by 'fog'; it has samples, wedges, weng"),
@@ -323,7 +322,7 @@ def test_lights_alone_or_nothing_that_casts(device, town):
     camera = TOWN_VIEWS["from above"]
     with Renderer(town, 0.0, device=device, casters=[], softness=COARSE) as renderer:
         plain = renderer.render(camera, [LIGHTS["lamp"].light], shadows=False)
-        for method in NAMES:
+        for method in SOFT:
             found = renderer.render(camera, [LIGHTS["lamp"]], soft=method)
             np.testing.assert_allclose(found, plain.astype(int), atol=1)
             assert (renderer.render(camera, [], soft=method) != plain).any()

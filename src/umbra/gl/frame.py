@@ -17,7 +17,7 @@ from umbra.gl.context import Device, on_device, open_device
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounters
-from umbra.gl.plan import METHODS, VolumeOptions, VolumePlan
+from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
@@ -30,7 +30,7 @@ from umbra.rays.visible import VisibleSurface, locate
 from umbra.scene import Camera, Light, Scene
 from umbra.soft.area import AreaLight
 
-__all__ = ["METHODS", "GlFrameCounter"]
+__all__ = ["GlFrameCounter"]
 
 _SURFACE = Pass(depth_test="less", depth_write=True, color_write=True)
 
@@ -92,7 +92,7 @@ class GlFrameCounter:
 
     @on_device
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
-        """Find what a camera sees: keys in float64, of the planes of faces that are seen; a frame."""
+        """Find what a camera sees: keys in float64, of the planes of the faces; a frame."""
         origin = self.scene.origin
         bounds = np.concatenate([self.planner.bounds, self.scene.bounds()[None] - origin])
         if len(self.planner.bounds) and self.planner.casters is None:
@@ -112,12 +112,12 @@ class GlFrameCounter:
 
         Parameters
         ----------
-        view : View
+        view : DepthBuffer
             Of this camera, from ``see``.
         camera : Camera
         light : Light
         method : str
-            Of ``METHODS`` or of ``umbra.gl.masks.MASKS``; `InputError` if it is none of these.
+            Of the device's ``Methods.hard``; `InputError` if it is none of these.
 
         Returns
         -------
@@ -141,7 +141,7 @@ class GlFrameCounter:
         """
         Find what share of lights with a size each visible point sees.
 
-        Parameters as in ``count``; the method is of ``umbra.gl.soft.NAMES``.
+        Parameters as in ``count``; the method is of ``umbra.methods.SOFT``.
 
         Returns
         -------

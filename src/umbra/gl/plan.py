@@ -20,7 +20,6 @@ from umbra.volume.pyramid import make_regions
 
 __all__ = [
     "LIGHT_CAP",
-    "METHODS",
     "Z_FAIL",
     "Z_PASS",
     "Draw",
@@ -31,7 +30,6 @@ __all__ = [
     "select",
 ]
 
-METHODS = ("auto", "z-pass", "z-fail", "lengyel", "mcguire")
 MARGIN = 1e-5
 """By how much the occlusion pyramid is widened, since the device computes in float32."""
 
@@ -120,7 +118,7 @@ def select(
     source : (4,) float64
         The light, relative to the origin.
     method : str
-        Of ``METHODS``.
+        Of ``Methods.volumes``.
     choices : VolumeOptions
     floor : float
         z, relative to the origin, where volumes may end; below every receiver [m].

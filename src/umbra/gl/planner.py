@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
@@ -22,7 +21,6 @@ from umbra.gl.open_components import find_held, find_opened, find_start
 from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.plan import (
     LIGHT_CAP,
-    METHODS,
     Z_FAIL,
     Z_PASS,
     Draw,
@@ -36,6 +34,7 @@ from umbra.gl.projection import Projection, find_clip_range, turn_scissor
 from umbra.gl.resources import Indices
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.machine import count_cores, use_threads
+from umbra.methods import METHODS
 from umbra.scene import Camera, Light, Scene
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Planner", "Statistics", "VolumePlan"]
@@ -136,9 +135,7 @@ class Planner:
         Plans are valid until the next call. ``warn`` is told, in a line, where the method is
         wrong for this view; `InputError` if there is no such method.
         """
-        if method not in METHODS:
-            msg = f"the gl device has no method '{method}'; it has {', '.join(METHODS)}"
-            raise InputError(msg, method=method)
+        METHODS["gl"].check(method, masks=False)
         choices = choices or VolumeOptions()
         key = projection.matrix.tobytes() + projection.eye.tobytes()
         key += b"".join(light.position.tobytes() for light in lights)

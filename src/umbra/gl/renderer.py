@@ -165,11 +165,11 @@ class Renderer:
         lights : sequence of Light or AreaLight
             Shadows of those with a size are soft.
         method : str
-            Of ``umbra.gl.plan.METHODS`` or of ``umbra.gl.masks.MASKS``: for hard shadows.
+            Of the device's ``Methods.hard``: for hard shadows.
         shadows : bool
             Count them at all.
         soft : str
-            Of ``umbra.gl.soft.NAMES``: for soft shadows.
+            Of ``umbra.methods.SOFT``: for soft shadows.
 
         Returns
         -------

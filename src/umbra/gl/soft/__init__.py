@@ -13,7 +13,7 @@ The hard volumes are the renderer's own. A light's visibility takes the stencil'
 its light pass (``shading.py``). The answers are those of ``umbra.soft`` on the CPU.
 """
 
-from umbra.gl.soft.methods import NAMES, SoftLights, SoftMethods, Softness
+from umbra.gl.soft.methods import SoftLights, SoftMethods, Softness
 from umbra.gl.soft.visibility import Visibility
 
-__all__ = ["NAMES", "SoftLights", "SoftMethods", "Softness", "Visibility"]
+__all__ = ["SoftLights", "SoftMethods", "Softness", "Visibility"]

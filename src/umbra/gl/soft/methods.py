@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from umbra.errors import InputError
 from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
@@ -13,15 +12,13 @@ from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.gl.state import State
 from umbra.gl.target import Target
+from umbra.methods import METHODS
 from umbra.scene import Light
 from umbra.soft.area import AreaLight
 from umbra.soft.samples import SAMPLES
 from umbra.soft.weng import GAP, LENGTH
 
-__all__ = ["NAMES", "SoftLights", "SoftMethods", "Softness"]
-
-NAMES = ("samples", "wedges", "weng")
-"""What draws soft shadows here."""
+__all__ = ["SoftLights", "SoftMethods", "Softness"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,9 +83,7 @@ class SoftMethods:
 
     def choose(self, name: str) -> Visibility:
         """Find the method of a name; `InputError` if the gl device has none."""
-        if name not in NAMES:
-            msg = f"the gl device has no soft shadows by '{name}'; it has {', '.join(NAMES)}"
-            raise InputError(msg, method=name)
+        METHODS["gl"].check_soft(name)
         if name not in self._made:
             self._made[name] = self._make(name)
         return self._made[name]
