@@ -7,9 +7,8 @@ import pytest
 from support.shapes import box
 
 import umbra
-from umbra.study.call import find_options
-from umbra.study.points import run_point_study
-from umbra.study.study import run_study
+from umbra.options import list_options
+from umbra.study import StudyOptions
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
 SMALL = {"date": "2026-03-21", "every": "2h", "extent": (-5, -5, 5, 5), "cell": 1}
@@ -26,7 +25,7 @@ def scene():
         ({"date": None}, "a study needs a date"),
         ({"recievers": "top"}, "no option 'recievers'; did you mean 'receivers'"),
         ({"qqq": 1}, "there are date, start, end"),
-        ({"spacing": 1.0}, "'spacing' is not for receivers 'ground'"),
+        ({"spacing": 1.0}, "'spacing' is not for receivers 'auto', but for surfaces"),
         ({"receivers": "points", "points": [[0, 0, 1]]}, "'extent' is not for receivers 'points'"),
         ({"cell": "1"}, "cell is a number; got '1'"),
         ({"threads": 1.5}, "threads is a whole number"),
@@ -60,14 +59,35 @@ def test_slips_in_what_is_studied(scene):
         umbra.shadow_study(scene, (48.2, 16.37), **SMALL)
 
 
-def test_help_shows_every_option():
-    shown = inspect.signature(umbra.shadow_study).parameters
+def test_the_signature_is_that_of_the_record():
+    shown = dict(inspect.signature(umbra.shadow_study).parameters)
     assert list(shown)[:3] == ["scene", "site", "date"]
-    assert {"receivers", "cell", "spacing", "points", "masks", "threads"} <= set(shown)
-    assert "progress" not in shown
+    options = {name: default for name, _, default in list_options(StudyOptions)}
+    assert options.pop("date") is None
+    assert {name: one.default for name, one in list(shown.items())[3:]} == options
+    assert shown["date"].default is inspect.Parameter.empty
     told = umbra.shadow_study.__doc__.split("Returns")[0]
-    for name in find_options(run_study, run_point_study):
+    for name in options:
         assert name in told, f"{name} is not in the docstring"
+
+
+def test_a_record_of_options_has_one_form():
+    options = StudyOptions(date=2026, cast="wall", extent=np.array([0, 0, 1, 1.5]), receivers=180)
+    assert (options.date, options.cast, options.receivers) == ("2026", ("wall",), "180")
+    assert options.extent == (0, 0, 1, 1.5)
+    camera = StudyOptions(date="2026-03-21", receivers="camera", eye=(0, 0, 1), who="a")
+    assert camera.attributes["eye"] == (0, 0, 1)
+    assert "spacing_m" not in camera.attributes
+    surfaces = camera.ask_hours("surfaces", spacing=0.25)
+    assert (surfaces.eye, surfaces.who, surfaces.spacing) == (None, (), 0.25)
+
+
+def test_a_table_of_points_is_read(tmp_path):
+    table = tmp_path / "points.csv"
+    table.write_text("name,x,y,z\nbalcony,1,2,3\n")
+    options = StudyOptions(date="2026-03-21", receivers="points", points=table)
+    np.testing.assert_array_equal(options.points, [[1, 2, 3]])
+    assert options.names == ("balcony",)
 
 
 def test_slips_in_a_frame(scene):

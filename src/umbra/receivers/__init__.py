@@ -13,13 +13,25 @@ from umbra.receivers.surfaces import SampledSurfaces
 from umbra.receivers.top import TopmostSurface
 from umbra.receivers.view import ElevationView, ViewFromAbove
 
-__all__ = ["KINDS", "ReceiverKind"]
+__all__ = ["KINDS", "ReceiverKind", "find_kind"]
 
 KINDS: dict[str, ReceiverKind] = {
     kind.name: kind
     for kind in (
-        GroundPlane(), TopmostSurface(), ElevationView(), ViewFromAbove(), CameraPicture(),
-        SampledSurfaces(), GivenPoints(),
+        GroundPlane(), TopmostSurface(), CameraPicture(), SampledSurfaces(), GivenPoints(),
+        ElevationView(), ViewFromAbove(),  # these refuse what names none
     )
 }  # fmt: skip
 """Every kind by the name that results say."""
+
+
+def find_kind(receivers: str) -> ReceiverKind:
+    """
+    Find the kind that a study's option names; of ``auto``, some plan.
+
+    Raises
+    ------
+    InputError
+        If it names none.
+    """
+    return next(kind for kind in KINDS.values() if kind.is_asked(receivers))

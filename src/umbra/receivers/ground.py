@@ -10,3 +10,7 @@ class GroundPlane(ReceiverKind):
 
     name = "ground"
     is_plan = True
+
+    def is_asked(self, receivers: str) -> bool:
+        """Tell whether it is named; ``auto`` may turn out to be the other plan."""
+        return receivers in {"ground", "auto"}

@@ -27,3 +27,7 @@ class ReceiverKind:
     is_plan: ClassVar[bool] = False
     is_raster: ClassVar[bool] = True
     has_scale: ClassVar[bool] = True
+
+    def is_asked(self, receivers: str) -> bool:
+        """Tell whether a study's option names this kind."""
+        return receivers == self.name

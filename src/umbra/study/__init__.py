@@ -1,26 +1,56 @@
 """Shadow studies: from a scene, a place and a day to hours of shadow."""
 
-from umbra.study.by_date import split_dates, tell_dates
-from umbra.study.compare import compare
-from umbra.study.finer import FinerHours, count_finer
-from umbra.study.point_table import read_points
-from umbra.study.points import PointStudy, run_point_study
-from umbra.study.preview import Preview, make_preview
-from umbra.study.result import Study
-from umbra.study.study import run_study, shadow_study
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from umbra.study.by_date import split_dates, tell_dates
+    from umbra.study.finer import FinerHours, count_finer
+    from umbra.study.options import StudyOptions
+    from umbra.study.point_table import read_points
+    from umbra.study.points import PointStudy, run_point_study
+    from umbra.study.preview import Preview, make_preview
+    from umbra.study.result import Study
+    from umbra.study.study import run, run_study, shadow_study
+
+_HOMES = {
+    "FinerHours": "finer",
+    "PointStudy": "points",
+    "Preview": "preview",
+    "Study": "result",
+    "StudyOptions": "options",
+    "count_finer": "finer",
+    "make_preview": "preview",
+    "read_points": "point_table",
+    "run": "study",
+    "run_point_study": "points",
+    "run_study": "study",
+    "shadow_study": "study",
+    "split_dates": "by_date",
+    "tell_dates": "by_date",
+}
 
 __all__ = [
     "FinerHours",
     "PointStudy",
     "Preview",
     "Study",
-    "compare",
+    "StudyOptions",
     "count_finer",
     "make_preview",
     "read_points",
+    "run",
     "run_point_study",
     "run_study",
     "shadow_study",
     "split_dates",
     "tell_dates",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Load a name on first use: the command's help needs the options alone."""
+    if name in _HOMES:
+        return getattr(import_module(f"umbra.study.{_HOMES[name]}"), name)
+    msg = f"module 'umbra.study' has no attribute {name!r}"
+    raise AttributeError(msg)

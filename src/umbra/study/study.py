@@ -5,21 +5,26 @@ The period is cut into steps and each step is judged at its midpoint, so that ho
 add up to exactly the period less the night. The profile is drawn at the steps' ends.
 """
 
+import datetime as dt
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from umbra.errors import InputError
+from umbra.receivers import find_kind
 from umbra.scene import Scene
-from umbra.study.call import check_call, make_signature
+from umbra.study.call import check_names, check_scene, pick_options
 from umbra.study.checks import find_reaching_suns
 from umbra.study.layout import TILE, lay_out
 from umbra.study.level import Level, describe_level, find_level
 from umbra.study.model import prepare_model
-from umbra.study.points import run_point_study
+from umbra.study.options import Date, Refraction, StudyOptions
+from umbra.study.points import PointStudy, run_point_study
 from umbra.study.result import Study
 from umbra.study.setup import Progress, Setup
 from umbra.study.terrain import choose_receivers, has_terrain
@@ -30,10 +35,9 @@ from umbra.sun import Site
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["run_study", "shadow_study"]
+__all__ = ["run", "run_study", "shadow_study"]
 
 PLANS = ("ground", "top")
-POINTS = ("surfaces", "points")
 STREAMED_TILE = 1024
 """Side of the tiles of a study whose instants pass in order: each cell holds more then."""
 
@@ -161,7 +165,57 @@ def _run_plan(
     )
 
 
-def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
+def run(
+    scene: Scene,
+    site: Site,
+    options: StudyOptions,
+    progress: Progress = lambda _done, _all: None,
+) -> Study | PointStudy:
+    """Run a study of any receivers; ``progress`` is told how many instants of how many are done."""
+    way: Any = run_study if find_kind(options.receivers).is_raster else run_point_study
+    return way(scene, site, progress=progress, **pick_options(options, way, Setup.of))
+
+
+@check_names
+def shadow_study(
+    scene: Scene,
+    site: Site,
+    *,
+    date: Date | Sequence[Date],
+    start: str | dt.time = "09:00",
+    end: str | dt.time = "17:00",
+    every: str | dt.timedelta = "15min",
+    every_days: int = 1,
+    by_day: bool | None = None,
+    refraction: Refraction = "standard",
+    receivers: str = "auto",
+    spacing: float = 0.5,
+    on: str | Sequence[str] = (),
+    points: ArrayLike | str | Path | None = None,
+    names: Sequence[str] = (),
+    eye: Sequence[float] | None = None,
+    target: Sequence[float] | None = None,
+    fov: float = 50.0,
+    ground: float | None = None,
+    extent: Sequence[float] | None = None,
+    cell: float | None = None,
+    size: Sequence[int] | None = None,
+    cast: str | Sequence[str] = (),
+    no_cast: str | Sequence[str] = (),
+    canopy: str | Sequence[str] = (),
+    transmissivity: str | float | Sequence[float] | None = None,
+    leaf_on: str | None = None,
+    by: Literal["part", "kind", "layer"] | None = None,
+    who: str | Sequence[str] = (),
+    proposed: str | Sequence[str] = (),
+    under: str | float | dt.timedelta | None = None,
+    spells: bool = False,
+    exact: bool | float = False,
+    min_spell: str | dt.timedelta | None = None,
+    masks: bool = False,
+    device: Literal["auto", "cpu", "gl"] = "auto",
+    threads: int | None = None,
+) -> "xr.Dataset":
     """
     Find how long every cell of a plan lies in shadow on a day.
 
@@ -213,8 +267,10 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
     on : sequence of str
         Shell patterns of the parts that are sampled, or seen in an elevation or by the
         camera; all by default.
-    points : (n, 3) or (n, 6) float, optional
-        Receivers 'points', with normals or without [m].
+    points : (n, 3) or (n, 6) float, or path, optional
+        Receivers 'points', with normals or without [m]; or a table of them.
+    names : sequence of str
+        Of the points.
     ground : float, optional
         z of the ground [m]; by default what the file says, else where the middle one of
         the model's buildings stands, and for ``'top'`` the lowest. What is assumed is told
@@ -262,12 +318,6 @@ def shadow_study(scene: Scene, site: Site, **options: object) -> "xr.Dataset":
     >>> study.shadow_hours.plot()
     >>> study.sun_hours.sel(x=2705, y=340092, method="nearest")
     """
-    ways: tuple[Any, Any] = (run_study, run_point_study)
-    if options.get("receivers") in POINTS:
-        ways = (run_point_study, run_study)
-    return ways[0](scene, site, **check_call(scene, site, options, *ways)).to_dataset()
-
-
-shadow_study.__signature__ = make_signature(  # type: ignore[attr-defined]
-    shadow_study, run_study, run_point_study
-)
+    given = {name: value for name, value in locals().items() if name not in {"scene", "site"}}
+    check_scene(scene, site)
+    return run(scene, site, StudyOptions(**given)).to_dataset()

@@ -1,0 +1,135 @@
+"""Options as fields of a record, each with all that a command and Python say of it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import MISSING, dataclass, field, fields
+from numbers import Integral, Real
+from typing import Any
+
+from umbra.errors import InputError
+
+__all__ = ["Option", "check_types", "list_options", "option"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """
+    What an option is, beside its name and its default.
+
+    Parameters
+    ----------
+    type : str
+        ``text``, ``flag``, ``number``, ``whole``, ``length``, ``numbers``, ``size``,
+        ``choice``, ``patterns``, ``texts``, ``dates``, ``table``, or ``any``; of the last three
+        and of flags whoever uses them checks what they are.
+    help : str
+        For the command.
+    heading : str
+        In the command's help.
+    flag : str, optional
+        As it is typed; made of the name by default. None: from Python alone.
+    metavar : str, optional
+        What is typed after it.
+    unit : str
+    choices : tuple of str
+    count : int
+        How many numbers.
+    least : int, optional
+        Of a whole number.
+    receivers : tuple of str
+        Names of the kinds of receivers that it is for; all by default.
+    attribute : str
+        What the result's attributes call it, where they say it as it is.
+    """
+
+    type: str
+    help: str = ""
+    heading: str = ""
+    flag: str | None = ""
+    metavar: str | None = None
+    unit: str = ""
+    choices: tuple[str, ...] = ()
+    count: int = 0
+    least: int | None = None
+    receivers: tuple[str, ...] = ()
+    attribute: str = ""
+
+
+def option(type: str, help: str = "", *, default: Any = None, **more: Any) -> Any:  # noqa: A002
+    """Make a field of a record of options; parameters as of ``Option``."""
+    return field(default=default, metadata={"option": Option(type=type, help=help, **more)})
+
+
+def list_options(record: Any) -> Iterator[tuple[str, Option, Any]]:
+    """Give the name, the description and the default (``MISSING`` where needed) of each option."""
+    for one in fields(record):
+        if "option" in one.metadata:
+            yield one.name, one.metadata["option"], one.default
+
+
+def check_types(record: Any) -> None:
+    """
+    Check the types of a record's options, and give each one form.
+
+    One pattern becomes a tuple of patterns, vectors become tuples; what is at its default
+    stays.
+
+    Raises
+    ------
+    InputError
+        If one is of a wrong type; it has ``option``, the name.
+    """
+    for name, said, default in list_options(record):
+        value = getattr(record, name)
+        if value is not default and value is not MISSING and said.type in _CHECKS:
+            object.__setattr__(record, name, _CHECKS[said.type](name, said, value))
+
+
+def _refuse(name: str, what: str, value: object) -> InputError:
+    return InputError(f"{name} {what}; got {value!r}", option=name)
+
+
+def _check_number(name: str, said: Option, value: Any) -> Any:
+    kind, what = (Integral, "a whole number") if said.type == "whole" else (Real, "a number")
+    if not isinstance(value, kind):
+        raise _refuse(name, f"is {what}", value)
+    if said.least is not None and value < said.least:
+        raise _refuse(name, f"must be at least {said.least}", value)
+    return value
+
+
+def _check_numbers(name: str, said: Option, value: Any) -> tuple:
+    kind, what = (Integral, "whole numbers") if said.type == "size" else (Real, "numbers")
+    try:
+        found = tuple(value)
+    except TypeError:
+        found = ()
+    is_right = all(isinstance(one, kind) and not isinstance(one, bool) for one in found)
+    if len(found) != said.count or not is_right:
+        raise _refuse(name, f"has {said.count} {what}", value)
+    return found
+
+
+def _check_texts(name: str, _: Option, value: Any) -> tuple[str, ...]:
+    found = (value,) if isinstance(value, str) else tuple(value or ())
+    if not all(isinstance(one, str) for one in found):
+        raise _refuse(name, "is made of text", value)
+    return found
+
+
+def _check_choice(name: str, said: Option, value: Any) -> Any:
+    if value not in said.choices:
+        msg = f"{name} '{value}' is not one of {', '.join(said.choices)}"
+        raise InputError(msg, option=name)
+    return value
+
+
+_CHECKS: dict[str, Callable[[str, Option, Any], Any]] = {
+    "number": _check_number,
+    "length": _check_number,
+    "whole": _check_number,
+    "numbers": _check_numbers,
+    "size": _check_numbers,
+    "patterns": _check_texts,
+    "texts": _check_texts,
+    "choice": _check_choice,
+}

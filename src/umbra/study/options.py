@@ -1,0 +1,270 @@
+"""
+The options of a study: each once, with its type, default, unit, help, flag and heading.
+
+The command's options and headings, the checks of types and some attributes of the result are
+made from ``StudyOptions``; the signature of ``umbra.shadow_study`` is written out in full, and
+a test compares the two.
+"""
+
+import datetime as dt
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from numbers import Real
+from pathlib import Path
+from typing import Any, Literal
+
+from umbra.errors import InputError
+from umbra.options import check_types, list_options, option
+
+__all__ = ["StudyOptions"]
+
+Refraction = Literal["standard", "none"]
+Date = str | dt.date
+Duration = str | dt.timedelta
+
+_time = partial(option, heading="Time")
+_receivers = partial(option, heading="Receivers")
+_casters = partial(option, heading="Casters")
+_results = partial(option, heading="Results")
+_running = partial(option, heading="Running")
+_CAMERA = ("camera",)
+_RASTERS = ("ground", "top", "elevation", "view", "camera")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StudyOptions:
+    """
+    What a study is asked for, checked and in one form; see ``umbra.shadow_study``.
+
+    Raises
+    ------
+    InputError
+        If a value is wrong in itself, or is not for these receivers.
+    """
+
+    date: Date | Sequence[Date] = _time(
+        "dates",
+        "Local date YYYY-MM-DD; also A,B or A..B, a month 2026-06, a year 2026, or 2026-*-21 "
+        "for a day of every month; repeatable.",
+        metavar="DATE",
+    )
+    start: str | dt.time = _time(
+        "any", "Start, by the local clock.", default="09:00", flag="--from", metavar="HH:MM"
+    )
+    end: str | dt.time = _time(
+        "any", "End; 24:00 is midnight.", default="17:00", flag="--to", metavar="HH:MM"
+    )
+    every: Duration = _time(
+        "any", "Time step: 15min, 1h, 30s.", default="15min", metavar="DURATION"
+    )
+    every_days: int = _time(
+        "whole", "Of a range, a month or a year take every N-th day.", default=1, least=1,
+        metavar="N",
+    )  # fmt: skip
+    by_day: bool | None = _time(
+        "flag",
+        "Keep results by date as well, or only their sums; default: by date up to 12 dates.",
+        flag="--by-day/--sum",
+    )
+    refraction: Refraction = _time(
+        "choice", "The sun where it is seen (standard), or where it would be without air (none).",
+        default="standard", choices=("standard", "none"), attribute="refraction",
+    )  # fmt: skip
+    receivers: str = _receivers(
+        "text",
+        "What the shadows fall on. auto: top where the model has ground of its own, else "
+        "ground; ground: a level plane; top: the topmost surface of the plan; an elevation from "
+        "north, east, south, west or an azimuth in degrees; camera: what is seen from --eye; "
+        "surfaces: walls and roofs, sampled; points: those of --points.",
+        default="auto",
+        metavar="WHAT",
+    )
+    spacing: float = _receivers(
+        "number", "Distance between the samples of surfaces [m].", default=0.5, unit="m",
+        metavar="M", receivers=("surfaces",), attribute="spacing_m",
+    )  # fmt: skip
+    on: Sequence[str] = _receivers(
+        "patterns",
+        "Sample these parts alone or, in elevations and camera views, show these alone: names, "
+        "kinds or layers; repeatable.",
+        default=(),
+        receivers=("elevation", "view", "camera", "surfaces"),
+    )
+    points: Any = _receivers(
+        "table", "CSV file of points: x,y,z or x,y,z,nx,ny,nz in the model's coordinates.",
+        unit="m", metavar="FILE", receivers=("points",),
+    )  # fmt: skip
+    names: Sequence[str] = _receivers("texts", default=(), flag=None, receivers=("points",))
+    eye: Sequence[float] | None = _receivers(
+        "numbers", "Where the camera is [m].", unit="m", count=3, metavar="X,Y,Z",
+        receivers=_CAMERA, attribute="eye",
+    )  # fmt: skip
+    target: Sequence[float] | None = _receivers(
+        "numbers", "What the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z",
+        receivers=_CAMERA, attribute="target",
+    )  # fmt: skip
+    fov: float = _receivers(
+        "number", "The camera's vertical field of view.", default=50.0, unit="degree",
+        metavar="DEG", receivers=_CAMERA, attribute="fov_deg",
+    )  # fmt: skip
+    ground: float | None = _receivers(
+        "length", "Height of the ground [m]; default: the file's, or the base of the middle one of "
+        "its buildings.", unit="m", metavar="Z",
+    )  # fmt: skip
+    extent: Sequence[float] | None = _receivers(
+        "numbers", "Rectangle of the plan [m]; default: the model and its shadows.", unit="m",
+        count=4, metavar="XMIN,YMIN,XMAX,YMAX", receivers=_RASTERS,
+    )  # fmt: skip
+    cell: float | None = _receivers(
+        "length", "Side of a cell [m]; default: about 1000 cells on the longer side.", unit="m",
+        metavar="M", receivers=_RASTERS,
+    )  # fmt: skip
+    size: Sequence[int] | None = _receivers(
+        "size", "Size of the raster, instead of --cell.", count=2, receivers=_RASTERS
+    )
+    cast: Sequence[str] = _casters(
+        "patterns", "Only these parts cast shadows: names or kinds; repeatable.", default=()
+    )
+    no_cast: Sequence[str] = _casters(
+        "patterns", "These parts cast no shadows: names or kinds; repeatable.", default=()
+    )
+    canopy: Sequence[str] = _casters(
+        "patterns",
+        "Parts that let a share of the light through, such as trees: names, kinds or layers; "
+        "repeatable.",
+        default=(),
+    )
+    transmissivity: str | float | Sequence[float] | None = _casters(
+        "any",
+        "Share of the light that canopies let through; ON:OFF with leaves and without; default: "
+        "0.03.",
+        metavar="SHARE",
+    )
+    leaf_on: str | None = _casters(
+        "any", "When the trees have leaves, if two shares are given: 04-15..10-31.",
+        metavar="MM-DD..MM-DD",
+    )  # fmt: skip
+    by: Literal["part", "kind", "layer"] | None = _results(
+        "choice",
+        "Also write the hours of shadow due to each part, kind or layer; with --who only to those.",
+        choices=("part", "kind", "layer"),
+    )
+    who: Sequence[str] = _results(
+        "patterns",
+        "Also write the hours of shadow due to these parts: names, kinds or layers; repeatable.",
+        default=(),
+    )
+    proposed: Sequence[str] = _results(
+        "patterns",
+        "Parts of the proposed development: also write the sun that they take from the others; "
+        "repeatable.",
+        default=(),
+    )
+    under: str | float | dt.timedelta | None = _results(
+        "any",
+        "With --proposed: find where fewer hours of sun are left than this, but were not "
+        "before; default: 2h.",
+        metavar="DURATION",
+    )
+    spells: bool = _results(
+        "flag",
+        "Also write first and last sun, number of sun intervals, the longest, and the shaded "
+        "share.",
+        default=False,
+    )
+    exact: bool | float = _results(
+        "flag",
+        "Solve when each cell enters and leaves shadow, to a second, instead of adding up steps.",
+        default=False,
+    )
+    min_spell: Duration | None = _results(
+        "any", "Also write the hours in sun intervals of at least this length; implies --spells.",
+        metavar="DURATION",
+    )  # fmt: skip
+    masks: bool = _results("flag", "Also write in_shadow, every instant.", default=False)
+    device: Literal["auto", "cpu", "gl"] = _running(
+        "choice", "Where plans are counted; auto: cpu, or a GPU that proves faster on large ones.",
+        default="auto", choices=("auto", "cpu", "gl"),
+    )  # fmt: skip
+    threads: int | None = _running(
+        "whole", "Number of threads; default: all cores.", least=1, metavar="N",
+        attribute="threads",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        if self.date is None:
+            msg = "a study needs a date; give date='YYYY-MM-DD'"
+            raise InputError(msg, option="date")
+        for name in ("receivers", "date"):
+            if isinstance(getattr(self, name), Real):
+                object.__setattr__(self, name, f"{getattr(self, name):g}")
+        if not isinstance(self.receivers, str):
+            msg = f"receivers are named by a str, such as 'top'; got {self.receivers!r}"
+            raise InputError(msg, option="receivers")
+        check_types(self)
+        self._check_receivers()
+        self._check_values()
+        if isinstance(self.points, (str, Path)):
+            from umbra.study.point_table import read_points  # noqa: PLC0415
+
+            points, names = read_points(self.points)
+            object.__setattr__(self, "points", points)
+            object.__setattr__(self, "names", self.names or tuple(names))
+
+    def _check_receivers(self) -> None:
+        """Refuse options of other receivers; those at their default are for all."""
+        for name, said, default in list_options(self):
+            value = getattr(self, name)
+            if value is default or self._is_for(said.receivers):
+                continue
+            if default is None or value != default:
+                msg = (
+                    f"'{name}' is not for receivers '{self.receivers}', but for "
+                    f"{', '.join(said.receivers)}; leave it out"
+                )
+                raise InputError(msg, option=name)
+
+    def _check_values(self) -> None:
+        """Find slips in what is written as text, before any model is read."""
+        from umbra.study.canopy import check_transmissivity  # noqa: PLC0415
+        from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
+        from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
+
+        # In UTC no time is missing or doubled: what fails here fails everywhere.
+        days, every = parse_dates(self.date, self.every_days), self.every
+        check_steps(make_steps(days[0], self.start, self.end, every, "UTC"), len(days), every)
+        if self.min_spell is not None:
+            parse_duration(self.min_spell, "least spell")
+        if isinstance(self.under, str):
+            parse_duration(self.under, "least sun")
+        if self.under is not None and not self.proposed:
+            msg = "--under is about what a proposal takes away; name its parts with --proposed"
+            raise InputError(msg, option="under")
+        check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)
+
+    def _is_for(self, kinds: Sequence[str]) -> bool:
+        from umbra.receivers import find_kind  # noqa: PLC0415  (the help needs none)
+
+        return not kinds or find_kind(self.receivers).name in kinds
+
+    @property
+    def attributes(self) -> dict[str, object]:
+        """What the result's attributes say of the options that are for its receivers."""
+        return {
+            said.attribute: getattr(self, name)
+            for name, said, _ in list_options(self)
+            if said.attribute and self._is_for(said.receivers)
+        }
+
+    def ask_hours(self, receivers: str, **changes: Any) -> "StudyOptions":
+        """Ask for the hours alone, of other receivers; options that are not for those go."""
+        from umbra.receivers import find_kind  # noqa: PLC0415
+
+        kind = find_kind(receivers).name
+        dropped = {
+            name: default
+            for name, said, default in list_options(self)
+            if said.heading == "Results" or (said.receivers and kind not in said.receivers)
+        }
+        return replace(self, **{**dropped, "receivers": receivers, **changes})
