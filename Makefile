@@ -45,7 +45,7 @@ $(VENV)/.umbra: pyproject.toml | $(PY)
 	@touch $@
 
 # The tests use every extra; each is named once, in pyproject.toml.
-WITH_test := --editable '.[bench,dxf,gis,gl,gltf,ifc,video,view]'
+WITH_test := --editable '.[dxf,gis,gl,gltf,ifc,video,view]' --editable './benchmarks[embree]'
 
 $(VENV)/.test $(VENV)/.lint $(VENV)/.docs: $(VENV)/.%: $(VENV)/.umbra
 	@echo "installing the packages of the group '$*' into $(VENV)"
@@ -59,6 +59,8 @@ $(VENV)/.opengl: $(VENV)/.test
 	  $(PY) -m pip install --quiet --only-binary :all: --editable '.[osmesa]' || \
 	    echo "PyPI has none for this machine: tests of OpenGL will skip"; }
 	@touch $@
+
+$(VENV)/.test: benchmarks/pyproject.toml
 
 # -- the example -------------------------------------------------------------------------
 
@@ -126,4 +128,4 @@ pictures: study
 
 clean:
 	rm -rf $(VENV) $(OUT) docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find src tests docs examples -name __pycache__ -prune -exec rm -rf {} +
+	find src benchmarks tests docs examples -name __pycache__ -prune -exec rm -rf {} +

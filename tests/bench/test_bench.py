@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from umbra.bench.measure import run_in_turn
-from umbra.bench.scenes import make_boulder, make_suns, make_town
-from umbra.cli.bench import command
 from umbra.cli.main import main
 from umbra.volume.adjacency import make_caster
+from umbra_benchmarks.command import command
+from umbra_benchmarks.measure import run_in_turn
+from umbra_benchmarks.scenes import make_boulder, make_suns, make_town
 
 
 def run(*arguments):
@@ -67,7 +67,14 @@ def test_a_missing_peer_is_named_with_its_remedy(monkeypatch, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["bench", "study", "--quick"])
     assert ended.value.code == 2
-    assert "pip install 'umbra-shadows[bench]'" in capsys.readouterr().err
+    assert "pip install 'umbra-benchmarks[embree]'" in capsys.readouterr().err
+
+
+def test_a_missing_name_is_told(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["bench"])
+    assert ended.value.code == 2
+    assert "NAME is missing; type umbra bench NAME" in capsys.readouterr().err
 
 
 def test_contenders_run_in_turn_after_a_warm_up():

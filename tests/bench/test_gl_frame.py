@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from umbra.bench import gl_frame, peer
-from umbra.bench.measure import Spent
-from umbra.bench.peer import PEERS, Peer, find_python
-from umbra.bench.scenes import make_spheres
-from umbra.cli.bench import PEERS as NAMES
-from umbra.cli.bench import command
 from umbra.cli.main import main
 from umbra.errors import InputError, UmbraError
 from umbra.scene import Camera
 from umbra.volume.adjacency import make_caster
+from umbra_benchmarks import gl_frame, peer
+from umbra_benchmarks.command import PEERS as NAMES
+from umbra_benchmarks.command import command
+from umbra_benchmarks.measure import Spent
+from umbra_benchmarks.peer import PEERS, Peer, find_python
+from umbra_benchmarks.scenes import make_spheres
 
 # It speaks the protocol by itself, prints where only answers belong when it ends, and
 # notes each place of the lamp that it is asked for.
@@ -285,8 +285,8 @@ def test_the_peers_scene_is_as_said():
 
 
 def test_umbra_draws_the_peers_scene(tmp_path):
-    from umbra.bench.ours_gl import OursGl  # noqa: PLC0415
     from umbra.gl.context import open_device  # noqa: PLC0415
+    from umbra_benchmarks.ours_gl import OursGl  # noqa: PLC0415
 
     try:
         open_device().release()

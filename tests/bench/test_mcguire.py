@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from umbra.bench import mcguire
-from umbra.bench.cases import Drawn, find_growth
-from umbra.bench.measure import Timing
-from umbra.bench.method_frames import CONTENDERS, Viewed
-from umbra.cli.bench import command
 from umbra.errors import UmbraError
+from umbra_benchmarks import mcguire
+from umbra_benchmarks.cases import DrawnTriangles, find_growth
+from umbra_benchmarks.command import command
+from umbra_benchmarks.measure import Timing
+from umbra_benchmarks.method_frames import CONTENDERS, Viewed
 
 
 def run(*arguments):
@@ -55,7 +55,9 @@ def test_cases_count_triangles():
 
 def test_growth_is_a_power():
     drawn = [
-        Drawn("ball", 100 * 4**k, 0, (20 * 2**k, 30 * 2**k, 50 * 4**k), (0, 0, 0), 0, (0, 0, 0))
+        DrawnTriangles(
+            "ball", 100 * 4**k, 0, (20 * 2**k, 30 * 2**k, 50 * 4**k), (0, 0, 0), 0, (0, 0, 0)
+        )
         for k in range(4)
     ]
     assert find_growth(drawn, "ball") == pytest.approx((0.5, 0.5, 1.0))

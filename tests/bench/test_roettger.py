@@ -5,8 +5,8 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from umbra.cli.bench import command
 from umbra.errors import UmbraError
+from umbra_benchmarks.command import command
 
 
 @pytest.fixture(autouse=True)
@@ -41,8 +41,8 @@ def test_the_tables_have_the_papers_shape():
 
 
 def test_ratios_stand_beside_the_papers():
-    from umbra.bench.measure import Timing  # noqa: PLC0415
-    from umbra.bench.roettger import Roettger  # noqa: PLC0415
+    from umbra_benchmarks.measure import Timing  # noqa: PLC0415
+    from umbra_benchmarks.roettger import Roettger  # noqa: PLC0415
 
     times = {1024: {"alpha": Timing(0.2, 0.1), "stencil": Timing(0.1, 0.1)}}
     text = Roettger("brush", "a sphere", {"alpha": ((2, 4), (1, 4))}, times, 1, False).to_table()

@@ -11,13 +11,13 @@ from click.testing import CliRunner
 from support.raycaster import RayCaster
 from support.shapes import box, soup
 
-from umbra.bench import tools
-from umbra.bench.exact import find_exact
-from umbra.bench.tools import TOOLS
-from umbra.cli.bench import TOOLS as NAMES
-from umbra.cli.bench import command
 from umbra.cli.main import main
 from umbra.scene.grid import Grid
+from umbra_benchmarks import tools
+from umbra_benchmarks.command import TOOLS as NAMES
+from umbra_benchmarks.command import command
+from umbra_benchmarks.exact import find_exact
+from umbra_benchmarks.tools import TOOLS
 
 SOUTH_AT_45 = np.array([[0.0, -1.0, 1.0]]) / np.sqrt(2)
 
@@ -55,7 +55,7 @@ def sunny(monkeypatch, tmp_path):
     """Have one peer, which pretends."""
     script = tmp_path / "sunny.py"
     script.write_text(SUNNY)
-    monkeypatch.setattr("umbra.bench.peer.find_spec", lambda _: None)
+    monkeypatch.setattr("umbra_benchmarks.peer.find_spec", lambda _: None)
     monkeypatch.setitem(TOOLS, "ladybug", replace(TOOLS["ladybug"], script=script))
     return ["--peer-python", f"ladybug={sys.executable}"]
 
@@ -111,7 +111,7 @@ def test_the_exact_answer_is_a_plain_ray_casters():
 
 
 def test_umbra_alone_is_never_wrong(monkeypatch):
-    monkeypatch.setattr("umbra.bench.peer.find_spec", lambda _: None)
+    monkeypatch.setattr("umbra_benchmarks.peer.find_spec", lambda _: None)
     result = run("--json", "--repeat", "1")
     found = json.loads(result.stdout)
     assert (found["benchmark"], found["cells"], found["suns"]) == ("tools", 64**2, 33)
@@ -177,7 +177,7 @@ def test_a_table_is_for_people(sunny):
 
 
 def test_a_peer_that_is_asked_for_must_be_there(monkeypatch, capsys):
-    monkeypatch.setattr("umbra.bench.peer.find_spec", lambda _: None)
+    monkeypatch.setattr("umbra_benchmarks.peer.find_spec", lambda _: None)
     with pytest.raises(SystemExit) as ended:
         main(["bench", "tools", "--quick", "--peer", "solweig"])
     assert ended.value.code == 2

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from umbra.bench import wallner
-from umbra.bench.towers import make_lattice_tower, make_office_tower
-from umbra.cli.bench import command
 from umbra.volume.adjacency import make_caster
+from umbra_benchmarks import wallner
+from umbra_benchmarks.command import command
+from umbra_benchmarks.towers import make_lattice_tower, make_office_tower
 
 
 def run(*arguments):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from umbra.bench.weng import find_errors, make_ball
-from umbra.cli.bench import command
 from umbra.volume.adjacency import make_caster
+from umbra_benchmarks.command import command
+from umbra_benchmarks.weng import find_errors, make_ball
 
 
 def run(*arguments):

@@ -39,7 +39,15 @@ def test_what_is_missing_is_told_all_at_once(umbra_here):
     )
     said = umbra_here("study", "a.obj", "--date", "2026-03-21").refusal()
     assert f"umbra: --out DIR is missing; {usage}" in said
-    assert "NAME is missing; type umbra bench NAME" in umbra_here("bench").refusal()
+
+
+def test_benchmarks_that_are_not_installed_are_a_line(umbra_here, monkeypatch):
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: ())
+    for arguments in (["study", "--quick"], ["--help"], []):
+        said = umbra_here("bench", *arguments).refusal()
+        assert "pip install './benchmarks[embree]'" in said
+        assert said.count("\n") == 1
+    assert "bench" in umbra_here("--help").out
 
 
 @pytest.mark.parametrize(

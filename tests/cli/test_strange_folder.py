@@ -7,12 +7,11 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from support.bench import borrow
 from support.command import SCRIPT, VIENNA
 from support.model_files import save_obj
 from support.shapes import box
 
-from umbra.bench.peer import Child, PeerKind
-from umbra.bench.startup import _run
 from umbra.children import HOME, make_command
 from umbra.gl.backends import probe
 from umbra.writers.painter import Painter
@@ -88,15 +87,16 @@ def test_no_child_runs_what_lies_there(folder):
         assert "trap" not in probe("egl").get("reason", "")
     finally:
         sys.path.remove("")  # this process, too, would look there for what it has not yet imported
-    assert _run("import json, signal; print(json.dumps(1))", []).text == "1\n"
+    assert borrow("startup")._run("import json, signal; print(json.dumps(1))", []).text == "1\n"
     check_untouched(folder)
 
 
 def test_no_peer_runs_what_lies_there(folder, tmp_path):
     script = tmp_path / "peer.py"
     script.write_text("import json, sys\nfor line in sys.stdin: print(line, end='', flush=True)\n")
-    kind = PeerKind("echo", "Echo", "json", "nothing", None, script)
-    with Child(kind, Path(sys.executable)) as child:
+    peer = borrow("peer")
+    kind = peer.PeerKind("echo", "Echo", "json", "nothing", None, script)
+    with peer.Child(kind, Path(sys.executable)) as child:
         assert child.ask(do="open") == {"do": "open"}
     check_untouched(folder)
 

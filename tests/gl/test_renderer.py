@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from support.bench import borrow
 from support.shapes import box, city, merge
 
-from umbra.bench.scenes import make_spheres
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.errors import InputError
@@ -180,7 +180,7 @@ def test_normals_make_a_flat_face_round(device):
 @pytest.mark.parametrize("turned", ["none", "all", "some"])
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
 def test_normals_that_lean_inward_are_turned(device, turned, mirror):
-    ball = make_spheres(1, 16)
+    ball = borrow("scenes").make_spheres(1, 16)
     normals = ball.vertices.copy()
     normals[{"none": [], "all": slice(None), "some": slice(40, 90)}[turned]] *= -1
     place = np.diag([8.0 * mirror, 9.0, 10.0, 1.0])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.bench import borrow
 from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, terrain, torus_knot
 
 import umbra
-from umbra.bench.scenes import make_boulder
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.volume import silhouette
@@ -79,7 +79,7 @@ def test_every_scene_is_as_by_brute_force(name, method):
 
 @pytest.mark.parametrize("method", TREES)
 def test_a_smooth_mesh_is_as_by_brute_force_for_thousands_of_lights(method):
-    model = make_boulder(4)
+    model = borrow("scenes").make_boulder(4)
     caster = make_caster(model.vertices, model.faces)
     check(caster, make_lights(caster, 2000), method)
 
@@ -209,7 +209,7 @@ def test_real_files_are_as_by_brute_force(name, method):
 
 @pytest.mark.parametrize("depth", [0, 1, 2, 4, 7, 15, 99])
 def test_hextrees_of_any_depth(depth):
-    model = make_boulder(3)
+    model = borrow("scenes").make_boulder(3)
     for mesh in SCENES["jumble"](), terrain(n=20), (model.vertices, model.faces):
         caster = make_caster(*mesh)
         tree = make_hextree(caster, depth)
@@ -224,7 +224,7 @@ def test_hextrees_of_any_depth(depth):
 
 
 def test_a_hextree_leaves_segments_alone_that_its_cells_do():
-    model = make_boulder(5)
+    model = borrow("scenes").make_boulder(5)
     caster = make_caster(model.vertices, model.faces)
     tree = make_hextree(caster)
     owned = tree.owned[:, 1] - tree.owned[:, 0]
@@ -235,7 +235,7 @@ def test_a_hextree_leaves_segments_alone_that_its_cells_do():
 
 def test_boxes_leave_most_segments_alone():
     # That answers are right would not show it if every box were let through.
-    model = make_boulder(5)
+    model = borrow("scenes").make_boulder(5)
     caster = make_caster(model.vertices, model.faces)
     tree = make_dual_tree(caster)
     edges, _ = find_silhouette_edges(caster, np.array([0.3, 0.2, 0.5, 0]))
@@ -250,7 +250,7 @@ def test_boxes_leave_most_segments_alone():
 
 
 def test_what_is_tested_is_counted():
-    model = make_boulder(5)
+    model = borrow("scenes").make_boulder(5)
     caster = make_caster(model.vertices, model.faces)
     light = np.array([0.3137, 0.1771, 0.5313, 0])
     found = len(find_codes(caster, [light], "brute")[0])
@@ -314,7 +314,7 @@ def test_a_tree_is_built_for_thousands_of_lights_and_short_silhouettes(
     monkeypatch.setattr(silhouette, "_MANY_LIGHTS", 300)
     monkeypatch.setattr(silhouette, "_SHORTER", 5 if sparse else 1000)
     use_threads(threads)
-    model = make_boulder(3)
+    model = borrow("scenes").make_boulder(3)
     caster = make_caster(model.vertices, model.faces)
     suns = np.append(np.random.default_rng(0).normal(size=(364, 3)), np.zeros((364, 1)), 1)
     list(find_silhouettes(caster, suns[:200]))  # fewer than are worth it
@@ -330,7 +330,7 @@ def test_a_tree_is_built_once_enough_lights_have_come(monkeypatch, sparse, at_on
     monkeypatch.setattr(silhouette, "_EDGES", 10)
     monkeypatch.setattr(silhouette, "_MANY_LIGHTS", 99)
     monkeypatch.setattr(silhouette, "_SHORTER", 5 if sparse else 1000)
-    model = make_boulder(3)
+    model = borrow("scenes").make_boulder(3)
     caster = make_caster(model.vertices, model.faces)
     suns = np.append(np.random.default_rng(0).normal(size=(33 * 8, 3)), np.zeros((33 * 8, 1)), 1)
     had = []
@@ -350,7 +350,7 @@ def test_a_tree_that_is_there_is_used_where_silhouettes_are_short(monkeypatch, s
     asked = []
     ask = silhouette.ask_every_edge
     monkeypatch.setattr(silhouette, "ask_every_edge", lambda *a: asked.append(1) or ask(*a))
-    model = make_boulder(3)
+    model = borrow("scenes").make_boulder(3)
     caster = make_caster(model.vertices, model.faces)
     prepare_tree(caster)
     suns = np.append(np.random.default_rng(0).normal(size=(20, 3)), np.zeros((20, 1)), 1)

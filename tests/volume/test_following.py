@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from support.bench import borrow
 from support.shapes import SCENES, city, moved, terrain
 
-from umbra.bench.scenes import make_boulder
 from umbra.volume import following
 from umbra.volume.adjacency import make_caster
 from umbra.volume.dual_tree import make_dual_tree
@@ -45,7 +45,7 @@ def test_every_scene_over_a_walk(name, make):
 
 
 def make_meshes():
-    model = make_boulder(4)
+    model = borrow("scenes").make_boulder(4)
     return {
         "smooth": (model.vertices, model.faces),
         "terrain": terrain(n=40),
@@ -92,7 +92,7 @@ def test_components_may_open_between_steps():
 
 
 def test_only_what_is_near_is_asked(monkeypatch):
-    model = make_boulder(5)
+    model = borrow("scenes").make_boulder(5)
     caster = make_caster(model.vertices, model.faces)
     tree = make_dual_tree(caster)
     follower = Follower(tree)

@@ -50,6 +50,8 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
+        if name == "bench":
+            return _find_benchmarks()
         return import_module(f"umbra.cli.{name}").command
 
     def resolve_command(
@@ -132,6 +134,20 @@ def _run(arguments: list[str], debug: bool) -> int:
     except Exception as error:  # noqa: BLE001  (the last line of defence)
         return _fail(f"{type(error).__name__}: {error} (--debug shows where)", 1, debug)
     return status or 0
+
+
+def _find_benchmarks() -> click.Command:
+    """Load the command of the package umbra-benchmarks."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 - only where it is asked
+
+    for found in entry_points(group="umbra.commands", name="bench"):
+        command: click.Command = found.load()
+        return command
+    msg = (
+        "the benchmarks are a package of their own, which is not installed; "
+        "in a clone of umbra: pip install './benchmarks[embree]'"
+    )
+    raise InputError(msg)
 
 
 def _word(error: click.UsageError) -> str:

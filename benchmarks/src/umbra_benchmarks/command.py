@@ -1,0 +1,164 @@
+"""``umbra bench``: times umbra against its peers."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from umbra.cli.terminal import echo, echo_json
+
+__all__ = ["command"]
+
+NAMES = (
+    "study", "frame", "silhouette", "startup", "tools", "mcguire", "roettger", "wallner", "weng"
+)  # fmt: skip
+PEERS = ("ogre", "workbench")
+TOOLS = ("ladybug", "pybdshadow", "umep", "solweig")
+
+
+def _parse_pythons(
+    _context: click.Context, _parameter: click.Parameter, values: tuple[str, ...]
+) -> dict[str, Path]:
+    """Read PEER=PATH, any number of times."""
+    pythons = {}
+    for value in values:
+        name, is_there, path = value.partition("=")
+        if name not in PEERS + TOOLS or not is_there or not path:
+            msg = f"give PEER=PATH with a peer of {', '.join(PEERS + TOOLS)}; got '{value}'"
+            raise click.BadParameter(msg)
+        pythons[name] = Path(path)
+    return pythons
+
+
+@click.command("bench")
+@click.argument("name", type=click.Choice(NAMES), metavar="NAME")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option(
+    "--threads",
+    type=click.IntRange(1),
+    default=2,
+    show_default=True,
+    help="Also run umbra with this many threads.",
+)
+@click.option("--quick", is_flag=True, help="Small sizes: only to see that it runs.")
+@click.option("--repeat", type=click.IntRange(1), help="Runs behind each median.")
+@click.option(
+    "--device",
+    type=click.Choice(("cpu", "gl")),
+    default="cpu",
+    show_default=True,
+    help="Where umbra draws; gl is for frame.",
+)
+@click.option(
+    "--peer",
+    "peers",
+    type=click.Choice((*PEERS, *TOOLS, "none")),
+    multiple=True,
+    help="Measure tools or gl frames against this one only; may be repeated. [default: all]",
+)
+@click.option(
+    "--peer-python",
+    "pythons",
+    metavar="PEER=PATH",
+    multiple=True,
+    callback=_parse_pythons,
+    help="The interpreter that has this peer's package, if not this one.",
+)
+@click.option(
+    "--pictures",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Save here what each side of gl frames draws.",
+)
+@click.option(
+    "--model",
+    "models",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    multiple=True,
+    help="Measure this file's silhouettes too; for wallner, may be repeated.",
+)
+def command(
+    name: str,
+    as_json: bool,
+    threads: int,
+    quick: bool,
+    repeat: int | None,
+    device: str,
+    peers: tuple[str, ...],
+    pythons: dict[str, Path],
+    pictures: Path | None,
+    models: tuple[Path, ...],
+) -> None:
+    """
+    Measure umbra against its peers, in turn in one process.
+
+    NAME is study (hours of shadow on a plan, against Embree), frame (one light in
+    one picture, against Embree), silhouette (edges, against VTK or numpy), startup
+    (time and memory of a whole umbra study) or tools (a day's study of a town against
+    Ladybug, pybdshadow, UMEP and SOLWEIG: time, and error). frame --device gl draws a
+    hundred spheres and a moving lamp, against OGRE and Blender's Workbench.
+
+    The papers' tables, run again: mcguire (what each of three cases draws, and frames
+    by each method), roettger (shadow masks without a stencil), wallner (silhouettes
+    from trees), weng (soft shadows: time and error of three methods).
+    """
+    if device == "gl" and name != "frame":
+        msg = f"{name} has no gl device; frame has one"
+        raise click.UsageError(msg)
+    known = TOOLS if name == "tools" else PEERS if device == "gl" else ()
+    strangers = ({*peers} | {*pythons}) - {*known, "none"}
+    if pictures is not None and device == "cpu":
+        msg = "--pictures is for frame --device gl"
+        raise click.UsageError(msg)
+    if strangers or (peers and not known):
+        first = min(strangers, default="")
+        who = f"the peer {first}" if first else "--peer"
+        places = {"frame --device gl": PEERS, "tools": TOOLS}
+        where = [place for place, its in places.items() if not first or first in its]
+        msg = f"{who} is for {' and '.join(where)}"
+        raise click.UsageError(msg)
+
+    if models and name != "wallner":
+        msg = "--model is for wallner"
+        raise click.UsageError(msg)
+
+    def say(text: str) -> None:
+        echo(text, err=True)
+
+    runs = repeat or (2 if quick else 5)
+    if name == "startup":
+        from umbra_benchmarks.startup import bench_startup  # noqa: PLC0415
+
+        result: Any = bench_startup(repeat=runs, quick=quick)
+    elif device == "gl":
+        from umbra_benchmarks.gl_frame import bench_gl_frame  # noqa: PLC0415
+
+        chosen = [peer for peer in PEERS if peer in peers] if peers else None
+        result = bench_gl_frame(
+            repeat=runs, quick=quick, peers=chosen, pythons=pythons, pictures=pictures, say=say
+        )
+    elif name == "tools":
+        from umbra_benchmarks.tools import bench_tools  # noqa: PLC0415
+
+        wanted = [peer for peer in TOOLS if peer in peers] if peers else None
+        turns = repeat or (2 if quick else 3)
+        result = bench_tools(repeat=turns, quick=quick, peers=wanted, pythons=pythons, say=say)
+    elif name == "wallner":
+        result = _find(name)(repeat=runs, quick=quick, models=models, say=say)
+    elif name in ("mcguire", "roettger"):
+        result = _find(name)(repeat=runs, quick=quick, say=say)
+    else:
+        result = _find(name)(threads=threads, repeat=runs, quick=quick, say=say)
+    if as_json:
+        echo_json(result.to_dict())
+    else:
+        echo(result.to_table())
+
+
+def _find(name: str) -> Callable[..., Any]:
+    """Load only the benchmark that is wanted."""
+    from importlib import import_module  # noqa: PLC0415
+
+    module = import_module(f"umbra_benchmarks.{name}")
+    benchmark: Callable[..., Any] = getattr(module, f"bench_{name}")
+    return benchmark

@@ -1,0 +1,142 @@
+"""Our side of the frames on the gl device: what a peer does, in this process."""
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+
+from umbra.gl.context import open_device
+from umbra.gl.renderer import Renderer
+from umbra.scene import Camera, Scene, point_light
+from umbra.scene.mesh import Mesh, Part
+from umbra_benchmarks.measure import Spent
+from umbra_benchmarks.scenes import Spheres
+
+__all__ = ["OursGl", "make_part_scene"]
+
+_CLEARS = ("Clear", "ClearBufferfv", "ClearBufferiv")
+Place = Sequence[float]
+
+
+def make_part_scene(scene: Spheres) -> Scene:
+    """Make parts of the spheres, all of one mesh, and of the ground, which is the last."""
+    normals = (scene.vertices / scene.radius).astype(np.float32)
+    ball = Mesh(scene.vertices, scene.faces, normals)
+    parts = []
+    for number, centre in enumerate(scene.centres):
+        transform = np.eye(4)
+        transform[:3, 3] = centre
+        parts.append(Part(f"sphere {number}", "ball", ball, transform))
+    half = scene.half
+    corners = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]])
+    plane = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+    parts.append(Part("ground", "plane", plane))
+    return Scene(tuple(parts), np.zeros(3))
+
+
+class OursGl:
+    """
+    The spheres on umbra's gl device.
+
+    Parameters
+    ----------
+    scene : Spheres
+    size : int
+        Pixels a side.
+
+    Attributes
+    ----------
+    driver : str
+        What draws.
+    is_software : bool
+
+    Raises
+    ------
+    UmbraError
+        If there is no OpenGL here.
+    """
+
+    def __init__(self, scene: Spheres, size: int) -> None:
+        self._device = open_device()
+        self.driver, self.is_software = self._device.renderer, self._device.is_software
+        casters = range(len(scene.centres))
+        self._renderer = Renderer(make_part_scene(scene), casters=casters, device=self._device)
+        eye, target = np.array(scene.eye), np.array(scene.target)
+        self._camera = Camera(eye, target, size=(size, size), fov=scene.fov)
+
+    def render(self, light: Place, *, shadows: bool = True) -> None:
+        """Ask for a frame with the lamp at a place; it may not be drawn yet."""
+        self._renderer.draw(self._camera, [point_light(light)], shadows=shadows)
+
+    def finish(self) -> None:
+        """Wait until all that was asked for is drawn."""
+        self._device.gl.Finish()
+
+    def time(self, lights: Sequence[Place], *, shadows: bool = True) -> Spent:
+        """
+        Draw a frame for each place of the lamp, each finished before the next.
+
+        Returns
+        -------
+        spent : Spent
+            On one frame, the mean.
+        """
+        begun, busy = time.perf_counter(), time.process_time()
+        for light in lights:
+            self.render(light, shadows=shadows)
+            self.finish()
+        wall, busy = time.perf_counter() - begun, time.process_time() - busy
+        return Spent(wall / len(lights), busy / len(lights))
+
+    def time_calls(self, lights: Sequence[Place]) -> Spent:
+        """
+        Do what a frame does but draw: find volumes, upload, set state; no clear, no triangle.
+
+        Returns
+        -------
+        spent : Spent
+            On one frame after the first, the mean.
+        """
+        with self._drawing_nothing():
+            self.render(lights[0])
+            begun, busy = time.perf_counter(), time.process_time()
+            for light in lights[1:]:
+                self.render(light)
+            wall, busy = time.perf_counter() - begun, time.process_time() - busy
+        self.finish()
+        return Spent(wall / (len(lights) - 1), busy / (len(lights) - 1))
+
+    def save(self, light: Place, path: Path) -> None:
+        """Draw a frame into a PNG file."""
+        from matplotlib.image import imsave  # noqa: PLC0415
+
+        self.render(light)
+        imsave(path, self._renderer.read())
+
+    def close(self) -> None:
+        """Free all that is on the device."""
+        self._renderer.release()
+        self._device.release()
+
+    def __enter__(self) -> "OursGl":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @contextmanager
+    def _drawing_nothing(self) -> Iterator[None]:
+        from moderngl import VertexArray  # noqa: PLC0415
+
+        with ExitStack() as stack:
+            stack.enter_context(patch.object(VertexArray, "render", _do_nothing))
+            for name in _CLEARS:
+                stack.enter_context(patch.object(self._device.gl, name, _do_nothing))
+            yield
+
+
+def _do_nothing(*_: object, **__: object) -> None:
+    pass

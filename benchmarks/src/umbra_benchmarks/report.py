@@ -1,0 +1,179 @@
+"""What a benchmark says: rows of medians and ratios, for people and as JSON."""
+
+import os
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from umbra.machine import count_cores
+from umbra_benchmarks.measure import Timing
+
+__all__ = ["Report", "Row", "describe_machine", "lay_out_table", "name_version", "show_timing"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """
+    One piece of work, done by umbra and a peer.
+
+    Parameters
+    ----------
+    work : str
+    ours, peer : Timing
+        On one thread each.
+    ours_threads : Timing
+        umbra on more threads.
+    mark : float, optional
+        The ratio to reach.
+    differ, of : int
+        Answers that differ from the peer's, and how many were compared.
+    facts : dict, optional
+        More to say in JSON.
+    """
+
+    work: str
+    ours: Timing
+    peer: Timing
+    ours_threads: Timing
+    mark: float | None
+    differ: int
+    of: int
+    facts: dict[str, Any] | None = None
+
+    @property
+    def ratio(self) -> float:
+        """How many times longer the peer takes."""
+        return self.peer.median / self.ours.median
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give numbers for programs; times in ms."""
+        return {
+            "work": self.work,
+            "ours_ms": 1e3 * self.ours.median,
+            "ours_min_ms": 1e3 * self.ours.least,
+            "ours_threads_ms": 1e3 * self.ours_threads.median,
+            "ours_threads_min_ms": 1e3 * self.ours_threads.least,
+            "peer_ms": 1e3 * self.peer.median,
+            "peer_min_ms": 1e3 * self.peer.least,
+            "ratio": self.ratio,
+            "ratio_of_minima": self.peer.least / self.ours.least,
+            "speed_up": self.ours.median / self.ours_threads.median,
+            "mark": self.mark,
+            "disagreements": self.differ,
+            "compared": self.of,
+            **(self.facts or {}),
+        }
+
+
+@dataclass(frozen=True)
+class Report:
+    """
+    A benchmark's result.
+
+    Parameters
+    ----------
+    benchmark : str
+    peer : str
+        Name and version.
+    threads : int
+        Of umbra's runs on more than one.
+    repeat : int
+        Runs behind each median.
+    quick : bool
+        Whether sizes are too small to mean anything.
+    rows : sequence of Row
+    """
+
+    benchmark: str
+    peer: str
+    threads: int
+    repeat: int
+    quick: bool
+    rows: Sequence[Row]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the JSON object."""
+        return {
+            "benchmark": self.benchmark,
+            "umbra": name_version("umbra-shadows"),
+            "peer": self.peer,
+            "machine": describe_machine(),
+            "threads": self.threads,
+            "repeat": self.repeat,
+            "quick": self.quick,
+            "rows": [row.to_dict() for row in self.rows],
+        }
+
+    def to_table(self) -> str:
+        """Give a Markdown table that can be read as it stands."""
+        mine = f"umbra {self.threads} threads"
+        head = [
+            "work", "umbra ms (min)", f"{self.peer} ms (min)", "ratio", "of minima", "mark",
+            f"{mine} ms (min)", "speed-up", "differ",
+        ]  # fmt: skip
+        lines = [
+            [
+                row.work,
+                show_timing(row.ours),
+                show_timing(row.peer),
+                _round(row.ratio),
+                _round(row.peer.least / row.ours.least),
+                "" if row.mark is None else f"{row.mark:g}",
+                show_timing(row.ours_threads),
+                f"{row.ours.median / row.ours_threads.median:.2f}",
+                f"{row.differ} of {row.of:,}",
+            ]
+            for row in self.rows
+        ]
+        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
+        return (
+            f"umbra bench {self.benchmark}: {describe_machine()}. Medians of {self.repeat} runs in "
+            f"turn, one thread on both sides unless said.{small}\n\n{lay_out_table(head, lines)}"
+        )
+
+
+def lay_out_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """Give a Markdown table with its columns aligned."""
+    widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
+    rule = ["-" * width for width in widths]
+    return "\n".join(
+        "| "
+        + " | ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True))
+        + " |"
+        for line in [head, rule, *lines]
+    )
+
+
+def describe_machine() -> str:
+    """Name the processor and how many of its cores there are."""
+    name = platform.processor() or platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        for line in cpuinfo.read_text().splitlines():
+            if line.startswith("model name"):
+                name = line.partition(":")[2].strip()
+                break
+    cores = count_cores()
+    load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
+    return f"{cores} {'core' if cores == 1 else 'cores'} of {name}{load}"
+
+
+def name_version(package: str) -> str:
+    """Give a package's version; 'unknown' where it has none."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def show_timing(timing: Timing) -> str:
+    """Give a median and, in brackets, the least, in ms."""
+    return f"{_round(1e3 * timing.median)} ({_round(1e3 * timing.least)})"
+
+
+def _round(value: float) -> str:
+    """Show three digits, and all before the point."""
+    return f"{value:.3g}" if value < 100 else f"{value:,.0f}"

@@ -1,0 +1,183 @@
+"""What a whole ``umbra study`` costs besides counting: start, files, memory."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from umbra.children import HOME, make_command
+from umbra.errors import UmbraError
+from umbra_benchmarks.report import describe_machine, lay_out_table
+from umbra_benchmarks.scenes import SquareModel, make_town
+
+__all__ = ["Startup", "bench_startup"]
+
+_STUDY = "from umbra.cli import main; main(sys.argv[1:])"
+_READ = """
+import time
+from umbra.readers import read
+begun = time.perf_counter()
+scene = read(sys.argv[1])
+print(time.perf_counter() - begun)
+"""
+
+
+@dataclass(frozen=True)
+class Startup:
+    """
+    The medians of whole processes with warm caches.
+
+    Parameters
+    ----------
+    study_seconds, cpu_seconds : float
+        Wall time and processor time of ``umbra study`` from start to exit [s].
+    read_seconds : float
+        Reading the file [s].
+    count_seconds : float
+        Counting, as the study itself says [s].
+    peak_bytes : int
+        Most memory of a study of ``large``² cells.
+    read_bytes : int
+        Most memory of a process that reads the file and ends.
+    large : int
+    quick : bool
+    """
+
+    study_seconds: float
+    cpu_seconds: float
+    read_seconds: float
+    count_seconds: float
+    peak_bytes: int
+    read_bytes: int
+    large: int
+    quick: bool
+
+    @property
+    def rest_seconds(self) -> float:
+        """What is spent outside reading and counting [s]."""
+        return self.study_seconds - self.read_seconds - self.count_seconds
+
+    @property
+    def above_bytes(self) -> int:
+        """Memory above what the mesh itself needs."""
+        return self.peak_bytes - self.read_bytes
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the JSON object."""
+        return {
+            "benchmark": "startup",
+            "machine": describe_machine(),
+            "quick": self.quick,
+            "study_seconds": self.study_seconds,
+            "study_cpu_seconds": self.cpu_seconds,
+            "read_seconds": self.read_seconds,
+            "count_seconds": self.count_seconds,
+            "rest_seconds": self.rest_seconds,
+            "rest_mark_seconds": 1.5,
+            "cells_a_side": self.large,
+            "peak_bytes": self.peak_bytes,
+            "read_bytes": self.read_bytes,
+            "above_mesh_bytes": self.above_bytes,
+            "above_mesh_mark_bytes": 1_500_000_000,
+        }
+
+    def to_table(self) -> str:
+        """Give it in words."""
+        lines = [
+            ["umbra study, start to exit", f"{self.study_seconds:.2f} s", ""],
+            ["... outside reading and counting", f"{self.rest_seconds:.2f} s", "1.5 s"],
+            ["... on the processors", f"{self.cpu_seconds:.2f} s", ""],
+            [f"memory above the mesh, {self.large}²", f"{self.above_bytes / 1e9:.2f} GB", "1.5 GB"],
+        ]
+        return (
+            f"umbra bench startup: {describe_machine()}. A town of 300 boxes, whole processes.\n\n"
+            + lay_out_table(["what", "figure", "mark"], lines)
+        )
+
+
+def bench_startup(*, repeat: int, quick: bool) -> Startup:
+    """
+    Run ``umbra study`` as a user does, and see what it takes.
+
+    Parameters
+    ----------
+    repeat : int
+    quick : bool
+
+    Returns
+    -------
+    startup : Startup
+
+    Raises
+    ------
+    UmbraError
+        If a study fails.
+    """
+    large = 128 if quick else 2048
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "town.obj"
+        _write_obj(path, make_town(30 if quick else 300, 500.0, 1))
+        fixed = ["study", str(path), "--lat", "48.2", "--lon", "16.37", "--tz", "Europe/Vienna",
+                 "--date", "2026-09-18", "--extent", "0,0,500,500", "--ground", "0", "--up", "z",
+                 "--receivers", "top", "--json", "--out", str(Path(folder) / "out")]  # fmt: skip
+        small = [*fixed, "--size", "64x64" if quick else "512x512"]
+        _run(_STUDY, small)  # compiles, where that was not done before
+        studies, busy, reads, counts = [], [], [], []
+        for _ in range(repeat):
+            study = _run(_STUDY, small)
+            studies.append(study.seconds)
+            busy.append(study.cpu_seconds)
+            counts.append(json.loads(study.text)["count_seconds"])
+            reader = _run(_READ, [str(path)])
+            reads.append(float(reader.text))
+        peak = _run(_STUDY, [*fixed, "--size", f"{large}x{large}"]).peak_bytes
+    return Startup(
+        study_seconds=float(np.median(studies)),
+        cpu_seconds=float(np.median(busy)),
+        read_seconds=float(np.median(reads)),
+        count_seconds=float(np.median(counts)),
+        peak_bytes=peak,
+        read_bytes=reader.peak_bytes,
+        large=large,
+        quick=quick,
+    )
+
+
+@dataclass(frozen=True)
+class _Process:
+    seconds: float
+    cpu_seconds: float
+    peak_bytes: int
+    text: str
+
+
+def _run(program: str, arguments: list[str]) -> _Process:
+    """Run Python in a process of its own and see what it takes."""
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
+        begun = time.perf_counter()
+        child = subprocess.Popen(
+            make_command(program, *arguments), cwd=HOME, stdout=out, stderr=err
+        )
+        _, status, used = os.wait4(child.pid, 0)
+        seconds = time.perf_counter() - begun
+        child.returncode = os.waitstatus_to_exitcode(status)
+        out.seek(0)
+        err.seek(0)
+        if child.returncode:
+            msg = f"umbra {arguments[0]} failed: {err.read().strip().splitlines()[-1]}"
+            raise UmbraError(msg)
+        unit = 1 if sys.platform == "darwin" else 1024
+        return _Process(seconds, used.ru_utime + used.ru_stime, used.ru_maxrss * unit, out.read())
+
+
+def _write_obj(path: Path, model: SquareModel) -> None:
+    with path.open("w") as file:
+        np.savetxt(file, model.vertices, "v %.9g %.9g %.9g")
+        np.savetxt(file, model.faces + 1, "f %d %d %d")

@@ -1,0 +1,171 @@
+"""A day's study: umbra counts all suns; Embree asks every cell for each sun."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.height_field import HeightFieldSweep
+from umbra.cpu.plane import PlaneSweep
+from umbra.cpu.sweep import Sweep
+from umbra.scene import make_scene
+from umbra.scene.grid import Grid
+from umbra.study.receivers import Surface, find_surface
+from umbra.volume.adjacency import Caster, make_caster
+from umbra_benchmarks.embree import OFFSET, Embree
+from umbra_benchmarks.measure import Contender, run_in_turn, timed
+from umbra_benchmarks.report import Report, Row, name_version
+from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
+
+__all__ = ["bench_study"]
+
+
+@dataclass(frozen=True)
+class _StudyCase:
+    name: str
+    make: Callable[[], SquareModel]
+    works: tuple[tuple[str, int, float | None], ...]  # receivers, cells a side, mark
+
+
+_CASES = (
+    _StudyCase(
+        "town, 3,600 triangles",
+        lambda: make_town(300, 500.0, 1),
+        (("plane", 512, 150.0), ("topmost", 512, 60.0), ("plane", 2048, None)),
+    ),
+    _StudyCase(
+        "city, 100k triangles",
+        lambda: make_town(8333, 2500.0, 2),
+        (("plane", 512, 20.0), ("topmost", 512, 14.0)),
+    ),
+    _StudyCase(
+        "smooth, 1.3M triangles",
+        lambda: make_boulder(8),
+        (("plane", 2048, 25.0), ("topmost", 512, None)),
+    ),
+)
+_QUICK = (
+    _StudyCase(
+        "town, 120 triangles",
+        lambda: make_town(10, 90.0, 1),
+        (("plane", 64, None), ("topmost", 64, None)),
+    ),
+    _StudyCase("smooth, 1,280 triangles", lambda: make_boulder(3), (("plane", 64, None),)),
+)
+
+
+def bench_study(
+    *, threads: int, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
+) -> Report:
+    """
+    Measure studies on planes and on topmost surfaces.
+
+    What is prepared once a study (adjacency, the surface, ray origins, Embree's
+    tree) is done before the clock starts; finding silhouettes is not.
+
+    Parameters
+    ----------
+    threads : int
+        Also run umbra on so many.
+    repeat : int
+    quick : bool
+    say : callable
+        Told what is measured next.
+
+    Returns
+    -------
+    report : Report
+    """
+    suns = make_suns()
+    rows = []
+    for case in _QUICK if quick else _CASES:
+        model = case.make()
+        soup = make_scene(model.vertices, model.faces).triangles()
+        caster = make_caster(soup.vertices, soup.faces)
+        embree = Embree(soup.vertices, soup.faces)
+        for receivers, cells, mark in case.works:
+            work = f"{receivers}, {case.name}, {cells}²"
+            say(work)
+            cell = model.side / cells
+            grid = Grid(cell / 2, cell / 2, cell, cell, cells, cells)
+            surface = find_surface(soup, grid, 0.0)
+            rays = _Rays(embree, *_place_points(grid, surface, receivers), suns)
+            alone = _make_sweep(caster, grid, surface, receivers, 1)
+            together = _make_sweep(caster, grid, surface, receivers, threads)
+            timings = run_in_turn(
+                {"ours": _count(alone, suns), "peer": rays.run, "threads": _count(together, suns)},
+                repeat,
+            )
+            rows.append(
+                Row(
+                    work, timings["ours"], timings["peer"], timings["threads"], mark,
+                    *_count_differences(alone, rays),
+                    {"suns": len(suns), "cells": cells**2},
+                )
+            )  # fmt: skip
+    return Report("study", f"embreex {name_version('embreex')}", threads, repeat, quick, rows)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rays:
+    """Embree's side: one ray from each cell to each sun."""
+
+    embree: Embree
+    points: NDArray[np.float32]
+    normals: NDArray[np.float64]
+    suns: NDArray[np.float64]
+
+    def ask(self) -> Iterator[tuple[NDArray[np.int32], float]]:
+        """Give for each sun what was found, and the seconds that Embree took."""
+        directions = np.zeros_like(self.points)
+        for sun in self.suns:
+            directions[:] = sun
+            begun = time.perf_counter()
+            found = self.embree.find_occluded(self.points, directions)
+            yield found, time.perf_counter() - begun
+
+    def run(self) -> float:
+        """Ask for all suns."""
+        return sum(seconds for _, seconds in self.ask())
+
+
+def _make_sweep(
+    caster: Caster, grid: Grid, surface: Surface, receivers: str, threads: int
+) -> Sweep:
+    if receivers == "plane":
+        return PlaneSweep(caster, grid, 0.0, threads)
+    return HeightFieldSweep(caster, grid, surface.heights, threads, surface.slopes)
+
+
+def _place_points(
+    grid: Grid, surface: Surface, receivers: str
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Give where rays start and the receiver's unit normal there, (n, 3) each."""
+    x, y = np.meshgrid(grid.x, grid.y)
+    flat = np.zeros((grid.rows, grid.cols))
+    points = np.stack([x, y, flat if receivers == "plane" else surface.heights], -1).reshape(-1, 3)
+    normals = np.zeros_like(points)
+    normals[:, 2] = 1.0
+    if receivers == "topmost":
+        slopes = surface.slopes
+        up = slopes.planes[:3, slopes.face].T
+        normals[slopes.cells] = up / np.linalg.norm(up, axis=1, keepdims=True)
+    return (points + OFFSET * normals).astype(np.float32), normals
+
+
+def _count_differences(sweep: Sweep, rays: _Rays) -> tuple[int, int]:
+    """Count the answers that differ, and all where the surface faces the sun."""
+    differ = compared = 0
+    for sun, (found, _) in zip(rays.suns, rays.ask(), strict=True):
+        facing = rays.normals @ sun > 0
+        in_shadow = (sweep.counts(sun[None]) != 0).ravel()
+        differ += int(((found == 0) != in_shadow)[facing].sum())
+        compared += int(facing.sum())
+    return differ, compared
+
+
+def _count(sweep: Sweep, suns: NDArray[np.float64]) -> Contender:
+    steps = np.zeros((sweep.grid.rows, sweep.grid.cols), np.int32)
+    return timed(lambda: sweep.add_steps(suns, steps))

@@ -1,0 +1,368 @@
+"""
+Wallner's tables 1 and 2 (2008): silhouettes by brute force, from a hextree, and from our tree.
+
+The paper's scenes are not published, so others of their kind and size stand for them;
+models of one's own can be measured beside them.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.machine import use_threads
+from umbra.scene import Scene
+from umbra.volume.adjacency import Caster, make_caster
+from umbra.volume.silhouette import find_silhouettes, prepare_tree
+from umbra_benchmarks.measure import Timing, counted, run_in_turn
+from umbra_benchmarks.report import describe_machine, lay_out_table, name_version, show_timing
+from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
+from umbra_benchmarks.towers import make_lattice_tower, make_office_tower
+
+__all__ = ["Searched", "Wallner", "bench_wallner"]
+
+_WAYS = ("as printed", "brute", "hextree", "tree")
+_TREES = ("hextree", "tree")
+
+
+class Printed(NamedTuple):
+    """What the paper prints of a scene: tables 1 and 2, on a Pentium 4 with 3.4 GHz."""
+
+    scene: str
+    faces: int
+    brute: float  # [ms]
+    hextree: float  # [ms]
+
+    @property
+    def ratio(self) -> float:
+        """How many times as long brute force takes."""
+        return self.brute / self.hextree
+
+
+EIFFEL = Printed("Eiffel Tower", 11_155, 4.584, 4.236)
+AREA = Printed("Industry Area", 13_585, 7.299, 5.799)
+SHELL = Printed("Uniqua Building, part", 147_296, 44.486, 39.331)
+WHOLE = Printed("Uniqua Building", 182_038, 58.666, 48.872)
+
+
+@dataclass(frozen=True)
+class Searched:
+    """
+    One caster.
+
+    Parameters
+    ----------
+    scene : str
+    printed : Printed, optional
+        The paper's scene that it stands for.
+    faces, edges : int
+    silhouette : float
+        Edges of a sun's silhouette, the mean.
+    times : dict of Timing
+        Of the processor, by way, for one sun asked alone: ``as printed`` is brute force that
+        takes the products of both faces for every edge, ``brute`` ours, which takes each
+        face's once. ``64 at once`` is ours, of one sun among all of a day.
+    tested : dict of float
+        By tree: edges that are looked at for a sun, the mean.
+    build : dict of float
+        By tree, of the processor [s].
+    n_bytes : dict of int
+        By tree, in memory.
+    differ : int
+        Edges that are not brute force's, over all suns and ways.
+    """
+
+    scene: str
+    printed: Printed | None
+    faces: int
+    edges: int
+    silhouette: float
+    times: dict[str, Timing]
+    tested: dict[str, float]
+    build: dict[str, float]
+    n_bytes: dict[str, int]
+    differ: int
+
+    def ratio(self, brute: str, way: str) -> float:
+        """How many times as long one kind of brute force takes as another way, at their best."""
+        return self.times[brute].least / self.times[way].least
+
+
+@dataclass(frozen=True)
+class Wallner:
+    """
+    Both tables as measured.
+
+    Parameters
+    ----------
+    rows : list of Searched
+    suns, repeat : int
+        Asked in each run; runs behind each median.
+    quick : bool
+        Whether sizes are too small to mean anything.
+    """
+
+    rows: list[Searched]
+    suns: int
+    repeat: int
+    quick: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the JSON object."""
+        return {
+            "benchmark": "wallner",
+            "umbra": name_version("umbra-shadows"),
+            "machine": describe_machine(),
+            "suns": self.suns,
+            "repeat": self.repeat,
+            "quick": self.quick,
+            "rows": [
+                {
+                    "scene": row.scene,
+                    "faces": row.faces,
+                    "edges": row.edges,
+                    "silhouette_edges": row.silhouette,
+                    "ms": {way: 1e3 * found.median for way, found in row.times.items()},
+                    "min_ms": {way: 1e3 * found.least for way, found in row.times.items()},
+                    "printed_brute_to_hextree": row.ratio("as printed", "hextree"),
+                    "brute_to": {way: row.ratio("brute", way) for way in _TREES},
+                    "tested_edges": row.tested,
+                    "build_ms": {way: 1e3 * taken for way, taken in row.build.items()},
+                    "bytes": row.n_bytes,
+                    "disagreements": row.differ,
+                    "paper": None
+                    if row.printed is None
+                    else {**row.printed._asdict(), "brute_to_hextree": row.printed.ratio},
+                }
+                for row in self.rows
+            ],
+        }
+
+    def to_table(self) -> str:
+        """Give Markdown tables that can be read as they stand."""
+        times = lay_out_table(
+            [
+                "casters", "triangles", "brute as printed ms", "ours ms", "hextree ms", "tree ms",
+                "printed / hextree", "paper's", "ours / hextree", "ours / tree", "64 at once ms",
+                "paper's scene: triangles, brute force ms, hextree ms",
+            ],
+            [
+                [
+                    row.scene,
+                    f"{row.faces:,}",
+                    *(show_timing(row.times[way]) for way in _WAYS),
+                    f"{row.ratio('as printed', 'hextree'):.2f}",
+                    "" if row.printed is None else f"{row.printed.ratio:.2f}",
+                    *(f"{row.ratio('brute', way):.2f}" for way in _TREES),
+                    show_timing(row.times["64 at once"]),
+                    _show(row.printed),
+                ]
+                for row in self.rows
+            ],
+        )  # fmt: skip
+        edges = lay_out_table(
+            [
+                "casters", "edges", "in the silhouette", "hextree tests", "tree tests",
+                "hextree built ms", "tree built ms", "hextree MB", "tree MB",
+            ],
+            [
+                [
+                    row.scene,
+                    f"{row.edges:,}",
+                    _share(row.silhouette, row.edges),
+                    *(_share(row.tested[way], row.edges) for way in _TREES),
+                    *(f"{1e3 * row.build[way]:.3g}" for way in _TREES),
+                    *(f"{1e-6 * row.n_bytes[way]:.3g}" for way in _TREES),
+                ]
+                for row in self.rows
+            ],
+        )  # fmt: skip
+        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
+        differ = sum(row.differ for row in self.rows)
+        return (
+            f"umbra bench wallner: {describe_machine()}. Silhouettes of {self.suns} suns, one at a "
+            f"time on one thread: ms of the processor for one, medians of {self.repeat} runs in "
+            "turn, the fastest in brackets; ratios are of the fastest, which a busy machine "
+            f"disturbs least.{small}\n\n{times}\n\n{edges}\n\n"
+            f"{differ} edges are not those of brute force."
+        )
+
+
+def bench_wallner(
+    *,
+    repeat: int,
+    quick: bool,
+    models: Sequence[Path] = (),
+    say: Callable[[str], object] = lambda _: None,
+) -> Wallner:
+    """
+    Measure brute force, the paper's hextree (depth 4) and the tree of boxes, in turn.
+
+    The suns are those over Vienna on 18 September from 09:00 to 17:00, as in the paper's
+    figure 7. Adjacency and trees are built before the clock starts.
+
+    Parameters
+    ----------
+    repeat : int
+    quick : bool
+    models : sequence of path
+        Measured too. Parts of the first one, as many as have the triangles of the paper's
+        industry area, stand for it in place of boxes.
+    say : callable
+        Told what is measured next, and what stands for what.
+
+    Returns
+    -------
+    tables : Wallner
+
+    Raises
+    ------
+    InputError
+        If a model cannot be read.
+    """
+    import umbra  # noqa: PLC0415
+
+    scenes = [(path.name, umbra.read(path)) for path in models]
+    if not scenes:
+        say("boxes stand for the paper's industry area; name a real city with --model FILE")
+    suns = np.append(make_suns(), np.zeros((33, 1)), 1)[:: 16 if quick else 1]
+    rows = []
+    for name, printed, make in _list_casters(scenes, quick):
+        say(name)
+        rows.append(_measure(name, printed, make(), suns, repeat))
+    return Wallner(rows, len(suns), repeat, quick)
+
+
+def _list_casters(
+    scenes: Sequence[tuple[str, Scene]], quick: bool
+) -> list[tuple[str, Printed | None, Callable[[], Caster]]]:
+    """List what is measured, with the paper's scene that it stands for."""
+    area: tuple[str, Callable[[], Caster]]
+    if scenes:
+        area = f"some of {scenes[0][0]}", lambda: _take(scenes[0][1], AREA.faces)
+    else:
+        area = "town of 1,132 boxes", lambda: _join(make_town(1132, 500.0, 1))
+    listed: list[tuple[str, Printed | None, Callable[[], Caster]]] = [
+        ("lattice tower", EIFFEL, lambda: _join(make_lattice_tower())),
+        (area[0], AREA, area[1]),
+    ]
+    if not quick:
+        tower = make_office_tower()
+        listed += [
+            ("office tower, shell", SHELL, lambda: _join(tower.shell)),
+            ("office tower, whole", WHOLE, lambda: _join(tower.whole)),
+            ("smooth boulder", None, lambda: _join(make_boulder(7))),
+        ]
+    listed += [(name, None, lambda scene=scene: _take(scene)) for name, scene in scenes]  # type: ignore[misc]
+    return listed
+
+
+def _join(model: SquareModel) -> Caster:
+    return make_caster(model.vertices, model.faces)
+
+
+def _take(scene: Scene, most: float = np.inf) -> Caster:
+    """Make a caster of a scene's first parts, of so many triangles at most."""
+    ends = np.cumsum([len(part.mesh.faces) for part in scene.parts])
+    soup = scene.triangles(range(int(np.searchsorted(ends, most, "right"))))
+    return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
+
+
+def _measure(
+    name: str, printed: Printed | None, caster: Caster, suns: NDArray[np.float64], repeat: int
+) -> Searched:
+    use_threads(1)
+    build, trees = {}, {}
+    for way in _TREES:
+        prepare_tree(replace(caster, edge_faces=caster.edge_faces.copy()), way)  # compiles
+        begun = time.process_time()
+        trees[way] = prepare_tree(caster, way)
+        build[way] = time.process_time() - begun
+    searches = {way: _make_search(caster, way) for way in _WAYS}
+    contenders = {way: counted(partial(_ask_all, search, suns)) for way, search in searches.items()}
+    contenders["64 at once"] = counted(lambda: list(find_silhouettes(caster, suns, "brute")))
+    times = {
+        way: Timing(found.median / len(suns), found.least / len(suns))
+        for way, found in run_in_turn(contenders, repeat).items()
+    }
+    codes = {way: [search(sun) for sun in suns] for way, search in searches.items()}
+    tested = {
+        way: float(np.mean([tree.count_tested(sun) or len(caster.edges) for sun in suns]))
+        for way, tree in trees.items()
+    }
+    return Searched(
+        scene=name,
+        printed=printed,
+        faces=len(caster.faces),
+        edges=len(caster.edges),
+        silhouette=float(np.mean([len(found) for found in codes["brute"]])),
+        times=times,
+        tested=tested,
+        build=build,
+        n_bytes={way: tree.n_bytes for way, tree in trees.items()},
+        differ=sum(
+            len(np.setxor1d(mine, theirs))
+            for way in _WAYS
+            for mine, theirs in zip(codes[way], codes["brute"], strict=True)
+        ),
+    )
+
+
+def _make_search(caster: Caster, way: str) -> Callable[[NDArray[np.float64]], NDArray[np.int32]]:
+    """Make what finds the silhouette of one sun, as codes."""
+    if way == "as printed":
+        room = np.zeros(len(caster.edges) + 1, np.int32)
+
+        def search(sun: NDArray[np.float64]) -> NDArray[np.int32]:
+            n = _ask_as_printed(caster.planes, caster.edge_faces, caster.turn, sun, room)
+            return room[:n].copy()
+    else:
+
+        def search(sun: NDArray[np.float64]) -> NDArray[np.int32]:
+            ((_, found),) = find_silhouettes(caster, sun[None], way)
+            return found.codes[: found.starts[1]].copy()
+
+    return search
+
+
+def _ask_all(
+    search: Callable[[NDArray[np.float64]], NDArray[np.int32]], suns: NDArray[np.float64]
+) -> None:
+    for sun in suns:
+        search(sun)
+
+
+@njit(cache=True, nogil=True, boundscheck=False)
+def _ask_as_printed(planes, edge_faces, turn, light, codes):
+    """Loop through all edges and take the products of both triangles (Wallner, section 4)."""
+    n = 0
+    for edge in range(edge_faces.shape[0]):
+        a, b = edge_faces[edge, 0], edge_faces[edge, 1]
+        one = (
+            planes[0, a] * light[0] + planes[1, a] * light[1]
+            + planes[2, a] * light[2] + planes[3, a] * light[3]
+        )  # fmt: skip
+        two = (
+            planes[0, b] * light[0] + planes[1, b] * light[1]
+            + planes[2, b] * light[2] + planes[3, b] * light[3]
+        )  # fmt: skip
+        codes[n] = edge << 2 | (one > 0)
+        n += (one > 0) ^ (two > 0) ^ turn[edge]
+    return n
+
+
+def _show(printed: Printed | None) -> str:
+    if printed is None:
+        return ""
+    return f"{printed.scene}: {printed.faces:,}, {printed.brute:g}, {printed.hextree:g}"
+
+
+def _share(some: float, of: int) -> str:
+    """Give a number of edges, and what share of all it is."""
+    return f"{some:,.0f} ({100 * some / of:.3g} %)"

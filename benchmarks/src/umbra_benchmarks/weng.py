@@ -1,0 +1,309 @@
+"""Soft shadows by three methods over polygon counts, as in Weng's figures 15 to 18."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.cpu.frame import FrameCounter
+from umbra.rays.depth import GROUND
+from umbra.scene import Camera, Mesh, Part, make_scene, point_light
+from umbra.soft import ball_light, samples, wedges, weng
+from umbra.volume.silhouette import find_silhouette_edges
+from umbra_benchmarks.report import describe_machine, lay_out_table, name_version
+from umbra_benchmarks.soft_gl import find_device_name, time_frames
+
+__all__ = ["PAPER", "Errors", "Soft", "SoftRow", "bench_weng", "find_errors", "make_ball"]
+
+REFERENCE = 1024
+"""Samples of the light that the methods are measured against."""
+LENGTH, GAP = 3.0, 0.3
+"""With which the paper timed its figures 17 and 18."""
+PAPER = {
+    12: "60 fps; wedges a 6th (fig. 16)",
+    216: "10, 640, 60 fps (fig. 17; the 2nd at 200)",
+    500: "3, 50 to 60, 15 fps (fig. 17)",
+    1800: "15 fps on the 3rd system (fig. 17)",
+}
+"""What the text says of its figures; the curves themselves are not tabulated."""
+_LIGHT = ball_light(point_light((3.0, 2.0, 8.0)), 0.5)
+_MIDDLE = (0.0, 0.0, 1.6)
+_BALLS = {48: (8, 4), 216: (12, 10), 500: (25, 11), 1800: (36, 26), 10_000: (100, 51)}
+
+
+@dataclass(frozen=True)
+class Errors:
+    """
+    How far a visibility is from the reference, where either is neither 0 nor 1.
+
+    Parameters
+    ----------
+    pixels : int
+    l1, bias, rms, most : float
+        Mean of the absolute and of the signed differences, root of the mean square, and
+        largest; positive is too bright.
+    """
+
+    pixels: int
+    l1: float
+    bias: float
+    rms: float
+    most: float
+
+
+@dataclass(frozen=True)
+class SoftRow:
+    """
+    One caster.
+
+    Parameters
+    ----------
+    faces, silhouette : int
+        Triangles; edges of the silhouette.
+    hard : float
+        Median time of the hard count [s].
+    seconds : dict
+        Median time of each method [s]; of the samples' one run.
+    floor, everywhere : dict
+        `Errors` of each method on the floor, and with the caster's own surface.
+    gl : dict
+        Median time of frames on OpenGL by their shadows [s]; empty without it.
+    """
+
+    faces: int
+    silhouette: int
+    hard: float
+    seconds: dict[str, float]
+    floor: dict[str, Errors]
+    everywhere: dict[str, Errors]
+    gl: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Soft:
+    """
+    Three methods over polygon counts.
+
+    Parameters
+    ----------
+    rows : list of SoftRow
+    size : (int, int)
+    threads, repeat : int
+    quick : bool
+        Whether sizes are too small to mean anything.
+    gl_device : str, optional
+        What draws with OpenGL, if there is any.
+    """
+
+    rows: list[SoftRow]
+    size: tuple[int, int]
+    threads: int
+    repeat: int
+    quick: bool
+    gl_device: str | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the JSON object."""
+        return {
+            "benchmark": "weng",
+            "umbra": name_version("umbra-shadows"),
+            "machine": describe_machine(),
+            "threads": self.threads,
+            "repeat": self.repeat,
+            "quick": self.quick,
+            "size": self.size,
+            "samples": REFERENCE,
+            "length": LENGTH,
+            "gap": GAP,
+            "gl_device": self.gl_device,
+            "rows": [
+                {
+                    "faces": row.faces,
+                    "silhouette_edges": row.silhouette,
+                    "hard_ms": 1e3 * row.hard,
+                    **{f"{name}_ms": 1e3 * taken for name, taken in row.seconds.items()},
+                    "wedges_to_weng": row.seconds["wedges"] / row.seconds["weng"],
+                    "gl_ms": {name: 1e3 * taken for name, taken in row.gl.items()},
+                    "floor": {name: vars(found) for name, found in row.floor.items()},
+                    "everywhere": {name: vars(found) for name, found in row.everywhere.items()},
+                    "paper": PAPER.get(row.faces),
+                }
+                for row in self.rows
+            ],
+        }
+
+    def to_table(self) -> str:
+        """Give a Markdown table that can be read as it stands."""
+        head = [
+            "faces", "silhouette", "hard ms", "samples ms", "wedges ms", "Weng ms",
+            "wedges / Weng", "wedges L1, bias, RMS, max", "Weng L1, bias, RMS, max",
+            "hard L1, bias, RMS, max", "with the caster itself: wedges L1, Weng L1",
+            "gl frames ms: hard, samples, wedges, Weng", "gl: wedges / Weng, Weng / hard",
+            "Weng's paper",
+        ]  # fmt: skip
+        lines = [
+            [
+                f"{row.faces:,}",
+                f"{row.silhouette:,}",
+                f"{1e3 * row.hard:.3g}",
+                f"{1e3 * row.seconds['samples']:,.0f}",
+                f"{1e3 * row.seconds['wedges']:.3g}",
+                f"{1e3 * row.seconds['weng']:.3g}",
+                f"{row.seconds['wedges'] / row.seconds['weng']:.2f}",
+                *(_show(row.floor[name]) for name in ("wedges", "weng", "hard")),
+                f"{row.everywhere['wedges'].l1:.3f}, {row.everywhere['weng'].l1:.3f}",
+                ", ".join(f"{1e3 * row.gl[name]:,.1f}" for name in row.gl),
+                _compare(row.gl) if row.gl else "",
+                PAPER.get(row.faces, ""),
+            ]
+            for row in self.rows
+        ]
+        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
+        cols, rows = self.size
+        return (
+            f"umbra bench weng: {describe_machine()}. {cols}x{rows} pixels, "
+            f"{self.threads} threads, medians of {self.repeat} runs. Errors of visibility on the "
+            f"floor against {REFERENCE:,} samples, where either is in penumbra; "
+            f"length {LENGTH:g}, gap {GAP:g} ({round(LENGTH / GAP)} layers). "
+            f"gl: {self.gl_device or 'there is no OpenGL'}.{small}"
+            f"\n\n{lay_out_table(head, lines)}"
+        )
+
+
+def bench_weng(
+    *,
+    threads: int,
+    repeat: int,
+    quick: bool,
+    say: Callable[[str], object] = lambda _: None,
+) -> Soft:
+    """
+    Time samples, wedges and layers, and measure their errors, for a cube and balls.
+
+    Parameters
+    ----------
+    threads : int
+    repeat : int
+    quick : bool
+    say : callable
+        Told what is measured next.
+
+    Returns
+    -------
+    soft : Soft
+    """
+    size = (96, 72) if quick else (800, 600)
+    eye, target = np.array([-4.5, -6.0, 5.0]), np.array([-0.6, -0.4, 0.6])
+    camera = Camera(eye, target, size=size, fov=45.0)
+    rows, gl_device = [], find_device_name()
+    for faces in (12, 48) if quick else (12, *_BALLS):
+        say(f"{faces:,} triangles")
+        rows.append(_measure(faces, camera, threads, repeat, has_gl=gl_device is not None))
+    return Soft(rows, size, threads, repeat, quick, gl_device)
+
+
+def find_errors(found: NDArray, truth: NDArray, where: NDArray[np.bool_]) -> Errors:
+    """
+    Compare two visibilities where either is in penumbra, see `Errors`.
+
+    Parameters
+    ----------
+    found, truth : (rows, cols) float32
+    where : (rows, cols) bool
+        Only here.
+    """
+    partial = where & (((found > 0) & (found < 1)) | ((truth > 0) & (truth < 1)))
+    error = (found.astype(np.float64) - truth)[partial]
+    if not len(error):
+        return Errors(0, 0.0, 0.0, 0.0, 0.0)
+    size = np.abs(error)
+    return Errors(
+        len(error),
+        float(size.mean()),
+        float(error.mean()),
+        float(np.sqrt((error**2).mean())),
+        float(size.max()),
+    )
+
+
+def make_ball(around: int, bands: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Make a ball of 2 around (bands - 1) triangles, of radius 1, closed."""
+    tilt = np.pi * np.arange(1, bands) / bands
+    turn = 2 * np.pi * np.arange(around) / around
+    ring = np.stack([np.cos(turn), np.sin(turn)], 1)
+    rings = np.concatenate([np.c_[np.sin(t) * ring, np.full(around, np.cos(t))] for t in tilt])
+    vertices = np.concatenate([rings, [(0, 0, 1), (0, 0, -1)]]) + _MIDDLE
+    here = np.arange(around)
+    onward = (here + 1) % around
+    top, bottom = (np.full(around, len(rings) + k) for k in range(2))
+    last = around * (bands - 2)
+    faces = [np.stack([top, here, onward], 1), np.stack([bottom, last + onward, last + here], 1)]
+    for band in range(bands - 2):
+        up, down = band * around, (band + 1) * around
+        faces.append(np.stack([up + here, down + here, down + onward], 1))
+        faces.append(np.stack([up + here, down + onward, up + onward], 1))
+    return vertices, np.concatenate(faces).astype(np.int32)
+
+
+def _make_cube() -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [(a, *pair) for a, b, c, d in quads for pair in ((b, c), (c, d))]
+    return 0.8 * corners + _MIDDLE, np.array(faces, np.int32)
+
+
+def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: bool) -> SoftRow:
+    mesh = _make_cube() if faces == 12 else make_ball(*_BALLS[faces])
+    scene = make_scene([Part("caster", "", Mesh(*mesh))])
+    counter = FrameCounter(scene, ground=0.0, threads=threads)
+    view, frame = counter.see(camera)
+    seen = counter, view, frame, camera
+    seconds, found = {}, {}
+    works: dict[str, Callable[[], NDArray]] = {
+        "hard": lambda: (counter.count(view, camera, _LIGHT.light) == 0).astype(np.float32),
+        "wedges": lambda: wedges.visibility(*seen, _LIGHT),
+        "weng": lambda: weng.visibility(*seen, _LIGHT, length=LENGTH, gap=GAP),
+        "samples": lambda: samples.visibility(*seen, _LIGHT, samples=REFERENCE),
+    }
+    for name, work in works.items():
+        taken = []
+        if name != "samples":
+            found[name] = work()  # compiles, and fills the caches
+        for _ in range(1 if name == "samples" else repeat):
+            begun = time.perf_counter()
+            found[name] = work()
+            taken.append(time.perf_counter() - begun)
+        seconds[name] = float(np.median(taken))
+    place = _LIGHT.light.local(counter.scene.origin)
+    errors = [
+        {
+            name: find_errors(found[name], found["samples"], where)
+            for name in ("hard", "wedges", "weng")
+        }
+        for where in (frame.part == GROUND, np.ones(frame.part.shape, np.bool_))
+    ]
+    frames = {}
+    if has_gl:
+        frames = time_frames(
+            scene, camera, _LIGHT, samples=REFERENCE, length=LENGTH, gap=GAP, repeat=repeat
+        )
+    return SoftRow(
+        faces=len(mesh[1]),
+        silhouette=len(find_silhouette_edges(counter.caster, place)[0]),
+        hard=seconds.pop("hard"),
+        seconds=seconds,
+        floor=errors[0],
+        everywhere=errors[1],
+        gl=frames,
+    )
+
+
+def _compare(gl: dict[str, float]) -> str:
+    return f"{gl['wedges'] / gl['weng']:.2f}, {gl['weng'] / gl['hard']:.1f}"
+
+
+def _show(errors: Errors) -> str:
+    return f"{errors.l1:.3f}, {errors.bias:+.3f}, {errors.rms:.3f}, {errors.most:.2f}"
