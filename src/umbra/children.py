@@ -21,18 +21,8 @@ def make_command(code: str, *arguments: str) -> list[str]:
     """
     Make the command of a child that runs a few statements; start it in ``HOME``.
 
-    Parameters
-    ----------
-    code : str
-        Python statements.
-    *arguments : str
-        Its ``sys.argv[1:]``.
-
-    Returns
-    -------
-    command : list of str
-        What the current folder holds is not imported, unless ``PYTHONPATH`` names it or
-        umbra itself lies there.
+    What the current folder holds is not imported, unless ``PYTHONPATH`` names it or umbra itself
+    lies there. Arguments are its ``sys.argv[1:]``.
     """
     path = [entry for entry in sys.path if entry and not _is_here(entry)]
     root = str(HOME.parent)

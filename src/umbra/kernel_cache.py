@@ -20,14 +20,7 @@ __all__ = ["find_kernel_cache"]
 
 @cache
 def find_kernel_cache() -> str | None:
-    """
-    Have kernels compile wherever umbra runs.
-
-    Returns
-    -------
-    note : str or None
-        What that costs, if they can only be kept for this run or not at all.
-    """
+    """Have kernels compile wherever umbra runs; note what it costs if they cannot be kept."""
     if os.environ.get("NUMBA_CACHE_DIR") or _is_writable(HOME / "cpu") or _has_user_folder():
         return None
     try:

@@ -40,20 +40,7 @@ def make_printable(text: str, *, is_json: bool = False) -> str:
 
 
 def shorten(text: str, longest: int = LONGEST) -> str:
-    """
-    Cut a line's middle out, and say how much is missing.
-
-    Parameters
-    ----------
-    text : str
-    longest : int
-        Most letters that are left.
-
-    Returns
-    -------
-    text : str
-        The same where it is short enough.
-    """
+    """Cut a line's middle out, and say how much is missing; a short one stays."""
     if len(text) <= longest:
         return text
     gap = f" … ({len(text):,} characters in all) … "
@@ -62,19 +49,10 @@ def shorten(text: str, longest: int = LONGEST) -> str:
 
 def fit_names(names: Sequence[str], width: int) -> list[str]:
     """
-    Cut names for a column of a table so that no two come out alike.
+    Cut names for a column of so many letters so that no two come out alike.
 
-    Parameters
-    ----------
-    names : sequence of str
-    width : int
-        Letters in the column.
-
-    Returns
-    -------
-    shown : list of str
-        With the middle left out where a name is too long: programs number things at the
-        end. Whole, however long, where two names would still be the same.
+    The middle is left out where one is too long, as programs number things at the end. Where two
+    names would still be the same they stay whole.
     """
     tail = width // 2
     cut = {

@@ -37,18 +37,7 @@ def find_folder() -> Path:
 
 
 def load(name: str) -> dict[str, NDArray] | None:
-    """
-    Give the arrays that were kept by a name; None if there are none, or not whole.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    arrays : dict of str to array, or None
-        Their check sums (CRC-32, of zip) are right.
-    """
+    """Give the arrays that were kept by a name; None if there are none, or not whole (CRC-32)."""
     try:
         with _find_path(name).open("rb") as file, np.load(file, allow_pickle=False) as found:
             arrays = {key: found[key] for key in found.files}
@@ -63,14 +52,7 @@ def load(name: str) -> dict[str, NDArray] | None:
 
 
 def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
-    """
-    Keep arrays by a name, if there is room; then let the oldest go.
-
-    Parameters
-    ----------
-    name : str
-    arrays : dict of str to array
-    """
+    """Keep arrays by a name, if there is room; then let the oldest go."""
     size = sum(array.nbytes for array in arrays.values())
     if size > LIMIT // 4:
         return

@@ -33,17 +33,7 @@ Beside = list[list[Any]]
 
 
 def keep_scene(key: str, scene: Scene, beside: Beside | None = None) -> None:
-    """
-    Keep a scene for later runs, if it is of a kind that is kept.
-
-    Parameters
-    ----------
-    key : str
-        Of the files that were named, and of how they were read.
-    scene : Scene
-    beside : list of lists of str and int
-        What else it depends on.
-    """
+    """Keep a scene of a kind that is kept, with what it depends on ``beside`` the named files."""
     if scene.lights or any(part.binding or part.material.image for part in scene.parts):
         return
     if not all(np.isfinite(getattr(scene, name) or 0.0) for name in _PLACE):
@@ -56,15 +46,7 @@ def keep_scene(key: str, scene: Scene, beside: Beside | None = None) -> None:
 
 
 def load_scene(key: str, is_current: Callable[[Beside], bool] = lambda _: True) -> Scene | None:
-    """
-    Give the scene that was kept by a key, or None.
-
-    Parameters
-    ----------
-    key : str
-    is_current : function of (beside) -> bool
-        Whether what it depends on besides is as it was.
-    """
+    """Give the scene kept by a key, or None; ``is_current`` judges what it depends on besides."""
     arrays = load(key)
     if arrays is None:
         return None

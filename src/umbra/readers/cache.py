@@ -34,20 +34,7 @@ _PACKAGES = ("ifcopenshell", "mapbox-earcut", "pyproj", "shapely")
 def read_kept(
     files: Files, choices: ReadChoices, read: Callable[[Files, ReadChoices], Scene]
 ) -> Scene:
-    """
-    Take a scene from the cache, or read it and keep it there.
-
-    Parameters
-    ----------
-    files : list of (str, Path, bytes)
-        Layer, path and content of each.
-    choices : ReadChoices
-    read : function of (files, choices) -> Scene
-
-    Returns
-    -------
-    scene : Scene
-    """
+    """Take the scene of files (layer, path, content) from the cache, or read and keep it."""
     key = _find_key(files, choices)
     if key is None:
         return read(files, choices)

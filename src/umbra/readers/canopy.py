@@ -22,26 +22,9 @@ _TALLEST = 130.0  # [m]; no tree is as tall
 
 def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -> tuple[Part, int]:
     """
-    Make the body of a canopy.
+    Make the body of a canopy over the ground (n_cells,) [m]; count the cells that have none.
 
-    Parameters
-    ----------
-    part : Part
-        Of ``read_canopy``, its corners in any coordinates.
-    crowns : CrownRaster
-    ground : (n_cells,) float64
-        Height of the ground below each cell [m].
-
-    Returns
-    -------
-    part : Part
-    left_out : int
-        Cells in which the canopy is not above its trunk zone and the ground.
-
-    Raises
-    ------
-    InputError
-        If that are all.
+    The part is that of ``read_raster``, its corners in any coordinates.
     """
     high = crowns.tops if crowns.is_absolute else ground + crowns.tops
     if crowns.trunk is None:
@@ -82,23 +65,11 @@ def make_body(
     """
     Make the triangles of columns that share no walls.
 
-    Parameters
-    ----------
-    cells : (rows, cols) int32
-        Index of each cell's column; -1 for none.
-    corners : (n, 4) int32
-        Of each column, about it: those of row and column, column + 1, row + 1 with
-        column + 1, row + 1.
-    low, high : (n,) float64
-        From where to where each column goes; none where high <= low [m].
-    is_left : bool
-        Whether this order is counter-clockwise in the plan.
-
-    Returns
-    -------
-    corner : (3 * n_triangles,) int32
-    z : (3 * n_triangles,) float64
-        Of the triangles' vertices, counter-clockwise seen from outside.
+    ``cells`` (rows, cols) has the index of each cell's column, -1 for none; ``corners`` (n, 4) are
+    those about it in the order of `CrownRaster`, counter-clockwise in the plan if ``is_left``. A
+    column goes from ``low`` to ``high`` (n,) [m]; there is none where high <= low. Returned are
+    the plan's corner and the height of the triangles' vertices, (3 * n_triangles,) each,
+    counter-clockwise seen from outside.
     """
     count = _fill(cells, corners, low, high, is_left, np.zeros(0, np.int32), np.zeros(0))
     corner, z = np.zeros(3 * count, np.int32), np.zeros(3 * count)

@@ -19,27 +19,7 @@ __all__ = [
 
 
 def need(module: str, extra: str, what: str) -> Any:
-    """
-    Import a package of an extra.
-
-    Parameters
-    ----------
-    module : str
-        As ``rasterio``, or a module in it.
-    extra : str
-        The extra of umbra that brings it.
-    what : str
-        The format that needs it, for the error.
-
-    Returns
-    -------
-    module : module
-
-    Raises
-    ------
-    InputError
-        If it is not installed; says how to install it.
-    """
+    """Import a package of an extra that a format needs; an error says how to install it."""
     try:
         return import_module(module)
     except ImportError as error:
@@ -47,19 +27,7 @@ def need(module: str, extra: str, what: str) -> Any:
 
 
 def require(package: str, extra: str, what: str) -> None:
-    """
-    Check that a package of an extra is installed, without importing it.
-
-    Parameters
-    ----------
-    package, extra, what : str
-        As in `need`.
-
-    Raises
-    ------
-    InputError
-        If it is not installed; says how to install it.
-    """
+    """Check that a package of an extra is installed, as `need`, without importing it."""
     try:
         found = find_spec(package)
     except ValueError:  # a module of this name was loaded from nowhere
@@ -77,19 +45,7 @@ def _miss(package: str, extra: str, what: str, reason: str) -> InputError:
 
 
 def describe_damage(error: BaseException) -> str:
-    """
-    Say what an error of the walk through a file's values means for the file.
-
-    Parameters
-    ----------
-    error : Exception
-        As Python raised it.
-
-    Returns
-    -------
-    reason : str
-        One line, at most 120 characters.
-    """
+    """Say in a line what an error in walking a file's values means for the file."""
     if isinstance(error, KeyError):
         return f"{str(error.args[0] if error.args else '')[:60]!r} is missing or of no known kind"
     if isinstance(error, IndexError):
@@ -108,14 +64,7 @@ MOST = 2**31 - 1  # vertices and triangles that int32 can number
 
 
 class Budget:
-    """
-    The memory that one file may take.
-
-    Parameters
-    ----------
-    size : int
-        Of the file [byte].
-    """
+    """The memory that one file of so many bytes may take."""
 
     def __init__(self, size: int = 0) -> None:
         self._size = size
@@ -126,21 +75,7 @@ class Budget:
         self._size += size
 
     def spend(self, size: int, what: str) -> None:
-        """
-        Take memory, before it is used.
-
-        Parameters
-        ----------
-        size : int
-            [byte]
-        what : str
-            For errors.
-
-        Raises
-        ------
-        InputError
-            If the file has taken more than its size can justify.
-        """
+        """Take memory [byte], before it is used; refuse what the file's size cannot justify."""
         self._spent += size
         limit = min(max(LEAST, FACTOR * self._size), SHARE * find_memory())
         if self._spent > limit:
@@ -153,14 +88,7 @@ class Budget:
 
 
 def check_soup(parts: Sequence[Part]) -> None:
-    """
-    Refuse parts whose instances multiply to more than memory holds.
-
-    Raises
-    ------
-    InputError
-        Says how many triangles there are, and what they would take.
-    """
+    """Refuse parts whose instances multiply to more than memory holds."""
     shared: set[int] = set()
     vertices = triangles = instances = 0
     for part in parts:

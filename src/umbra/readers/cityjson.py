@@ -37,25 +37,7 @@ __all__ = [
 
 
 def read_cityjson(documents: list[Any], up: str | None = None) -> FileModel:
-    """
-    Read parsed CityJSON.
-
-    Parameters
-    ----------
-    documents : list of dict
-        One CityJSON object, or a sequence's header and its features.
-    up : {'x', 'y', 'z'}, optional
-        z if None.
-
-    Returns
-    -------
-    model : FileModel
-
-    Raises
-    ------
-    InputError
-        If the file is older than CityJSON 1.0 or an object in it is damaged (which).
-    """
+    """Read parsed CityJSON: one object, or a sequence's header and its features."""
     head = documents[0]
     if head["type"] != "CityJSON":
         msg = "is a CityJSONFeature without a header line; put the CityJSON line first"
@@ -161,17 +143,7 @@ class SurfaceList:
         self._first_ring = 0
 
     def add(self, name: str, surfaces: list[Any], kinds: list[str]) -> None:
-        """
-        Add an object's surfaces.
-
-        Parameters
-        ----------
-        name : str
-        surfaces : list
-            Each a list of rings, each a list of vertex indices of the document.
-        kinds : list of str
-            One for each surface.
-        """
+        """Add an object's surfaces (lists of rings of the document's vertices), each of a kind."""
         parts, lengths, corners = self._parts, self._ring_lengths, self._open
         for surface, kind in zip(surfaces, kinds, strict=True):
             self._part.append(parts.setdefault((name, kind), len(parts)))
@@ -181,23 +153,7 @@ class SurfaceList:
                 corners += ring
 
     def close(self, n_vertices: int, offset: int, where: str = "") -> None:
-        """
-        End a document: check the indices added since the last, and shift them.
-
-        Parameters
-        ----------
-        n_vertices : int
-            Of the document.
-        offset : int
-            Vertices of all documents before it.
-        where : str
-            Put before errors.
-
-        Raises
-        ------
-        InputError
-            If a corner is not a whole number, or names no vertex (which object).
-        """
+        """End a document: check the indices added since the last, and shift them by ``offset``."""
         try:
             corners = np.array(self._open) if self._open else np.zeros(0, np.int64)
         except ValueError:  # ragged: an index is a list
@@ -231,20 +187,7 @@ class SurfaceList:
     def cut(
         self, vertices: NDArray[np.float64], counts: dict[str, int]
     ) -> dict[tuple[str, str], Mesh]:
-        """
-        Cut all surfaces into triangles.
-
-        Parameters
-        ----------
-        vertices : (n_vertices, 3) float64
-            Of all documents; the meshes share it.
-        counts : dict of str to int
-            What was left out, by what it is; added to.
-
-        Returns
-        -------
-        meshes : dict of (name, kind) to Mesh
-        """
+        """Cut all surfaces into triangles of shared vertices (n, 3): a mesh by (name, kind)."""
         corners = np.concatenate(self._closed) if self._closed else np.zeros(0, np.int64)
         result = triangulate(
             vertices,
@@ -270,14 +213,7 @@ class SurfaceList:
 
 
 class Templates:
-    """
-    The templates of one file.
-
-    Parameters
-    ----------
-    data : dict or None
-        ``geometry-templates`` of the file; their vertices are plain coordinates.
-    """
+    """The geometry templates of one file; their vertices are plain coordinates."""
 
     def __init__(self, data: Any) -> None:
         self.shapes: list[dict[str, Any]] = data["templates"] if data else []
@@ -293,25 +229,7 @@ class Templates:
         vertices: NDArray[np.float64],
         counts: dict[str, int],
     ) -> list[Part]:
-        """
-        Place a template.
-
-        Parameters
-        ----------
-        name, kind : str
-            Of the object; the kind is for surfaces without semantics.
-        instance : dict
-            The GeometryInstance.
-        vertices : (n, 3) float64
-            Of the instance's document; one of them is its reference point.
-        counts : dict of str to int
-            What was left out; added to.
-
-        Returns
-        -------
-        parts : list of Part
-            They share the template's meshes.
-        """
+        """Place a template at a vertex (n, 3) of the document; the parts share its meshes."""
         index = instance["template"]
         if index not in self._meshes:
             self._meshes[index] = self._cut(index, counts)

@@ -24,21 +24,11 @@ DEPTHS = {
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """
-    The geometry taken for one object.
+    """The geometry taken for one object."""
 
-    Parameters
-    ----------
-    geometry : dict
-        As in the file; a GeometryInstance stands for its template.
-    shape : dict
-        What has the surfaces: the geometry itself, or the template.
-    lender : dict, optional
-        A geometry of the same level whose semantics the shape may borrow.
-    """
-
-    geometry: dict[str, Any]
-    shape: dict[str, Any]
+    geometry: dict[str, Any]  # as in the file; a GeometryInstance stands for its template
+    shape: dict[str, Any]  # what has the surfaces: the geometry itself, or the template
+    # A geometry of the same level whose semantics the shape may borrow
     lender: dict[str, Any] | None = None
 
 
@@ -56,32 +46,7 @@ def choose_geometries(
     counts: dict[str, int],
     where: str = "",
 ) -> dict[str, Choice]:
-    """
-    Choose each object's geometry and leave out what repeats a relative's.
-
-    Parameters
-    ----------
-    objects : dict
-        ``CityObjects`` of the file or feature.
-    templates : sequence of dict
-        The file's geometry templates.
-    vertices : sequence
-        As in the file, to compare surfaces by place.
-    counts : dict of str to int
-        What was left out, by what it is; added to.
-    where : str
-        Put before errors.
-
-    Returns
-    -------
-    choices : dict of str to Choice
-        In the file's order; without objects that have no surfaces.
-
-    Raises
-    ------
-    InputError
-        If an object is damaged.
-    """
+    """Choose the geometry of each object that has surfaces; leave out what repeats a relative's."""
     choices: dict[str, Choice] = {}
     for name, item in objects.items():
         try:
@@ -155,22 +120,7 @@ def flatten(shape: dict[str, Any]) -> list[Any]:
 
 
 def find_kinds(choice: Choice, kind: str, vertices: Sequence[Any]) -> list[str]:
-    """
-    Find the semantic type of each surface of a shape.
-
-    Parameters
-    ----------
-    choice : Choice
-    kind : str
-        For surfaces without semantics.
-    vertices : sequence
-        As in the file, to match a lender's surfaces by place.
-
-    Returns
-    -------
-    kinds : list of str
-        One for each surface of ``flatten(choice.shape)``.
-    """
+    """Find the semantic type of each surface of ``flatten(choice.shape)``; ``kind`` without one."""
     surfaces = flatten(choice.shape)
     if choice.lender is None:
         return list(_own_kinds(choice.shape, kind, len(surfaces)))

@@ -65,25 +65,7 @@ class Companions:
         self.record: dict[str, str | None] = {}
 
     def find(self, name: str) -> Path:
-        """
-        Find a file without opening it.
-
-        Parameters
-        ----------
-        name : str
-            As in the model, decoded.
-
-        Returns
-        -------
-        path : Path
-            With all links followed.
-
-        Raises
-        ------
-        InputError
-            If it is not there or no regular file; `OutsideError` if it lies elsewhere. The
-            message begins with its name.
-        """
+        """Find a regular file by its name in the model, without opening it; links are followed."""
         self.record[name] = None
         shown = " ".join(name.split())[:80]
         try:
@@ -104,20 +86,7 @@ class Companions:
         return real
 
     def read(self, name: str, most: float | None = None) -> bytes:
-        """
-        Read a file.
-
-        Parameters
-        ----------
-        name : str
-        most : float, optional
-            Its largest size [byte]; by default a share of the memory.
-
-        Raises
-        ------
-        InputError
-            As `find`; if it is larger or cannot be read.
-        """
+        """Read a file of at most so many bytes, by default a share of the memory."""
         real = self.find(name)
         try:
             with open(os.open(real, _FLAGS), "rb") as file:  # noqa: PTH123 - a descriptor
@@ -136,15 +105,7 @@ class Companions:
         """
         Sum up a file as it is now: the same word, the same scene.
 
-        Parameters
-        ----------
-        name : str
-        is_read : bool
-            Whether the scene depends on its content, or only on whether it could be read.
-
-        Returns
-        -------
-        word : str
+        ``is_read``: whether the scene depends on its content, or only on whether it could be read.
         """
         try:
             if is_read:
@@ -155,14 +116,7 @@ class Companions:
         return f"{status.st_size} {status.st_mtime_ns}"
 
     def check_beside(self) -> None:
-        """
-        Check the files that bear the model's name with other endings, which a library will open.
-
-        Raises
-        ------
-        InputError
-            As `find`.
-        """
+        """Check files that bear the model's name with other endings, which a library will open."""
         with os.scandir(self.path.parent) as entries:
             beside = [one.name for one in entries if one.name.startswith(f"{self.path.stem}.")]
         for name in sorted({*beside} - {self.path.name}):
@@ -172,20 +126,7 @@ class Companions:
 
 
 def read_bounded(file: BinaryIO, most: float | None = None) -> bytes:
-    """
-    Read an open file of a bounded size, also a pipe, whose size no one knows before.
-
-    Parameters
-    ----------
-    file : binary file
-    most : float, optional
-        [byte]; by default a share of the memory.
-
-    Raises
-    ------
-    InputError
-        If it is larger.
-    """
+    """Read an open file of a bounded size, also a pipe, whose size no one knows before."""
     limit = SHARE * find_memory() if most is None else most
     status = os.fstat(file.fileno())
     size = status.st_size
@@ -212,34 +153,12 @@ FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "GIF", "TIFF", "DDS", "PPM", "JP
 
 
 def encoded_image(name: str, fetch: Callable[[], bytes], wrap: tuple[str, str] = REPEAT) -> Image:
-    """
-    Make an image that is fetched and decoded when its pixels are first asked for.
-
-    Parameters
-    ----------
-    name : str
-        For errors: file and texture.
-    fetch : function of () -> bytes
-        Of a PNG or JPEG file.
-    wrap : (str, str)
-
-    Returns
-    -------
-    image : Image
-        Its ``pixels`` raise `InputError` if they cannot be decoded.
-    """
+    """Make an image that is fetched and decoded when its pixels are first asked for."""
     return Image(name, lambda: _decode(name, fetch), wrap)
 
 
 def image_beside(companions: Companions, file: str, wrap: tuple[str, str] = REPEAT) -> Image:
-    """
-    Make an image of a file beside a model.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is none that may be read (`OutsideError`).
-    """
+    """Make an image of a file beside a model, which has to be there."""
     companions.find(file)  # told now, and looked at again when it is read
     name = f"{companions.path.name}: {file}"[:120]
     return encoded_image(name, lambda: companions.read(file, LARGEST), wrap)

@@ -26,7 +26,7 @@ def clip_ears(
     points: NDArray[np.float64], lengths: Sequence[int]
 ) -> tuple[NDArray[np.int64], bool]:
     """
-    Cut one polygon with holes into triangles whose signed boundary is its rings.
+    Cut one polygon with holes into triangles (m, 3) whose signed boundary is its rings.
 
     Ear clipping drops corners on straight edges, which would open a crack where a
     neighbour uses them. They are put back by splitting the triangle on that edge;
@@ -34,20 +34,9 @@ def clip_ears(
     is closed with slivers. Polygons that would take long are swept; of those the ones that
     cross or touch themselves become a fan for each ring.
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-        Corners of the outer ring, then of each hole [m].
-    lengths : sequence of int
-        Corners of each ring.
-
-    Returns
-    -------
-    triangles : (m, 3) int64
-        Indices into ``points``, wound as the outer ring; empty if the boundary
-        cancels itself.
-    crossed : bool
-        Whether triangles overlap because the rings cross.
+    The points (n, 3) [m] are the outer ring's, then each hole's. Triangles are wound as the
+    outer ring; none are left if the boundary cancels itself. ``crossed`` says whether they
+    overlap because the rings cross.
     """
     if not np.abs(points).max() < TOO_FAR:  # also true of NaN, which ear clipping cannot stand
         fan = [(0, i, i + 1) for i in range(1, lengths[0] - 1)]
@@ -133,13 +122,9 @@ def _find_area(flat: list[Point], ring: Sequence[int]) -> float:
 
 def _missing_edges(loops: list[list[int]], triangles: list[Corners]) -> dict[int, list[int]]:
     """
-    Find the directed edges to add so that the triangles' boundary is the loops.
+    Find the directed edges to add, by their start, so that the triangles' boundary is the loops.
 
-    Returns
-    -------
-    missing : dict of int to list of int
-        Where each missing edge leads, by its start; an edge too many appears as
-        the missing edge the other way. In and out are equal at every corner.
+    An edge too many is a missing one the other way. In and out are equal at every corner.
     """
     sums: dict[tuple[int, int], int] = defaultdict(int)
     for loop in loops:

@@ -25,24 +25,7 @@ __all__ = [
 
 
 def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
-    """
-    Read parsed GeoJSON: a collection, a feature, or a feature a line.
-
-    Parameters
-    ----------
-    documents : list of dict
-    choices : ReadChoices
-        With the columns of the heights.
-
-    Returns
-    -------
-    model : FileModel
-
-    Raises
-    ------
-    InputError
-        If a feature is damaged (which), or none has a height.
-    """
+    """Read parsed GeoJSON: a collection, a feature, or a feature a line."""
     features: list[Any] = []
     for document in documents:
         features += _list_features(document)
@@ -166,27 +149,7 @@ POLYGON = 3  # shapely's number
 
 
 def read_vectors(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
-    """
-    Read the footprints of a GeoPackage or a Shapefile.
-
-    Parameters
-    ----------
-    data : bytes
-        Unused: GDAL opens the file itself, and those beside it.
-    path : Path
-    choices : ReadChoices
-        With the columns of the heights.
-
-    Returns
-    -------
-    model : FileModel
-
-    Raises
-    ------
-    InputError
-        If the file is damaged, holds several tables of footprints, or no heights;
-        if pyogrio or shapely is not installed.
-    """
+    """Read the footprints of a GeoPackage or a Shapefile, which GDAL opens."""
     form = FORMATS.get(path.suffix.lower(), "GeoPackage" if data[:6] == b"SQLite" else "Shapefile")
     pyogrio = need("pyogrio", "gis", form)
     raw = need("pyogrio.raw", "gis", form)

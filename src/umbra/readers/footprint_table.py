@@ -26,49 +26,23 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class Rings:
-    """
-    Polygons as flat arrays, ring after ring, without closing corners.
+    """Polygons as flat arrays, ring after ring, without closing corners."""
 
-    Parameters
-    ----------
-    points : (n_points, 2) float64
-        x and y of all rings' corners.
-    lengths : (n_rings,) int64
-        Corners of each ring.
-    polygon : (n_rings,) int64
-        Of each ring, ascending from 0; a polygon's first ring is its outside.
-    feature : (n_polygons,) int64
-        Row of the table that each polygon belongs to.
-    """
-
-    points: NDArray[np.float64]
-    lengths: NDArray[np.int64]
+    points: NDArray[np.float64]  # (n_points, 2): x and y of all rings' corners
+    lengths: NDArray[np.int64]  # (n_rings,): corners of each ring
+    # (n_rings,): of each ring, ascending from 0; a polygon's first ring is its outside
     polygon: NDArray[np.int64]
-    feature: NDArray[np.int64]
+    feature: NDArray[np.int64]  # (n_polygons,): row of the table that each polygon belongs to
 
 
 @dataclass(frozen=True, eq=False)
 class FootprintTable:
-    """
-    A file of footprints.
+    """A file of footprints."""
 
-    Parameters
-    ----------
-    format : str
-        For people: ``GeoJSON``.
-    rings : Rings
-    names : list of (str or None)
-        Of the features, where the file numbers them.
-    columns : dict of str to list
-        Values of every feature, None where it has none.
-    crs : str or None
-    notes : tuple of str
-    """
-
-    format: str
+    format: str  # for people: ``GeoJSON``
     rings: Rings
-    names: list[str | None]
-    columns: dict[str, list[Any]]
+    names: list[str | None]  # of the features, where the file numbers them
+    columns: dict[str, list[Any]]  # values of every feature, None where it has none
     crs: str | None
     notes: tuple[str, ...] = ()
 
@@ -92,45 +66,15 @@ NUMBER = re.compile(r"\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?:m|metres?|
 
 @dataclass(frozen=True, eq=False)
 class ColumnNumbers:
-    """
-    A column, read.
+    """A column, read."""
 
-    Parameters
-    ----------
-    values : (n,) float64
-        NaN where there is none.
-    from_text : int
-        How many were text that reads as a number.
-    odd : list of (int, str)
-        Rows whose text is no number, and that text.
-    """
-
-    values: NDArray[np.float64]
-    from_text: int
-    odd: list[tuple[int, str]]
+    values: NDArray[np.float64]  # (n,): naN where there is none
+    from_text: int  # how many were text that reads as a number
+    odd: list[tuple[int, str]]  # rows whose text is no number, and that text
 
 
 def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[str, ...]) -> str:
-    """
-    Find a column by its chosen name, or as the first of some usual ones.
-
-    Parameters
-    ----------
-    columns : dict of str to list
-    chosen : str, optional
-        Compared as it is, then without upper case.
-    names : tuple of str
-        Usual names, the likeliest first, without upper case.
-
-    Returns
-    -------
-    column : str
-
-    Raises
-    ------
-    InputError
-        If there is none: names the columns there are, and the one most like it.
-    """
+    """Find a column by its chosen name, case aside, or as the first of some usual names."""
     lower: dict[str, str] = {}
     for name in columns:
         lower.setdefault(name.casefold(), name)
@@ -154,17 +98,7 @@ def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[
 
 
 def parse_numbers(values: list[Any]) -> ColumnNumbers:
-    """
-    Read a column as metres: numbers, or text such as ``12.5``, ``12,5`` and ``12.5 m``.
-
-    Parameters
-    ----------
-    values : list
-
-    Returns
-    -------
-    numbers : ColumnNumbers
-    """
+    """Read a column as metres: numbers, or text such as ``12.5``, ``12,5`` and ``12.5 m``."""
     parsed = np.full(len(values), np.nan)
     from_text = 0
     odd: list[tuple[int, str]] = []
@@ -217,28 +151,11 @@ OWN = "id"  # --name-column id means the features' own, where no column is calle
 
 def name_features(table: FootprintTable, chosen: str | None = None) -> tuple[list[str], list[str]]:
     """
-    Name each feature, no two alike.
+    Name each row, no two alike, and note by which column.
 
     The first column in which all differ is taken: of names, the features' own ids, of ids.
-    If there is none, the one that tells most apart.
-
-    Parameters
-    ----------
-    table : FootprintTable
-    chosen : str, optional
-        The column to take.
-
-    Returns
-    -------
-    names : list of str
-        One for each row. Equal ones are numbered, as in ``Tower (2)``; one that has none is
-        called by its number in the file, from 1. Of rows without polygons that number.
-    notes : list of str
-
-    Raises
-    ------
-    InputError
-        If the chosen column is not there.
+    If there is none, the one that tells most apart. Equal names are numbered, as in ``Tower (2)``;
+    a row that has none is called by its number in the file, from 1.
     """
     rows = np.unique(table.rings.feature).tolist()
     title, words = _choose(table, rows, chosen)

@@ -46,26 +46,7 @@ class _Extent:
 
 
 def extrude_table(table: FootprintTable, choices: ReadChoices) -> FileModel:
-    """
-    Extrude footprints.
-
-    Parameters
-    ----------
-    table : FootprintTable
-    choices : ReadChoices
-        The columns of height and base; by default a column that is called as heights
-        are, and base 0.
-
-    Returns
-    -------
-    model : FileModel
-        In the table's coordinates; heights in metres.
-
-    Raises
-    ------
-    InputError
-        If there is no such column, or no footprint has a height.
-    """
+    """Extrude footprints by the columns of height and base; base 0 unless one is chosen."""
     if not len(table.rings.feature):
         left = f" ({'; '.join(table.notes)})" if table.notes else ""
         msg = f"has no polygons{left}; give a file of building footprints"
@@ -199,23 +180,10 @@ def make_prisms(
     rings: Rings, low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int64], list[str]]:
     """
-    Extrude polygons.
+    Extrude polygons of any winding from ``low`` to ``high``, (n_features,) [m].
 
-    Parameters
-    ----------
-    rings : Rings
-        In any winding.
-    low, high : (n_features,) float64
-        Of each feature [m].
-
-    Returns
-    -------
-    vertices : (2 n_points, 3) float64
-        The floors' corners, then the roofs'.
-    faces : (n_faces, 3) int32
-        Wound counter-clockwise seen from outside.
-    feature : (n_faces,) int64
-    notes : list of str
+    Returned are the floors' corners and then the roofs', the faces, counter-clockwise seen from
+    outside, the feature of each face, and notes.
     """
     rings = _wind(rings)
     n = len(rings.points)

@@ -71,25 +71,7 @@ BY_CONTENT = {
 
 
 def find_reader(data: bytes, path: Path) -> Reader:
-    """
-    Find the function that reads a file.
-
-    Parameters
-    ----------
-    data : bytes
-        The file, not empty.
-    path : Path
-        Its name.
-
-    Returns
-    -------
-    reader : function of (data, path, choices) -> Model
-
-    Raises
-    ------
-    InputError
-        If the format is not one that is read.
-    """
+    """Find the function that reads a file that is not empty: (data, path, choices) -> FileModel."""
     start = data[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
     unread = find_unread(data, path, by_ending=False)
     if unread is not None:
@@ -129,26 +111,7 @@ GEOJSON = {"FeatureCollection", "Feature", "GeometryCollection", "MultiPolygon",
 
 
 def read_json(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
-    """
-    Read a JSON file of any kind that is read.
-
-    Parameters
-    ----------
-    data : bytes
-    path : Path
-        Other files are looked for beside it.
-    choices : ReadChoices
-
-    Returns
-    -------
-    model : FileModel
-
-    Raises
-    ------
-    InputError
-        If the JSON is broken (where), or is none of CityJSON, GeoJSON and glTF (what
-        it is).
-    """
+    """Read a JSON file of any kind that is read; say where it is broken."""
     import orjson  # noqa: PLC0415 - only if it is JSON
 
     data = data.removeprefix(BOM)

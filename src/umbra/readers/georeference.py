@@ -92,28 +92,7 @@ def is_same_plan(one: str, other: str) -> bool:
 def bring_to(
     parts: tuple[Part, ...], crs: str, target: str, *, is_high_in_metres: bool
 ) -> tuple[Part, ...]:
-    """
-    Move parts from one CRS to another; heights are kept, but for their unit.
-
-    Parameters
-    ----------
-    parts : tuple of Part
-    crs : str
-        Of the parts.
-    target : str
-        A CRS in metres.
-    is_high_in_metres : bool
-        Whether heights are in metres already, whatever the CRS says.
-
-    Returns
-    -------
-    parts : tuple of Part
-
-    Raises
-    ------
-    InputError
-        If one of the two is not known or geocentric.
-    """
+    """Move parts from one known CRS to another in metres; heights are kept, but for their unit."""
     found, wanted = _find_crs(crs), _find_crs(target)
     shown, goal = show_crs(crs), show_crs(target)
     if not is_known(crs) or not is_known(target) or found is None or wanted is None:
@@ -135,24 +114,7 @@ def to_metres(
     """
     Turn coordinates in degrees or feet into metres of the local UTM zone.
 
-    Parameters
-    ----------
-    parts : tuple of Part
-    crs : str or None
-        A CRS that is not known leaves the coordinates as they are.
-    is_high_in_metres : bool
-        Whether heights are in metres already, whatever the CRS says.
-
-    Returns
-    -------
-    parts : tuple of Part
-    crs : str or None
-        The UTM zone's if anything changed.
-
-    Raises
-    ------
-    InputError
-        If the CRS is geocentric.
+    A CRS that is not known leaves the coordinates as they are.
     """
     found = _find_crs(crs)
     if found is None or crs is None:
@@ -176,19 +138,9 @@ def to_metres(
 
 def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     """
-    Find latitude, longitude and true north from the CRS and the middle of the bounds.
+    Find latitude, longitude and true north from the CRS and the middle of the bounds (2, 3).
 
-    Parameters
-    ----------
-    scene : Scene
-    bounds : (2, 3) float64
-        Of the scene, in the model's own coordinates.
-
-    Returns
-    -------
-    scene : Scene
-        With ``latitude``, ``longitude``, ``true_north`` where the CRS is known and
-        the place lies where it is used; with a note where not.
+    A note says so where the CRS is not known, or the place lies where it is not used.
     """
     if scene.crs is None:
         return scene

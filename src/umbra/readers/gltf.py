@@ -44,27 +44,7 @@ KNOWN = (
 
 
 def read_gltf(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
-    """
-    Read a GLB file.
-
-    Parameters
-    ----------
-    data : bytes
-    path : Path
-        Buffers in other files are looked for beside it.
-    choices : ReadChoices
-        The upward axis is y by default, as glTF says.
-
-    Returns
-    -------
-    model : FileModel
-        A part for each node and material.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged, or compressed in a way that is not read.
-    """
+    """Read a GLB file; y is up by default, as glTF says."""
     text, binary = split_glb(data)
     try:
         tree = orjson.loads(text)
@@ -158,17 +138,7 @@ def read_gltf_tree(
 
 
 class _Shapes:
-    """
-    What bends, shared by the nodes that show it alike.
-
-    Parameters
-    ----------
-    tree : dict
-        The glTF JSON.
-    slots : dict of int to int
-        The place in the rig of each node of the file.
-    buffers : Buffers
-    """
+    """What bends, shared by the nodes that show it alike."""
 
     def __init__(self, tree: dict[str, Any], slots: dict[int, int], buffers: Buffers) -> None:
         self._tree = tree

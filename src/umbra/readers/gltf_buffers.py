@@ -24,14 +24,7 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 
 
 def split_glb(data: bytes) -> tuple[bytes, bytes]:
-    """
-    Split a GLB file into its JSON text and its binary chunk.
-
-    Raises
-    ------
-    InputError
-        If it is cut short or has no JSON.
-    """
+    """Split a GLB file into its JSON text and its binary chunk."""
     if len(data) < 20:
         msg = f"is cut short: a GLB needs 20 bytes, this has {len(data)}; fetch it again"
         raise InputError(msg)
@@ -74,20 +67,7 @@ def find_item(tree: dict[str, Any], key: str, index: Any, where: str = "") -> An
 
 
 class Buffers:
-    """
-    The buffers of one glTF file, loaded when first needed.
-
-    Parameters
-    ----------
-    tree : dict
-        The glTF JSON.
-    binary : bytes or None
-        The binary chunk of a GLB.
-    companions : Companions
-        The files beside it.
-    budget : Budget
-        What arrays take is taken from it.
-    """
+    """The buffers of one glTF file, loaded when first needed, within a budget."""
 
     def __init__(
         self, tree: dict[str, Any], binary: bytes | None, companions: Companions, budget: Budget
@@ -107,26 +87,7 @@ class Buffers:
         return tuple(self._sources)
 
     def read_accessor(self, index: int, where: str) -> NDArray[Any]:
-        """
-        Read an accessor.
-
-        Parameters
-        ----------
-        index : int
-        where : str
-            What needs it, for errors.
-
-        Returns
-        -------
-        values : (count, width) array
-            In the file's number type; float64 if it says that whole numbers are
-            normalized.
-
-        Raises
-        ------
-        InputError
-            If it reaches past its buffer, or the buffer is missing.
-        """
+        """Read an accessor (count, width) in its type; float64 if it is of normalized numbers."""
         accessor = find_item(self._tree, "accessors", index, where)
         dtype = np.dtype(DTYPES[accessor["componentType"]])
         width = WIDTHS[accessor["type"]]
@@ -160,14 +121,7 @@ class Buffers:
         return "bufferView" in find_item(self._tree, "accessors", index)
 
     def read_bytes(self, index: int, where: str) -> bytes:
-        """
-        Read a whole buffer view.
-
-        Raises
-        ------
-        InputError
-            If it reaches past its buffer, or the buffer is missing.
-        """
+        """Read a whole buffer view."""
         view = find_item(self._tree, "bufferViews", index, where)
         count = view["byteLength"]
         return self._read_view(index, 0, count, 1, np.dtype(np.uint8), where).tobytes()
@@ -260,23 +214,7 @@ class Buffers:
 
 
 def _unpack_meshopt(packed: dict[str, Any], data: bytes, where: str) -> bytes:
-    """
-    Unpack a buffer view of EXT_meshopt_compression.
-
-    Parameters
-    ----------
-    packed : dict
-        The extension's object.
-    data : bytes
-        Its part of the buffer.
-    where : str
-        For errors.
-
-    Raises
-    ------
-    InputError
-        If it is damaged, or the package meshopt is not installed.
-    """
+    """Unpack a buffer view of EXT_meshopt_compression."""
     meshopt = need("meshopt", "gltf", f"glTF with {MESHOPT[0]}")
     try:
         rows = meshopt.decode_gltf_buffer(

@@ -23,17 +23,7 @@ SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 
 class GltfSurface:
-    """
-    A material and what its texture asks of a mesh.
-
-    Parameters
-    ----------
-    kind : str
-        The material's name.
-    material : Material
-    texture : dict, optional
-        glTF's textureInfo: which coordinates, and how they are transformed.
-    """
+    """A material, and what its texture asks of a mesh."""
 
     def __init__(
         self,
@@ -63,19 +53,7 @@ class GltfSurface:
 
 
 class Materials:
-    """
-    The materials of one file, each read once.
-
-    Parameters
-    ----------
-    tree : dict
-        The glTF JSON.
-    buffers : Buffers
-    companions : Companions
-        Textures in other files are looked for there.
-    counts : Counter
-        Of what is left out, by what to call it; added to.
-    """
+    """The materials of one file, each read once; what is left out is counted."""
 
     def __init__(
         self,

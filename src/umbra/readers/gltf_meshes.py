@@ -22,53 +22,23 @@ ODD = "normals, texture coordinates or colours that do not fit their vertices, l
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """
-    A primitive: what one mesh has of one material.
+    """A primitive: what one mesh has of one material."""
 
-    Parameters
-    ----------
-    where : str
-        For errors.
-    surface : GltfSurface
-    mesh : Mesh
-        Unposed.
-    offsets, normal_offsets : (n_targets, n_vertices, 3) float32, optional
-        Of morph targets.
-    joints : (n_vertices, n_influences) int64, optional
-    influences : (n_vertices, n_influences) float64, optional
-        Each vertex's sum to 1.
-    """
-
-    where: str
+    where: str  # for errors
     surface: GltfSurface
-    mesh: Mesh
-    offsets: NDArray[np.float32] | None = None
+    mesh: Mesh  # unposed
+    offsets: NDArray[np.float32] | None = None  # (n_targets, n_vertices, 3): of morph targets
+    # (n_targets, n_vertices, 3): of morph targets
     normal_offsets: NDArray[np.float32] | None = None
-    joints: NDArray[np.int64] | None = None
+    joints: NDArray[np.int64] | None = None  # (n_vertices, n_influences)
+    # (n_vertices, n_influences): each vertex's sum to 1
     influences: NDArray[np.float64] | None = None
 
 
 def read_mesh(
     tree: dict[str, Any], index: int, buffers: Buffers, materials: Materials, counts: Counter[str]
 ) -> list[Piece]:
-    """
-    Read a mesh.
-
-    Parameters
-    ----------
-    tree : dict
-        The glTF JSON.
-    index : int
-    buffers : Buffers
-    materials : Materials
-    counts : Counter
-        Of what is left out, by what to call it; added to.
-
-    Raises
-    ------
-    InputError
-        If it is damaged (which primitive).
-    """
+    """Read a mesh."""
     pieces: list[Piece] = []
     for number, primitive in enumerate(find_item(tree, "meshes", index)["primitives"]):
         mode, attributes = primitive.get("mode", TRIANGLES), primitive["attributes"]
@@ -221,25 +191,9 @@ def _unpack_draco(
     primitive: dict[str, Any], buffers: Buffers, where: str
 ) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]] | None:
     """
-    Unpack a primitive of KHR_draco_mesh_compression.
+    Unpack a primitive of KHR_draco_mesh_compression: corners (3 n,), and arrays by glTF's names.
 
-    Parameters
-    ----------
-    primitive : dict
-    buffers : Buffers
-    where : str
-        For errors.
-
-    Returns
-    -------
-    unpacked : tuple or None
-        Corners of triangles, (3 n,) int64, and arrays (count, width) by glTF's names; None if
-        the primitive is not packed so, or has its arrays plain, too.
-
-    Raises
-    ------
-    InputError
-        If it is damaged, or the package DracoPy is not installed.
+    None if it is not packed so, or has its arrays plain, too.
     """
     packed = primitive.get("extensions", {}).get(DRACO)
     if packed is None or buffers.has_bytes(primitive["attributes"].get("POSITION")):

@@ -29,26 +29,8 @@ def read_nodes(tree: dict[str, Any], base: NDArray[np.float64]) -> tuple[Rig, di
     """
     Read the nodes: those of the scene, then any others that joints may need.
 
-    Parameters
-    ----------
-    tree : dict
-        The glTF JSON.
-    base : (4, 4) float64
-        From glTF's axes to the scene's.
-
-    Returns
-    -------
-    rig : Rig
-        Without animations.
-    slots : dict of int to int
-        The place in the rig of each node of the file.
-    shown : int
-        Number of nodes of the scene; they come first in the rig.
-
-    Raises
-    ------
-    InputError
-        If a node is not there, or in two places of the tree.
+    Returned are a rig without animations, the place in it of each node of the file, and how many
+    the scene has. ``base`` leads from glTF's axes to the scene's.
     """
     nodes = tree.get("nodes", [])
     children = {child for node in nodes for child in node.get("children", ())}
@@ -102,14 +84,7 @@ def _walk(
 
 
 def read_skin(tree: dict[str, Any], index: int, slots: dict[int, int], buffers: Buffers) -> Skin:
-    """
-    Read a skin.
-
-    Raises
-    ------
-    InputError
-        If a joint is not there, or the inverse bind matrices do not fit.
-    """
+    """Read a skin."""
     where = f"skin {index}"
     given = find_item(tree, "skins", index)
     joints = given["joints"]
@@ -136,27 +111,7 @@ def read_animations(
     buffers: Buffers,
     counts: Counter[str],
 ) -> Rig:
-    """
-    Read the animations and give the rig with them.
-
-    Parameters
-    ----------
-    tree : dict
-        The glTF JSON.
-    rig : Rig
-    slots : dict of int to int
-        The place in the rig of each node of the file.
-    targets : dict of int to int
-        Number of morph targets of the mesh at a place in the rig.
-    buffers : Buffers
-    counts : Counter
-        Of what is left out, by what to call it; added to.
-
-    Raises
-    ------
-    InputError
-        If a channel is damaged (which).
-    """
+    """Give the rig with its animations; ``targets`` are the morph targets at places in the rig."""
     found = []
     for number, given in enumerate(tree.get("animations", ())):
         tracks = []
@@ -214,31 +169,7 @@ EXTENSION = "KHR_lights_punctual"
 def read_lights(
     tree: dict[str, Any], node: dict[str, Any], rig: Rig, slot: int, places: NDArray[np.float64]
 ) -> list[Light]:
-    """
-    Read the light at a node, if it has one.
-
-    Points and spots weaken with the square of the distance.
-
-    Parameters
-    ----------
-    tree, node : dict
-        glTF JSON.
-    rig : Rig
-    slot : int
-        The node's place in the rig.
-    places : (n, 4, 4) float64
-        Of the rig's nodes.
-
-    Returns
-    -------
-    lights : list of Light
-        One or none.
-
-    Raises
-    ------
-    InputError
-        If it is not there, or of no kind that is known.
-    """
+    """Read the light at a node, if any; points and spots weaken with the square of the distance."""
     link = node.get("extensions", {}).get(EXTENSION)
     if link is None:
         return []
@@ -275,14 +206,7 @@ def read_lights(
 
 
 def list_instances(tree: dict[str, Any], buffers: Buffers) -> None:
-    """
-    Write the instances of EXT_mesh_gpu_instancing as nodes below those that list them.
-
-    Raises
-    ------
-    InputError
-        If their arrays are damaged.
-    """
+    """Write the instances of EXT_mesh_gpu_instancing as nodes below those that list them."""
     nodes = tree.get("nodes", [])
     for index, node in enumerate(list(nodes)):
         given = node.get("extensions", {}).get(INSTANCES)

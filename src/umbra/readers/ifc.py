@@ -26,28 +26,7 @@ __all__ = ["read_ifc"]
 
 
 def read_ifc(data: bytes, path: Path, up: str | None = None) -> FileModel:
-    """
-    Read an IFC file: 2x3, 4, 4x3 and its drafts.
-
-    Parameters
-    ----------
-    data : bytes
-        Only looked at to see that it is whole; the parser reads the file itself.
-    path : Path
-    up : {'x', 'y', 'z'}, optional
-        z if None, as IFC has it.
-
-    Returns
-    -------
-    model : FileModel
-        In metres; on the map if the file says where its origin lies.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged, of a schema that is not read, or ifcopenshell is not
-        installed.
-    """
+    """Read an IFC file in metres: 2x3, 4, 4x3 and its drafts; on the map if it has one."""
     find_schema(data)
     check_whole(data)
     facts, found = harvest(str(path.absolute()))

@@ -52,46 +52,19 @@ CHILD = "from umbra.readers.ifc_child import serve; serve({seconds})"
 
 @dataclass(eq=False)
 class IfcHarvest:
-    """
-    What came of a file.
+    """What came of a file."""
 
-    Parameters
-    ----------
-    facts : IfcFacts, optional
-        None until a child has sent them.
-    shapes : dict of int to IfcShape
-        By place among the facts' elements.
-    ended, hung : set of int
-        Elements at which an engine ended its process, or took too long.
-    is_whole : bool
-        Whether every element was tried.
-    """
-
-    facts: IfcFacts | None = None
-    shapes: dict[int, IfcShape] = field(default_factory=dict)
+    facts: IfcFacts | None = None  # none until a child has sent them
+    shapes: dict[int, IfcShape] = field(default_factory=dict)  # by place among the facts' elements
+    # Elements at which an engine ended its process, or took too long
     ended: set[int] = field(default_factory=set)
+    # Elements at which an engine ended its process, or took too long
     hung: set[int] = field(default_factory=set)
-    is_whole: bool = True
+    is_whole: bool = True  # whether every element was tried
 
 
 def harvest(path: str) -> tuple[IfcFacts, IfcHarvest]:
-    """
-    Read an IFC file in child processes.
-
-    Parameters
-    ----------
-    path : str
-
-    Returns
-    -------
-    facts : IfcFacts
-    harvest : IfcHarvest
-
-    Raises
-    ------
-    InputError
-        If the file cannot be parsed, or ifcopenshell is not installed.
-    """
+    """Read an IFC file in child processes."""
     require("ifcopenshell", "ifc", "IFC")
     found = IfcHarvest()
     work = IfcWork(path)

@@ -57,24 +57,12 @@ ENGINES = ("hybrid-cgal-simple-opencascade", "opencascade")
 
 @dataclass(frozen=True)
 class IfcWork:
-    """
-    What to read of a file.
-
-    Parameters
-    ----------
-    path : str
-    engines : tuple of str
-        Geometry engines in the order in which they are tried.
-    made : frozenset of int
-        Elements that have their shape already.
-    skip : frozenset of IfcAttempt
-        What is not tried again.
-    """
+    """What to read of a file."""
 
     path: str
-    engines: tuple[str, ...] = ENGINES
-    made: frozenset[int] = frozenset()
-    skip: frozenset["IfcAttempt"] = frozenset()
+    engines: tuple[str, ...] = ENGINES  # geometry engines in the order in which they are tried
+    made: frozenset[int] = frozenset()  # elements that have their shape already
+    skip: frozenset["IfcAttempt"] = frozenset()  # what is not tried again
 
 
 @dataclass(frozen=True)
@@ -87,70 +75,28 @@ class IfcAttempt:
 
 @dataclass(frozen=True)
 class IfcFacts:
-    """
-    What a file says beside its shapes.
+    """What a file says beside its shapes."""
 
-    Parameters
-    ----------
-    schema : str
-        As ``IFC4``.
-    elements : tuple of IfcWords
-        What each element is called, in the order of the shapes.
-    place : FilePlace
-    matrix : (4, 4) float64 or None
-        From the file's coordinates in metres to its map's.
-    crs : str or None
-        The map's.
-    notes : tuple of str
-    """
-
-    schema: str
-    elements: tuple[IfcWords, ...]
+    schema: str  # as ``IFC4``
+    elements: tuple[IfcWords, ...]  # what each element is called, in the order of the shapes
     place: FilePlace
-    matrix: NDArray[np.float64] | None
-    crs: str | None
+    matrix: NDArray[np.float64] | None  # (4, 4): from the file's coordinates in metres to its map's
+    crs: str | None  # the map's
     notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class IfcShape:
-    """
-    The triangles of one element.
+    """The triangles of one element."""
 
-    Parameters
-    ----------
-    vertices : (n, 3) float64
-        [m], in the file's coordinates.
-    faces : (m, 3) int32
-    style : (m,) int32
-        Index into ``styles`` of each face; -1 for none.
-    styles : tuple of (str, Material)
-    """
-
-    vertices: NDArray[np.float64]
-    faces: NDArray[np.int32]
-    style: NDArray[np.int32]
+    vertices: NDArray[np.float64]  # (n, 3): [m], in the file's coordinates
+    faces: NDArray[np.int32]  # (m, 3)
+    style: NDArray[np.int32]  # (m,): index into ``styles`` of each face; -1 for none
     styles: tuple[tuple[str, Material], ...]
 
 
 def read_pieces(work: IfcWork) -> Iterator[IfcFacts | IfcAttempt | IfcShape]:
-    """
-    Read a file: its facts, then attempts, each followed by a shape if it succeeds.
-
-    Parameters
-    ----------
-    work : IfcWork
-
-    Yields
-    ------
-    piece : IfcFacts, then IfcAttempt or IfcShape
-        An attempt comes before it is made.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be parsed, or is of a schema that is not read.
-    """
+    """Read a file: its facts, then attempts, each followed by a shape if it succeeds."""
     file, notes = _open(work.path)
     products, words, unnamed = _find_elements(file)
     if unnamed:
@@ -308,27 +254,7 @@ HEAD = 1 << 16
 
 
 def find_schema(data: bytes) -> tuple[str, str, slice]:
-    """
-    Find the schema of a STEP file, by its header.
-
-    Parameters
-    ----------
-    data : bytes
-
-    Returns
-    -------
-    name : str
-        As the file says it.
-    schema : str
-        The one by which it is read.
-    place : slice
-        Where the name stands in ``data``.
-
-    Raises
-    ------
-    InputError
-        If the header names none, or one that is not IFC or not read.
-    """
+    """Find a STEP file's schema as it says it, the one that reads it, and where its name stands."""
     found = SCHEMA.search(data[:HEAD])
     if found is None:
         check_whole(data)  # it may break off before
@@ -356,17 +282,7 @@ def is_draft(name: str) -> bool:
 
 
 def check_whole(data: bytes) -> None:
-    """
-    Refuse a file that ends too early, or in which two entities have one number.
-
-    Parameters
-    ----------
-    data : bytes
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse a file that ends too early, or in which two entities have one number."""
     if b"END-ISO-10303-21" not in data[-4096:]:
         msg = (
             f"is IFC that ends too early (no END-ISO-10303-21 in its {len(data)} bytes); "

@@ -24,19 +24,7 @@ __all__ = [
 
 
 def find_place(file: Any) -> tuple[FilePlace, list[str]]:
-    """
-    Find latitude, longitude and elevation of the site, and true north.
-
-    Parameters
-    ----------
-    file : ifcopenshell.file
-
-    Returns
-    -------
-    place : FilePlace
-        Without latitude and longitude if the file has none or its sites disagree.
-    notes : list of str
-    """
+    """Find latitude, longitude and elevation of the site (if its sites agree), and true north."""
     notes: list[str] = []
     places: dict[str, tuple[float, float, float | None]] = {}
     for site in file.by_type("IfcSite"):
@@ -68,23 +56,7 @@ def find_place(file: Any) -> tuple[FilePlace, list[str]]:
 def find_map(
     file: Any, place: FilePlace
 ) -> tuple[NDArray[np.float64] | None, str | None, list[str]]:
-    """
-    Find how the file's metres lie on a map.
-
-    Parameters
-    ----------
-    file : ifcopenshell.file
-    place : FilePlace
-        What the file says besides, for the notes.
-
-    Returns
-    -------
-    matrix : (4, 4) float64 or None
-        From the file's coordinates in metres to the map's; None without one.
-    crs : str or None
-        The map's CRS; None where there is none or it is not known.
-    notes : list of str
-    """
+    """Find the matrix (4, 4) from the file's metres to a map, and the map's CRS if it is known."""
     conversion, target = _read_conversion(file)
     if conversion is None:
         return None, None, []
@@ -206,13 +178,7 @@ class IfcWords:
 
 
 def count_names(products: Iterable[Any]) -> Counter[str]:
-    """
-    Count how many elements bear each name, pieces of a whole not among them.
-
-    Parameters
-    ----------
-    products : iterable of ifcopenshell.entity_instance
-    """
+    """Count how many elements bear each name, pieces of a whole not among them."""
     wholes = {chain[-1].id(): chain[-1] for chain in map(_ancestors, products)}
     return Counter(whole.Name for whole in wholes.values() if whole.Name)
 

@@ -45,21 +45,8 @@ def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path
     """
     Tell layers from files in what a caller gave.
 
-    Parameters
-    ----------
-    paths : sequence of str or path
-        ``existing=a.city.json`` names a layer, unless there is a file of that whole
-        name. Of several files without one, each is named after its file.
-
-    Returns
-    -------
-    layers : list of (str, Path)
-        The name is empty if there is one file and no layer was named.
-
-    Raises
-    ------
-    InputError
-        If a layer is named without a file.
+    ``existing=a.city.json`` names a layer, unless there is a file of that whole name. Of several
+    files without one, each is named after its file; the name of a single one is empty.
     """
     named: list[tuple[str, Path]] = []
     for given in paths:
@@ -87,23 +74,8 @@ def combine(
     """
     Bring layers into one CRS and onto the terrain among them.
 
-    Parameters
-    ----------
-    layers : sequence of Layer
-
-    Returns
-    -------
-    parts : tuple of Part
-        Each with its layer; in metres where the CRS is known.
-    lights : tuple of Light
-    crs : str or None
-    notes : list of str
-        What was converted, set on a terrain, or stands where it should not.
-
-    Raises
-    ------
-    InputError
-        If two CRSs differ and one of them is not known.
+    Returned are the parts, each with its layer, in metres where the CRS is known; the lights, the
+    CRS, and notes on what was converted, set on a terrain, or stands where it should not.
     """
     notes: list[str] = []
     target: tuple[str, str, Path] | None = None  # the CRS in metres, the file's own, the file

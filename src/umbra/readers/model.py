@@ -31,21 +31,11 @@ RASTERS = (".tif", ".tiff")
 
 @dataclass(frozen=True)
 class Crowns:
-    """
-    Which rasters are canopies, and how they are read.
+    """Which rasters are canopies, and how they are read."""
 
-    Parameters
-    ----------
-    patterns : tuple of str
-        Shell patterns of layers or of files' names without their ending.
-    trunk : str
-        Where crowns begin: a share of the height, or the file of a raster.
-    heights : {'above-ground', 'absolute'}
-        What heights are above: the ground, or zero.
-    """
-
-    patterns: tuple[str, ...]
-    trunk: str = str(TRUNK)
+    patterns: tuple[str, ...]  # shell patterns of layers or of files' names without their ending
+    trunk: str = str(TRUNK)  # where crowns begin: a share of the height, or the file of a raster
+    # of HEIGHTS: above the ground, or zero
     heights: str = HEIGHTS[0]
 
     def matches(self, layer: str, path: Path) -> bool:
@@ -58,65 +48,31 @@ class Crowns:
 
 @dataclass(frozen=True, eq=False)
 class CrownRaster:
-    """
-    A raster of tree tops, before it is known on which ground it stands.
+    """A raster of tree tops, before it is known on which ground it stands."""
 
-    Parameters
-    ----------
-    cells : (rows, cols) int32
-        Index of each cell's canopy; -1 for none.
-    corners : (n, 4) int32
-        Vertices of the model's part about each: those of row and column, column + 1,
-        both + 1, row + 1.
-    tops : (n,) float64
-        Heights [m].
-    trunk : (n,) float64, optional
-        Heights of the trunk zone [m].
-    share : float
-        Of the height below which there is no crown, without ``trunk``.
-    is_absolute : bool
-        Whether heights are above zero and not above the ground.
-    """
-
-    cells: NDArray[np.int32]
+    cells: NDArray[np.int32]  # (rows, cols): index of each cell's canopy; -1 for none
+    # (n, 4): vertices of the model's part about each: those of row and column, column + 1, both
+    # + 1, row + 1
     corners: NDArray[np.int32]
-    tops: NDArray[np.float64]
-    trunk: NDArray[np.float64] | None
-    share: float
-    is_absolute: bool
+    tops: NDArray[np.float64]  # (n,): heights [m]
+    trunk: NDArray[np.float64] | None  # (n,): heights of the trunk zone [m]
+    share: float  # of the height below which there is no crown, without ``trunk``
+    is_absolute: bool  # whether heights are above zero and not above the ground
 
 
 @dataclass(frozen=True)
 class ReadChoices:
-    """
-    What a caller chooses that a file does not say.
+    """What a caller chooses that a file does not say."""
 
-    Parameters
-    ----------
-    up : {'x', 'y', 'z'}, optional
-        The axis that points up.
-    height_column, base_column : str, optional
-        Of footprints: which column holds the height above the base, and which the
-        base's own height.
-    name_column : str, optional
-        Of footprints: which column names them.
-    crowns : Crowns, optional
-        Which rasters are canopies.
-    allow_outside : bool
-        Whether a model may name files outside its own folder.
-    size : int
-        Of the file [byte], which bounds what reading it may take.
-    opened : list of Companions
-        Those of each model that was read: the scene depends on what they record.
-    """
-
-    up: str | None = None
+    up: str | None = None  # x, y or z: the axis that points up
+    # Columns of footprints: the height above the base, the base's own height, the name
     height_column: str | None = None
     base_column: str | None = None
     name_column: str | None = None
-    crowns: Crowns | None = None
-    allow_outside: bool = False
-    size: int = 0
+    crowns: Crowns | None = None  # which rasters are canopies
+    allow_outside: bool = False  # whether a model may name files outside its own folder
+    size: int = 0  # of the file [byte], which bounds what reading it may take
+    # Those of each model that was read: the scene depends on what they record
     opened: list[Companions] = field(default_factory=list, repr=False, compare=False)
 
     def companions_of(self, path: Path) -> Companions:
@@ -127,26 +83,14 @@ class ReadChoices:
 
 @dataclass(frozen=True)
 class FilePlace:
-    """
-    Where a file says that it stands, beside or instead of a CRS.
+    """Where a file says that it stands, beside or instead of a CRS."""
 
-    Parameters
-    ----------
-    latitude, longitude : float, optional
-        [degrees]
-    elevation : float, optional
-        Above the sea [m].
-    true_north : float, optional
-        Azimuth of true north in the file's plan, clockwise from +y [degrees].
-    ground : float, optional
-        Height of the level ground in the file's own coordinates [m].
-    """
-
-    latitude: float | None = None
-    longitude: float | None = None
-    elevation: float | None = None
+    latitude: float | None = None  # [degrees]
+    longitude: float | None = None  # [degrees]
+    elevation: float | None = None  # above the sea [m]
+    # Azimuth of true north in the file's plan, clockwise from +y [degrees]
     true_north: float | None = None
-    ground: float | None = None
+    ground: float | None = None  # height of the level ground in the file's own coordinates [m]
 
 
 NOWHERE = FilePlace()
@@ -154,46 +98,21 @@ NOWHERE = FilePlace()
 
 @dataclass(frozen=True, eq=False)
 class FileModel:
-    """
-    One file, read.
+    """One file, read."""
 
-    Parameters
-    ----------
-    format : str
-        For people: ``CityJSON 2.0``, ``OBJ``.
-    parts : tuple of Part
-        In the file's own coordinates; z is up.
-    crs : str, optional
-        As ``EPSG:7415`` where the file names a code, else its own words.
-    notes : tuple of str
-        What was left out, one line each.
-    companions : tuple of Source
-        Further files that hold a piece of it (glTF buffers).
-    lights : tuple of Light
-        In the file's own coordinates.
-    place : FilePlace
-        What it says of its site, beside the CRS.
-    is_afloat : bool
-        Whether the file does not say how high its parts stand: they stand on 0, or
-        on a terrain if another file brings one.
-    is_high_in_metres : bool
-        Whether heights are in metres even where the CRS is in feet.
-    is_terrain : bool
-        Whether parts without a height may be stood on it.
-    crowns : CrownRaster, optional
-        Of a canopy, whose one part is made anew when the ground is known.
-    """
-
-    format: str
-    parts: tuple[Part, ...]
-    crs: str | None = None
-    notes: tuple[str, ...] = ()
-    companions: tuple[Source, ...] = ()
-    lights: tuple[Light, ...] = ()
-    place: FilePlace = NOWHERE
+    format: str  # for people: ``CityJSON 2.0``, ``OBJ``
+    parts: tuple[Part, ...]  # in the file's own coordinates; z is up
+    crs: str | None = None  # as ``EPSG:7415`` where the file names a code, else its own words
+    notes: tuple[str, ...] = ()  # what was left out, one line each
+    companions: tuple[Source, ...] = ()  # further files that hold a piece of it (glTF buffers)
+    lights: tuple[Light, ...] = ()  # in the file's own coordinates
+    place: FilePlace = NOWHERE  # what it says of its site, beside the CRS
+    # Whether the file does not say how high its parts stand: they stand on 0, or on a terrain
+    # if another file brings one
     is_afloat: bool = False
-    is_high_in_metres: bool = False
-    is_terrain: bool = False
+    is_high_in_metres: bool = False  # whether heights are in metres even where the CRS is in feet
+    is_terrain: bool = False  # whether parts without a height may be stood on it
+    # Of a canopy, whose one part is made anew when the ground is known
     crowns: CrownRaster | None = None
 
 

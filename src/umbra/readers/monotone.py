@@ -23,20 +23,11 @@ def cut_by_sweep(
     points: NDArray[np.float64], following: NDArray[np.int64]
 ) -> NDArray[np.int64] | None:
     """
-    Cut a polygon into triangles.
+    Cut a polygon of corners (n, 2) into counter-clockwise triangles (m, 3).
 
-    Parameters
-    ----------
-    points : (n, 2) float64
-        Corners of all rings.
-    following : (n,) int64
-        The next corner in each corner's ring; outside counter-clockwise, holes clockwise.
-
-    Returns
-    -------
-    triangles : (m, 3) int64
-        Counter-clockwise; None if the rings cross or touch, so that triangles would not cover
-        what the rings enclose once.
+    ``following`` (n,) is the next corner in each corner's ring; the outside is counter-clockwise,
+    holes clockwise. None if the rings cross or touch, so that triangles would not cover what the
+    rings enclose once.
     """
     n = len(points)
     order = np.lexsort((points[:, 1], points[:, 0]))
@@ -278,19 +269,9 @@ TESTS = 500  # pairs of edges for each edge that are looked at
 
 def is_tangled(points: NDArray[np.float64], following: NDArray[np.int64]) -> bool:
     """
-    Tell whether edges cross or touch more than half as often as there are corners.
+    Tell whether edges cross or touch more than half as often as there are corners (n, 2).
 
-    Parameters
-    ----------
-    points : (n, 2) float64
-        Corners of all rings.
-    following : (n,) int64
-        The next corner in each corner's ring.
-
-    Returns
-    -------
-    is_tangled : bool
-        Also true where too many pairs of edges are near each other to tell.
+    Also true where too many pairs of edges are near each other to tell.
     """
     ends = np.stack([points, points[following]])
     low, high = ends.min(0), ends.max(0)

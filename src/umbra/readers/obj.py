@@ -33,27 +33,7 @@ class _Statements:
 
 
 def read_obj(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
-    """
-    Read a Wavefront OBJ file.
-
-    Parameters
-    ----------
-    data : bytes
-    path : Path
-        Material libraries are looked for beside it.
-    choices : ReadChoices
-        The upward axis is z by default: OBJ does not say.
-
-    Returns
-    -------
-    model : FileModel
-        A part for each pair of group (``g``, else ``o``) and material.
-
-    Raises
-    ------
-    InputError
-        If a line is damaged or names a vertex that does not exist (which line).
-    """
+    """Read a Wavefront OBJ file: a part for each pair of group (``g``, else ``o``) and material."""
     lines = _split_lines(data)
     statements = _sort_lines(lines, data)
     vertices = _parse_vertices(statements, data)
@@ -256,16 +236,7 @@ def _find_line(data: bytes, key: bytes, index: int) -> int:
 def _cut(
     vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], int, int]:
-    """
-    Cut faces into triangles; a triangle stays as the file has it, degenerate or not.
-
-    Returns
-    -------
-    faces : (n, 3) int32
-    source : (n,) int64
-        The file's face that each came from, ascending.
-    degenerate, crossed : int
-    """
+    """Cut faces into triangles; a triangle stays as the file has it, degenerate or not."""
     if (lengths == 3).all():
         return corners.reshape(-1, 3).astype(np.int32), np.arange(len(lengths)), 0, 0
     is_triangle = lengths == 3

@@ -45,23 +45,9 @@ def read_materials(
     libraries: list[str], companions: Companions, kinds: Iterable[str]
 ) -> tuple[dict[str, Material], tuple[str, ...]]:
     """
-    Read the materials of the libraries that an OBJ file names.
+    Read the materials of these kinds from the libraries that an OBJ file names.
 
-    Parameters
-    ----------
-    libraries : list of str
-        As after ``mtllib``; a name may hold spaces.
-    companions : Companions
-        The files beside the OBJ file; textures lie beside the libraries that name them.
-    kinds : iterable of str
-        Names of the materials that are used; one that no library has is plain.
-
-    Returns
-    -------
-    materials : dict of str to Material
-        Values are clipped to their range.
-    notes : tuple of str
-        Libraries and textures that are not there.
+    One that no library has is plain. Textures lie beside the libraries that name them.
     """
     entries: dict[str, _Entry] = {}
     notes: list[str] = []
@@ -161,36 +147,18 @@ def _is_number(word: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class TextureCorners:
-    """
-    The texture coordinates of a file's corners.
+    """The texture coordinates of a file's corners."""
 
-    Parameters
-    ----------
-    uv : (n, 2) float32
-        (0, 0) is the upper left corner; the last row is for corners that have none.
-    keys : (n_corners,) int64
-        Ascending: face of the file times the number of vertices, plus vertex.
-    places : (n_corners,) int64
-        Rows of ``uv``.
-    """
-
+    # (n, 2): (0, 0) is the upper left corner; the last row is for corners that have none
     uv: NDArray[np.float32]
+    # (n_corners,): ascending: face of the file times the number of vertices, plus vertex
     keys: NDArray[np.int64]
-    places: NDArray[np.int64]
+    places: NDArray[np.int64]  # (n_corners,): rows of ``uv``
 
     def split(
         self, vertices: NDArray[np.float64], faces: NDArray[np.int32], source: NDArray[np.int64]
     ) -> Mesh:
-        """
-        Make a mesh with a vertex for each pair of place and texture coordinate.
-
-        Parameters
-        ----------
-        vertices : (n_vertices, 3) float64
-        faces : (n_faces, 3) int32
-        source : (n_faces,) int64
-            The face of the file that each comes from.
-        """
+        """Make a mesh of faces with a vertex for each pair of place and texture coordinate."""
         corners = faces.astype(np.int64)
         found = np.searchsorted(self.keys, source[:, None] * len(vertices) + corners)
         pairs = corners * len(self.uv) + self.places[found]
@@ -206,26 +174,7 @@ def read_texture_corners(
     lengths: NDArray[np.int64],
     n_vertices: int,
 ) -> tuple[TextureCorners, int]:
-    """
-    Read texture coordinates and who uses them.
-
-    Parameters
-    ----------
-    lines : list of bytes
-        The whole file.
-    face_lines : list of bytes
-        Its faces.
-    corners : (n_corners,) int64
-        Their vertices, from 0.
-    lengths : (n_faces,) int64
-    n_vertices : int
-
-    Returns
-    -------
-    texture : TextureCorners
-    lost : int
-        Corners with coordinates that are not there; they have (0, 0).
-    """
+    """Read texture coordinates and who uses them; count the corners that have none."""
     rows, before = [], []
     for line in lines:
         start = line[:2]

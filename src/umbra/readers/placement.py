@@ -24,21 +24,7 @@ TURNED = 1.0  # True norths that differ by more [degrees] are said
 
 
 def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
-    """
-    Fill in the site from what the files say.
-
-    Parameters
-    ----------
-    scene : Scene
-        Located by its CRS, if it has one: that comes first.
-    places : dict of str to FilePlace
-        By file.
-
-    Returns
-    -------
-    scene : Scene
-        Without latitude and longitude, and with a note, if two files disagree.
-    """
+    """Fill in the site from what files say, after the CRS; none, with a note, if two disagree."""
     notes = list(scene.notes)
     said = {
         name: (place.latitude, place.longitude)
@@ -114,19 +100,7 @@ def turning(up: str) -> NDArray[np.float64]:
 
 
 def turn_up(parts: tuple[Part, ...], up: str | None) -> tuple[Part, ...]:
-    """
-    Turn parts so that z is up; shared meshes stay shared.
-
-    Parameters
-    ----------
-    parts : tuple of Part
-    up : {'x', 'y', 'z'} or None
-        The axis that points up in them; None is z.
-
-    Returns
-    -------
-    parts : tuple of Part
-    """
+    """Turn parts so that their axis ``up`` (z if None) is z; shared meshes stay shared."""
     if up is None or up == "z":
         return parts
     matrix = TURNS[up]

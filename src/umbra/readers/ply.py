@@ -50,27 +50,7 @@ class _Element:
 
 
 def read_ply(data: bytes, path: Path, up: str | None = None) -> FileModel:
-    """
-    Read a PLY file.
-
-    Parameters
-    ----------
-    data : bytes
-    path : Path
-        Its stem names the part.
-    up : {'x', 'y', 'z'}, optional
-        z if None.
-
-    Returns
-    -------
-    model : FileModel
-        One part; colours are not kept.
-
-    Raises
-    ------
-    InputError
-        If the header is damaged or the body is cut short.
-    """
+    """Read a PLY file as one part, without colours."""
     order, elements, start = _parse_header(data)
     source: _Binary | _Text = _Binary(data, start, order) if order else _Text(data, start)
     columns: dict[tuple[str, str], Any] = {}

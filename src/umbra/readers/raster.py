@@ -34,49 +34,18 @@ MOST_BYTES = 850  # held for each cell at the peak of a study, see docs/formats.
 
 @dataclass(frozen=True, eq=False)
 class HeightRaster:
-    """
-    Heights of cells.
+    """Heights of cells."""
 
-    Parameters
-    ----------
-    heights : (rows, cols) float64
-        [m]
-    there : (rows, cols) bool
-        Where there is a height.
-    matrix : (2, 3) float64
-        From (column, row, 1), cell corners, to x and y.
-    crs : str, optional
-    has_unit : bool
-        Whether the file says the unit of its heights, so that they are in metres for certain.
-    """
-
-    heights: NDArray[np.float64]
-    there: NDArray[np.bool_]
-    matrix: NDArray[np.float64]
+    heights: NDArray[np.float64]  # (rows, cols): [m]
+    there: NDArray[np.bool_]  # (rows, cols): where there is a height
+    matrix: NDArray[np.float64]  # (2, 3): from (column, row, 1), cell corners, to x and y
     crs: str | None
+    # Whether the file says the unit of its heights, so that they are in metres for certain
     has_unit: bool = False
 
 
 def read_raster(_data: bytes, path: Path, choices: ReadChoices) -> FileModel:
-    """
-    Read a raster of heights: a digital surface or terrain model.
-
-    Parameters
-    ----------
-    path : Path
-        Names the part; the reader opens it itself, with what lies beside it.
-
-    Returns
-    -------
-    model : FileModel
-        One part of kind ``Raster``; buildings without a base may stand on it.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged, a picture, without any height, or too large for this
-        machine's memory; if its heights are in a unit that is not known.
-    """
+    """Read a height raster: a surface or terrain, on which buildings may stand, or a canopy."""
     if choices.crowns is not None:
         return _read_canopy(path, choices)
     notes: list[str] = []
@@ -97,14 +66,7 @@ def read_raster(_data: bytes, path: Path, choices: ReadChoices) -> FileModel:
 
 
 def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRaster:
-    """
-    Read the heights of a raster; what was left out goes to the notes.
-
-    Raises
-    ------
-    InputError
-        As ``read_raster``.
-    """
+    """Read the heights of a raster; what was left out goes to the notes."""
     rasterio = need("rasterio", "gis", "GeoTIFF")
     choices.companions_of(path).check_beside()
     try:
@@ -142,24 +104,7 @@ def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRas
 def make_surface(
     heights: NDArray[np.float64], there: NDArray[np.bool_], matrix: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """
-    Make the surface through the centres of a raster's cells.
-
-    Parameters
-    ----------
-    heights : (rows, cols) float64
-        [m]
-    there : (rows, cols) bool
-        Where there is a height.
-    matrix : (2, 3) float64
-        From (column, row, 1), cell corners, to x and y.
-
-    Returns
-    -------
-    vertices : (n, 3) float64
-    faces : (m, 3) int32
-        Wound counter-clockwise seen from above.
-    """
+    """Make the surface through the centres of cells: vertices, and faces seen from above."""
     rows, cols = heights.shape
     row, col = np.nonzero(there)
     plan = matrix[:, 0] * (col[:, None] + 0.5) + matrix[:, 1] * (row[:, None] + 0.5) + matrix[:, 2]
@@ -255,27 +200,7 @@ def _name(crs: Any) -> str | None:
 
 
 def _read_canopy(path: Path, choices: ReadChoices) -> FileModel:
-    """
-    Read a raster of tree tops.
-
-    Parameters
-    ----------
-    path : Path
-        Names the part.
-    choices : ReadChoices
-        With ``crowns``.
-
-    Returns
-    -------
-    model : FileModel
-        Its part holds the corners of the cells; ``stand_crowns`` makes the body.
-
-    Raises
-    ------
-    InputError
-        As ``read_raster``; if no cell has a canopy, heights are none of trees, or the
-        trunk zone is no share and no raster of the same cells.
-    """
+    """Read a raster of tree tops: the corners of its cells, for `stand_crowns`."""
     crowns = choices.crowns or Crowns(())
     notes: list[str] = []
     raster = open_raster(path, choices, notes)

@@ -16,17 +16,7 @@ def repair(rings: Rings) -> tuple[Rings, list[str]]:
     """
     Make every polygon valid: its rings simple, its holes inside.
 
-    Parameters
-    ----------
-    rings : Rings
-
-    Returns
-    -------
-    rings : Rings
-        Without rings of fewer than three corners.
-    notes : list of str
-        How many were repaired; nothing without shapely, whose lack the cutting into
-        triangles notices where it matters.
+    Without shapely nothing is repaired; the cutting into triangles notices where it matters.
     """
     rings, notes = _drop_short(rings)
     try:
@@ -85,20 +75,7 @@ def _leave_tangled(
 
 
 def from_shapes(shapely: Any, shapes: NDArray[Any], feature: NDArray[np.int64]) -> Rings:
-    """
-    Take polygons apart.
-
-    Parameters
-    ----------
-    shapely : module
-    shapes : (n_polygons,) of shapely.Polygon
-        None of them empty.
-    feature : (n_polygons,) int64
-
-    Returns
-    -------
-    rings : Rings
-    """
+    """Take shapely's polygons, none of them empty, apart."""
     loops, polygon = shapely.get_rings(shapes, return_index=True)
     points, ring = shapely.get_coordinates(loops, return_index=True)
     lengths = np.bincount(ring, minlength=len(loops))

@@ -21,23 +21,10 @@ __all__ = [
 
 def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part, ...], int]:
     """
-    Raise each part by the lowest terrain below it.
+    Raise parts on z = 0 by the lowest terrain below each; count those that lie wholly beside it.
 
     Below each corner counts the terrain's nearest vertex, so the height is that of a
     cell's centre and not a mean.
-
-    Parameters
-    ----------
-    parts : sequence of Part
-        On z = 0, without transforms.
-    terrain : sequence of Part
-        In the same coordinates.
-
-    Returns
-    -------
-    parts : tuple of Part
-    missed : int
-        Parts that lie wholly outside the terrain's rectangle: its edge counts for them.
     """
     soup = Scene(tuple(parts), np.zeros(3)).triangles()
     corner = soup.faces.ravel()
@@ -59,22 +46,7 @@ def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part
 def find_ground(
     terrain: Sequence[Part], plan: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """
-    Give the height of the terrain's nearest vertex: of a raster, that of the cell's centre.
-
-    Parameters
-    ----------
-    terrain : sequence of Part
-    plan : (n, 2) float64
-        In the same coordinates.
-
-    Returns
-    -------
-    heights : (n,) float64
-        [m]
-    inside : (n,) bool
-        Which lie in the terrain's rectangle.
-    """
+    """Give the height (n,) [m] of the terrain's vertex nearest to places, and which lie in it."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
     ground = Scene(tuple(terrain), np.zeros(3)).triangles()
@@ -93,20 +65,7 @@ MOST = 100  # boxes of a class and cell that each box is compared with: more is 
 
 
 def find_far(layers: Mapping[str, Sequence[Part]], told: Mapping[str, str]) -> list[str]:
-    """
-    Find layers that lie so far from the first that their coordinates cannot be of one kind.
-
-    Parameters
-    ----------
-    layers : dict of str to list of Part
-        In one CRS.
-    told : dict of str to str
-        The file of each and its CRS, for people.
-
-    Returns
-    -------
-    notes : list of str
-    """
+    """Find layers so far from the first that their coordinates cannot be of one kind."""
     boxes = {name: _boxes(parts)[1] for name, parts in layers.items()}
     bounds = {n: np.stack([b[:, 0].min(0), b[:, 1].max(0)]) for n, b in boxes.items()}
     names = list(bounds)
@@ -129,18 +88,6 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
 
     Counted are things that stand on no other. Of most of them, the foot lies above all
     the terrain that is below their corners, or far below all of it.
-
-    Parameters
-    ----------
-    name, ground : str
-        The layers.
-    parts, terrain : sequence of Part
-        In one CRS.
-
-    Returns
-    -------
-    notes : list of str
-        One, or none.
     """
     boxes = _boxes(parts)[1]
     boxes = boxes[find_standing(boxes)] if len(boxes) else boxes.reshape(0, 2, 3)
@@ -165,19 +112,7 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
 
 
 def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
-    """
-    Find things of one layer that stand in the place of another's.
-
-    Parameters
-    ----------
-    layers : dict of str to list of Part
-        In one CRS.
-
-    Returns
-    -------
-    notes : list of str
-        One for each pair of layers: how many, and the first.
-    """
+    """Find things of one layer that stand in the place of another's."""
     boxes = {name: _boxes(parts) for name, parts in layers.items()}
     notes = []
     for one, other in combinations(boxes, 2):

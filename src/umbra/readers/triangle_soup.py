@@ -29,25 +29,7 @@ def make_model(
     lengths: NDArray[np.int64],
     up: str | None,
 ) -> FileModel:
-    """
-    Make a model of one part, named like the file, from polygons.
-
-    Parameters
-    ----------
-    form : str
-        The format's name.
-    path : Path
-    vertices : (n_vertices, 3) float64
-    corners : (n_corners,) int64
-        Polygon after polygon.
-    lengths : (n_polygons,) int64
-    up : {'x', 'y', 'z'}, optional
-
-    Raises
-    ------
-    InputError
-        If a polygon names a vertex that does not exist (which).
-    """
+    """Make a model of one part, named like the file, from polygons, corner after corner."""
     wrong = np.flatnonzero((corners < 0) | (corners >= len(vertices)))
     if len(wrong):
         face = int(np.searchsorted(np.cumsum(lengths), wrong[0], "right"))
@@ -76,22 +58,7 @@ def make_model(
 
 
 def read_stl(data: bytes, path: Path, up: str | None = None) -> FileModel:
-    """
-    Read an STL file, binary or text.
-
-    Parameters
-    ----------
-    data : bytes
-    path : Path
-        Its stem names the part.
-    up : {'x', 'y', 'z'}, optional
-        z if None.
-
-    Raises
-    ------
-    InputError
-        If it is cut short or a number is damaged.
-    """
+    """Read an STL file, binary or text."""
     count = int.from_bytes(data[80:STL_HEADER], "little")
     size = STL_HEADER + count * STL_FACET.itemsize
     # Binary files may begin with "solid" too; only the size tells.
@@ -138,22 +105,7 @@ def _are_numbers(words: list[bytes]) -> bool:
 
 
 def read_off(data: bytes, path: Path, up: str | None = None) -> FileModel:
-    """
-    Read an OFF file in text.
-
-    Parameters
-    ----------
-    data : bytes
-    path : Path
-        Its stem names the part.
-    up : {'x', 'y', 'z'}, optional
-        z if None.
-
-    Raises
-    ------
-    InputError
-        If it is cut short or a number is damaged.
-    """
+    """Read an OFF file in text."""
     lines = [line.partition(b"#")[0].split() for line in data.splitlines()]
     rows = [(number, words) for number, words in enumerate(lines, 1) if words]
     head = rows[0][1]

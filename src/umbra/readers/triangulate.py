@@ -21,25 +21,12 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class Triangulation:
-    """
-    Triangles in the order of their polygons.
+    """Triangles in the order of their polygons."""
 
-    Parameters
-    ----------
-    faces : (n_faces, 3) int32
-        Vertex indices, wound as the polygon's outer ring.
-    polygon : (n_faces,) int64
-        Index of the polygon that each triangle came from.
-    degenerate : int
-        Polygons with fewer than three distinct corners: they gave no triangle.
-    crossed : int
-        Polygons whose rings cross themselves: their triangles overlap.
-    """
-
-    faces: NDArray[np.int32]
-    polygon: NDArray[np.int64]
-    degenerate: int
-    crossed: int
+    faces: NDArray[np.int32]  # (n_faces, 3): vertex indices, wound as the polygon's outer ring
+    polygon: NDArray[np.int64]  # (n_faces,): index of the polygon that each triangle came from
+    degenerate: int  # polygons with fewer than three distinct corners: they gave no triangle
+    crossed: int  # polygons whose rings cross themselves: their triangles overlap
 
 
 def triangulate(
@@ -150,18 +137,7 @@ def _drop_repeats(
 
 
 def _corner_turns(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Find how much each corner turns, positive toward the inside.
-
-    Parameters
-    ----------
-    points : (n_polygons, n, 3) float64
-
-    Returns
-    -------
-    turns : (n_polygons, n) float64
-        Cross product of the edges that meet there, along the polygon's normal.
-    """
+    """Find how much each corner of polygons (m, n, 3) turns, (m, n), positive toward the inside."""
     # From the first corner, so that a far origin costs no digits.
     points = points - points[:, :1]
     after = np.roll(points, -1, axis=1)

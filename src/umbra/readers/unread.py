@@ -8,24 +8,12 @@ __all__ = ["find_unread"]
 
 @dataclass(frozen=True)
 class UnreadFormat:
-    """
-    A format that is not read.
+    """A format that is not read."""
 
-    Parameters
-    ----------
-    text : str
-        What it is and what to do, as the end of a sentence that begins with the file.
-    endings : tuple of str
-    starts : tuple of bytes
-        First bytes, after white space.
-    holds : bytes
-        A word among the first bytes, besides them.
-    """
-
-    text: str
+    text: str  # what it is and what to do, as the end of a sentence that begins with the file
     endings: tuple[str, ...] = ()
-    starts: tuple[bytes, ...] = ()
-    holds: bytes = b""
+    starts: tuple[bytes, ...] = ()  # first bytes, after white space
+    holds: bytes = b""  # A word among the first bytes, besides them
 
 
 _BLENDER = "open it in Blender and export glTF"
@@ -123,21 +111,7 @@ _FORMATS = (
 
 
 def find_unread(data: bytes, path: Path, *, by_ending: bool) -> str | None:
-    """
-    Tell what a file of a format that is not read is, and what converts it.
-
-    Parameters
-    ----------
-    data : bytes
-    path : Path
-    by_ending : bool
-        Whether the ending decides where the first bytes do not.
-
-    Returns
-    -------
-    text : str or None
-        None if it is none of them.
-    """
+    """Tell what a format that is not read is, and what converts it; None for any other."""
     head = data[:4000].lstrip(b"\xef\xbb\xbf \t\r\n")
     ending = path.suffix.lower()
     for one in _FORMATS:

@@ -18,22 +18,12 @@ very centre rounding would tell for each of them which side of an edge it is on.
 
 @dataclass(frozen=True)
 class Grid:
-    """
-    Cells of a plan, rows from south to north.
+    """Cells of a plan, rows from south to north."""
 
-    Parameters
-    ----------
-    x0, y0 : float
-        Centre of the first cell, in the scene's local frame [m].
-    dx, dy : float
-        Size of a cell [m].
-    cols, rows : int
-    """
-
-    x0: float
-    y0: float
-    dx: float
-    dy: float
+    x0: float  # centre of the first cell, in the scene's local frame [m]
+    y0: float  # centre of the first cell, in the scene's local frame [m]
+    dx: float  # size of a cell [m]
+    dy: float  # size of a cell [m]
     cols: int
     rows: int
 

@@ -143,15 +143,10 @@ def _vector(what: str, value: ArrayLike) -> NDArray[np.float64]:
 
 def spread(n: int, width: int) -> NDArray[np.float64]:
     """
-    Spread points over a square or a cube: evenly, yet on no grid, and always the same.
+    Spread points (n, width) over [0, 1): evenly, yet on no grid, and always the same.
 
     Roberts' R sequence: multiples of the powers of 1/g, where g^(width + 1) = g + 1.
     A jitter within a fraction of a point's own cell breaks the lattice's rows.
-
-    Returns
-    -------
-    shares : (n, width) float64
-        In [0, 1).
     """
     if not 1 <= n <= MOST:
         msg = f"a light of {n} points is not possible; give 1 to {MOST}"

@@ -170,18 +170,7 @@ _LINEAR = np.where(_LEVELS <= 0.04045, _LEVELS / 12.92, ((_LEVELS + 0.055) / 1.0
 
 
 def to_linear(pixels: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """
-    Turn sRGB pixels into linear light; alpha is linear as it is.
-
-    Parameters
-    ----------
-    pixels : (..., 4) uint8
-
-    Returns
-    -------
-    linear : (..., 4) float64
-        In 0 to 1.
-    """
+    """Turn sRGB pixels (..., 4) into linear light in 0 to 1; alpha is linear as it is."""
     linear = _LINEAR[pixels]
     linear[..., 3] = pixels[..., 3] / 255
     return linear
@@ -190,22 +179,7 @@ def to_linear(pixels: NDArray[np.uint8]) -> NDArray[np.float64]:
 def sample(
     image: Image, uv: NDArray[np.floating], wrap: tuple[str, str] | None = None
 ) -> NDArray[np.float64]:
-    """
-    Look up an image between its four nearest texels.
-
-    Parameters
-    ----------
-    image : Image
-    uv : (..., 2) float
-        (0, 0) is the upper left corner of the picture, (1, 1) the lower right one.
-    wrap : (str, str), optional
-        The image's own by default.
-
-    Returns
-    -------
-    linear : (..., 4) float64
-        Linear RGB and alpha.
-    """
+    """Look up an image at uv (..., 2) between its four nearest texels: linear RGB and alpha."""
     pixels = image.pixels
     rows, cols = pixels.shape[:2]
     place = np.nan_to_num(np.asarray(uv, np.float64), posinf=0.0, neginf=0.0)

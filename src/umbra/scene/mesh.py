@@ -237,18 +237,7 @@ _MOST = 1024  # cells along a side
 
 
 def find_standing(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """
-    Find the things that have no other below them.
-
-    Parameters
-    ----------
-    boxes : (n, 2, 3) float64
-        Lowest and highest corner of each thing [m].
-
-    Returns
-    -------
-    stands : (n,) bool
-    """
+    """Find the things (n,) that have no other below them, by their boxes (n, 2, 3) [m]."""
     if not len(boxes):
         return np.zeros(0, np.bool_)
     low, high = boxes[:, 0], boxes[:, 1]

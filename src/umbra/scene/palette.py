@@ -35,15 +35,6 @@ def expose_lights(scene: Scene) -> tuple[Light, ...]:
     Files state candela and lux and leave the exposure to who shows them. Here the light
     that is brightest at the middle of the model has the intensity 1 there, whatever its
     cone; one in the midst is taken at a quarter of the model's diagonal.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    lights : tuple of Light
-        As many as the scene has.
     """
     if not scene.lights:
         return ()

@@ -25,18 +25,10 @@ BLOCK = 2048  # vertices posed at once
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """
-    The joints of a skin.
+    """The joints of a skin."""
 
-    Parameters
-    ----------
-    joints : (n_joints,) int
-        Nodes of the rig.
-    inverse_bind : (n_joints, 4, 4) float64
-        From the mesh's frame to each joint's, as bound.
-    """
-
-    joints: NDArray[np.int64]
+    joints: NDArray[np.int64]  # (n_joints,): nodes of the rig
+    # (n_joints, 4, 4): from the mesh's frame to each joint's, as bound
     inverse_bind: NDArray[np.float64]
 
 
@@ -47,47 +39,20 @@ class Shape:
 
     Posed vertices depend on a vertex's own numbers alone and are rounded alike, so
     that vertices at one place stay at one place and the posed mesh stays closed.
-
-    Parameters
-    ----------
-    rest : Mesh
-        Unposed.
-    weights : (n_targets,) float64
-        Of the morph targets where no track moves them.
-    offsets : (n_targets, n_vertices, 3) float32, optional
-        What each morph target adds to the vertices at weight 1.
-    normal_offsets : (n_targets, n_vertices, 3) float32, optional
-    skin : Skin, optional
-    joints : (n_vertices, n_influences) int, optional
-        Rows of ``skin.joints``.
-    influences : (n_vertices, n_influences) float64, optional
-        Each vertex's sum to 1.
     """
 
-    rest: Mesh
-    weights: NDArray[np.float64]
+    rest: Mesh  # unposed
+    weights: NDArray[np.float64]  # (n_targets,): of the morph targets where no track moves them
+    # (n_targets, n_vertices, 3): what each morph target adds to the vertices at weight 1
     offsets: NDArray[np.float32] | None = None
-    normal_offsets: NDArray[np.float32] | None = None
+    normal_offsets: NDArray[np.float32] | None = None  # (n_targets, n_vertices, 3)
     skin: Skin | None = None
-    joints: NDArray[np.integer] | None = None
+    joints: NDArray[np.integer] | None = None  # (n_vertices, n_influences): rows of ``skin.joints``
+    # (n_vertices, n_influences): each vertex's sum to 1
     influences: NDArray[np.float64] | None = None
 
     def pose(self, places: NDArray[np.float64], weights: NDArray[np.float64] | None = None) -> Mesh:
-        """
-        Bend the mesh.
-
-        Parameters
-        ----------
-        places : (n_nodes, 4, 4) float64
-            Of the rig's nodes.
-        weights : (n_targets,) float64, optional
-
-        Returns
-        -------
-        mesh : Mesh
-            With a skin in the frame of ``places``, else in its node's; ``rest``
-            itself where nothing bends it.
-        """
+        """Bend the mesh by the nodes' places (n, 4, 4); ``rest`` itself where nothing bends it."""
         weights = self.weights if weights is None else weights
         vertices = self.rest.vertices
         normals: NDArray[np.floating] | None = self.rest.normals
@@ -106,43 +71,19 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """
-    One property of one node over time, as a glTF channel.
-
-    Parameters
-    ----------
-    node : int
-    what : str
-        ``translation``, ``rotation`` (a quaternion x, y, z, w), ``scale`` or ``weights``.
-    times : (n,) float64
-        Ascending [s].
-    values : (n, width) float64
-        For ``cubic`` (n, 3, width): tangent in, value, tangent out.
-    way : {'step', 'linear', 'cubic'}
-        Between two times: the first's value, the straight way (on the sphere for a
-        rotation), or a Hermite spline.
-    """
+    """One property of one node over time, as a glTF channel."""
 
     node: int
-    what: str
-    times: NDArray[np.float64]
+    what: str  # ``translation``, ``rotation`` (a quaternion x, y, z, w), ``scale`` or ``weights``
+    times: NDArray[np.float64]  # (n,): ascending [s]
+    # (n, width): for ``cubic`` (n, 3, width): tangent in, value, tangent out
     values: NDArray[np.float64]
+    # of WAYS, between two times: the first's value, the straight way (on
+    # the sphere for a rotation), or a Hermite spline
     way: str = "linear"
 
     def find_value(self, time: float) -> NDArray[np.float64]:
-        """
-        Find the value at a time; before the first time the first, after the last the last.
-
-        Parameters
-        ----------
-        time : float
-            [s]
-
-        Returns
-        -------
-        value : (width,) float64
-            A rotation is of length 1.
-        """
+        """Find the value (width,) at a time [s]; a rotation is of length 1."""
         after = int(np.searchsorted(self.times, time, "right"))
         first, second = max(after - 1, 0), min(after, len(self.times) - 1)
         span = self.times[second] - self.times[first]
@@ -208,51 +149,20 @@ class Animation:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """
-    The nodes of one file and their animations.
+    """The nodes of one file and their animations."""
 
-    Parameters
-    ----------
-    parent : (n,) int
-        -1 for a root. Parents come before their children.
-    translation, scale : (n, 3) float64
-    rotation : (n, 4) float64
-        Quaternions x, y, z, w.
-    matrix : dict of int to (4, 4) float64
-        Of nodes that have one instead; no track moves them.
-    base : (4, 4) float64
-        From the file's axes to the scene's, z up.
-    animations : tuple of Animation
-    """
-
-    parent: NDArray[np.int64]
-    translation: NDArray[np.float64]
-    rotation: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    matrix: dict[int, NDArray[np.float64]]
-    base: NDArray[np.float64]
+    parent: NDArray[np.int64]  # (n,): -1 for a root. Parents come before their children
+    translation: NDArray[np.float64]  # (n, 3)
+    rotation: NDArray[np.float64]  # (n, 4): quaternions x, y, z, w
+    scale: NDArray[np.float64]  # (n, 3)
+    matrix: dict[int, NDArray[np.float64]]  # of nodes that have one instead; no track moves them
+    base: NDArray[np.float64]  # (4, 4): from the file's axes to the scene's, z up
     animations: tuple[Animation, ...] = ()
 
     def place(
         self, tracks: tuple[Track, ...] = (), time: float = 0.0
     ) -> tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]]:
-        """
-        Place the nodes at a time.
-
-        Parameters
-        ----------
-        tracks : tuple of Track
-            Of an animation; without them nodes stand where the file puts them.
-        time : float
-            [s]
-
-        Returns
-        -------
-        places : (n, 4, 4) float64
-            From each node's frame to the file's, z up.
-        weights : dict of int to (n_targets,) float64
-            Of morph targets, where a track moves them.
-        """
+        """Place the nodes at a time [s] of tracks: matrices (n, 4, 4), morph weights by node."""
         moved = {
             "translation": self.translation.copy(),
             "rotation": self.rotation.copy(),
@@ -275,41 +185,19 @@ class Rig:
 
 @dataclass(frozen=True, eq=False)
 class RigBinding:
-    """
-    How a part or a light hangs on a rig.
-
-    Parameters
-    ----------
-    rig : Rig
-    node : int
-    base : (4, 4) float64
-        From the file's frame, z up, to the scene's: the local origin's shift.
-    shape : Shape, optional
-        What bends; None for what moves as a whole.
-    """
+    """How a part or a light hangs on a rig."""
 
     rig: Rig
     node: int
+    # (4, 4): from the file's frame, z up, to the scene's: the local origin's shift
     base: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
-    shape: Shape | None = None
+    shape: Shape | None = None  # what bends; None for what moves as a whole
 
 
 def make_matrices(
     translation: NDArray[np.float64], rotation: NDArray[np.float64], scale: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """
-    Make affine matrices that scale, then rotate, then translate.
-
-    Parameters
-    ----------
-    translation, scale : (n, 3) float64
-    rotation : (n, 4) float64
-        Quaternions x, y, z, w of any length; 0 does not rotate.
-
-    Returns
-    -------
-    matrices : (n, 4, 4) float64
-    """
+    """Make matrices (n, 4, 4) that scale, then rotate (by x, y, z, w of any length), then move."""
     x, y, z, w = rotation.T
     norm = x * x + y * y + z * z + w * w
     s = np.where(norm > 0, 2 / np.where(norm > 0, norm, 1.0), 0.0)

@@ -118,11 +118,6 @@ class Scene:
         Give the parts of one name as a scene, in the same place on earth.
 
         A building may have several: its walls, its roof. ``layer/name`` means those of a layer.
-
-        Raises
-        ------
-        InputError
-            If no part has that name: names those most like it.
         """
         parts = tuple(part for part in self.parts if name in {part.name, part.full_name})
         if parts:

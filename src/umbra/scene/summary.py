@@ -17,18 +17,7 @@ _WIDTH = 40  # letters of a name
 
 
 def show_scene(scene: "Scene") -> str:
-    """
-    Give a scene's size and its first parts as a table, ten lines at most.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    text : str
-        What names hold of a terminal's commands is written out.
-    """
+    """Give a scene's size and its first parts as a table, ten lines at most."""
     listed = scene.parts[:_MOST]
     names = fit_names([make_printable(part.name) for part in listed], _WIDTH)
     kinds = fit_names([make_printable(part.kind) for part in listed], _WIDTH // 2)
@@ -42,17 +31,7 @@ def show_scene(scene: "Scene") -> str:
 
 
 def show_scene_as_html(scene: "Scene") -> str:
-    """
-    Give the same as HTML.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    html : str
-    """
+    """Give the same as HTML."""
     rows = "".join(
         f"<tr><td>{escape(make_printable(part.name))}</td>"
         f"<td>{escape(make_printable(part.kind))}</td>"

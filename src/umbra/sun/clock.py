@@ -41,19 +41,10 @@ DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stamps:
-    """
-    Instants of a local date, and how its clock shows them.
+    """Instants of a local date, and how its clock shows them."""
 
-    Parameters
-    ----------
-    stamps : (n,) datetime64[us]
-        UTC, ascending.
-    zone : str
-        IANA name of the local clock.
-    """
-
-    stamps: NDArray[np.datetime64]
-    zone: str
+    stamps: NDArray[np.datetime64]  # (n,): UTC, ascending
+    zone: str  # IANA name of the local clock
 
     def labels(self) -> list[str]:
         """
@@ -195,22 +186,7 @@ def make_steps(
 
 
 def check_steps(steps: Steps, dates: int, every: str | dt.timedelta) -> None:
-    """
-    Check that the steps of all dates together can be counted.
-
-    Parameters
-    ----------
-    steps : Steps
-        Of one date.
-    dates : int
-    every : str or datetime.timedelta
-        As it was given.
-
-    Raises
-    ------
-    InputError
-        If they make over 2,000,000 suns.
-    """
+    """Refuse more suns than can be counted: the steps of one date, times the dates."""
     count = len(steps.hours) * dates
     if count > MOST_OF_ALL_DATES:
         least = float(steps.hours.sum()) * 3600 * dates / MOST_OF_ALL_DATES
@@ -223,20 +199,7 @@ def check_steps(steps: Steps, dates: int, every: str | dt.timedelta) -> None:
 
 
 def parse_duration(every: str | dt.timedelta, what: str = "step") -> dt.timedelta:
-    """
-    Read a duration: ``15min``, ``1h``, ``1h30min``, ``30s``.
-
-    Parameters
-    ----------
-    every : str or datetime.timedelta
-    what : str
-        What it is the duration of, for messages.
-
-    Raises
-    ------
-    InputError
-        If it is not written so, or is not above 0.
-    """
+    """Read a duration above 0: ``15min``, ``1h``, ``1h30min``, ``30s``."""
     if isinstance(every, dt.timedelta):
         duration = every
     else:
@@ -272,23 +235,7 @@ def _clock_text(when: dt.datetime) -> str:
 
 
 def find_stamps(day: dt.date, times: Sequence[str], zone: str) -> Stamps:
-    """
-    Find the instants at which a date's clock shows some times.
-
-    Parameters
-    ----------
-    day : datetime.date
-        Local date.
-    times : sequence of str
-        ``09:00``, or several by commas, ``09:00,12:00,15:00``; in any order.
-    zone : str
-        IANA name.
-
-    Raises
-    ------
-    InputError
-        If one is no clock time, or the clock skips it or shows it twice.
-    """
+    """Find the instants at which a date's clock shows some times, ``09:00,12:00``, in any order."""
     words = [word for text in times for word in str(text).replace(",", " ").split()]
     clock = zoneinfo.ZoneInfo(zone)
     found = {find_instant(day, word, clock, "time of --at") for word in words}
@@ -297,16 +244,7 @@ def find_stamps(day: dt.date, times: Sequence[str], zone: str) -> Stamps:
 
 
 def find_round_stamps(period: Stamps, minutes: int) -> Stamps:
-    """
-    Find the round clock times within a period, both ends included.
-
-    Parameters
-    ----------
-    period : Stamps
-        From its first to its last.
-    minutes : int
-        One of ``ROUND``: 30 for whole and half hours by the local clock.
-    """
+    """Find the clock times within a period that are round by so many of ``ROUND``'s minutes."""
     zone = zoneinfo.ZoneInfo(period.zone)
     at, last = (when.replace(tzinfo=dt.UTC) for when in period.stamps[[0, -1]].tolist())
     found = []

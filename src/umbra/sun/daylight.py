@@ -27,20 +27,11 @@ _CLOSE = 1_000_000  # to which sunrise and sunset are solved [us]
 
 @dataclass(frozen=True)
 class Daylight:
-    """
-    When the sun is above the horizon on a date.
+    """When the sun is above the horizon on a date."""
 
-    Parameters
-    ----------
-    rises, sets : datetime.datetime, optional
-        Local; None where the sun does not rise or set on that date.
-    is_up : bool
-        Whether it is up when the date begins.
-    """
-
-    rises: dt.datetime | None
-    sets: dt.datetime | None
-    is_up: bool
+    rises: dt.datetime | None  # local; None where the sun does not rise or set on that date
+    sets: dt.datetime | None  # local; None where the sun does not rise or set on that date
+    is_up: bool  # whether it is up when the date begins
 
     def __str__(self) -> str:
         """Say when it rises and sets: "sunrise 06:05, sunset 18:14"."""
@@ -60,15 +51,6 @@ def find_daylight(site: Site, day: dt.date) -> Daylight:
 
     Its upper rim is then seen on a level horizon through standard air, as in almanacs.
     Shadows are cast while its centre is up, some two minutes less on each side.
-
-    Parameters
-    ----------
-    site : Site
-    day : datetime.date
-
-    Returns
-    -------
-    daylight : Daylight
     """
     zone = ZoneInfo(site.zone)
 

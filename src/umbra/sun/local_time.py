@@ -42,21 +42,9 @@ class _Jump:
 
 def parse_date(date: str | dt.date | np.datetime64) -> dt.date:
     """
-    Read a date.
+    Read a date ``YYYY-MM-DD`` in the years 1583 to 2999, from text or any library's date.
 
-    Parameters
-    ----------
-    date : str, datetime.date, datetime.datetime, numpy.datetime64 or pandas.Timestamp
-        ``YYYY-MM-DD``, in the years 1583 to 2999; a date with a clock time has to be midnight.
-
-    Returns
-    -------
-    date : datetime.date
-
-    Raises
-    ------
-    InputError
-        If it is not written so, or no such day exists.
+    One with a clock time has to be midnight.
     """
     if isinstance(date, np.datetime64):
         date = _find_moment(date)
@@ -98,28 +86,10 @@ def _find_moment(date: np.datetime64) -> dt.datetime | str:
 
 def find_instant(date: dt.date, time: str | dt.time, zone: ZoneInfo, what: str) -> dt.datetime:
     """
-    Find the instant at which a local clock shows a time.
+    Find the instant [UTC] at which a local clock shows ``HH:MM`` or ``HH:MM:SS``.
 
-    Parameters
-    ----------
-    date : datetime.date
-        Local date.
-    time : str or datetime.time
-        ``HH:MM`` or ``HH:MM:SS``. ``24:00`` is the end of the date. A time that comes
-        twice, when the clock goes back, needs its offset from UTC: ``02:30+02:00``.
-    zone : zoneinfo.ZoneInfo
-    what : str
-        What the time is, for messages: "start" or "end".
-
-    Returns
-    -------
-    instant : datetime.datetime
-        UTC.
-
-    Raises
-    ------
-    InputError
-        If the time is not written so, or the clock skips it or shows it twice.
+    ``24:00`` is the end of the date. A time that comes twice, when the clock goes back, needs its
+    offset from UTC: ``02:30+02:00``. ``what`` it is ("start", "end") is for messages.
     """
     wanted, offset, text = _parse_time(date, time, what)
     # fold 0 and 1 are the offsets before and after a jump, whichever way the clock goes.

@@ -121,18 +121,7 @@ def find_sun(
 def _to_direction(
     altitude: NDArray[np.float64], azimuth: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """
-    Turn angles into unit vectors.
-
-    Parameters
-    ----------
-    altitude, azimuth : (n,) float64
-        Azimuth clockwise from +y [degrees].
-
-    Returns
-    -------
-    direction : (n, 3) float64
-    """
+    """Turn altitude and azimuth, clockwise from +y [degrees], into unit vectors (n, 3)."""
     up, turn = np.radians(altitude), np.radians(azimuth)
     return np.stack([np.sin(turn) * np.cos(up), np.cos(turn) * np.cos(up), np.sin(up)], axis=-1)
 
@@ -147,25 +136,7 @@ def _find_angles(
     temperature: float,
     delta_t: ArrayLike,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """
-    Run SPA with every number of the air given.
-
-    Parameters
-    ----------
-    seconds : (n,) float64
-        Since 1970-01-01 00:00 UTC.
-    latitude, longitude, elevation : float
-        [degrees], [degrees], [m]
-    pressure, temperature : float
-        [hPa], [degrees C]
-    delta_t : float or (n,) float64
-        Terrestrial time less universal time [s].
-
-    Returns
-    -------
-    geometric, apparent, azimuth : (n,) float64
-        Altitude without and with refraction; clockwise from true north [degrees].
-    """
+    """Run SPA: altitude without and with refraction, and azimuth from true north [degrees]."""
     # Two holes are mended below: SPA refracts every altitude and masks afterwards, which
     # leaves NaN at the formula's pole at -5.11 degrees; and at the zenith rounding
     # can take arcsin's argument above 1.
@@ -186,19 +157,7 @@ def _find_angles(
 
 
 def _pressure_at(elevation: float) -> float:
-    """
-    Scale the pressure at sea level to an elevation, by the standard atmosphere [3]_.
-
-    Parameters
-    ----------
-    elevation : float
-        [m]
-
-    Returns
-    -------
-    pressure : float
-        [hPa]
-    """
+    """Scale the pressure at sea level to an elevation [m], by the standard atmosphere [3]_."""
     return SEA_LEVEL_PRESSURE * (1 - 0.0065 * elevation / 288.15) ** 5.25588
 
 

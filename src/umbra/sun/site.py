@@ -120,22 +120,7 @@ def find_site(
 
 
 def find_zone(name: str) -> zoneinfo.ZoneInfo:
-    """
-    Find a time zone by its IANA name.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    zone : zoneinfo.ZoneInfo
-
-    Raises
-    ------
-    InputError
-        If there is no such zone; names the nearest.
-    """
+    """Find a time zone by its IANA name; an error names the nearest."""
     try:
         if isinstance(name, str) and not name.startswith(_NO_PLACE):
             return zoneinfo.ZoneInfo(name)
