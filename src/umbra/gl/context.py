@@ -12,19 +12,20 @@ moderngl is imported here, on the first call, and nowhere else but in this room.
 import re
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from ctypes.util import find_library
 from dataclasses import dataclass, field
 from functools import wraps
 from importlib.util import find_spec
-from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
+from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.backends import ContextBinding, EglBinding, GivenBinding, OffscreenMesa, WindowBinding
 from umbra.gl.functions import Functions
 
-__all__ = ["BACKENDS", "Device", "on_device", "open_device"]
+__all__ = ["BACKENDS", "Device", "DeviceUser", "on_device", "open_device", "release_all"]
 
 INSTALL = "pip install 'umbra-shadows[gl]'"
 DRIVER = (
@@ -175,6 +176,23 @@ class Device:
         """Note that an object was released."""
         self.live.discard(f"{kind} {number}")
 
+    def make(self, kind: str) -> int:
+        """Make one of ``Functions.make``'s objects, and note it."""
+        number = self.gl.make(kind)
+        self.keep(kind.lower(), number)
+        return number
+
+    def delete(self, kind: str, number: int) -> None:
+        """Delete what ``make`` made."""
+        self.gl.delete(kind, number)
+        self.forget(kind.lower(), number)
+
+    def free(self, kind: str, held: Any) -> None:
+        """Release an object of moderngl's that was noted."""
+        self.use()
+        self.forget(kind, held.glo)
+        held.release()
+
     def check(self, work: str) -> None:
         """Raise an `UmbraError` if OpenGL complains; ``work`` says what was done."""
         error = self.gl.GetError()
@@ -217,6 +235,17 @@ def _leave() -> None:
         last.binding.__exit__(None, None, None)
 
 
+class _Releasable(Protocol):
+    def release(self) -> object: ...
+
+
+def release_all(*held: _Releasable | None) -> None:
+    """Release what is held on a device, in this order; None is passed over."""
+    for each in held:
+        if each is not None:
+            each.release()
+
+
 class _HasDevice(Protocol):
     @property
     def device(self) -> Device: ...
@@ -236,6 +265,31 @@ def on_device(method: Callable[Concatenate[_T, _P], _R]) -> Callable[Concatenate
             return method(self, *args, **options)
 
     return run
+
+
+class DeviceUser(ABC):
+    """Draws on the device that it is given, or on one of its own that is released with it."""
+
+    def __init__(self, device: Device | None) -> None:
+        self.device = device or open_device()
+        self._owns_device = device is None
+
+    @abstractmethod
+    def _list_held(self) -> Iterable[_Releasable | None]:
+        """List what is held on the device, in the order in which it is to be released."""
+
+    @on_device
+    def release(self) -> None:
+        """Free all that is held on the device."""
+        release_all(*self._list_held())
+        if self._owns_device:
+            self.device.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
 
 
 def open_device(backend: str | None = None) -> Device:

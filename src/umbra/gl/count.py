@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.context import Device
+from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
-from umbra.gl.programs import Program
-from umbra.gl.resources import Indices, draw_plain
+from umbra.gl.programs import Program, Programs
+from umbra.gl.resources import Indices
 from umbra.gl.state import Pass, State, Stencil, one_sided
-from umbra.gl.target import Target
+from umbra.gl.target import SharedDepthTarget, Target
 
 if TYPE_CHECKING:
     from umbra.gl.soft.growth import GrownPoints
 
-__all__ = ["VolumeCounter"]
+__all__ = ["VolumeCounter", "mark_shadow"]
 
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
@@ -52,8 +52,6 @@ IN_FLOATS = {
 
 _FRONT = {Z_PASS: 1.0, Z_FAIL: -1.0, LIGHT_CAP: -1.0}
 _MARK = Pass(stencil=Stencil(front_depth_pass="replace", back_depth_pass="replace", reference=1))
-_TEXTURE_2D, _TEXTURE0 = 0x0DE1, 0x84C0
-_IN_STENCIL, _IN_FLOATS = "nothing.frag.glsl", "count.frag.glsl"
 _NEARBY_UNIT = FIRST_UNIT + 3
 
 
@@ -85,18 +83,13 @@ class VolumeCounter:
         self._device, self._geometry, self._indices = device, geometry, indices
         self._two_sided = two_sided
         # Some drivers clip by gl_ClipDistance wherever it is written, though not enabled.
-        self._needs = {"GROWS": 1} if grows else {}
+        self._needs = ("GROWS",) if grows else ()
         self._in_stencil, self._in_floats = (
-            {(clips, False): self._make(fragment, clips) for clips in (False, True)}
-            for fragment in (_IN_STENCIL, _IN_FLOATS)
+            Programs(device, "volume.vert.glsl", fragment)
+            for fragment in ("nothing.frag.glsl", "count.frag.glsl")
         )
         self._mark = Program(device, "picture.vert.glsl", "mask.frag.glsl")
-        self._floats: Target | None = None
-
-    def _make(self, fragment: str, clips: bool, has_nearby: bool = False) -> Program:
-        flags = {"CLIP_NEAR": clips, "HAS_NEARBY": has_nearby}
-        needs = self._needs | {name: 1 for name, is_set in flags.items() if is_set}
-        return Program(self._device, "volume.vert.glsl", fragment, needs)
+        self._floats = SharedDepthTarget(device, "r32f")
 
     def count(
         self, state: State, target: Target, plan: VolumePlan, *, is_clear: bool = False
@@ -118,8 +111,10 @@ class VolumeCounter:
             The target is in use, and its stencil 0.
         """
         if plan.statistics.counts_in == "float":
-            self.count_in_floats(state, target, plan)
-            self._mark_shadow(state, target)
+            floats = self.count_in_floats(state, target, plan)
+            target.use()
+            state.clear(stencil=0)
+            mark_shadow(state, self._mark, floats, counts=0)
             return
         start = plan.start & 0xFF
         if start or not is_clear:
@@ -144,23 +139,19 @@ class VolumeCounter:
 
         It is of one ``r32f``, shared by later calls, over the depth of ``target``; it is in use.
         """
-        if self._floats is None or self._floats.depth_of is not target:
-            self._release_floats()
-            self._floats = Target(self._device, target.size, ("r32f",), depth_of=target)
-        self._floats.use()
-        state.use(Pass(color_write=True))
-        self._floats.clear_color(float(plan.start))
+        floats = self._floats.over(target)
+        floats.fill(state, float(plan.start))
         for draw in plan.draws:
             program = self._prepare(self._in_floats, plan, draw)
             program.set(front=_FRONT[draw.kind])
             state.use(self._narrow(IN_FLOATS[draw.kind], plan))
             self._indices.draw(program, draw.first, draw.count)
-        return self._floats
+        return floats
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
         """Read the counts that ``count`` just made for a plan, (rows, cols), row 0 at the top."""
-        if plan.statistics.counts_in == "float" and self._floats is not None:
-            return np.rint(self._floats.read()).astype(np.int32)
+        if plan.statistics.counts_in == "float" and self._floats.target is not None:
+            return np.rint(self._floats.target.read()).astype(np.int32)
         counts = target.read_stencil().astype(np.int32)
         if plan.statistics.deepest < 128:
             # None can be so high: what is was below 0 by a pixel on an edge, and wrapped.
@@ -174,47 +165,30 @@ class VolumeCounter:
             return whole
         return replace(whole, scissor=plan.scissor, depth_bounds=bounds)
 
-    def _prepare(
-        self, programs: dict[tuple[bool, bool], Program], plan: VolumePlan, draw: Draw
-    ) -> Program:
+    def _prepare(self, programs: Programs, plan: VolumePlan, draw: Draw) -> Program:
         """Choose the program for a draw, and tell it where everything is."""
         nearby = self._indices.nearby
-        key = draw.kind != Z_PASS, nearby is not None
-        if key not in programs:
-            fragment = _IN_STENCIL if programs is self._in_stencil else _IN_FLOATS
-            programs[key] = self._make(fragment, *key)
-        program = programs[key]
+        needs = [*self._needs]
+        if draw.kind != Z_PASS:
+            needs.append("CLIP_NEAR")
+        if nearby is not None:
+            needs.append("HAS_NEARBY")
+        program = programs.find(*needs)
         self._geometry.bind(program)
         if nearby is not None:
             nearby.bind(_NEARBY_UNIT)
             program.set(nearby=_NEARBY_UNIT, first_nearby=self._indices.first_nearby)
-        program.set(
-            **plan.projection.uniforms(),
-            light=plan.light.astype(np.float32),
-            bottom=plan.bottom,
-            is_cut=draw.is_cut,
-        )
+        program.set(**plan.uniforms(), is_cut=draw.is_cut)
         return program
-
-    def _mark_shadow(self, state: State, target: Target) -> None:
-        """Set the stencil to 1 where the float count is not 0, to 0 elsewhere."""
-        if self._floats is None:
-            return
-        target.use()
-        state.clear(stencil=0)
-        state.use(_MARK)
-        self._device.gl.ActiveTexture(_TEXTURE0)
-        self._device.gl.BindTexture(_TEXTURE_2D, self._floats.textures[0])
-        self._mark.set(counts=0)
-        draw_plain(self._device, self._mark, 3)
-
-    def _release_floats(self) -> None:
-        if self._floats is not None:
-            self._floats.release()
-        self._floats = None
 
     def release(self) -> None:
         """Free the programs and the float target."""
-        self._release_floats()
-        for program in (*self._in_stencil.values(), *self._in_floats.values(), self._mark):
-            program.release()
+        release_all(self._floats, self._in_stencil, self._in_floats, self._mark)
+
+
+def mark_shadow(state: State, program: Program, picture: Target, **uniforms: object) -> None:
+    """Set the stencil in use to 1 where a program, of a picture at unit 0, draws a pixel."""
+    state.use(_MARK)
+    picture.bind(0)
+    program.set(**uniforms)
+    program.draw(3)

@@ -8,12 +8,13 @@ within 1/128 of a pixel of an edge, and where two surfaces are nearer than the d
 buffer's step, d^2 / (2^24 near) at the distance d [m].
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.context import Device, on_device, open_device
+from umbra.gl.context import Device, DeviceUser, on_device
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounters
@@ -21,7 +22,7 @@ from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
-from umbra.gl.resources import Indices, draw_plain
+from umbra.gl.resources import Indices
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
@@ -35,7 +36,7 @@ __all__ = ["GlFrameCounter"]
 _SURFACE = Pass(depth_test="less", depth_write=True, color_write=True)
 
 
-class GlFrameCounter:
+class GlFrameCounter(DeviceUser):
     """
     Count shadows in frames of one scene, on the gl device.
 
@@ -69,8 +70,7 @@ class GlFrameCounter:
     ) -> None:
         self.scene, self.ground, self.warn = scene, ground, warn
         self.choices = choices or VolumeOptions(narrow=False)
-        self.device = device or open_device()
-        self._owns_device = device is None
+        super().__init__(device)
         self.triangles = scene.triangles()
         local = None if ground is None else ground - scene.origin[2]
         with self.device.current():
@@ -184,7 +184,7 @@ class GlFrameCounter:
             if self._local_ground is not None:
                 height = float(self._local_ground - projection.eye[2])
                 self._plane.set(**projection.uniforms(), height=height, first=GROUND, step=0)
-                draw_plain(self.device, self._plane, 12)
+                self._plane.draw(12)
         return np.ascontiguousarray(self._target.read())
 
     def _find_keys(self, face: NDArray[np.int32], camera: Camera) -> NDArray[np.float64]:
@@ -209,22 +209,6 @@ class GlFrameCounter:
         keys[y, x] = slope[:, 0] * x + slope[:, 1] * y + slope[:, 2]
         return keys
 
-    @on_device
-    def release(self) -> None:
-        """Free all that the counter holds on the device."""
-        for held in (self._target, self._faces, self._surface, self._plane):
-            if held is not None:
-                held.release()
-        self.soft.release()
-        self.counter.release()
-        self.masks.release()
-        self.planner.release()
-        self.geometry.release()
-        if self._owns_device:
-            self.device.release()
-
-    def __enter__(self) -> "GlFrameCounter":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
+    def _list_held(self) -> Iterable[Any]:
+        yield from (self._target, self._faces, self._surface, self._plane, self.soft)
+        yield from (self.counter, self.masks, self.planner, self.geometry)

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Functions"]
+__all__ = ["TEXTURE_2D", "Functions"]
+
+TEXTURE_2D = 0x0DE1
 
 # One letter an argument: enum or unsigned, integer, size, float, double, boolean, pointer.
 _KINDS = {
@@ -84,6 +86,7 @@ _ARGUMENTS = {
     "UseProgram": "e",
     "Viewport": "iiii",
 }
+_PLURALS = {"Query": "Queries"}
 _RESULTS = {
     "CheckFramebufferStatus": ctypes.c_uint,
     "GetError": ctypes.c_uint,
@@ -114,15 +117,20 @@ class Functions:
         return function
 
     def make(self, kind: str) -> int:
-        """Make one ``Framebuffer``, ``Renderbuffer`` or ``Texture`` and give its number."""
+        """Make one ``Framebuffer``, ``Renderbuffer``, ``Texture`` or ``Query``; give its number."""
         number = ctypes.c_uint()
-        getattr(self, f"Gen{kind}s")(1, ctypes.addressof(number))
+        getattr(self, f"Gen{_PLURALS.get(kind, kind + 's')}")(1, ctypes.addressof(number))
         return number.value
 
     def delete(self, kind: str, number: int) -> None:
         """Delete what ``make`` made."""
         one = ctypes.c_uint(number)
-        getattr(self, f"Delete{kind}s")(1, ctypes.addressof(one))
+        getattr(self, f"Delete{_PLURALS.get(kind, kind + 's')}")(1, ctypes.addressof(one))
+
+    def bind_texture(self, unit: int, texture: int, kind: int = TEXTURE_2D) -> None:
+        """Let shaders find a texture at a texture unit."""
+        self.ActiveTexture(0x84C0 + unit)
+        self.BindTexture(kind, texture)
 
     def integers(self, name: int, count: int = 1) -> list[int]:
         """Ask for integer state."""

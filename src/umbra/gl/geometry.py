@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.context import Device
+from umbra.gl.context import Device, release_all
 from umbra.gl.programs import Program
 from umbra.gl.resources import TextureBuffer
 from umbra.scene import Scene
@@ -28,8 +28,6 @@ BLOCK = 64
 
 FIRST_UNIT = 8
 """Texture units 8, 9 and 10 hold points, blocks and transforms; those below are free."""
-
-_RGBA32F, _RG32I = 0x8814, 0x823B
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,9 +144,9 @@ class Geometry:
         np.concatenate(points, out=padded[:, :3], casting="same_kind")
         rows = self.transforms[:, :3].astype(np.float32)
         self._buffers = [
-            TextureBuffer(device, padded, _RGBA32F),
-            TextureBuffer(device, np.concatenate(blocks), _RG32I),
-            TextureBuffer(device, rows if rows.size else np.zeros(4, np.float32), _RGBA32F),
+            TextureBuffer(device, padded, "rgba32f"),
+            TextureBuffer(device, np.concatenate(blocks), "rg32i"),
+            TextureBuffer(device, rows if rows.size else np.zeros(4, np.float32), "rgba32f"),
         ]
 
     def _number_faces(self, scene: Scene) -> NDArray[np.uint32]:
@@ -186,8 +184,7 @@ class Geometry:
 
     def release(self) -> None:
         """Free the buffers."""
-        for buffer in self._buffers:
-            buffer.release()
+        release_all(*self._buffers)
         self._buffers = []
 
 

@@ -276,3 +276,8 @@ class VolumePlan:
     depth_bounds: tuple[float, float] | None = None
     selection: Selection | None = None
     volumes: tuple[BodyVolumes, ...] = ()
+
+    def uniforms(self) -> dict[str, object]:
+        """Give the uniforms of ``volume.vert.glsl`` that all draws share."""
+        light = self.light.astype(np.float32)
+        return {**self.projection.uniforms(), "light": light, "bottom": self.bottom}

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import UmbraError
-from umbra.gl.context import Device
+from umbra.gl.context import Device, release_all
 
-__all__ = ["Program", "load_source"]
+__all__ = ["Program", "Programs", "load_source"]
 
+TRIANGLES = 4
 _VERSION = "#version 330 core\n"
 # Mesa "0:12(3): error: ...", NVIDIA "0(12) : error ...", AMD and Apple "ERROR: 0:12: ...".
 _PLACE = re.compile(r"^(?:ERROR:\s*)?\d+[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.I)
@@ -119,8 +120,32 @@ class Program:
             else:
                 gl.Uniform1f(member.location, value)
 
+    def draw(self, count: int) -> None:
+        """Draw triangles of so many vertices, made by the shader from their numbers alone."""
+        array = self._device.context.vertex_array(self.handle, [])
+        array.render(TRIANGLES, vertices=count)
+        array.release()
+
     def release(self) -> None:
         """Free the program."""
         self._device.gl.UseProgram(0)  # one in use would live on
-        self._device.forget("program", self.handle.glo)
-        self.handle.release()
+        self._device.free("program", self.handle)
+
+
+class Programs:
+    """Programs of the same two shaders, each made when it is asked for by what it defines."""
+
+    def __init__(self, device: Device, vertex: str, fragment: str) -> None:
+        self._device, self._shaders = device, (vertex, fragment)
+        self._made: dict[tuple[str, ...], Program] = {}
+
+    def find(self, *needs: str) -> Program:
+        """Find the program for which these names are defined as 1."""
+        if needs not in self._made:
+            self._made[needs] = Program(self._device, *self._shaders, dict.fromkeys(needs, 1))
+        return self._made[needs]
+
+    def release(self) -> None:
+        """Free them."""
+        release_all(*self._made.values())
+        self._made = {}

@@ -9,15 +9,16 @@ nothing, but a picture of what each pixel sees of it does (``soft/``). Nothing i
 until ``read``.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.batches import find_solid_faces
 from umbra.gl.casters import Body
-from umbra.gl.context import Device, on_device, open_device
+from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry, moves_as_wholes
 from umbra.gl.masks.counter import MaskCounters
@@ -40,7 +41,7 @@ __all__ = ["Renderer"]
 _DRAW_ALL = Pass(depth_write=True, color_write=True)
 
 
-class Renderer:
+class Renderer(DeviceUser):
     """
     Draws pictures of one scene with shadows, hard or soft, from any number of lights.
 
@@ -116,8 +117,7 @@ class Renderer:
             some = range(len(scene.parts)) if casters is None else casters
             casters = [index for index in some if not seen_through[index]]
         self._casters, self._two_sided = casters, two_sided
-        self.device = device or open_device()
-        self._owns_device = device is None
+        super().__init__(device)
         self._ground_z = ground
         with self.device.current():
             self._build(scene)
@@ -144,7 +144,7 @@ class Renderer:
             self.soft.release()
         else:
             bodies = self.planner.bodies
-            self._release_scene()
+            release_all(*self._list_of_scene())
             self._build(scene, bodies)
 
     def render(
@@ -233,11 +233,9 @@ class Renderer:
         solid = find_solid_faces(scene, self.planner.bodies, self._casters)
         self.surfaces = SurfaceRenderer(self.device, scene, self.geometry, solid)
 
-    def _release_scene(self) -> None:
-        for held in (
-            self.surfaces, self.soft, self.masks, self.counter, self.planner, self.geometry,
-        ):  # fmt: skip
-            held.release()
+    def _list_of_scene(self) -> Iterable[Any]:
+        yield from (self.surfaces, self.soft, self.masks)
+        yield from (self.counter, self.planner, self.geometry)
 
     def _draw_at_once(
         self,
@@ -374,19 +372,5 @@ class Renderer:
         """Measure a pass where someone asks for it."""
         return nullcontext() if self.timers is None else self.timers.measure(name)
 
-    @on_device
-    def release(self) -> None:
-        """Free all that the renderer holds on the device."""
-        if self.targets is not None:
-            self.targets.release()
-        self.shading.release()
-        self.lamps.release()
-        self._release_scene()
-        if self._owns_device:
-            self.device.release()
-
-    def __enter__(self) -> "Renderer":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
+    def _list_held(self) -> Iterable[Any]:
+        return self.targets, self.shading, self.lamps, *self._list_of_scene()

@@ -16,14 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.context import Device
-from umbra.gl.programs import Program
+from umbra.gl.functions import TEXTURE_2D
+from umbra.gl.programs import TRIANGLES, Program
 from umbra.scene import Image
 
-__all__ = ["Indices", "Texture", "TextureBuffer", "Timers", "draw_plain"]
+__all__ = ["Indices", "Texture", "TextureBuffer", "Timers"]
 
-_TRIANGLES = 4
-_TEXTURE_BUFFER, _TEXTURE0 = 0x8C2A, 0x84C0
-_RGBA32F = 0x8814
+_TEXTURE_BUFFER, _SRGB8_ALPHA8 = 0x8C2A, 0x8C43
+_FORMATS = {"rgba32f": 0x8814, "rg32f": 0x8230, "rgba8": 0x8058, "rg32i": 0x823B, "r32i": 0x8235}
+_WRAPS = {"repeat": 0x2901, "mirror": 0x8370, "clamp": 0x812F}
+_TIME_ELAPSED, _RESULT = 0x88BF, 0x8866
 
 
 class Indices:
@@ -81,7 +83,7 @@ class Indices:
             )
             self._device.keep("vertex array", array.glo)
             self._arrays[id(program)] = array
-        array.render(_TRIANGLES, vertices=count, first=first)
+        array.render(TRIANGLES, vertices=count, first=first)
 
     def _write_nearby(self, nearby: NDArray[np.float64] | None) -> None:
         if self.nearby is not None:
@@ -90,7 +92,7 @@ class Indices:
         if nearby is not None:
             rows = np.zeros((2 * len(nearby), 4), np.float32)
             rows[:, :3] = nearby.reshape(-1, 3)
-            self.nearby = TextureBuffer(self._device, rows, _RGBA32F)
+            self.nearby = TextureBuffer(self._device, rows, "rgba32f")
 
     def release(self) -> None:
         """Free the buffers."""
@@ -100,33 +102,23 @@ class Indices:
 
     def _free(self) -> None:
         for array in self._arrays.values():
-            self._device.forget("vertex array", array.glo)
-            array.release()
+            self._device.free("vertex array", array)
         self._arrays = {}
         if self._buffer is not None:
-            self._device.forget("buffer", self._buffer.glo)
-            self._buffer.release()
+            self._device.free("buffer", self._buffer)
         self._buffer = None
 
 
-def draw_plain(device: Device, program: Program, count: int) -> None:
-    """Draw triangles whose vertices a shader makes from their numbers alone."""
-    array = device.context.vertex_array(program.handle, [])
-    array.render(_TRIANGLES, vertices=count)
-    array.release()
-
-
 class TextureBuffer:
-    """A buffer that shaders read by ``texelFetch``."""
+    """A buffer that shaders read by ``texelFetch``; its format is ``rgba32f``, ``r32i`` ..."""
 
-    def __init__(self, device: Device, values: NDArray, internal: int) -> None:
+    def __init__(self, device: Device, values: NDArray, form: str) -> None:
         self._device = device
         self._buffer = device.context.buffer(np.ascontiguousarray(values).tobytes())
         device.keep("buffer", self._buffer.glo)
-        self._texture = device.gl.make("Texture")
-        device.keep("texture", self._texture)
+        self._texture = device.make("Texture")
         device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
-        device.gl.TexBuffer(_TEXTURE_BUFFER, internal, self._buffer.glo)
+        device.gl.TexBuffer(_TEXTURE_BUFFER, _FORMATS[form], self._buffer.glo)
         device.gl.BindTexture(_TEXTURE_BUFFER, 0)
         device.check("a mesh was uploaded")
 
@@ -137,19 +129,12 @@ class TextureBuffer:
 
     def bind(self, unit: int) -> None:
         """Put the buffer in a texture unit."""
-        self._device.gl.ActiveTexture(_TEXTURE0 + unit)
-        self._device.gl.BindTexture(_TEXTURE_BUFFER, self._texture)
+        self._device.gl.bind_texture(unit, self._texture, _TEXTURE_BUFFER)
 
     def release(self) -> None:
         """Free buffer and texture."""
-        self._device.gl.delete("Texture", self._texture)
-        self._device.forget("texture", self._texture)
-        self._device.forget("buffer", self._buffer.glo)
-        self._buffer.release()
-
-
-_TEXTURE0, _TEXTURE_2D, _SRGB8_ALPHA8 = 0x84C0, 0x0DE1, 0x8C43
-_WRAPS = {"repeat": 0x2901, "mirror": 0x8370, "clamp": 0x812F}
+        self._device.delete("Texture", self._texture)
+        self._device.free("buffer", self._buffer)
 
 
 class Texture:
@@ -170,25 +155,19 @@ class Texture:
         self._texture.build_mipmaps()
         self._texture.anisotropy = 8.0
         gl = device.gl
-        gl.BindTexture(_TEXTURE_2D, self._texture.glo)
+        gl.BindTexture(TEXTURE_2D, self._texture.glo)
         for side, how in zip((0x2802, 0x2803), wrap or image.wrap, strict=True):
-            gl.TexParameteri(_TEXTURE_2D, side, _WRAPS[how])
-        gl.BindTexture(_TEXTURE_2D, 0)
+            gl.TexParameteri(TEXTURE_2D, side, _WRAPS[how])
+        gl.BindTexture(TEXTURE_2D, 0)
         device.check(f"the texture '{image.name}' was uploaded")
 
     def bind(self, unit: int) -> None:
         """Let shaders find it at a texture unit."""
-        self._device.gl.ActiveTexture(_TEXTURE0 + unit)
-        self._device.gl.BindTexture(_TEXTURE_2D, self._texture.glo)
+        self._device.gl.bind_texture(unit, self._texture.glo)
 
     def release(self) -> None:
         """Free it."""
-        self._device.use()
-        self._device.forget("texture", self._texture.glo)
-        self._texture.release()
-
-
-_TIME_ELAPSED, _RESULT = 0x88BF, 0x8866
+        self._device.free("texture", self._texture)
 
 
 class Timers:
@@ -211,7 +190,7 @@ class Timers:
             gl.Finish()
             self._clocked.append((name, 1e3 * (time.perf_counter() - start)))
             return
-        query = self._free.pop() if self._free else self._make()
+        query = self._free.pop() if self._free else self._device.make("Query")
         self._asked.append((name, query))
         gl.BeginQuery(_TIME_ELAPSED, query)
         try:
@@ -239,12 +218,5 @@ class Timers:
     def release(self) -> None:
         """Free the queries."""
         for query in [*self._free, *(query for _, query in self._asked)]:
-            self._device.gl.DeleteQueries(1, ctypes.addressof(ctypes.c_uint(query)))
-            self._device.forget("query", query)
+            self._device.delete("Query", query)
         self._free, self._asked = [], []
-
-    def _make(self) -> int:
-        number = ctypes.c_uint()
-        self._device.gl.GenQueries(1, ctypes.addressof(number))
-        self._device.keep("query", number.value)
-        return number.value

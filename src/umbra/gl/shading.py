@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.context import Device
-from umbra.gl.programs import Program
+from umbra.gl.context import Device, release_all
+from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection, find_rays
-from umbra.gl.resources import Texture, draw_plain
+from umbra.gl.resources import Texture
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import ALBEDO, DARK, PLACE, Target
 from umbra.scene import Light
@@ -94,7 +94,6 @@ class Lamps:
         self._slides = {}
 
 
-_TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
 _PLACES, _ALBEDOS, _SHARES = range(3)  # texture units
 _BEHIND = Pass(depth_test="lequal", color_write=True)
 
@@ -106,8 +105,10 @@ class Shading:
     """The programs that light a picture."""
 
     def __init__(self, device: Device) -> None:
-        self._device = device
-        self._programs: dict[tuple[str, ...], Program] = {}
+        self._light, self._finish, self._sky, self._dark = (
+            Programs(device, "picture.vert.glsl", f"{what}.frag.glsl")
+            for what in ("light", "finish", "sky", "dark")
+        )
 
     def add_light(
         self,
@@ -127,31 +128,32 @@ class Shading:
         part of the light reaches each pixel, 0 to 1.
         """
         lit, needs = Stencil(test="equal", reference=0), lamp.needs
-        self._bind(surface, {_PLACES: PLACE, _ALBEDOS: ALBEDO})
+        surface.bind(_PLACES, PLACE)
+        surface.bind(_ALBEDOS, ALBEDO)
         if shares is not None:
-            self._bind(shares, {_SHARES: 0})
+            shares.bind(_SHARES)
             needs = (*needs, "HAS_SHARE")
         how = Pass(color_write=True, blend="add", scissor=scissor)
         state.use(how if shares is not None else replace(how, stencil=lit))
-        program = self._find_program("light.frag.glsl", needs)
+        program = self._light.find(*needs)
         lamp.set(program)
         program.set(places=_PLACES, albedos=_ALBEDOS, shares=_SHARES, **find_rays(projection))
-        draw_plain(self._device, program, 3)
+        program.draw(3)
 
     def finish(self, state: State, lit: Target) -> None:
         """Turn the light in ``lit`` over the sky into sRGB, in the target in use."""
         state.use(Pass(color_write=True))
-        self._bind(lit, {0: 0})
-        program = self._find_program("finish.frag.glsl")
+        lit.bind(0)
+        program = self._finish.find()
         program.set(light=0, **_describe_sky(lit))
-        draw_plain(self._device, program, 3)
+        program.draw(3)
 
     def draw_sky(self, state: State, both: Target) -> None:
         """Fill with sky what nothing was drawn to of the target in use."""
         state.use(_BEHIND)
-        program = self._find_program("sky.frag.glsl", ("IS_FAR",))
+        program = self._sky.find("IS_FAR")
         program.set(**_describe_sky(both))
-        draw_plain(self._device, program, 3)
+        program.draw(3)
 
     def darken(self, state: State, both: Target, scissor: Scissor | None = None) -> None:
         """
@@ -163,29 +165,14 @@ class Shading:
         state.use(
             Pass(color_write=True, scissor=scissor, stencil=Stencil(test="notequal", reference=0))
         )
-        self._bind(both, {0: DARK})
-        program = self._find_program("dark.frag.glsl")
+        both.bind(0, DARK)
+        program = self._dark.find()
         program.set(dark=0)
-        draw_plain(self._device, program, 3)
+        program.draw(3)
 
     def release(self) -> None:
         """Free the programs."""
-        for program in self._programs.values():
-            program.release()
-        self._programs = {}
-
-    def _bind(self, target: Target, places: dict[int, int]) -> None:
-        gl = self._device.gl
-        for unit, place in places.items():
-            gl.ActiveTexture(_TEXTURE0 + unit)
-            gl.BindTexture(_TEXTURE_2D, target.textures[place])
-
-    def _find_program(self, fragment: str, needs: tuple[str, ...] = ()) -> Program:
-        key = (fragment, *needs)
-        if key not in self._programs:
-            defines = dict.fromkeys(needs, 1)
-            self._programs[key] = Program(self._device, "picture.vert.glsl", fragment, defines)
-        return self._programs[key]
+        release_all(self._light, self._finish, self._sky, self._dark)
 
 
 def _describe_sky(target: Target) -> dict[str, object]:

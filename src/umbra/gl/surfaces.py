@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.batches import Batch, make_batches
-from umbra.gl.context import Device
+from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
-from umbra.gl.programs import Program
+from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection, find_rays
-from umbra.gl.resources import Indices, Texture, TextureBuffer, draw_plain
+from umbra.gl.resources import Indices, Texture, TextureBuffer
 from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
@@ -28,7 +28,6 @@ from umbra.scene.palette import AMBIENT, GROUND_COLOR
 __all__ = ["SurfaceRenderer"]
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units
-_RGBA32F, _RG32F, _RGBA8 = 0x8814, 0x8230, 0x8058
 
 
 class SurfaceRenderer:
@@ -47,7 +46,8 @@ class SurfaceRenderer:
         is_solid: NDArray[np.bool_] | None = None,
     ) -> None:
         self._device, self._geometry = device, geometry
-        self._programs: dict[tuple[str, ...], Program] = {}
+        self._surface = Programs(device, "shaded.vert.glsl", "surface.frag.glsl")
+        self._ground = Programs(device, "ground.vert.glsl", "ground.frag.glsl")
         self._images: dict[int, Texture] = {}
         for image in (part.material.image for part in scene.parts):
             if image is not None and id(image) not in self._images:
@@ -123,7 +123,7 @@ class SurfaceRenderer:
             self._draw_batch(programs[carried], batch)
         if ground is not None:
             state.use(both)
-            plane = self._find_program("ground", needs)
+            plane = self._ground.find(*needs)
             if lamp is not None:
                 lamp.set(plane)
             plane.set(
@@ -133,7 +133,7 @@ class SurfaceRenderer:
                 ambient=AMBIENT,
                 **find_rays(projection),
             )
-            draw_plain(self._device, plane, 12)
+            plane.draw(12)
 
     def draw_transparent(self, state: State, projection: Projection) -> None:
         """
@@ -151,27 +151,13 @@ class SurfaceRenderer:
 
     def release(self) -> None:
         """Free programs, buffers and textures."""
-        for program in self._programs.values():
-            program.release()
-        for table in self._tables:
-            table.release()
-        for image in self._images.values():
-            image.release()
-        self._indices.release()
-
-    def _find_program(self, what: str, needs: tuple[str, ...]) -> Program:
-        """Find what draws the scene's ``surface`` or the ``ground`` plane."""
-        key = (what, *needs)
-        if key not in self._programs:
-            vertex = {"surface": "shaded.vert.glsl", "ground": "ground.vert.glsl"}[what]
-            defines = dict.fromkeys(needs, 1)
-            self._programs[key] = Program(self._device, vertex, f"{what}.frag.glsl", defines)
-        return self._programs[key]
+        images, programs = self._images.values(), (self._surface, self._ground)
+        release_all(*programs, *self._tables, *images, self._indices)
 
     def _set_up(
         self, projection: Projection, needs: tuple[str, ...], lamp: Lamp | None = None
     ) -> Program:
-        program = self._find_program("surface", needs)
+        program = self._surface.find(*needs)
         self._geometry.bind(program)
         if lamp is not None:
             lamp.set(program)
@@ -210,7 +196,7 @@ class SurfaceRenderer:
             if mesh.colors is not None:
                 tints[rows, :3] = np.clip(mesh.colors, 0, 1) * 255 + 0.5
         return [
-            TextureBuffer(self._device, normals, _RGBA32F),
-            TextureBuffer(self._device, uvs, _RG32F),
-            TextureBuffer(self._device, tints, _RGBA8),
+            TextureBuffer(self._device, normals, "rgba32f"),
+            TextureBuffer(self._device, uvs, "rg32f"),
+            TextureBuffer(self._device, tints, "rgba8"),
         ]

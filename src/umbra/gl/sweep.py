@@ -6,20 +6,21 @@ ground, where casters are not drawn, the light caps that lie above count as well
 picture of each sun stays on the device; only the sum is read back.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body, make_bodies
-from umbra.gl.context import Device, on_device, open_device
+from umbra.gl.context import Device, DeviceUser, on_device
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
 from umbra.gl.plan import Draw, Statistics, VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
-from umbra.gl.resources import Indices, TextureBuffer, draw_plain
+from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
 from umbra.gl.volumes import make_volumes
@@ -32,7 +33,6 @@ _SURFACE = Pass(depth_test="less", depth_write=True, color_write=True)
 _SHADED = Pass(color_write=True, blend="add", stencil=Stencil(test="notequal"))
 _LIT = Pass(color_write=True, blend="add", stencil=Stencil(test="equal"))
 _NOTHING = -1
-_RGBA32F, _TEXTURE0, _TEXTURE_2D = 0x8814, 0x84C0, 0x0DE1
 _ASIDE = 2.0**-12
 """
 How far to the east a cell is judged [cells], so that edges which run through its centre fall
@@ -41,7 +41,7 @@ to the side to which they fall on the CPU; less than that is lost in float32.
 _MARGIN = 0.01  # of the model's height: above and below what is drawn
 
 
-class GlSweep:
+class GlSweep(DeviceUser):
     """
     Count the shadows of many suns on one raster; answers as ``umbra.cpu.sweep.Sweep``.
 
@@ -69,8 +69,7 @@ class GlSweep:
         receivers: str,
         device: Device | None = None,
     ) -> None:
-        self.device = device or open_device()
-        self._owns_device = device is None
+        super().__init__(device)
         self.grid, self.ground, self.receivers = grid, ground, receivers
         with self.device.current():
             self.geometry = Geometry(self.device, scene)
@@ -106,7 +105,7 @@ class GlSweep:
             Called with the number of suns done, now and then.
         """
         with State(self.device) as state:
-            self._clear_steps(state)
+            self._steps.fill(state, 0.0)
             for plan in self._plan(suns):
                 self._counter.count(state, self._target, plan)
                 self._add_shadow(state, plan)
@@ -121,7 +120,7 @@ class GlSweep:
         masks = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.uint8)
         with State(self.device) as state:
             for mask, plan in zip(masks, self._plan(suns), strict=True):
-                self._clear_steps(state)
+                self._steps.fill(state, 0.0)
                 self._counter.count(state, self._target, plan)
                 self._add_shadow(state, plan)
                 mask[:] = self._steps.read()[::-1] > 0
@@ -138,19 +137,9 @@ class GlSweep:
                 count[:] = self._counter.read(self._target, plan)[::-1]
         return counts
 
-    @on_device
-    def release(self) -> None:
-        """Free all that the sweep holds on the device."""
-        for target in (self._steps, self._target):
-            target.release()
-        for program in (self._one, self._turned):
-            program.release()
-        self._normals.release()
-        self._counter.release()
-        self.indices.release()
-        self.geometry.release()
-        if self._owns_device:
-            self.device.release()
+    def _list_held(self) -> Iterable[Any]:
+        yield from (self._steps, self._target, self._one, self._turned, self._normals)
+        yield from (self._counter, self.indices, self.geometry)
 
     def _plan(self, suns: NDArray[np.float64]) -> Iterator[VolumePlan]:
         """Plan one sun after another: sides, and on the ground light caps."""
@@ -203,20 +192,14 @@ class GlSweep:
         """Add 1 where the stencil is not 0, and where the surface is turned from the sun."""
         self._steps.use()
         state.use(_SHADED)
-        draw_plain(self.device, self._one, 3)
+        self._one.draw(3)
         if self.receivers == "ground":
             return
         state.use(_LIT)
-        self.device.gl.ActiveTexture(_TEXTURE0)
-        self.device.gl.BindTexture(_TEXTURE_2D, self._target.textures[0])
+        self._target.bind(0)
         self._normals.bind(1)
         self._turned.set(faces=0, planes=1, sun=plan.light[:3])
-        draw_plain(self.device, self._turned, 3)
-
-    def _clear_steps(self, state: State) -> None:
-        self._steps.use()
-        state.use(Pass(color_write=True))
-        self._steps.clear_color(0.0)
+        self._turned.draw(3)
 
     def _upload_normals(self, scene: Scene) -> TextureBuffer:
         soup = scene.triangles()
@@ -225,7 +208,7 @@ class GlSweep:
         length = np.linalg.norm(across, axis=1, keepdims=True)
         normals = np.zeros((len(across), 4), np.float32)
         np.divide(across, length, out=normals[:, :3], where=length > 0, casting="same_kind")
-        return TextureBuffer(self.device, normals, _RGBA32F)
+        return TextureBuffer(self.device, normals, "rgba32f")
 
     def _look_down(self, scene: Scene) -> Projection:
         """Show the grid's cells as pixels, from above everything to below the ground."""
@@ -262,9 +245,3 @@ class GlSweep:
             faces.draw(surface, 0, self.geometry.faces.size)
             faces.release()
             surface.release()
-
-    def __enter__(self) -> "GlSweep":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()

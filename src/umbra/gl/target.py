@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import Device
+from umbra.gl.functions import TEXTURE_2D
+from umbra.gl.state import Pass, State
 
 __all__ = [
     "ALBEDO",
@@ -38,7 +40,7 @@ FORMATS: dict[str, tuple[int, int, int, type, int]] = {
 }
 """What a colour attachment may hold."""
 
-_FRAMEBUFFER, _RENDERBUFFER, _TEXTURE_2D = 0x8D40, 0x8D41, 0x0DE1
+_FRAMEBUFFER, _RENDERBUFFER = 0x8D40, 0x8D41
 _DEPTH24_STENCIL8, _DEPTH_STENCIL_ATTACHMENT, _COLOR = 0x88F0, 0x821A, 0x8CE0
 _COMPLETE = 0x8CD5
 _STENCIL_SIZE = 0x8217
@@ -91,8 +93,7 @@ class Target:
         self._device = device
         self.depth_of = depth_of
         self._owns_colors = shows is None
-        self.framebuffer = gl.make("Framebuffer")
-        device.keep("framebuffer", self.framebuffer)
+        self.framebuffer = device.make("Framebuffer")
         gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
         self.textures: list[int] = (
             [self._add_texture(name) for name in self.colors]
@@ -100,7 +101,7 @@ class Target:
             else [shows[0].textures[shows[1]]]
         )
         for place, texture in enumerate(self.textures):
-            gl.FramebufferTexture2D(_FRAMEBUFFER, _COLOR + place, _TEXTURE_2D, texture, 0)
+            gl.FramebufferTexture2D(_FRAMEBUFFER, _COLOR + place, TEXTURE_2D, texture, 0)
         self._depth: int = self._add_depth() if depth_of is None else depth_of._depth
         gl.FramebufferRenderbuffer(
             _FRAMEBUFFER, _DEPTH_STENCIL_ATTACHMENT, _RENDERBUFFER, self._depth
@@ -120,21 +121,19 @@ class Target:
     def _add_texture(self, name: str) -> int:
         gl = self._device.gl
         internal, layout, kind, _, _ = FORMATS[name]
-        texture = gl.make("Texture")
-        self._device.keep("texture", texture)
-        gl.BindTexture(_TEXTURE_2D, texture)
+        texture = self._device.make("Texture")
+        gl.BindTexture(TEXTURE_2D, texture)
         for parameter in (0x2800, 0x2801):
-            gl.TexParameteri(_TEXTURE_2D, parameter, 0x2600)  # nearest
+            gl.TexParameteri(TEXTURE_2D, parameter, 0x2600)  # nearest
         for parameter in (0x2802, 0x2803):
-            gl.TexParameteri(_TEXTURE_2D, parameter, 0x812F)  # clamped to the edge
-        gl.TexImage2D(_TEXTURE_2D, 0, internal, *self.size, 0, layout, kind, None)
-        gl.BindTexture(_TEXTURE_2D, 0)
+            gl.TexParameteri(TEXTURE_2D, parameter, 0x812F)  # clamped to the edge
+        gl.TexImage2D(TEXTURE_2D, 0, internal, *self.size, 0, layout, kind, None)
+        gl.BindTexture(TEXTURE_2D, 0)
         return texture
 
     def _add_depth(self) -> int:
         gl = self._device.gl
-        depth = gl.make("Renderbuffer")
-        self._device.keep("renderbuffer", depth)
+        depth = self._device.make("Renderbuffer")
         gl.BindRenderbuffer(_RENDERBUFFER, depth)
         gl.RenderbufferStorage(_RENDERBUFFER, _DEPTH24_STENCIL8, *self.size)
         gl.BindRenderbuffer(_RENDERBUFFER, 0)
@@ -156,6 +155,16 @@ class Target:
         places = [_COLOR + place for place in range(len(self.colors))] or [0]
         array = (ctypes.c_uint * len(places))(*places)
         gl.DrawBuffers(len(places), ctypes.addressof(array))
+
+    def bind(self, unit: int, place: int = 0) -> None:
+        """Let shaders find a colour attachment at a texture unit."""
+        self._device.gl.bind_texture(unit, self.textures[place])
+
+    def fill(self, state: State, *values: float) -> None:
+        """Use the target, and fill its first colour attachment with values."""
+        self.use()
+        state.use(Pass(color_write=True))
+        self.clear_color(*values)
 
     def clear_color(self, *values: float, place: int = 0) -> None:
         """
@@ -208,8 +217,7 @@ class Target:
             owned.append(("Renderbuffer", self._depth))
         for kind, number in owned:
             if number:
-                gl.delete(kind, number)
-                self._device.forget(kind.lower(), number)
+                self._device.delete(kind, number)
         self.framebuffer, self.textures, self._depth = 0, [], 0
 
     def __enter__(self) -> "Target":

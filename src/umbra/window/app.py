@@ -18,7 +18,6 @@ import numpy as np
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.programs import Program
-from umbra.gl.resources import draw_plain
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
 from umbra.window.controls import Controls
@@ -190,14 +189,13 @@ class Viewer:
         gl.Viewport(0, 0, left + cols, rows)
         with State(self.screen.device) as state:
             state.use(Pass(color_write=True, scissor=(left, 0, cols, rows)))
-            gl.ActiveTexture(0x84C0)
-            gl.BindTexture(0x0DE1, targets.picture.textures[0])
+            targets.picture.bind(0)
             for name in (0x2800, 0x2801):  # smooth where it is enlarged
                 gl.TexParameteri(0x0DE1, name, 0x2601)
             self._show.set(
                 picture=0, corner=np.array([left, 0.0]), size=np.array([cols, rows], float)
             )
-            draw_plain(self.screen.device, self._show, 3)
+            self._show.draw(3)
 
     # -- commands --------------------------------------------------------------------------
 

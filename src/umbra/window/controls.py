@@ -139,7 +139,7 @@ class Controls:
     def press_key(
         self, view: ViewState, key: str, *, control: bool = False, shift: bool = False
     ) -> ViewState:
-        """Press a letter, a digit, ``space``, ``tab``, ``left``, ``right``, ``delete`` or ``f1``."""
+        """Press a letter or digit, ``space``, ``tab``, ``left``, ``right``, ``delete``, ``f1``."""
         if control:
             if key in _WITH_CONTROL:
                 self.commands.append(_WITH_CONTROL[key])

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.context import release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.renderer import Renderer
-from umbra.gl.resources import Indices, TextureBuffer, draw_plain
+from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State
 from umbra.gl.target import PLACE, PictureTargets
 from umbra.gl.volumes import BodyVolumes
@@ -80,7 +81,6 @@ _NEARER = replace(_OVER, polygon_offset=(-1.0, -2.0))
 _HIDDEN = replace(_OVER, depth_test="greater")
 _WHOLE = Pass(color_write=True)
 _ASIDE = np.array([0.45, -0.55, 0.70])
-_TEXTURE0, _TEXTURE_2D, _RG32I = 0x84C0, 0x0DE1, 0x823B
 
 
 class Overlays:
@@ -163,7 +163,7 @@ class Overlays:
             if self._edges is not None:
                 self._edges.release()
             filled = edges if len(edges) else np.zeros((1, 2), np.int32)
-            self._edges = TextureBuffer(self._device, filled, _RG32I)
+            self._edges = TextureBuffer(self._device, filled, "rg32i")
         if not self.n_edges or self._edges is None:
             return
         self._set_up(self._lines, plan)
@@ -172,7 +172,7 @@ class Overlays:
         for each, opacity in ((_HIDDEN, "hidden"), (_OVER, "edges")):
             state.use(each)
             self._lines.set(tint=np.array([*EDGES, _OPACITY[opacity]]))
-            draw_plain(self._device, self._lines, 6 * self.n_edges)
+            self._lines.draw(6 * self.n_edges)
 
     def draw_counts(self, state: State, targets: PictureTargets, plan: VolumePlan) -> int:
         """Draw the counts of a light's volumes instead of the picture; give the highest."""
@@ -182,31 +182,25 @@ class Overlays:
         highest = int(np.where(seen, floats.read(), 0).max(initial=0))
         targets.picture.use()
         state.use(_WHOLE)
-        gl = self._device.gl
-        for unit, texture in enumerate((floats.textures[0], targets.surface.textures[PLACE])):
-            gl.ActiveTexture(_TEXTURE0 + unit)
-            gl.BindTexture(_TEXTURE_2D, texture)
+        floats.bind(0)
+        targets.surface.bind(1, PLACE)
         self._heat.set(
             counts=0, places=1, top=float(find_top(highest)), palette=PALETTE,
             aside=_ASIDE / np.linalg.norm(_ASIDE),
         )  # fmt: skip
-        draw_plain(self._device, self._heat, 3)
+        self._heat.draw(3)
         return highest
 
     def release(self) -> None:
         """Free all that the overlays hold on the device."""
-        for held in (self._counter, self._faces, self._lines, self._heat, self._by_case):
-            held.release()
+        release_all(self._counter, self._faces, self._lines, self._heat, self._by_case)
         if self._edges is not None:
             self._edges.release()
         self._edges, self._edges_of = None, ()
 
     def _set_up(self, program: Program, plan: VolumePlan) -> None:
         self._renderer.geometry.bind(program)
-        program.set(
-            **plan.projection.uniforms(), light=plan.light.astype(np.float32),
-            bottom=plan.bottom, is_cut=False,
-        )  # fmt: skip
+        program.set(**plan.uniforms(), is_cut=False)
 
 
 def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, NDArray[np.uint32]]:

@@ -9,19 +9,20 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.context import Device
+from umbra.gl.context import Device, release_all
+from umbra.gl.count import mark_shadow
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.methods import MASKS, Counts, Method
 from umbra.gl.masks.passes import MaskPainter
 from umbra.gl.masks.pieces import Pieces, make_pieces
 from umbra.gl.plan import VolumePlan
 from umbra.gl.programs import Program
-from umbra.gl.resources import draw_plain
-from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.state import State
 from umbra.gl.target import SharedDepthTarget, Target
 
 __all__ = ["MaskCounter", "MaskCounters", "find_limit"]
 
+_POWER_OF_TWO = 0.5  # the mantissa of one, of ``numpy.frexp``
 _DEEPEST = 2  # of the states before: lit, in one shadow, in two
 
 
@@ -38,9 +39,7 @@ def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
     with Target(device, (1, 1), (method.format,)) as target, State(device) as state:
         for limit in range(method.at_once):
             for before in range(_DEEPEST + 1):
-                target.use()
-                state.use(Pass(color_write=True))
-                target.clear_color(method.start)
+                target.fill(state, method.start)
                 for step in [method.up] * before + [first] * (limit + 1) + [second] * (limit + 1):
                     painter.draw_rectangle(state, step, method.write)
                 for step in method.black:
@@ -52,10 +51,6 @@ def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
                 if is_lit != (before == 0):
                     return limit
     return method.at_once
-
-
-_MARK = Pass(stencil=Stencil(front_depth_pass="replace", back_depth_pass="replace", reference=1))
-_TEXTURE_2D, _TEXTURE0 = 0x0DE1, 0x84C0
 
 
 class MaskCounter:
@@ -147,30 +142,17 @@ class MaskCounter:
         """
         self.painter.tally.clear()
         mask = self._mask.over(target)
-        mask.use()
-        state.use(Pass(color_write=True))
-        mask.clear_color(self.method.start * self._factor**plan.start)
-        self.draw(state, plan)
+        mask.fill(state, self.method.start * self._factor**plan.start)
+        self.painter.draw_volumes(state, self.method, plan, self.find_pieces(plan))
+        for step in self.method.black:
+            self.painter.draw_rectangle(state, step, self.method.write)
         target.use()
         if not is_clear:
             state.clear(stencil=0, scissor=plan.scissor)
-        state.use(_MARK)
-        self._device.gl.ActiveTexture(_TEXTURE0)
-        self._device.gl.BindTexture(_TEXTURE_2D, mask.textures[0])
         low, high = self.method.lit
-        self._mark.set(mask=0, channel=self.method.channel, low=low, high=high)
-        draw_plain(self._device, self._mark, 3)
-
-    def draw(self, state: State, plan: VolumePlan, *, rectangles: bool = True) -> None:
-        """
-        Draw volumes, and the rectangles that leave 0 and 1, into the target in use.
-
-        Before: depth holds the scene, the mask's channels the method's start.
-        """
-        self.painter.draw_volumes(state, self.method, plan, self.find_pieces(plan))
-        if rectangles:
-            for step in self.method.black:
-                self.painter.draw_rectangle(state, step, self.method.write)
+        mark_shadow(
+            state, self._mark, mask, mask=0, channel=self.method.channel, low=low, high=high
+        )
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
         """
@@ -184,7 +166,7 @@ class MaskCounter:
             return shaded
         # What ran over is infinite, or on some devices clamped: never a power of two again.
         values = self._mask.target.read()[..., self.method.channel]
-        sound = np.frexp(values)[0] == 0.5
+        sound = np.frexp(values)[0] == _POWER_OF_TWO
         found = np.full(values.shape, self.limit + 1, np.int32)
         found[sound] = np.rint(np.log2(values[sound] / self.method.start)).astype(np.int32)
         return np.where(shaded == 0, 0, found).astype(np.int32)
@@ -217,6 +199,5 @@ class MaskCounters:
 
     def release(self) -> None:
         """Free them."""
-        for counter in self._made.values():
-            counter.release()
+        release_all(*self._made.values())
         self._made = {}

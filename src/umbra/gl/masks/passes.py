@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from umbra.gl.context import Device
+from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.methods import Method, Step
 from umbra.gl.masks.pieces import Pieces, VolumeBatch
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
-from umbra.gl.programs import Program
+from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection, find_rays
-from umbra.gl.resources import Indices, TextureBuffer, draw_plain
+from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.scene import Scene
 from umbra.scene.palette import AMBIENT
@@ -66,12 +66,7 @@ class MaskPainter:
     def __init__(self, device: Device, geometry: Geometry) -> None:
         self._device, self._geometry = device, geometry
         self._indices = Indices(device, 2 * geometry.n_points)
-        self._volume = {
-            clips: Program(
-                device, "volume.vert.glsl", "tint.frag.glsl", {"CLIP_NEAR": 1} if clips else None
-            )
-            for clips in (False, True)
-        }
+        self._volume = Programs(device, "volume.vert.glsl", "tint.frag.glsl")
         self._rectangle = Program(device, "picture.vert.glsl", "tint.frag.glsl")
         self._pieces: Pieces | None = None
         self.tally = Tally()
@@ -86,28 +81,31 @@ class MaskPainter:
         if self._pieces is not pieces:
             self._indices.write(pieces.numbers)
             self._pieces = pieces
-        for program in self._volume.values():
+        programs = self._volume.find(), self._volume.find("CLIP_NEAR")
+        for program in programs:
             self._geometry.bind(program)
-            program.set(
-                **plan.projection.uniforms(),
-                light=plan.light.astype(np.float32),
-                bottom=plan.bottom,
-            )
+            program.set(**plan.uniforms())
         order = ("up", "down") if method.first == "up" else ("down", "up")
         for batch in pieces.batches:
             self.tally.batches += 1
             for way in order:
-                self._draw_batch(state, method, plan, batch, way)
+                self._draw_batch(state, method, plan, batch, programs, way)
 
     def _draw_batch(
-        self, state: State, method: Method, plan: VolumePlan, batch: VolumeBatch, way: str
+        self,
+        state: State,
+        method: Method,
+        plan: VolumePlan,
+        batch: VolumeBatch,
+        programs: tuple[Program, Program],
+        way: str,
     ) -> None:
         """Draw the faces of a batch at which volumes begin (up), or those where they end."""
         step = method.up if way == "up" else method.down
         for draw in batch.draws:
             side = _BEGINS[draw.kind] if way == "up" else _OTHER[_BEGINS[draw.kind]]
             behind = draw.kind != Z_PASS
-            program = self._volume[behind]
+            program = programs[behind]
             program.set(is_cut=draw.is_cut, tint=np.full(4, step.brightness))
             state.use(
                 Pass(
@@ -130,25 +128,18 @@ class MaskPainter:
         """Draw a rectangle over the whole window, or where a stencil lets it pass."""
         state.use(Pass(color_write=write, blend=step.blend, stencil=stencil))
         self._rectangle.set(tint=np.full(4, step.brightness))
-        draw_plain(self._device, self._rectangle, 3)
+        self._rectangle.draw(3)
         self.tally.rectangles.append(purpose)
 
     def release(self) -> None:
         """Free programs and the list of triangles."""
-        self._indices.release()
-        for program in (*self._volume.values(), self._rectangle):
-            program.release()
-
-
-_RGBA8 = 0x8058
+        release_all(self._indices, self._volume, self._rectangle)
 
 
 class Forward:
-    """Draws the triangles of a scene, a colour each; and normals and keys if it ``has_place``."""
+    """Draws the triangles of a scene, a colour each."""
 
-    def __init__(
-        self, device: Device, scene: Scene, geometry: Geometry, *, has_place: bool = False
-    ) -> None:
+    def __init__(self, device: Device, scene: Scene, geometry: Geometry) -> None:
         self._geometry = geometry
         self._faces = Indices(device, 2 * geometry.n_points)
         self._faces.write(geometry.faces.ravel())
@@ -157,13 +148,8 @@ class Forward:
             for part in scene.parts
         ]
         stored = np.rint(255 * np.concatenate(colors)).astype(np.uint8)
-        self._colors = TextureBuffer(device, stored, _RGBA8)
-        self._shaded = Program(device, "shaded.vert.glsl", "forward.frag.glsl")
-        self._placed = (
-            Program(device, "shaded.vert.glsl", "forward.frag.glsl", {"HAS_PLACE": 1})
-            if has_place
-            else self._shaded
-        )
+        self._colors = TextureBuffer(device, stored, "rgba8")
+        self._shaded = Programs(device, "shaded.vert.glsl", "forward.frag.glsl")
         self._depth = Program(device, "surface.vert.glsl", "nothing.frag.glsl")
 
     def draw_depth(self, state: State, projection: Projection, tally: Tally) -> None:
@@ -199,7 +185,7 @@ class Forward:
                 color_write=True if first else "rgb",
             )
         )  # fmt: skip
-        program = self._placed if with_place else self._shaded
+        program = self._shaded.find("HAS_PLACE") if with_place else self._shaded.find()
         self._colors.bind(0)
         program.set(
             colors=0,
@@ -209,21 +195,14 @@ class Forward:
             direct=1.0 - AMBIENT if lights != "ambient" else 0.0,
             **find_rays(projection),
         )
-        self._draw(program, projection, light)
+        self._draw(program, projection, light=light)
         tally.passes.append(lights)
 
-    def _draw(
-        self, program: Program, projection: Projection, light: np.ndarray | None = None
-    ) -> None:
+    def _draw(self, program: Program, projection: Projection, **uniforms: np.ndarray) -> None:
         self._geometry.bind(program)
-        program.set(**projection.uniforms())
-        if light is not None:
-            program.set(light=light)
+        program.set(**projection.uniforms(), **uniforms)
         self._faces.draw(program, 0, self._geometry.faces.size)
 
     def release(self) -> None:
         """Free programs and buffers."""
-        self._faces.release()
-        self._colors.release()
-        for program in {self._shaded, self._placed, self._depth}:
-            program.release()
+        release_all(self._faces, self._colors, self._shaded, self._depth)

@@ -8,13 +8,14 @@ The paper's renderer: its passes and rectangles, one light, and masks of full or
 ``tally`` counts what was issued, as in Table 1.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.gl.context import Device, on_device, open_device
+from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounter
@@ -34,7 +35,7 @@ _DARK = {"black": 0.0, "ambient": 0.0, "attenuated": 0.5}
 _ONE = Step("multiply", 0.0)
 
 
-class MaskPicture:
+class MaskPicture(DeviceUser):
     """
     Draws a scene in one light with shadows by a mask.
 
@@ -80,8 +81,7 @@ class MaskPicture:
             msg = f"no filter '{filter}' at scale {scale}; there are {', '.join(FILTERS)}, from 1"
             raise InputError(msg)
         self.scene, self.scale = scene, scale
-        self.device = device or open_device()
-        self._owns_device = device is None
+        super().__init__(device)
         with self.device.current():
             self.geometry = Geometry(self.device, scene)
             self.planner = Planner(self.device, scene, self.geometry, casters)
@@ -99,7 +99,7 @@ class MaskPicture:
                 else None
             )
             self._is_joint = scale > 1 and filter == "joint"
-            self._forward = Forward(self.device, scene, self.geometry, has_place=self._is_joint)
+            self._forward = Forward(self.device, scene, self.geometry)
         self._targets: list[Target] = []
 
     @property
@@ -256,23 +256,10 @@ class MaskPicture:
         return picture, color, mask
 
     def _release_targets(self) -> None:
-        for target in reversed(self._targets):
-            target.release()
+        release_all(*reversed(self._targets))
         self._targets = []
 
-    @on_device
-    def release(self) -> None:
-        """Free all that is held on the device."""
-        self._release_targets()
-        for held in (self._upsampler, self._forward, self._colors, self._stencil, self.planner):
-            if held is not None:
-                held.release()
-        self.geometry.release()
-        if self._owns_device:
-            self.device.release()
-
-    def __enter__(self) -> "MaskPicture":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
+    def _list_held(self) -> Iterable[Any]:
+        yield from reversed(self._targets)
+        yield from (self._upsampler, self._forward, self._colors, self._stencil)
+        yield from (self.planner, self.geometry)

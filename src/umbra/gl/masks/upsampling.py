@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.gl.context import Device
+from umbra.gl.functions import TEXTURE_2D
 from umbra.gl.masks.passes import Tally
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, find_rays
-from umbra.gl.resources import draw_plain
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
 from umbra.rays.depth import NOTHING
@@ -28,7 +28,7 @@ __all__ = ["FILTERS", "Upsampler", "find_shares", "shrink", "upsample"]
 FILTERS = ("nearest", "bilinear", "joint")
 """``joint`` is bilinear between pixels that lie in the plane of what is seen."""
 
-_TEXTURE0, _TEXTURE_2D, _LINEAR = 0x84C0, 0x0DE1, 0x2601
+_LINEAR = 0x2601
 
 
 class Upsampler:
@@ -60,23 +60,20 @@ class Upsampler:
         What is lit lies within ``lit`` in the mask's channel; all else is multiplied by ``dark``.
         """
         state.use(Pass(color_write="rgb", blend="multiply"))
-        textures = [mask.textures[0]]
         if self.kind == "joint":
-            textures += [picture.textures[1], mask.textures[1]]
-        for unit, texture in enumerate(textures):
-            self._device.gl.ActiveTexture(_TEXTURE0 + unit)
-            self._device.gl.BindTexture(_TEXTURE_2D, texture)
+            picture.bind(1, 1)
+            mask.bind(2, 1)
+        mask.bind(0)
         if self._is_linear:
-            self._device.gl.ActiveTexture(_TEXTURE0)
             for parameter in (0x2800, 0x2801):
-                self._device.gl.TexParameteri(_TEXTURE_2D, parameter, _LINEAR)
+                self._device.gl.TexParameteri(TEXTURE_2D, parameter, _LINEAR)
         mask_size = np.array(mask.size, float)
         self._program.set(
             scale=np.array(picture.size) / mask_size, mask_size=mask_size,
             mask=0, places=1, low_places=2, channel=channel, low=lit[0], high=lit[1], dark=dark,
             is_smooth=int(self.kind != "nearest"), **find_rays(projection),
         )  # fmt: skip
-        draw_plain(self._device, self._program, 3)
+        self._program.draw(3)
         tally.rectangles.append("apply")
 
     def release(self) -> None:

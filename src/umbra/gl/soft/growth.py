@@ -26,8 +26,6 @@ from umbra.soft.weng import part_components
 
 __all__ = ["GrownPoints", "Instance", "Shown", "part_bodies"]
 
-_RGBA32F, _R32I = 0x8814, 0x8235
-_TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
 _NOBODY = -1
 # A surface passes at its own depth, whatever the last bit of another program's says.
 _AGAIN = Pass(depth_test="lequal", color_write=True, polygon_offset=(0.0, -2.0))
@@ -115,7 +113,7 @@ class GrownPoints:
             points[place:end, :3] = each.vertices
             points[place:end, 3] = each.first_row + each.component
             place = end
-        self._points = TextureBuffer(device, points, _RGBA32F)
+        self._points = TextureBuffer(device, points, "rgba32f")
         self._growth: TextureBuffer | None = None
         self.light, self.growing, self.shown = 0, 0.0, 0
 
@@ -127,7 +125,7 @@ class GrownPoints:
         """
         self._release_growth()
         self._growth = TextureBuffer(
-            self._device, growth if growth.size else np.zeros(8, np.float32), _RGBA32F
+            self._device, growth if growth.size else np.zeros(8, np.float32), "rgba32f"
         )
 
     def bind(self, program: Program) -> None:
@@ -135,8 +133,7 @@ class GrownPoints:
         assert self._growth is not None
         self._points.bind(FIRST_UNIT)
         self._growth.bind(FIRST_UNIT + 1)
-        self._device.gl.ActiveTexture(_TEXTURE0 + FIRST_UNIT + 2)
-        self._device.gl.BindTexture(_TEXTURE_2D, self.shown)
+        self._device.gl.bind_texture(FIRST_UNIT + 2, self.shown)
         program.set(
             points=FIRST_UNIT, growth=FIRST_UNIT + 1, shown=FIRST_UNIT + 2,
             growth_row=self.light * self.n_rows, growing=self.growing,
@@ -171,7 +168,7 @@ class Shown:
         self._indices = Indices(device, 2 * geometry.n_points)
         self._indices.write(geometry.faces[casts].ravel())
         listed = rows[casts] if len(casts) else np.zeros(1, np.int32)
-        self._rows = TextureBuffer(device, listed, _R32I)
+        self._rows = TextureBuffer(device, listed, "r32i")
         self._program = Program(device, "surface.vert.glsl", "component.frag.glsl")
         self._picture = SharedDepthTarget(self._device, "r32i")
 
@@ -182,9 +179,8 @@ class Shown:
         It holds numbers as in `Instance`, and -1 where nothing casts.
         """
         shown = self._picture.over(target)
-        shown.use()
+        shown.fill(state, _NOBODY)
         state.use(_AGAIN)
-        shown.clear_color(_NOBODY)
         self._geometry.bind(self._program)
         self._rows.bind(0)
         self._program.set(**projection.uniforms(), components=0)

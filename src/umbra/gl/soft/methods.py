@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from umbra.gl.context import release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
@@ -101,6 +102,5 @@ class SoftMethods:
 
     def release(self) -> None:
         """Free them; they are made anew when asked for again."""
-        for method in self._made.values():
-            method.release()
+        release_all(*self._made.values())
         self._made = {}

@@ -17,7 +17,6 @@ from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
-from umbra.gl.resources import draw_plain
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import SharedDepthTarget, Target
 from umbra.scene import Light
@@ -67,9 +66,7 @@ class Stack:
     def begin(self, state: State, target: Target, value: float) -> Target:
         """Fill the picture that goes with a target's depth with a value; it is in use."""
         shown = self.picture.over(target)
-        shown.use()
-        state.use(Pass(color_write=True))
-        shown.clear_color(value)
+        shown.fill(state, value)
         return shown
 
     def add_light(self, state: State, share: float, scissor: tuple | None = None) -> None:
@@ -84,7 +81,7 @@ class Stack:
     def _lay(self, state: State, how: Pass, value: float) -> None:
         state.use(how)
         self._tint.set(tint=np.full(4, value))
-        draw_plain(self._device, self._tint, 3)
+        self._tint.draw(3)
 
     def release(self) -> None:
         """Free the picture and the program."""

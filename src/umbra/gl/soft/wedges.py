@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.context import Device
+from umbra.gl.context import Device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.programs import Program
+from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection, find_rays
-from umbra.gl.resources import Indices, TextureBuffer, draw_plain
+from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volumes import BodyVolumes
@@ -56,9 +56,8 @@ class Keys:
         They are 1 / depth in perspective and -depth in a parallel view; 0 where nothing is.
         """
         shown = self._picture.over(target)
-        shown.use()
+        shown.fill(state, 0.0)
         state.use(_AGAIN)
-        shown.clear_color(0.0)
         self._geometry.bind(self._faces)
         self._faces.set(
             **projection.uniforms(), **find_rays(projection), depths=_find_depths(projection)
@@ -70,15 +69,12 @@ class Keys:
                 height=float(self._planner.ground - projection.eye[2]),
                 **find_rays(projection),
             )
-            draw_plain(self._device, self._ground, 12)
+            self._ground.draw(12)
         return shown.textures[0]
 
     def release(self) -> None:
         """Free programs, triangles and picture."""
-        self._picture.release()
-        self._indices.release()
-        for program in (self._faces, self._ground):
-            program.release()
+        release_all(self._picture, self._indices, self._faces, self._ground)
 
 
 def _find_depths(projection: Projection) -> np.ndarray:
@@ -91,8 +87,6 @@ def _find_depths(projection: Projection) -> np.ndarray:
     return np.array([near, far_less_near])
 
 
-_RGBA32F = 0x8814
-_TEXTURE0, _TEXTURE_2D = 0x84C0, 0x0DE1
 _TEXELS, _VERTICES = 6, 24  # of an edge
 _REACH = 100.0  # how far wedges go in parallel views, in sizes of what there is
 
@@ -127,7 +121,7 @@ class Wedges:
         self._planner, self._counter = planner, counter
         self._keys = Keys(planner)
         self._uncover = Program(self._device, "picture.vert.glsl", "uncover.frag.glsl")
-        self._programs: dict[tuple[str, ...], Program] = {}
+        self._programs = Programs(self._device, "wedge.vert.glsl", "wedge.frag.glsl")
         self._edges: list[_Edges] = []
         self._plans: Sequence[VolumePlan] = ()
         self._projection: Projection | None = None
@@ -148,7 +142,7 @@ class Wedges:
             if kept is None:
                 rows = _list_edges(light, plan.volumes, origin)
                 table = rows if len(rows) else np.zeros((1, _TEXELS, 4), np.float32)
-                buffer = TextureBuffer(self._device, table, _RGBA32F)
+                buffer = TextureBuffer(self._device, table, "rgba32f")
                 kept = _Edges(light, plan.volumes, buffer, len(rows))
             self._edges.append(kept)
         for each in old:
@@ -163,9 +157,7 @@ class Wedges:
             self._key = self._keys.draw(state, target, self._projection)
         edges, plan = self._edges[number], self._plans[number]
         counts = self._counter.count_in_floats(state, target, plan)
-        parts.use()
-        state.use(Pass(color_write=True))
-        parts.clear_color(0.0)
+        parts.fill(state, 0.0)
         state.use(
             Pass(
                 depth_test="gequal", color_write=True, blend="add", cull="front",
@@ -174,29 +166,24 @@ class Wedges:
         )  # fmt: skip
         program = self._prepare(edges, plan)
         if edges.count:
-            draw_plain(self._device, program, _VERTICES * edges.count)
+            program.draw(_VERTICES * edges.count)
         shares.use()
         state.use(Pass(color_write=True))
-        for unit, texture in enumerate((counts.textures[0], parts.textures[0])):
-            self._bind(unit, texture)
+        counts.bind(0)
+        parts.bind(1)
         self._uncover.set(counts=0, parts=1)
-        draw_plain(self._device, self._uncover, 3)
+        self._uncover.draw(3)
         return shares
 
     def _prepare(self, edges: _Edges, plan: VolumePlan) -> Program:
         """Choose the program for a light, and tell it where everything is."""
         light, projection = edges.light, plan.projection
         needs = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}
-        key = tuple(name for name, needed in needs.items() if needed)
-        if key not in self._programs:
-            self._programs[key] = Program(
-                self._device, "wedge.vert.glsl", "wedge.frag.glsl", dict.fromkeys(key, 1)
-            )
-        program = self._programs[key]
+        program = self._programs.find(*(name for name, needed in needs.items() if needed))
         place = light.light.local(self._planner.scene.origin)
         place[:3] /= 1.0 if place[3] else np.linalg.norm(place[:3])
         axes = find_axes(light, place)
-        self._bind(0, self._key)
+        self._device.gl.bind_texture(0, self._key)
         edges.table.bind(1)
         program.set(
             keys=0, edges=1, light=plan.light, radius=light.radius, axis_u=axes[0],
@@ -213,20 +200,11 @@ class Wedges:
         apart = np.abs(whole - projection.eye).max()
         return _REACH * float(apart + projection.camera.height)
 
-    def _bind(self, unit: int, texture: int) -> None:
-        self._device.gl.ActiveTexture(_TEXTURE0 + unit)
-        self._device.gl.BindTexture(_TEXTURE_2D, texture)
-
     def release(self) -> None:
         """Free what is held on the device."""
-        self._parts.release()
-        self._shares.release()
-        for each in self._edges:
-            each.table.release()
+        tables = (each.table for each in self._edges)
+        release_all(self._parts, self._shares, *tables, self._keys, self._uncover, self._programs)
         self._edges = []
-        self._keys.release()
-        for program in (self._uncover, *self._programs.values()):
-            program.release()
 
 
 def _list_edges(

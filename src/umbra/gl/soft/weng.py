@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from umbra.gl.context import release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
@@ -138,5 +139,4 @@ class ScaledLayers:
 
     def release(self) -> None:
         """Free what is held on the device."""
-        for held in (self._stack, self._counter, self._indices, self._shown, self._points):
-            held.release()
+        release_all(self._stack, self._counter, self._indices, self._shown, self._points)
