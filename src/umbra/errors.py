@@ -1,8 +1,70 @@
-"""What umbra raises, so that a caller can tell bad input from failed work."""
+"""
+What umbra raises, so that a caller can tell bad input from failed work.
+
+Messages name options as they are typed in Python, ``no_cast=`` or ``receivers='top'``. The
+command line writes them as its own, ``--no-cast`` and ``--receivers top``.
+"""
+
+import re
 
 from umbra.printable import make_printable, shorten
 
-__all__ = ["InputError", "UmbraError"]
+__all__ = ["InputError", "UmbraError", "write_for_shell"]
+
+_SPELLED = {
+    "by_day=False": "sum",
+    "end": "to",
+    "latitude": "lat",
+    "longitude": "lon",
+    "start": "from",
+    "true_north": "north",
+    "zone": "tz",
+}
+"""Options that have another name on the command line."""
+
+_OPTIONS = """
+allow_outside at base_column by by_day canopy canopy_heights cast cell date device every
+every_days exact extent eye fov ground height height_column leaf_on light_size mask_scale masks
+method min_spell name_column near no_cast on points proposed receivers refraction report rules
+sheet size soft spacing spells target threads transmissivity trunk under up who write
+end latitude longitude start true_north zone
+"""
+OPTIONS = frozenset(_OPTIONS.split())
+"""What messages may name."""
+
+_OPTION = re.compile(
+    r"(?<![\w'\"=./-])([a-z][a-z_]*)="
+    r"(\([^()]*\)|\[[^\]]*\]|'[^']*'(?: or '[^']*')*|True\b|False\b|[-+]?\d+(?:\.\d+)?)?"
+    r"(?![\w='\"(\[])"
+)
+
+
+def write_for_shell(text: str) -> str:
+    """
+    Write the options in a message as they are typed in a shell.
+
+    Parameters
+    ----------
+    text : str
+        With options as in Python: ``no_cast=``, ``receivers='top'``, ``size=(512, 384)``.
+
+    Returns
+    -------
+    text : str
+        ``--no-cast``, ``--receivers top``, ``--size 512x384``.
+    """
+    return _OPTION.sub(_spell, text)
+
+
+def _spell(found: re.Match[str]) -> str:
+    name, value = found.groups()
+    if name not in OPTIONS:
+        return found[0]
+    word = _SPELLED.get(found[0]) or _SPELLED.get(name, name).replace("_", "-")
+    if value in {None, "True", "False"}:
+        return f"--{word}"
+    values = re.sub(r"[\[\]()']", "", value).replace(", ", "x" if name == "size" else ",")
+    return f"--{word} {values}"
 
 
 class UmbraError(Exception):
@@ -16,12 +78,14 @@ class UmbraError(Exception):
         control and bidirectional characters are written out, and of more than 500
         characters the middle is left out.
     **data
-        The facts behind the message, kept as attributes for programs.
+        The facts behind the message, kept as attributes for programs. ``option`` is the
+        option that is wrong, by default the first that the message names.
     """
 
     def __init__(self, message: str, **data: object) -> None:
         super().__init__(shorten(make_printable(message)))
-        self.data = data
+        named = (found[1] for found in _OPTION.finditer(message) if found[1] in OPTIONS)
+        self.data = {"option": next(named, None)} | data
 
     def __getattr__(self, name: str) -> object:
         """Give the facts as attributes: ``error.indices``, ``error.path``."""
@@ -29,6 +93,10 @@ class UmbraError(Exception):
         if name in data:
             return data[name]
         raise AttributeError(name)
+
+    def for_shell(self) -> str:
+        """Give the message with options as they are typed in a shell."""
+        return write_for_shell(str(self))
 
 
 class InputError(UmbraError, ValueError):

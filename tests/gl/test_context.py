@@ -109,5 +109,5 @@ def test_an_old_context_is_refused():
 
 def test_a_lost_context_is_an_error(device, monkeypatch):
     monkeypatch.setitem(device.gl.__dict__, "GetError", lambda: 0x0507)
-    with pytest.raises(UmbraError, match=r"a lost context.* while drawing .*use --device cpu"):
+    with pytest.raises(UmbraError, match=r"a lost context.* while drawing .*use device='cpu'"):
         device.check("drawing")

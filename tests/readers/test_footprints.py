@@ -132,7 +132,7 @@ def test_what_has_no_height_is_left_out_and_counted(write):
 
 def test_no_heights_at_all_name_the_columns(write):
     path = write(feature(SQUARE, properties={"hight": 5, "use": "flat"}))
-    with pytest.raises(InputError, match=r"says no heights.*hight, use.*--height-column") as caught:
+    with pytest.raises(InputError, match=r"says no heights.*hight, use.*height_column=") as caught:
         umbra.read(path)
     assert caught.value.columns == ["hight", "use"]
     with pytest.raises(InputError, match=r"no column 'higt'.*did you mean 'hight'"):
@@ -290,7 +290,7 @@ def test_features_that_share_an_id_stay_apart_and_take_their_names(write):
     assert [part.name for part in scene.parts] == ["Town hall", "Church", "Church (2)", "4"]
     assert len(set(scene.groups().tolist())) == 4
     assert (
-        "f.geojson: names are those of the column 'name' (--name-column); footprints without one, "
+        "f.geojson: names are those of the column 'name' (name_column=); footprints without one, "
         "named by their order: 1; footprints whose name is another's, numbered: 1"
     ) in scene.notes
 
@@ -314,7 +314,7 @@ def test_names_come_from_what_tells_most_apart(write, properties, ids, names, of
     ]
     scene = umbra.read(write(*features))
     assert [part.name for part in scene.parts] == names
-    assert any(of in note and "--name-column" in note for note in scene.notes)
+    assert any(of in note and "name_column=" in note for note in scene.notes)
 
 
 def test_a_column_of_names_is_chosen(write):

@@ -162,7 +162,7 @@ def test_unknown_crs_is_read_as_metres_with_a_note(save, measure, crs):
     assert measure.volume(scene) == pytest.approx(24.0)
     assert scene.crs == crs
     assert (scene.latitude, scene.longitude, scene.true_north) == (None, None, None)
-    assert "--lat and --lon" in scene.notes[0]
+    assert "latitude= and longitude=" in scene.notes[0]
 
 
 def test_crs_that_does_not_fit_its_coordinates_gives_no_site(save):

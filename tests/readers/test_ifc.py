@@ -140,7 +140,7 @@ def test_the_level_top_of_the_site_is_the_ground(tmp_path):
     model.box("IfcWall", "wall", (1, 1, 3), at=(5, 5, 0.5))
     scene = umbra.read(model.write(tmp_path / "a.ifc"))
     assert scene.ground == pytest.approx(0.5)
-    assert any("--ground" in note for note in scene.notes)
+    assert any("ground=" in note for note in scene.notes)
 
 
 def test_without_a_site_the_options_are_named(tmp_path):
@@ -148,7 +148,7 @@ def test_without_a_site_the_options_are_named(tmp_path):
     model.box("IfcWall", "wall", (1, 1, 1))
     scene = umbra.read(model.write(tmp_path / "a.ifc"))
     assert (scene.latitude, scene.longitude) == (None, None)
-    with pytest.raises(InputError, match="--lat and --lon"):
+    with pytest.raises(InputError, match="latitude= and longitude="):
         find_site(scene)
 
 
@@ -162,7 +162,7 @@ def test_sites_that_disagree_are_named_and_none_is_taken(tmp_path):
     (note,) = scene.notes
     assert "2 sites disagree" in note
     assert "'there' at 52.5167°" in note
-    assert "--lat" in note
+    assert "latitude=" in note
 
 
 def test_a_site_at_zero_zero_says_nothing(tmp_path):

@@ -208,7 +208,7 @@ def test_a_place_outside_the_plan_is_refused_by_name(study, tmp_path):
 
 def test_roofs_need_the_topmost_surfaces(study, tmp_path):
     rules = read(tmp_path, RULES.replace("share: 50", "where: roofs", 1))
-    with pytest.raises(InputError, match="--receivers top"):
+    with pytest.raises(InputError, match="receivers='top'"):
         judge(study, rules)
     verdict, *_ = judge(make_study(receivers="top"), rules)
     assert verdict.measured == "100.0 % of the area"
@@ -358,7 +358,7 @@ def test_roofs_and_walls_are_judged_alone(tmp_path):
     scene, flat = run_points(receivers="points", points=[(0, -9, 1)])
     with pytest.raises(InputError, match="names walls of a model"):
         judge_points(flat, rules, scene, [0, 1], 1)
-    with pytest.raises(InputError, match="is for walls; run the study with --receivers surfaces"):
+    with pytest.raises(InputError, match="is for walls; run the study with receivers='surfaces'"):
         judge(make_study(), rules)
 
 

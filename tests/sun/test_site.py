@@ -112,7 +112,7 @@ def test_no_zone_at_the_coordinates(monkeypatch):
     import tzfpy  # noqa: PLC0415
 
     monkeypatch.setattr(tzfpy, "get_tz", lambda *_: "")
-    with pytest.raises(InputError, match=r"no time zone is known at latitude 48\.2.*give --tz"):
+    with pytest.raises(InputError, match=r"no time zone is known at latitude 48\.2.*give zone="):
         Site(48.2, 16.37)
 
 
@@ -139,9 +139,9 @@ def test_what_the_caller_says_goes_first():
 @pytest.mark.parametrize(
     ("facts", "given", "options"),
     [
-        ({}, {}, r"latitude and longitude; give --lat and --lon in degrees \(latitude= and"),
-        ({}, {"latitude": 48.2}, r"its longitude; give --lon in degrees \(longitude= in"),
-        ({"longitude": 16.37}, {}, r"its latitude; give --lat in"),
+        ({}, {}, r"latitude and longitude; give latitude= and longitude= in degrees"),
+        ({}, {"latitude": 48.2}, r"its longitude; give longitude= in degrees"),
+        ({"longitude": 16.37}, {}, r"its latitude; give latitude= in"),
     ],
 )
 def test_no_site_known(facts, given, options):

@@ -202,7 +202,7 @@ def test_outlines_of_a_study_are_its_masks(study):
 
 def test_outlines_want_level_ground(town):
     top = run_study(town, VIENNA, date="2026-09-18", every="4h", cell=1, receivers="top")
-    with pytest.raises(InputError, match="--receivers top"):
+    with pytest.raises(InputError, match="receivers='top'"):
         list(find_outlines(top))
 
 

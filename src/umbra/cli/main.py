@@ -113,14 +113,14 @@ def _run(arguments: list[str], debug: bool) -> int:
     except click.ClickException as error:
         return _fail(error.format_message(), 2, debug)
     except InputError as error:
-        return _fail(str(error), 2, debug)
+        return _fail(error.for_shell(), 2, debug)
     except (KeyboardInterrupt, click.Abort) as error:
         return _fail("; ".join(["interrupted", *map(str, error.args)]), 2, debug)
     except BrokenPipeError:
         sys.stderr.close()  # whoever read the output has gone
         return 1
     except UmbraError as error:
-        return _fail(str(error), 1, debug)
+        return _fail(error.for_shell(), 1, debug)
     except OSError as error:
         if error.filename is not None or error.errno != errno.ENOSPC:
             return _fail(f"{type(error).__name__}: {error} (--debug shows where)", 1, debug)

@@ -1,13 +1,14 @@
 """``--time`` and ``--animation``: an animated file as it stands at one time."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from umbra.cli.cache import is_cached
 from umbra.cli.columns import chosen_columns
-from umbra.errors import InputError
+from umbra.errors import InputError, write_for_shell
 
 if TYPE_CHECKING:
     from umbra.scene import Scene
@@ -48,6 +49,7 @@ def read_posed(
         raise InputError(msg)
     canopy = click.get_current_context().params.get("canopy", ())
     scene = read(*files, up=up, canopy=canopy, **chosen_columns(), cache=is_cached())
+    scene = replace(scene, notes=tuple(map(write_for_shell, scene.notes)))
     if time is None:
         return scene
     from umbra.scene import pose  # noqa: PLC0415

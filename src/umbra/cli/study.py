@@ -17,7 +17,7 @@ from umbra.cli.sections import make_sectioned
 from umbra.cli.study_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.study_options import study_options
 from umbra.cli.terminal import echo, echo_json, echo_path
-from umbra.errors import InputError
+from umbra.errors import InputError, write_for_shell
 
 __all__ = ["command"]
 
@@ -84,7 +84,7 @@ def command(
 
     def say(line: str) -> None:
         if not quiet:
-            echo(line, err=True)
+            echo(write_for_shell(line), err=True)
 
     from umbra.study import run_study  # noqa: PLC0415
     from umbra.sun import find_site  # noqa: PLC0415
@@ -117,6 +117,8 @@ def command(
             study = _study_points(scene, site, options, point_names, stages.advance)
         stages.begin("drawing and writing")
         study.facts["command"] = _find_command()
+        if "assumption" in study.facts:
+            study.facts["assumption"] = write_for_shell(study.facts["assumption"])
         if not study.sun.is_up.any():
             say(
                 "umbra: warning: the sun is below the horizon all this time; "

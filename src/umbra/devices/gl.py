@@ -38,7 +38,7 @@ class _GlTiles(TileCounters):
 
     def make(self, tile: Any) -> Any:
         if not self.can_count(tile):
-            msg = "the gl device counts plans (--receivers ground, top); leave --device out"
+            msg = "the gl device counts plans (receivers='ground' or 'top'); leave device= out"
             raise InputError(msg)
         context = self._open()
         from umbra.gl.sweep import GlSweep  # noqa: PLC0415

@@ -32,7 +32,7 @@ DRIVER = (
     "install a driver (Debian, Ubuntu: apt install libegl1 libgl1 libgl1-mesa-dri; "
     "anywhere on Linux: pip install 'umbra-shadows[osmesa]')"
 )
-ADVICE = f"{DRIVER}, or stay with --device cpu"
+ADVICE = f"{DRIVER}, or stay with device='cpu'"
 _ERRORS = {
     0x0500: "an invalid enum",
     0x0501: "an invalid value",
@@ -198,7 +198,7 @@ class Device:
         error = self.gl.GetError()
         if error:
             what = _ERRORS.get(error, hex(error))
-            msg = f"OpenGL reports {what} while {work} ({self.renderer}); use --device cpu"
+            msg = f"OpenGL reports {what} while {work} ({self.renderer}); use device='cpu'"
             raise UmbraError(msg, code=error)
 
     def release(self) -> None:

@@ -85,7 +85,7 @@ class Target:
         if max(size) > limit:
             msg = (
                 f"a picture of {size[0]}x{size[1]} pixels is too large for {device.renderer}, "
-                f"which draws at most {limit}x{limit}; choose a smaller --size"
+                f"which draws at most {limit}x{limit}; choose a smaller size="
             )
             raise InputError(msg, limit=limit)
         self.size = size
@@ -114,7 +114,7 @@ class Target:
             msg = (
                 f"{device.renderer} has no framebuffer of {', '.join(colors) or 'no colour'} with "
                 f"24 bits of depth and 8 of stencil (status {status:#x}, {bits} stencil bits); "
-                "use --device cpu"
+                "use device='cpu'"
             )
             raise UmbraError(msg, status=status)
 

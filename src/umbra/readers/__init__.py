@@ -140,11 +140,11 @@ def _find_crowns(
     crowns = Crowns(tuple(canopy), str(TRUNK if trunk is None else trunk), heights or HEIGHTS[0])
     if any(crowns.matches(name, path) for name, path in named):
         return crowns
-    for given, word in ((trunk, "--trunk"), (heights, "--canopy-heights")):
+    for given, word in ((trunk, "trunk="), (heights, "canopy_heights=")):
         if given is not None:
             msg = (
                 f"{word} is for canopy rasters, and none of the files is one; name its layer: "
-                "canopy=FILE.tif --canopy canopy"
+                "'canopy=FILE.tif', canopy='canopy'"
             )
             raise InputError(msg)
     return None

@@ -34,7 +34,7 @@ def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -
     is_body = high > low
     if not is_body.any():
         msg = "has no crown above the ground and its trunk zone" + (
-            "; if heights are above the ground, leave --canopy-heights absolute out"
+            "; if heights are above the ground, leave canopy_heights='absolute' out"
             if crowns.is_absolute
             else ""
         )

@@ -28,7 +28,7 @@ __all__ = [
     "read_bounded",
 ]
 
-ALLOW = "--allow-outside (allow_outside=True) reads it"
+ALLOW = "allow_outside=True reads it"
 SHARE = 0.25  # of the memory; a file takes several times its size until it is a scene
 
 _BLOCK = 1 << 24

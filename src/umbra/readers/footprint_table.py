@@ -92,7 +92,7 @@ def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[
             return lower[name]
     msg = (
         f"says no heights: no column is called {names[0]} or the like; the file has "
-        f"{_list(columns)}; name one with --height-column (height_column= in Python)"
+        f"{_list(columns)}; name one with height_column="
     )
     raise InputError(msg, columns=list(columns))
 
@@ -146,7 +146,7 @@ IDS = (
     "objectid",
     "building_id",
 )
-OWN = "id"  # --name-column id means the features' own, where no column is called so
+OWN = "id"  # name_column='id' means the features' own, where no column is called so
 
 
 def name_features(table: FootprintTable, chosen: str | None = None) -> tuple[list[str], list[str]]:
@@ -168,7 +168,7 @@ def name_features(table: FootprintTable, chosen: str | None = None) -> tuple[lis
         twice += bool(words[row]) and names[row] != words[row]
     if title is None:
         return names, []
-    note = f"names are those of {title} (--name-column)"
+    note = f"names are those of {title} (name_column=)"
     if empty and empty < len(rows):
         note += f"; footprints without one, named by their order: {empty}"
     if twice:

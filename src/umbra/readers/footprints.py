@@ -57,7 +57,7 @@ def extrude_table(table: FootprintTable, choices: ReadChoices) -> FileModel:
     extent, base = _find_extent(table, choices, names, notes)
     usable = extent.high > extent.low
     if not usable.any():
-        msg = f"no footprint has a height ({'; '.join(notes)}); name another --height-column"
+        msg = f"no footprint has a height ({'; '.join(notes)}); name another height_column="
         raise InputError(msg)
     rings, remarks = repair(_keep(table.rings, usable[table.rings.feature]))
     notes += remarks
@@ -103,7 +103,7 @@ def _find_extent(
     columns = table.columns
     column = find_column(columns, choices.height_column, HEIGHTS)
     if choices.height_column is None:
-        notes.append(f"heights are those of the column '{column}' (--height-column)")
+        notes.append(f"heights are those of the column '{column}' (height_column=)")
     heights = parse_numbers(columns[column])
     _note_text(heights, column, names, notes)
     low = np.zeros(len(heights.values))

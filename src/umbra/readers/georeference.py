@@ -145,7 +145,7 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     if scene.crs is None:
         return scene
     found, shown = _find_crs(scene.crs), show_crs(scene.crs)
-    remedy = "give --lat and --lon (and --north if the plan is turned)"
+    remedy = "give latitude= and longitude= (and true_north= if the plan is turned)"
     if found is None or not (found.is_projected or found.is_geographic):
         note = f"the CRS '{shown}' is not known, so coordinates are taken as metres; {remedy}"
         return replace(scene, notes=(*scene.notes, note))

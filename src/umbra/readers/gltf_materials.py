@@ -18,7 +18,7 @@ __all__ = ["GltfSurface", "Materials"]
 
 WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 LOST = "textures that are not there or in no format that is read, drawn plain"
-OUTSIDE = "textures outside the model's folder, drawn plain (--allow-outside reads them)"
+OUTSIDE = "textures outside the model's folder, drawn plain (allow_outside=True reads them)"
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 

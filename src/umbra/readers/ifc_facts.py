@@ -47,7 +47,7 @@ def find_place(file: Any) -> tuple[FilePlace, list[str]]:
         listed = "; ".join(f"'{n}' at {a:.4f}°, {b:.4f}°" for n, (a, b, _) in places.items())
         notes.append(
             f"its {len(places)} sites disagree ({listed}), so the site is not known; "
-            "give --lat and --lon"
+            "give latitude= and longitude="
         )
         return FilePlace(true_north=north), notes
     return FilePlace(latitude, longitude, elevation, north), notes

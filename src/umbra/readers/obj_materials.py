@@ -19,7 +19,7 @@ __all__ = [
     "read_texture_corners",
 ]
 
-OUTSIDE = "textures outside the model's folder, drawn plain (--allow-outside reads them)"
+OUTSIDE = "textures outside the model's folder, drawn plain (allow_outside=True reads them)"
 LARGEST = 1 << 26  # [byte] of a library
 
 # Words that each option of a texture takes; those of -o, -s and -t are 1 to 3 numbers.

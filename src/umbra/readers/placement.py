@@ -47,7 +47,7 @@ def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
             listed = "; ".join(f"{name} at {a:.4f}°, {b:.4f}°" for name, (a, b) in said.items())
             notes.append(
                 f"the files' sites disagree ({listed}), so the site is not known; "
-                "give --lat and --lon"
+                "give latitude= and longitude="
             )
         else:
             latitude, longitude = here
@@ -58,7 +58,7 @@ def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
             if abs((other - north + 180) % 360 - 180) > TURNED:
                 notes.append(
                     f"true north is at {north:.2f}° in {first} and at {other:.2f}° in {name}; "
-                    "the first is used (--north)"
+                    "the first is used (true_north=)"
                 )
     heights = [place.elevation for place in places.values() if place.elevation is not None]
     ground = _find_ground(places, notes)
@@ -76,7 +76,7 @@ def _find_ground(places: Mapping[str, FilePlace], notes: list[str]) -> float | N
     (name, ground), *others = levels.items()
     if all(abs(other - ground) < 0.01 for _, other in others):
         notes.append(
-            f"{name}: the ground is taken at z = {ground:g} m, the top of its site (--ground)"
+            f"{name}: the ground is taken at z = {ground:g} m, the top of its site (ground=)"
         )
         return ground
     return None

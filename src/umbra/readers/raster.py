@@ -213,7 +213,7 @@ def _read_canopy(path: Path, choices: ReadChoices) -> FileModel:
     if not is_absolute and tallest > TALLEST:
         msg = (
             f"has trees of {tallest:.4g} m, which no tree reaches; if heights are not above the "
-            "ground, give --canopy-heights absolute"
+            "ground, give canopy_heights='absolute'"
         )
         raise InputError(msg, tallest=tallest)
     rows, cols = np.nonzero(there)

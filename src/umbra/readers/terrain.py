@@ -123,7 +123,7 @@ def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
             i, j = pairs[0]
             notes.append(
                 f"layers overlap: {count} of {len(b)} things of '{other}' stand where things of "
-                f"'{one}' do (first: '{others[j]}' and '{names[i]}'); choose with --no-cast"
+                f"'{one}' do (first: '{others[j]}' and '{names[i]}'); choose with no_cast="
             )
     return notes
 

@@ -79,7 +79,7 @@ class Camera:
         ) * np.linalg.norm(self.up):
             msg = (
                 "the camera looks along its up vector or at its own eye; "
-                "move the target or give another --up"
+                "move the target or give another up="
             )
             raise InputError(msg)
 

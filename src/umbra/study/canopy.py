@@ -71,14 +71,14 @@ class Season:
                 return cls(shares[0], shares[0])
             msg = (
                 f"a transmissivity with leaves ({shares[0]:g}) and without ({shares[1]:g}) needs "
-                "their dates; give --leaf-on, such as --leaf-on 04-15..10-31"
+                "their dates; give leaf_on=, such as leaf_on='04-15..10-31'"
             )
             raise InputError(msg, transmissivity=transmissivity)
         first, last = _read_dates(leaf_on)
         if len(shares) == 1:
             msg = (
-                f"--leaf-on needs a transmissivity without leaves, too; give both, such as "
-                f"--transmissivity {shares[0]:g}:0.5"
+                f"leaf_on= needs a transmissivity without leaves, too; give both, such as "
+                f"transmissivity='{shares[0]:g}:0.5'"
             )
             raise InputError(msg, leaf_on=leaf_on)
         return cls(shares[0], shares[1], first, last)
@@ -152,7 +152,7 @@ class Canopy:
             if not set(casters).intersection(scene.select([pattern])):
                 msg = (
                     f"the canopy '{pattern}' matches only parts that do not cast; "
-                    "take a --no-cast pattern away"
+                    "take a no_cast= pattern away"
                 )
                 raise InputError(msg, pattern=pattern)
         parts = tuple(scene.select(patterns))
@@ -177,7 +177,7 @@ class Canopy:
         if not left:
             msg = (
                 "nothing is left to receive but canopies, which are looked through; choose "
-                "others with --on, or --receivers ground"
+                "others with on=, or receivers='ground'"
             )
             raise InputError(msg)
         return left
@@ -205,8 +205,8 @@ def check_transmissivity(
     if patterns:
         Season.of(transmissivity, leaf_on)
     elif transmissivity is not None or leaf_on is not None:
-        what = "--transmissivity" if transmissivity is not None else "--leaf-on"
-        msg = f"{what} is for canopies; say which parts they are with --canopy PATTERN"
+        what = "transmissivity=" if transmissivity is not None else "leaf_on="
+        msg = f"{what} is for canopies; say which parts they are with canopy="
         raise InputError(msg)
 
 
@@ -249,6 +249,6 @@ def _read_dates(text: str) -> list[tuple[int, int]]:
         try:
             dt.date(_LEAP, month, day)
         except ValueError as error:
-            msg = f"--leaf-on {text}: there is no day {month:02}-{day:02}; write MM-DD..MM-DD"
+            msg = f"leaf_on='{text}': there is no day {month:02}-{day:02}; write MM-DD..MM-DD"
             raise InputError(msg, leaf_on=text) from error
     return days

@@ -29,7 +29,7 @@ def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) ->
     """Give the indices of the parts that cast; there must be one."""
     casters = scene.select(cast, no_cast)
     if not casters:
-        msg = "no part is left to cast a shadow; take a --no-cast pattern away"
+        msg = "no part is left to cast a shadow; take a no_cast= pattern away"
         raise InputError(msg)
     return casters
 

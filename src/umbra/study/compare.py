@@ -114,7 +114,7 @@ def _check_same(before: "xr.Dataset", after: "xr.Dataset") -> None:
             and np.array_equal(after[name].values, before[name].values)
         ):
             msg = (
-                f"the two studies differ in '{name}'; run both with the same --extent, --cell, "
-                "--date, --from, --to and --every"
+                f"the two studies differ in '{name}'; run both with the same extent=, cell=, "
+                "date=, start=, end= and every="
             )
             raise InputError(msg, dimension=name)

@@ -216,12 +216,12 @@ def _too_large(
     if is_vast:  # such a cell would show nothing of any building
         advice = (
             f"the plan is {wide / 1000:.0f} x {deep / 1000:.0f} km: are all parts in the same "
-            "coordinates? choose a smaller one (--extent, extent=)"
+            "coordinates? choose a smaller one (extent=)"
         )
     if masks:
         advice += ", or leave out the masks"
     if by_day:
-        advice += ", or keep only the sums of the dates (--sum, by_day=False)"
+        advice += ", or keep only the sums of the dates (by_day=False)"
     msg = (
         f"a raster of {cols}x{rows} cells needs {needed / 1e9:.1f} GB "
         f"and {name_memory(find_memory())}; {advice}"

@@ -99,7 +99,7 @@ def describe_level(
     if receivers == "ground" and has_terrain(scene):
         told = (
             f"the model brings ground of its own, of which a plane at z = {level:.6g} m shows "
-            "nothing; --receivers top shows the shadows on it"
+            "nothing; receivers='top' shows the shadows on it"
         )
         return {"assumption": told}
     if assumed is None:
@@ -107,15 +107,15 @@ def describe_level(
     if receivers == "top" and bare > 0:
         told = (
             f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground is "
-            f"assumed level at z = {level:.6g} m, where the lowest of its things stands (--ground)"
+            f"assumed level at z = {level:.6g} m, where the lowest of its things stands (ground=)"
         )
         return {"assumption": told, "assumed_ground_share": float(bare)}
     if assumed.high - assumed.low <= GAP:
         return {}
     told = (
         f"the ground is assumed level at z = {level:.6g} m; the model's {assumed.things} things "
-        f"that stand on no other do so from {assumed.low:.6g} to {assumed.high:.6g} m (--ground "
-        "sets it, --receivers top shows the roofs, a terrain beside the model the land)"
+        f"that stand on no other do so from {assumed.low:.6g} to {assumed.high:.6g} m (ground= "
+        "sets it, receivers='top' shows the roofs, a terrain beside the model the land)"
     )
     return {"assumption": told}
 

@@ -239,7 +239,7 @@ class StudyOptions:
         if isinstance(self.under, str):
             parse_duration(self.under, "least sun")
         if self.under is not None and not self.proposed:
-            msg = "--under is about what a proposal takes away; name its parts with --proposed"
+            msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")
         check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)
 

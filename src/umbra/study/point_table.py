@@ -78,7 +78,7 @@ def check_points(points: ArrayLike | None) -> NDArray[np.float64]:
     """Give points as an array, normals made unit vectors."""
     given = np.array([] if points is None else points, np.float64)
     if given.ndim != 2 or given.shape[1] not in {3, 6} or not len(given):
-        msg = "receivers 'points' need points (n, 3) or with normals (n, 6); give --points FILE"
+        msg = "receivers 'points' need points (n, 3) or with normals (n, 6); give points="
         raise InputError(msg)
     wrong = ~np.isfinite(given).all(1)
     if given.shape[1] == 6:

@@ -258,7 +258,7 @@ def run_point_study(
     if len(part) * kept > find_memory():
         msg = (
             f"{len(part):,} samples need {len(part) * kept / 1e9:.1f} GB and "
-            f"{name_memory(find_memory())}; give a larger --spacing, or choose parts with --on"
+            f"{name_memory(find_memory())}; give a larger spacing=, or choose parts with on="
         )
         raise InputError(msg, samples=len(part))
     laid_out = samples if setup.period.sun.is_up.sum() >= _MANY_SUNS else None

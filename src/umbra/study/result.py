@@ -183,7 +183,7 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
         msg = (
             f"in_shadow takes {packed / 1e9:.0f} GB as an array and "
             f"{name_memory(find_memory())}; read it from umbra.study.run_study(...).masks, which "
-            "stays packed, or have umbra study --masks write it"
+            "stays packed, or have umbra study with masks=True write it"
         )
         raise InputError(msg, bytes=packed)
 

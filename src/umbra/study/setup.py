@@ -121,7 +121,7 @@ class Setup:
         """Read and check the options, see ``umbra.shadow_study``."""
         threads = check_device(device, threads)
         if canopy and device == "gl":
-            msg = "the gl device does not weaken light; leave --device out, or --canopy"
+            msg = "the gl device does not weaken light; leave device= out, or canopy="
             raise InputError(msg, device=device)
         period = make_period(
             date, start, end, every, site, every_days=every_days, refraction=refraction

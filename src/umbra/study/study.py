@@ -76,7 +76,7 @@ def run_study(
     if setup.canopy is not None and receivers not in PLANS:
         shown = setup.canopy.find_receivers(scene, on)
     if shown and receivers in PLANS:
-        msg = "--on is for elevations, cameras and surfaces; a plan shows all parts"
+        msg = "on= is for elevations, cameras and surfaces; a plan shows all parts"
         raise InputError(msg, on=on)
     if receivers == "camera":
         return run_camera(

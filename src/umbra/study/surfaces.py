@@ -145,7 +145,7 @@ def sample_surfaces(
     normals /= np.maximum(double, 1e-300)[:, None]
     kept = np.flatnonzero((double > 0) & (normals[:, 2] > -_COS))
     if not len(kept):
-        msg = "nothing is left to sample: all surfaces face straight down; choose others with --on"
+        msg = "nothing is left to sample: all surfaces face straight down; choose others with on="
         raise InputError(msg)
     faces, normals, corners = faces[kept], normals[kept], corners[kept]
     area, part = double[kept] / 2, soup.part[kept]
@@ -159,7 +159,7 @@ def sample_surfaces(
         least = float(np.sqrt(surface_area.sum() / _MOST))
         msg = (
             f"a spacing of {spacing:g} m makes {expected:.3g} samples of "
-            f"{surface_area.sum():.4g} m2; give {least:.2g} m or more, or choose parts with --on"
+            f"{surface_area.sum():.4g} m2; give {least:.2g} m or more, or choose parts with on="
         )
         raise InputError(msg, spacing=spacing)
     largest = _find_largest(area, first)

@@ -138,7 +138,7 @@ class Instants:
             f"The picture moves through {len(shown):,} of the study's {len(days):,} dates, one in "
             f"{every} from {shown[0]} to {shown[-1]}: all would not fit into a page. {all_of_it}"
             "times, spells and lines at a place are of those shown. For another date run the "
-            "study again with --date and --report."
+            "study of that date, with a report."
         )
 
     def tell_steps(self, study: Study | PointStudy, own_hours: bool = False) -> str:

@@ -117,7 +117,7 @@ def run_camera(
     progress : callable
     """
     if eye is None or target is None:
-        msg = "receivers 'camera' need an eye and a target; give --eye X,Y,Z and --target X,Y,Z"
+        msg = "receivers 'camera' need an eye and a target; give eye= and target="
         raise InputError(msg)
     cols, rows = size or _PIXELS
     whole = Camera(np.array(eye), np.array(target), size=(cols, rows), fov=fov)
@@ -134,7 +134,7 @@ def run_camera(
     if cols * rows * kept > find_memory():
         msg = (
             f"a picture of {cols}x{rows} pixels needs {cols * rows * kept / 1e9:.1f} GB and "
-            f"{name_memory(find_memory())}; give a smaller --size"
+            f"{name_memory(find_memory())}; give a smaller size="
         )
         raise InputError(msg, size=size)
     facts = {

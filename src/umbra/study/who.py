@@ -108,7 +108,7 @@ def find_groups(
     for pattern in who:
         chosen[pattern] = sorted(casting.intersection(scene.select([pattern])))
         if not chosen[pattern]:
-            msg = f"'{pattern}' matches only parts that do not cast; take a --no-cast pattern away"
+            msg = f"'{pattern}' matches only parts that do not cast; take a no_cast= pattern away"
             raise InputError(msg, pattern=pattern)
     if by is not None:
         some = sorted(set().union(*chosen.values())) if who else sorted(casting)
@@ -119,7 +119,7 @@ def find_groups(
     if len(chosen) > _MOST_GROUPS:
         msg = (
             f"there are {len(chosen)} {by}s that cast; choose at most {_MOST_GROUPS} of them "
-            "with --who"
+            "with who="
         )
         raise InputError(msg, count=len(chosen))
     member = np.zeros((len(scene.parts), len(chosen) + 1), np.bool_)

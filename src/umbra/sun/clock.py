@@ -193,7 +193,7 @@ def check_steps(steps: Steps, dates: int, every: str | dt.timedelta) -> None:
         words = _duration_text(dt.timedelta(seconds=math.ceil(least)))
         msg = (
             f"{dates:,} dates in steps of {every} make {count:,} suns, and {MOST_OF_ALL_DATES:,} "
-            f"are the most; give steps of {words} or more, or fewer dates (--every-days)"
+            f"are the most; give steps of {words} or more, or fewer dates (every_days=)"
         )
         raise InputError(msg, count=count)
 
@@ -238,7 +238,7 @@ def find_stamps(day: dt.date, times: Sequence[str], zone: str) -> Stamps:
     """Find the instants at which a date's clock shows some times, ``09:00,12:00``, in any order."""
     words = [word for text in times for word in str(text).replace(",", " ").split()]
     clock = zoneinfo.ZoneInfo(zone)
-    found = {find_instant(day, word, clock, "time of --at") for word in words}
+    found = {find_instant(day, word, clock, "time of at=") for word in words}
     naive = [when.replace(tzinfo=None) for when in sorted(found)]
     return Stamps(stamps=np.array(naive, "datetime64[us]"), zone=zone)
 

@@ -104,10 +104,9 @@ def find_site(
             for word, value in (("latitude", latitude), ("longitude", longitude))
             if value is None
         ]
-        options = " and ".join({"latitude": "--lat", "longitude": "--lon"}[w] for w in missing)
         msg = (
             f"the site is not known: the file does not say its {' and '.join(missing)}; "
-            f"give {options} in degrees ({' and '.join(w + '=' for w in missing)} in Python)"
+            f"give {' and '.join(w + '=' for w in missing)} in degrees"
         )
         raise InputError(msg, missing=missing)
     return Site(
@@ -155,7 +154,7 @@ def _zone_at(latitude: float, longitude: float) -> str:
 
     name = tzfpy.get_tz(longitude, latitude)
     if not name:
-        msg = f"no time zone is known at latitude {latitude:g}, longitude {longitude:g}; give --tz"
+        msg = f"no time zone is known at latitude {latitude:g}, longitude {longitude:g}; give zone="
         raise InputError(msg, latitude=latitude, longitude=longitude)
     return name
 

@@ -93,7 +93,7 @@ class Job:
             return []
         moments = find_moments(self.study, self.at, every=EVERY, most=MOST)
         if not self.at:
-            self.say(f"note: shadows are outlined at {_name_times(moments)}; --at chooses others")
+            self.say(f"note: shadows are outlined at {_name_times(moments)}; at= chooses others")
         return list(find_outlines(self.study, moments))
 
     @cached_property
@@ -313,4 +313,4 @@ FORMATS = {
     "gif": Format(_write_film("gif")),
     "mp4": Format(_write_film("mp4"), ("av",), "video"),
 }
-"""By the names that ``--write`` takes."""
+"""By the names that ``write`` takes."""

@@ -58,7 +58,7 @@ def write_model_glb(
         If the file cannot be written.
     """
     if study.receivers not in {"ground", "top"}:
-        msg = f"the model is coloured from a plan, and this study has --receivers {study.receivers}"
+        msg = f"the model is coloured from a plan, and this study has receivers={study.receivers!r}"
         raise InputError(msg)
     most = study.up_hours if most_hours is None else most_hours
     corners = study.model.soup.vertices[study.model.soup.faces]

@@ -49,7 +49,7 @@ def write_surfaces_glb(
     """
     samples = study.samples
     if samples is None:
-        msg = f"surfaces are coloured, and this study has --receivers {study.receivers}"
+        msg = f"surfaces are coloured, and this study has receivers={study.receivers!r}"
         raise InputError(msg)
     most = study.up_hours if most_hours is None else most_hours
     scene, soup = study.model.scene, study.model.soup

@@ -88,7 +88,7 @@ def judge(study: Study, rules: Rules) -> list[Verdict]:
         such area.
     """
     if study.receivers not in {"ground", "top"}:
-        msg = f"rules are judged on a plan, and this study has --receivers {study.receivers}"
+        msg = f"rules are judged on a plan, and this study has receivers={study.receivers!r}"
         raise InputError(msg)
     verdicts = []
     for check in rules.checks:
@@ -249,10 +249,10 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     if check.area == "everywhere":
         return np.isfinite(study.heights)
     if check.area == "roofs" and study.receivers != "top":
-        msg = f"check '{check.name}' is for roofs; run the study with --receivers top"
+        msg = f"check '{check.name}' is for roofs; run the study with receivers='top'"
         raise InputError(msg)
     if check.area == "walls":
-        msg = f"check '{check.name}' is for walls; run the study with --receivers surfaces"
+        msg = f"check '{check.name}' is for walls; run the study with receivers='surfaces'"
         raise InputError(msg)
     counts = stands if check.area == "roofs" else ~stands & np.isfinite(study.heights)
     if not counts.any():

@@ -100,7 +100,7 @@ def _check_where(study: PointStudy, check: Check) -> None:
     if not _find_area(study, check).any():
         msg = (
             f"check '{check.name}' finds no {check.area} among what is sampled; choose parts that "
-            "have some with --on, or leave 'where' out"
+            "have some with on=, or leave 'where' out"
         )
         raise InputError(msg)
 

@@ -91,7 +91,7 @@ class Outputs:
 
             read = read_rules(Path(rules))
         if sheet and receivers not in PLANS:
-            msg = "--sheet shows a plan and its elevations; choose --receivers ground or top"
+            msg = "sheet=True shows a plan and its elevations; choose receivers='ground' or 'top'"
             raise InputError(msg)
         _check_receivers(receivers, others, has_rules=read is not None)
         return cls(report, others, read, sheet, endings, show, tuple(at))
@@ -106,8 +106,8 @@ def _check_receivers(receivers: str, formats: tuple[str, ...], *, has_rules: boo
         _check_formats(receivers, formats)
     if has_rules and is_raster:
         msg = (
-            f"--rules judge plans, surfaces and points, not --receivers {receivers}, which hides a "
-            "part of what is judged; choose --receivers surfaces and the facades with --on"
+            f"rules= judge plans, surfaces and points, not receivers='{receivers}', which hides a "
+            "part of what is judged; choose receivers='surfaces' and the facades with on="
         )
         raise InputError(msg)
 
@@ -128,14 +128,14 @@ def _check_formats(receivers: str, formats: tuple[str, ...]) -> None:
     if refused:
         there = f"{', '.join(written)} can be, the others are" if written else "all files are"
         msg = (
-            f"--write {','.join(refused)} is not for --receivers {receivers}: {there} for plans; "
-            "leave it out, or choose --receivers ground or top"
+            f"write='{','.join(refused)}' is not for receivers='{receivers}': {there} for plans; "
+            "leave it out, or choose receivers='ground' or 'top'"
         )
         raise InputError(msg, formats=refused)
 
 
 def _parse_formats(given: Sequence[str]) -> tuple[str, ...]:
-    """Read ``--write``: names by commas, each once."""
+    """Read the formats: names by commas, each once."""
     names = dict.fromkeys(name for text in given for name in text.replace(",", " ").lower().split())
     if not names:
         return ()
@@ -147,7 +147,7 @@ def _parse_formats(given: Sequence[str]) -> tuple[str, ...]:
         if name not in FORMATS:
             near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
             advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
-            msg = f"--write does not know '{name}'; {advice}"
+            msg = f"write= does not know '{name}'; {advice}"
             raise InputError(msg, format=name)
-        check_extra(f"--write {name}", FORMATS[name].packages, FORMATS[name].extra)
+        check_extra(f"write='{name}'", FORMATS[name].packages, FORMATS[name].extra)
     return tuple(names)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from umbra.errors import write_for_shell
 from umbra.scene import Scene
 from umbra.study import PointStudy, Study
 from umbra.writers.atomic import replace_results
@@ -105,7 +106,7 @@ def _fill_raster(
     elif study.receivers == "ground" and sheets.preview.has_terrain(scene.bounds()):
         say(
             f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
-            " as a terrain or base plate does; --receivers top shows the shadows that fall "
+            " as a terrain or base plate does; receivers='top' shows the shadows that fall "
             "on it"
         )
     write_netcdf(folder / RESULT, study.variables(), study.facts)
@@ -163,7 +164,7 @@ def _write_more(
 
         write_report(
             folder / REPORT, study, plan, _find_sheets(folder, outputs.show), tables=tables,
-            casters=_name_casters(options), notes=scene.notes, timeline=job.timeline,
+            casters=_name_casters(study, options), notes=scene.notes, timeline=job.timeline,
             show=outputs.show,
         )  # fmt: skip
         names.append(REPORT)
@@ -203,17 +204,19 @@ def _write_more_of_points(
 
         write_point_report(
             folder / REPORT, study, describe_points(study, scene, options),
-            _find_sheets(folder, outputs.show), tables=tables, casters=_name_casters(options),
-            notes=scene.notes, show=outputs.show,
+            _find_sheets(folder, outputs.show), tables=tables,
+            casters=_name_casters(study, options), notes=scene.notes, show=outputs.show,
         )  # fmt: skip
         names.append(REPORT)
     return names
 
 
-def _name_casters(options: dict[str, Any]) -> list[str]:
+def _name_casters(study: Study | PointStudy, options: dict[str, Any]) -> list[str]:
     """Say how casters were chosen, as typed."""
-    casters = [f"--cast {pattern}" for pattern in options.get("cast", ())]
-    return casters + [f"--no-cast {pattern}" for pattern in options.get("no_cast", ())]
+    names = ("cast", "no_cast")
+    casters = [f"{name}={pattern!r}" for name in names for pattern in options.get(name, ())]
+    is_typed_in_shell = str(study.facts["command"]).startswith("umbra ")
+    return [write_for_shell(one) if is_typed_in_shell else one for one in casters]
 
 
 def _note_standing(pins: Sequence["Pin"], say: Say) -> None:

@@ -17,7 +17,7 @@ _SLACK = 1e-3  # of hours in float32 [h]
 
 def find_comparisons(study: Study | PointStudy) -> list[Table]:
     """
-    Lay out what ``--proposed``, ``--by`` and ``--who`` have found.
+    Lay out what ``proposed``, ``by`` and ``who`` have found.
 
     Parameters
     ----------

@@ -157,5 +157,5 @@ def _choose(area: NDArray[np.float64], most: int) -> list[int]:
 
 
 def _tell(count: int, shown: int) -> str:
-    where = "study.nc, and the tables that --write csv makes, have all."
+    where = "study.nc and the tables as CSV files have all."
     return f"The {shown:,} largest of {count:,}; {where}" if shown < count else ""

@@ -94,8 +94,8 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
     """
     if study.receivers != "ground":
         msg = (
-            f"outlines are drawn on the level ground, and this study has --receivers "
-            f"{study.receivers}; leave it out, or choose other files than outlines"
+            f"outlines are drawn on the level ground, and this study has "
+            f"receivers={study.receivers!r}; leave it out, or choose other files than outlines"
         )
         raise InputError(msg)
     grid, ground = study.grid, float(study.model.ground or 0.0)

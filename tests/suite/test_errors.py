@@ -1,0 +1,81 @@
+"""Errors name options in the words of whoever made the call."""
+
+import ast
+import re
+from pathlib import Path
+
+import click
+import pytest
+
+import umbra
+from umbra.cli.inspect import command as inspect
+from umbra.cli.render import command as render
+from umbra.cli.study import command as study
+from umbra.errors import OPTIONS, InputError, UmbraError, write_for_shell
+
+SOURCE = Path(umbra.__file__).parent
+SHELL = re.compile(r"(?<!\w)--[a-z]")
+
+
+@pytest.mark.parametrize(
+    ("python", "shell"),
+    [
+        ("take a no_cast= pattern away", "take a --no-cast pattern away"),
+        ("give latitude= and longitude= in degrees", "give --lat and --lon in degrees"),
+        ("run it with receivers='top'", "run it with --receivers top"),
+        ("the ground lies at z = 3 m (ground=)", "the ground lies at z = 3 m (--ground)"),
+        ("keep the sums of the dates (by_day=False)", "keep the sums of the dates (--sum)"),
+        ("receivers='ground' or 'top' show it", "--receivers ground or top show it"),
+        ("a size=(512, 384) would fit", "a --size 512x384 would fit"),
+        ("its middle: target=(1, 2.5, -3)", "its middle: --target 1,2.5,-3"),
+        ("masks=True keeps them", "--masks keeps them"),
+        ("give device='gl' and no soft=", "give --device gl and no --soft"),
+    ],
+)
+def test_an_option_is_written_as_it_is_typed(python, shell):
+    assert str(InputError(python)) == python
+    assert InputError(python).for_shell() == write_for_shell(python) == shell
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["'ground=3' matches no part", "/data/on=3/up=1.obj: cut short", "e=mc2", "on == b"],
+)
+def test_names_of_files_and_parts_stay_as_they_are(text):
+    assert write_for_shell(text) == text
+
+
+def test_an_error_knows_the_option():
+    assert InputError("leave device= out, or canopy=").option == "device"
+    assert InputError("wrong", option="cell").option == "cell"
+    assert UmbraError("nothing is wrong").option is None
+    assert InputError("no part", pattern="x").pattern == "x"
+
+
+def test_each_option_that_messages_may_name_is_one_of_the_command_line():
+    typed = {
+        text
+        for command in (inspect, render, study)
+        for parameter in command.params
+        if isinstance(parameter, click.Option)
+        for text in (*parameter.opts, *parameter.secondary_opts)
+    }
+    assert {write_for_shell(f"{name}=") for name in OPTIONS} <= typed
+    assert write_for_shell("by_day=False") in typed
+
+
+def find_texts(path):
+    """List what a module says; of records of options, whose help is the command's, messages."""
+    nodes = list(ast.walk(ast.parse(path.read_text())))
+    if path.name == "options.py":
+        messages = [
+            n for n in nodes if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "msg"
+        ]
+        nodes = [node for message in messages for node in ast.walk(message)]
+    texts = [n for n in nodes if isinstance(n, ast.Constant) and isinstance(n.value, str)]
+    return [(path.name, node.lineno) for node in texts if SHELL.search(node.value)]
+
+
+def test_no_message_of_the_library_speaks_the_shells_words():
+    paths = [p for p in SOURCE.rglob("*.py") if "cli" not in p.parts and p.name != "errors.py"]
+    assert [found for path in paths for found in find_texts(path)] == []
