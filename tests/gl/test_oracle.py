@@ -273,7 +273,7 @@ def test_floats_and_stencil_count_the_same(device, monkeypatch):
         found = [
             scene.judge(camera, light, method)[1]
             for most in (255, 0)
-            for _ in [monkeypatch.setattr("umbra.gl.planner.STENCIL_MOST", most)]
+            for _ in [monkeypatch.setattr("umbra.gl.plan.STENCIL_MOST", most)]
             for camera in (OUTSIDE, ORTHOGRAPHIC, CAMERAS["inside"])
             for light in (LIGHTS["lamp"], LIGHTS["sun below"], LIGHTS["lamp inside"])
             for method in ("z-fail", "auto")

@@ -205,7 +205,7 @@ def test_a_lights_range_culls(planner):
 @pytest.mark.parametrize("most", [255, 0])
 @pytest.mark.parametrize("height", [None, 30.0])
 def test_counts_are_right_within_a_lights_range(device, monkeypatch, height, most):
-    monkeypatch.setattr("umbra.gl.planner.STENCIL_MOST", most)
+    monkeypatch.setattr("umbra.gl.plan.STENCIL_MOST", most)
     scene = make_scene(*city(3))
     camera = Camera((20, -25, 14), (0, 0, 3), size=SIZE, height=height)
     narrow, whole = (

@@ -23,6 +23,7 @@ __all__ = [
     "GivenBinding",
     "OffscreenMesa",
     "WindowBinding",
+    "hint_window",
     "probe",
 ]
 
@@ -124,6 +125,17 @@ class WindowBinding:
 
 def _address(window: Any) -> int | None:
     return ctypes.cast(window, ctypes.c_void_p).value if window else None
+
+
+def hint_window(glfw: Any) -> None:
+    """Ask for windows with OpenGL 3.3 core."""
+    for hint, value in (
+        (glfw.CONTEXT_VERSION_MAJOR, 3),
+        (glfw.CONTEXT_VERSION_MINOR, 3),
+        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+        (glfw.OPENGL_FORWARD_COMPAT, True),
+    ):
+        glfw.window_hint(hint, value)
 
 
 class OffscreenMesa:

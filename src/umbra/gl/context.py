@@ -22,7 +22,14 @@ from importlib.util import find_spec
 from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.backends import ContextBinding, EglBinding, GivenBinding, OffscreenMesa, WindowBinding
+from umbra.gl.backends import (
+    ContextBinding,
+    EglBinding,
+    GivenBinding,
+    OffscreenMesa,
+    WindowBinding,
+    hint_window,
+)
 from umbra.gl.functions import Functions
 
 __all__ = ["BACKENDS", "Device", "DeviceUser", "on_device", "open_device", "release_all"]
@@ -360,14 +367,8 @@ def _open_window() -> Device:
     if not glfw.init():
         msg = "glfw does not start"
         raise UmbraError(msg)
-    for hint, value in (
-        (glfw.VISIBLE, False),
-        (glfw.CONTEXT_VERSION_MAJOR, 3),
-        (glfw.CONTEXT_VERSION_MINOR, 3),
-        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
-        (glfw.OPENGL_FORWARD_COMPAT, True),
-    ):
-        glfw.window_hint(hint, value)
+    hint_window(glfw)
+    glfw.window_hint(glfw.VISIBLE, False)
     window = glfw.create_window(16, 16, "umbra", None, None)
     if not window:
         msg = "glfw opens no window with OpenGL 3.3"

@@ -21,7 +21,7 @@ from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
-from umbra.gl.projection import Projection, make_projection
+from umbra.gl.projection import EDGE_ON, Projection
 from umbra.gl.resources import Indices
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
@@ -93,11 +93,7 @@ class GlFrameCounter(DeviceUser):
     @on_device
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
         """Find what a camera sees: keys in float64, of the planes of the faces; a frame."""
-        origin = self.scene.origin
-        bounds = np.concatenate([self.planner.bounds, self.scene.bounds()[None] - origin])
-        if len(self.planner.bounds) and self.planner.casters is None:
-            bounds = bounds[:-1]
-        projection = make_projection(camera, origin, bounds, self._local_ground)
+        projection = self.planner.project(camera)
         face = self._draw(camera, projection)
         view = DepthBuffer(self._find_keys(face, camera), face)
         self._seen = view, projection
@@ -174,10 +170,8 @@ class GlFrameCounter(DeviceUser):
                 self._target.release()
             self._target = Target(self.device, camera.size, ("r32i",))
         with State(self.device) as state:
-            self._target.use()
+            self._target.begin(state, NOTHING)
             state.use(_SURFACE)
-            state.clear(depth=1.0, stencil=0)
-            self._target.clear_color(NOTHING)
             self.geometry.bind(self._surface)
             self._surface.set(**projection.uniforms(), first=0, step=1)
             self._faces.draw(self._surface, 0, self.geometry.faces.size)
@@ -204,7 +198,7 @@ class GlFrameCounter(DeviceUser):
         mapped = points @ matrix.T
         # The key of a plane is affine in the picture: three of its points fix it.
         corners = mapped[..., :3]
-        corners[np.abs(np.linalg.det(corners)) < 1e-300] = np.eye(3)  # seen edge-on
+        corners[np.abs(np.linalg.det(corners)) < EDGE_ON] = np.eye(3)  # seen edge-on
         slope = np.linalg.solve(corners, mapped[..., 3:])[place.ravel(), :, 0]
         keys[y, x] = slope[:, 0] * x + slope[:, 1] * y + slope[:, 2]
         return keys

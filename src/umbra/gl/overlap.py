@@ -12,14 +12,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.gl.plan import STENCIL_MOST
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
 from umbra.volume.bounds import find_box_points
 from umbra.volume.facing import find_sides
 
-__all__ = ["STENCIL_MOST", "bound_boxes", "bound_count", "find_most"]
+__all__ = ["bound_boxes", "bound_count", "find_most"]
 
-STENCIL_MOST = 255
 _ROWS = 4096
 _NO_BOUND = 1 << 62
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])

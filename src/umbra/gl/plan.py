@@ -20,6 +20,7 @@ from umbra.volume.pyramid import make_regions
 
 __all__ = [
     "LIGHT_CAP",
+    "STENCIL_MOST",
     "Z_FAIL",
     "Z_PASS",
     "Draw",
@@ -29,6 +30,9 @@ __all__ = [
     "VolumePlan",
     "select",
 ]
+
+STENCIL_MOST = 255
+"""Counts that 8 bits tell apart from 0."""
 
 MARGIN = 1e-5
 """By how much the occlusion pyramid is widened, since the device computes in float32."""
@@ -221,21 +225,23 @@ class Statistics:
         That travel to the device.
     deepest : int
         No count can be larger.
-    counts_in : {'stencil', 'float'}
-        Where they are kept: 8 bits, or a float where more than 255 may overlap.
     """
 
-    things: int
-    culled: int
-    cut: int
-    cases: tuple[int, int, int]
+    things: int = 0
+    culled: int = 0
+    cut: int = 0
+    cases: tuple[int, int, int] = (0, 0, 0)
     sides: int
     sides_z_pass: int
-    dark_caps: int
-    light_caps: int
+    dark_caps: int = 0
+    light_caps: int = 0
     index_bytes: int
     deepest: int
-    counts_in: str
+
+    @property
+    def counts_in(self) -> str:
+        """Where counts are kept: ``stencil``, or ``float`` where more than 255 may overlap."""
+        return "stencil" if self.deepest <= STENCIL_MOST else "float"
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
 from umbra.gl.nearby import Nearby, find_nearby
 from umbra.gl.open_components import find_held, find_opened, find_start
-from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
+from umbra.gl.overlap import bound_count, find_most
 from umbra.gl.plan import (
     LIGHT_CAP,
     Z_FAIL,
@@ -30,7 +30,13 @@ from umbra.gl.plan import (
     VolumePlan,
     select,
 )
-from umbra.gl.projection import Projection, find_clip_range, turn_scissor
+from umbra.gl.projection import (
+    Projection,
+    find_clip_range,
+    find_source,
+    make_projection,
+    turn_scissor,
+)
 from umbra.gl.resources import Indices
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.machine import count_cores, use_threads
@@ -120,6 +126,14 @@ class Planner:
             body.place([scene.parts[group.parts[0]].transform for group in body.groups])
         self._measure()
 
+    def project(self, camera: Camera) -> Projection:
+        """Find the projection that shows the scene, and the plane that receives, best."""
+        origin = self.scene.origin
+        bounds = self.bounds
+        if not len(bounds) or self.casters is not None:
+            bounds = np.concatenate([bounds, self.scene.bounds()[None] - origin])
+        return make_projection(camera, origin, bounds, self.ground)
+
     def plan(
         self,
         projection: Projection,
@@ -166,8 +180,7 @@ class Planner:
     ) -> VolumePlan:
         """Plan one light, and add its triangles to the lists."""
         camera, origin = projection.camera, self.scene.origin
-        source = light.local(origin)
-        source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
+        source = find_source(light, origin)
         kept = self._keep(number, projection.asked, source)
         reach = light.range if choices.narrow else np.inf
         corners, depths = find_clip_range(camera, origin, source, reach)
@@ -214,7 +227,6 @@ class Planner:
             light_caps=drawn["light_cap"],
             index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
             deepest=kept.deepest,
-            counts_in="stencil" if kept.deepest <= STENCIL_MOST else "float",
         )
         return VolumePlan(
             projection=projection.tilted(tilt),

@@ -16,15 +16,27 @@ from umbra.volume.frustum import find_view_planes
 from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sphere_scissors
 
 __all__ = [
+    "EDGE_ON",
     "Projection",
     "find_clip_range",
     "find_rays",
     "find_scissor",
+    "find_source",
     "make_projection",
     "turn_scissor",
 ]
 
+EDGE_ON = 1e-300
+"""Planes whose points in the picture span a smaller volume are seen edge-on."""
+
 _HORIZON = 1e4  # an orthographic view ends at so many times the scene's size
+
+
+def find_source(light: Light, origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give a light relative to a scene's origin, (4,); a direction has length 1."""
+    source = light.local(origin)
+    source[:3] /= 1.0 if source[3] else np.linalg.norm(source[:3])
+    return source
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +145,7 @@ def _find_depths(
         cols, rows = camera.size
         matrix = camera.matrix(origin)
         points = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, ground, 1]], np.float64) @ matrix.T
-        if abs(np.linalg.det(points[:, :3])) < 1e-300:
+        if abs(np.linalg.det(points[:, :3])) < EDGE_ON:
             return float(nearest), float(furthest)
         slope = np.linalg.solve(points[:, :3], points[:, 3])
         picture = np.array([[x, y, 1] for x in (-0.5, cols - 0.5) for y in (-0.5, rows - 0.5)])

@@ -25,11 +25,11 @@ from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.methods import Counts
 from umbra.gl.plan import Statistics, VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection, find_scissor, make_projection
+from umbra.gl.projection import Projection, find_scissor
 from umbra.gl.resources import Timers
 from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods, Softness
-from umbra.gl.state import Pass, State
+from umbra.gl.state import State
 from umbra.gl.surfaces import SurfaceRenderer
 from umbra.gl.target import LIGHT, PLACE, PictureTargets
 from umbra.scene import Camera, Light, Scene
@@ -37,8 +37,6 @@ from umbra.scene.palette import find_exposure
 from umbra.soft.area import AreaLight
 
 __all__ = ["Renderer"]
-
-_DRAW_ALL = Pass(depth_write=True, color_write=True)
 
 
 class Renderer(DeviceUser):
@@ -191,7 +189,7 @@ class Renderer(DeviceUser):
     ) -> None:
         """Draw a picture into ``targets.picture``; parameters as in ``render``."""
         targets = self._find_targets(camera.size)
-        projection = self.projection = self._project(camera)
+        projection = self.projection = self.planner.project(camera)
         middles = [light.light if isinstance(light, AreaLight) else light for light in lights]
         softened = self.soft.select(lights if shadows else middles, soft)
         at_once = (
@@ -253,9 +251,7 @@ class Renderer(DeviceUser):
         scissors = [find_scissor(camera, origin, light) for light in lights]
         target = targets.both if lights and shadows else targets.picture
         with self._timed("surfaces"):
-            target.use()
-            state.use(_DRAW_ALL)
-            state.clear(depth=1.0, stencil=0)
+            target.begin(state)
             lamp = lamps[0] if lamps else None
             self.surfaces.draw_at_once(
                 state, projection, self.ground, lamp, cull=self._may_cull(projection)
@@ -305,9 +301,7 @@ class Renderer(DeviceUser):
         assert self.targets is not None
         assert self.projection is not None
         surface = self.targets.surface
-        surface.use()
-        state.use(_DRAW_ALL)
-        state.clear(depth=1.0, stencil=0)
+        surface.begin(state)
         for place in (LIGHT, PLACE):
             surface.clear_color(0.0, place=place)
         cull = self._may_cull(self.projection)
@@ -346,13 +340,6 @@ class Renderer(DeviceUser):
         self.statistics = [plan.statistics for plan in plans]
         self.plans = plans
         return plans
-
-    def _project(self, camera: Camera) -> Projection:
-        origin = self.scene.origin
-        bounds = np.concatenate([self.planner.bounds, self.scene.bounds()[None] - origin])
-        if len(self.planner.bounds) and self.planner.casters is None:
-            bounds = bounds[:-1]
-        return make_projection(camera, origin, bounds, self.ground)
 
     @staticmethod
     def _may_cull(projection: Projection) -> bool:

@@ -16,7 +16,7 @@ from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device, DeviceUser, on_device
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
-from umbra.gl.overlap import STENCIL_MOST, bound_count, find_most
+from umbra.gl.overlap import bound_count, find_most
 from umbra.gl.plan import Draw, Statistics, VolumePlan
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection
@@ -158,7 +158,6 @@ class GlSweep(DeviceUser):
                 thrown.append(volumes)
             numbers = np.concatenate(lists) if lists else np.zeros(0, np.uint32)
             self.indices.write(numbers)
-            deepest = bound_count(thrown, most, light)
             yield VolumePlan(
                 projection=self._projection,
                 light=light,
@@ -167,17 +166,10 @@ class GlSweep(DeviceUser):
                 start=0,
                 case=np.ones(0, np.int8),
                 statistics=Statistics(
-                    things=0,
-                    culled=0,
-                    cut=0,
-                    cases=(0, 0, 0),
                     sides=len(numbers) // 3,
                     sides_z_pass=len(numbers) // 3,
-                    dark_caps=0,
-                    light_caps=0,
                     index_bytes=self.indices.n_bytes,
-                    deepest=deepest,
-                    counts_in="stencil" if deepest <= STENCIL_MOST else "float",
+                    deepest=bound_count(thrown, most, light),
                 ),
             )
 
@@ -231,10 +223,8 @@ class GlSweep(DeviceUser):
         """Draw what receives: faces' numbers, and depth, the ground's where there is none."""
         depth = self._projection.matrix[2, 2] * (self.ground - self._projection.eye[2]) - 1.0
         with State(self.device) as state:
-            self._target.use()
+            self._target.begin(state, _NOTHING, depth=(depth + 1) / 2)
             state.use(_SURFACE)
-            state.clear(depth=(depth + 1) / 2, stencil=0)
-            self._target.clear_color(_NOTHING)
             if self.receivers == "ground":
                 return
             surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")

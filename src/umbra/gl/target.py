@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import Device
 from umbra.gl.functions import TEXTURE_2D
-from umbra.gl.state import Pass, State
+from umbra.gl.state import DEFAULT, Pass, State
 
 __all__ = [
     "ALBEDO",
@@ -159,6 +159,14 @@ class Target:
     def bind(self, unit: int, place: int = 0) -> None:
         """Let shaders find a colour attachment at a texture unit."""
         self._device.gl.bind_texture(unit, self.textures[place])
+
+    def begin(self, state: State, *values: float, depth: float = 1.0) -> None:
+        """Use the target; clear depth and stencil, and fill the first attachment with values."""
+        self.use()
+        state.use(DEFAULT)
+        state.clear(depth=depth, stencil=0)
+        if values:
+            self.clear_color(*values)
 
     def fill(self, state: State, *values: float) -> None:
         """Use the target, and fill its first colour attachment with values."""

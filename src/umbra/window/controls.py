@@ -1,6 +1,8 @@
 """What mouse and keys do to a view; they are given by name, so that no window is needed."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,30 +151,35 @@ class Controls:
             return view
         if key in _COMMANDS:
             self.commands.append(_COMMANDS[key])
-        elif key in "1234":
-            return view.toggle(OVERLAYS[int(key) - 1])
-        elif key == "f":
-            found = frame_bounds(self.bounds, self.size, view.viewpoint)
-            return replace(view, viewpoint=found)
-        elif key == "c":
-            self._held.clear()
-            walks = not view.viewpoint.walks
-            return replace(view, viewpoint=replace(view.viewpoint, walks=walks))
-        elif key == "space":
-            self.plays = not self.plays
-        elif key in {"left", "right"}:
-            minutes = (1.0 if shift else 15.0) * (1 if key == "right" else -1)
-            return replace(view, sun=view.sun.pass_time(minutes))
-        elif key == "m":
-            return view.next_method()
-        elif key == "g":
-            return view.choose_device("cpu" if view.device == "gl" else "gl")
-        elif key == "h":
-            return view.next_soft()
-        elif key == "l":
-            return view.add_light(point_light(place_lamp(view, self.bounds, self.size)))
-        elif key == "delete":
-            return view.remove_light(view.chosen)
+            return view
+        act = self._list_actions(view, 1.0 if shift else 15.0).get(key)
+        return view if act is None else act()
+
+    def _list_actions(self, view: ViewState, minutes: float) -> dict[str, Callable[[], ViewState]]:
+        """List what keys do to a view; arrows move the sun by so many minutes."""
+        return {
+            **{str(n): partial(view.toggle, name) for n, name in enumerate(OVERLAYS, 1)},
+            "f": lambda: replace(
+                view, viewpoint=frame_bounds(self.bounds, self.size, view.viewpoint)
+            ),
+            "c": lambda: self._change_walk(view),
+            "space": lambda: self._play_or_pause(view),
+            "left": lambda: replace(view, sun=view.sun.pass_time(-minutes)),
+            "right": lambda: replace(view, sun=view.sun.pass_time(minutes)),
+            "m": view.next_method,
+            "g": lambda: view.choose_device("cpu" if view.device == "gl" else "gl"),
+            "h": view.next_soft,
+            "l": lambda: view.add_light(point_light(place_lamp(view, self.bounds, self.size))),
+            "delete": lambda: view.remove_light(view.chosen),
+        }
+
+    def _change_walk(self, view: ViewState) -> ViewState:
+        self._held.clear()
+        walks = not view.viewpoint.walks
+        return replace(view, viewpoint=replace(view.viewpoint, walks=walks))
+
+    def _play_or_pause(self, view: ViewState) -> ViewState:
+        self.plays = not self.plays
         return view
 
     def release_key(self, key: str) -> None:

@@ -19,6 +19,7 @@ __all__ = ["PanelState", "draw_panel"]
 _LABELS = {"volumes": "Volumes", "cases": "Cases", "edges": "Silhouettes", "counts": "Counts"}
 _WARNING = imgui.ImVec4(1.0, 0.72, 0.35, 1.0)
 _DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
+_STILL = 1e-3  # [degrees]
 _SPEEDS = {"15 min/s": 15.0, "1 h/s": 60.0, "3 h/s": 180.0}
 _LOG = imgui.SliderFlags_.logarithmic.value
 _PICKER = imgui.ColorEditFlags_.no_inputs.value | imgui.ColorEditFlags_.no_alpha.value
@@ -138,7 +139,7 @@ def _draw_angles(sun: Sun) -> Sun:
     _label(f"altitude {sun.altitude:.0f}°")
     _, altitude = imgui.slider_float("##altitude", sun.altitude, 1.0, 90.0, " ")
     # A slider rounds to float32: what is not moved stays as it is.
-    if abs(azimuth - sun.azimuth) > 1e-3 or abs(altitude - sun.altitude) > 1e-3:
+    if max(abs(azimuth - sun.azimuth), abs(altitude - sun.altitude)) > _STILL:
         sun = replace(sun, azimuth=azimuth, altitude=altitude)
     return sun
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.backends import WindowBinding
+from umbra.gl.backends import WindowBinding, hint_window
 from umbra.gl.context import DRIVER, Device
 
 __all__ = ["FONT_SIZE", "INSTALL", "Screen", "check_display"]
@@ -78,13 +78,7 @@ class Screen:
                 f"draw a picture instead: {instead}"
             )
             raise InputError(msg)
-        for hint, value in (
-            (glfw.CONTEXT_VERSION_MAJOR, 3),
-            (glfw.CONTEXT_VERSION_MINOR, 3),
-            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
-            (glfw.OPENGL_FORWARD_COMPAT, True),
-        ):
-            glfw.window_hint(hint, value)
+        hint_window(glfw)
         self.window: Any = glfw.create_window(*size, title, None, None)
         if not self.window:
             glfw.terminate()

@@ -25,7 +25,7 @@ from umbra.gl.masks.upsampling import FILTERS, Upsampler
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, make_projection
-from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.state import State, Stencil
 from umbra.gl.target import Target
 from umbra.scene import Camera, Light, Scene
 
@@ -168,8 +168,7 @@ class MaskPicture(DeviceUser):
         return np.ascontiguousarray(self._targets[0].read()[..., :3])
 
     def _plan(self, projection: Projection, light: Light) -> VolumePlan:
-        (plan,) = self.planner.plan(projection, [light], choices=VolumeOptions(narrow=False))
-        return plan
+        return self.planner.plan(projection, [light], choices=VolumeOptions(narrow=False))[0]
 
     def _draw_full(self, state: State, plan: VolumePlan, color: Target, shadows: str) -> None:
         """Count in the picture's own alpha or stencil, and multiply the picture by it."""
@@ -202,8 +201,7 @@ class MaskPicture(DeviceUser):
             self._forward.draw_scene(
                 state, shown, place, self.tally, lights="direct", alpha=start, with_place=True
             )
-            state.use(Pass(color_write=True))
-            mask.clear_color(start)
+            mask.fill(state, start)
         else:
             self._forward.draw_depth(state, shown, self.tally)
         counted = self._targets[-1]
@@ -227,10 +225,7 @@ class MaskPicture(DeviceUser):
 
     def _clear(self, state: State, target: Target, *values: float) -> None:
         """Use a target; clear depth, stencil and colours, the first of them to some values."""
-        target.use()
-        state.use(Pass(depth_write=True, color_write=True))
-        state.clear(depth=1.0, stencil=0)
-        target.clear_color(*values)
+        target.begin(state, *values)
         if len(target.colors) > 1:
             target.clear_color(0.0, place=1)
 

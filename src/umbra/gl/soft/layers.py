@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.open_components import find_start
-from umbra.gl.overlap import STENCIL_MOST, bound_boxes, find_most
+from umbra.gl.overlap import bound_boxes, find_most
 from umbra.gl.plan import Z_FAIL, Z_PASS, Draw, Selection, VolumeOptions, VolumePlan, select
 from umbra.gl.projection import Projection, find_clip_range
 from umbra.gl.soft.growth import Instance
@@ -180,11 +180,7 @@ def plan_layers(
     ``hard`` is the plan of the light, ``projection`` that of the picture, without a tilt;
     selection and draws are those of ``list_layers``.
     """
-    statistics = replace(
-        hard.statistics,
-        deepest=layers.deepest,
-        counts_in="stencil" if layers.deepest <= STENCIL_MOST else "float",
-    )
+    statistics = replace(hard.statistics, deepest=layers.deepest)
     whole = replace(
         hard, projection=projection, draws=tuple(draws), start=0, case=selection.case,
         statistics=statistics, selection=selection, volumes=tuple(layers.volumes),

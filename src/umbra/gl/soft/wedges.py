@@ -19,7 +19,7 @@ from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
-from umbra.gl.projection import Projection, find_rays
+from umbra.gl.projection import Projection, find_rays, find_source
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
@@ -180,8 +180,7 @@ class Wedges:
         light, projection = edges.light, plan.projection
         needs = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}
         program = self._programs.find(*(name for name, needed in needs.items() if needed))
-        place = light.light.local(self._planner.scene.origin)
-        place[:3] /= 1.0 if place[3] else np.linalg.norm(place[:3])
+        place = find_source(light.light, self._planner.scene.origin)
         axes = find_axes(light, place)
         self._device.gl.bind_texture(0, self._key)
         edges.table.bind(1)
@@ -225,8 +224,7 @@ def _list_edges(
             vertices = transform_points(transform, body.caster.vertices)
             lists.append(vertices[mine].reshape(-1, 6))
     ends = np.concatenate(lists)
-    place = light.light.local(origin)
-    place[:3] /= 1.0 if place[3] else np.linalg.norm(place[:3])
+    place = find_source(light.light, origin)
     planes = np.zeros((len(ends), 4, 4))
     make_planes(ends, place, light.radius, planes)
     rows = np.zeros((len(ends), _TEXELS, 4), np.float32)

@@ -14,7 +14,7 @@ from umbra.gl.context import release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection
+from umbra.gl.projection import Projection, find_source
 from umbra.gl.resources import Indices
 from umbra.gl.soft.growth import GrownPoints, Shown, part_bodies
 from umbra.gl.soft.layers import LightLayers, grow, list_layers, plan_layers
@@ -119,8 +119,7 @@ class ScaledLayers:
         """Find the layers of lights that moved; tell whether there were any."""
         found = []
         for number, (area, plan) in enumerate(zip(lights, plans, strict=True)):
-            source = area.light.local(self._planner.scene.origin)
-            source /= np.linalg.norm(source[:3]) if source[3] == 0 else 1.0
+            source = find_source(area.light, self._planner.scene.origin)
             old = self._layers[number] if number < len(self._layers) else None
             if old is not None and old.is_of(source, plan.volumes):
                 found.append(old)
