@@ -81,7 +81,7 @@ def draw_panel(
     _, state.statistics = imgui.checkbox("Statistics", state.statistics)
     imgui.separator_text("Camera")
     view = _draw_camera(view, controls)
-    imgui.separator_text("ViewState")
+    imgui.separator_text("View")
     _draw_file(state, controls)
     for warning in state.warnings:
         _say(warning, _WARNING)
