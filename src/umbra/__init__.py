@@ -13,6 +13,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from umbra.calls.inputs import make_camera
+    from umbra.calls.picture import Picture, render
+    from umbra.calls.window import show
     from umbra.cpu.frame import count_shadows
     from umbra.errors import InputError, UmbraError
     from umbra.readers import read
@@ -48,6 +51,7 @@ _HOMES = {
     "Material": "umbra.scene",
     "Mesh": "umbra.scene",
     "Part": "umbra.scene",
+    "Picture": "umbra.calls.picture",
     "Scene": "umbra.scene",
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",
@@ -57,12 +61,15 @@ _HOMES = {
     "directional_light": "umbra.scene",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
+    "make_camera": "umbra.calls.inputs",
     "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
     "read": "umbra.readers",
+    "render": "umbra.calls.picture",
     "shadow_study": "umbra.study",
+    "show": "umbra.calls.window",
     "sphere_light": "umbra.scene",
     "spot_light": "umbra.scene",
     "sun_light": "umbra.sun",
@@ -77,6 +84,7 @@ __all__ = [
     "Material",
     "Mesh",
     "Part",
+    "Picture",
     "Scene",
     "Site",
     "UmbraError",
@@ -86,12 +94,15 @@ __all__ = [
     "directional_light",
     "find_site",
     "find_sun",
+    "make_camera",
     "make_image",
     "make_scene",
     "point_light",
     "pose",
     "read",
+    "render",
     "shadow_study",
+    "show",
     "sphere_light",
     "spot_light",
     "sun_light",

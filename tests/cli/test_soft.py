@@ -67,13 +67,13 @@ def test_a_soft_picture_has_shades_between(umbra_here, table, tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--light", "0,0,8", "--soft", "wedges"], "give --light-size R"),
+        (["--light", "0,0,8", "--soft", "wedges"], "give --light-size"),
         (["--light", "0,0,8", "--light-size", "1"], "add --soft wedges"),
         (["--light", "0,0,8", "--soft", "wedges", "--light-size", "0"], "above 0; got 0"),
         (["--light", "0,0,8,0", "--soft", "wedges", "--light-size", "50"], "below 45 degrees"),
         (
             ["--light", "0,0,8", "--soft", "wedges", "--light-size", "1", "--light-size", "2"],
-            "2 --light-size for 1 light",
+            "--light-size has 2 radii for 1 light",
         ),
         (["--light", "0,0,8,0", "--soft", "fog"], "wedges"),
     ],

@@ -1,9 +1,8 @@
 """``umbra render``: a picture with exact shadows."""
 
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,20 +11,16 @@ from umbra.cli.columns import column_options
 from umbra.cli.outside import outside_option
 from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
-from umbra.cli.render_checks import (
-    check_light,
-    check_memory,
-    check_sun,
-    warn,
-    warn_of_view,
-)
 from umbra.cli.sections import make_sectioned
 from umbra.cli.site import site_options
-from umbra.cli.soft import check_soft, size_lights, soft_options, soften
-from umbra.cli.terminal import echo_json, echo_path
+from umbra.cli.terminal import echo, echo_json, echo_path
 from umbra.cli.values import LENGTH, SIZE, NewPath, Numbers
-from umbra.devices import CHOICES, DEFAULT, DEVICES, find_device
-from umbra.errors import InputError
+from umbra.devices import CHOICES, DEFAULT, DEVICES
+from umbra.errors import InputError, write_for_shell
+from umbra.methods import SOFT
+
+if TYPE_CHECKING:
+    from umbra.calls.picture import Picture
 
 __all__ = ["command"]
 
@@ -101,7 +96,7 @@ def _tell_methods() -> str:
 @click.option(
     "--date", metavar="DATE", help="Also the sun's light on this local date, YYYY-MM-DD, at --at."
 )
-@click.option("--at", "clock", metavar="HH:MM", help="Local clock time of the sun.")
+@click.option("--at", metavar="HH:MM", help="Local clock time of the sun.")
 @site_options
 @column_options
 @pose_options
@@ -136,42 +131,30 @@ def _tell_methods() -> str:
     default="auto",
     help="Where to count: cpu (auto), or gl with OpenGL.",
 )
-@soft_options
+@click.option(
+    "--soft",
+    type=click.Choice(SOFT),
+    help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast) "
+    "or scaled layers after Weng (only looks soft).",
+)
+@click.option(
+    "--light-size",
+    type=float,
+    multiple=True,
+    metavar="R",
+    help="With --soft, radius of the lights, or repeated, of each: metres, or for a "
+    "direction degrees (default: 0.2665, the sun's).",
+)
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
 @click.option("--out", type=NewPath(), metavar="FILE.png", help="Picture to write.")
 @click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="Arrays to write.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],
-    eye: tuple[float, ...] | None,
-    target: tuple[float, ...] | None,
-    up: tuple[float, ...],
-    fov: float,
-    height: float | None,
-    size: tuple[int, int],
-    near: float | None,
-    lights: tuple[tuple[float, ...], ...],
-    spots: tuple[tuple[float, ...], ...],
-    date: str | None,
-    clock: str | None,
-    lat: float | None,
-    lon: float | None,
-    tz: str | None,
-    north: float | None,
-    time: float | None,
-    animation: str | None,
-    ground: float | None,
-    axis_up: str | None,
-    method: str,
-    mask_scale: str,
-    mask_filter: str,
-    device: str,
-    soft: str | None,
-    light_sizes: tuple[float, ...],
-    threads: int | None,
     out: Path | None,
     arrays: Path | None,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """
     Draw a picture with exact hard shadows of any number of lights, or with soft ones.
@@ -183,113 +166,94 @@ def command(
     umbra render tower.glb --eye 40,-60,30 --target 0,0,10 --light 4,-3,8,0 --out tower.png
     umbra render house.ifc --date 2026-03-21 --at 15:00 --out house.png
     """  # noqa: D301  (click asks for a real backspace)
+    written = _find_paths(out, arrays)
+    from umbra.calls.inputs import (  # noqa: PLC0415
+        check_picture_memory,
+        make_camera,
+        make_lights,
+    )
+    from umbra.calls.picture import RenderOptions, draw_picture  # noqa: PLC0415
+    from umbra.scene import Camera, spot_light  # noqa: PLC0415
+    from umbra.sun import find_site, sun_light  # noqa: PLC0415
+    from umbra.writers.atomic import replace_file  # noqa: PLC0415
+    from umbra.writers.raster import write_png  # noqa: PLC0415
+
+    site = {name: options.pop(name) for name in ("lat", "lon", "tz", "north")}
+    date, at = options.pop("date"), options.pop("at")
+    _check_sun(date, at, site)
+    lens = {
+        name: options.pop(name) for name in ("eye", "target", "up", "size", "fov", "height", "near")
+    }
+    lights = make_lights(options.pop("lights"))
+    lights += [spot_light(v[:3], v[3:6], v[6]) for v in options.pop("spots")]
+    reading = [options.pop(name) for name in ("axis_up", "time", "animation")]
+    chosen = RenderOptions(**{**options, "mask_scale": int(options["mask_scale"])})
+    if (lens["eye"] is None) != (lens["target"] is None):
+        msg = "a view needs both --eye and --target; leave both out to see the whole model"
+        raise InputError(msg)
+    if lens["eye"] is not None:  # slips in a camera are told before anything is read
+        Camera(**{name: value for name, value in lens.items() if value is not None})
+    check_picture_memory(lens["size"], len(lights) + (date is not None))
+    with ExitStack() as stack:
+        beside = {path: stack.enter_context(replace_file(path)) for path in written}
+        stages = stack.enter_context(show_progress(quiet=False))
+        stages.begin(name_reading(files))
+        scene = read_posed(files, *reading)
+        stages.show_scene(scene)
+        stages.begin("drawing")
+        if date is not None and at is not None:
+            lights.append(sun_light(find_site(scene, *site.values()), date, at))
+        picture = draw_picture(scene, make_camera(scene, **lens), lights, chosen, _warn)
+        if out is not None:
+            write_png(beside[out], picture.image)
+        if arrays is not None:
+            import numpy as np  # noqa: PLC0415
+
+            with beside[arrays].open("wb") as file:
+                np.savez_compressed(file, **picture.arrays())  # type: ignore[arg-type]
+    if as_json:
+        echo_json({"files": [str(path) for path in written], **_sum_up(picture)})
+    else:
+        for path in written:
+            echo_path(path)
+
+
+def _find_paths(out: Path | None, arrays: Path | None) -> list[Path]:
+    """List what is to be written; there must be something."""
     if out is None and arrays is None:
         msg = "nothing to write; give --out FILE.png or --arrays FILE.npz"
         raise InputError(msg)
     if out is not None and out.suffix.lower() != ".png":
         msg = f"the picture '{out}' would be a PNG; name it {out.with_suffix('.png')}"
         raise InputError(msg)
-    import numpy as np  # noqa: PLC0415
+    return [path for path in (out, arrays) if path is not None]
 
-    from umbra.cpu.shade import shade  # noqa: PLC0415
-    from umbra.machine import count_cores  # noqa: PLC0415
-    from umbra.scene import Camera, Light, directional_light, spot_light  # noqa: PLC0415
-    from umbra.scene.palette import expose_lights  # noqa: PLC0415
-    from umbra.sun import find_site, sun_light  # noqa: PLC0415
-    from umbra.window.viewpoint import frame_bounds  # noqa: PLC0415
-    from umbra.writers.atomic import replace_file  # noqa: PLC0415
-    from umbra.writers.raster import write_png  # noqa: PLC0415
 
-    if (eye is None) != (target is None):
-        msg = "a view needs both --eye and --target; leave both out to see the whole model"
+def _check_sun(date: str | None, at: str | None, site: dict[str, Any]) -> None:
+    """Refuse half of what says where the sun stands, before anything is read."""
+    if (date is None) != (at is None):
+        msg = "the sun's light needs both --date and --at (a clock time: --at 15:00)"
         raise InputError(msg)
-    check_sun(date, clock, {"lat": lat, "lon": lon, "tz": tz, "north": north})
-    counting = find_device(device)
-    counting.methods.check(method)
-    check_soft(soft, light_sizes)
-    if mask_scale != "1" and (device != "gl" or soft is not None):
-        msg = "--mask-scale is for hard shadows on gl; give --device gl and no --soft"
+    given = [f"--{name}" for name, value in site.items() if value is not None]
+    if date is None and given:
+        msg = f"{' and '.join(given)} places the sun; give --date and --at, too, or leave it out"
         raise InputError(msg)
-    lens: dict[str, Any] = {"size": size, "fov": fov, "height": height}
-    lens |= {} if near is None else {"near": near}
-    # Slips in a camera that is given are told before anything is read.
-    camera = None if eye is None else Camera(eye, target, up, **lens)  # type: ignore[arg-type]
-    all_lights = [Light(check_light(v)) for v in lights]
-    all_lights += [spot_light(v[:3], v[3:6], v[6]) for v in spots]
-    threads = threads or count_cores()
-    check_memory(size, len(all_lights))
-    written = [path for path in (out, arrays) if path is not None]
-    with ExitStack() as stack:
-        beside = {path: stack.enter_context(replace_file(path)) for path in written}
-        stages = stack.enter_context(show_progress(quiet=False))
-        stages.begin(name_reading(files))
-        scene = read_posed(files, axis_up, time, animation)
-        stages.show_scene(scene)
-        stages.begin("drawing")
-        if date is not None and clock is not None:
-            all_lights.append(sun_light(find_site(scene, lat, lon, tz, north), date, clock))
-            check_memory(size, len(all_lights))
-        if not all_lights:
-            all_lights = list(expose_lights(scene))
-            check_memory(size, len(all_lights))
-        framed = frame_bounds(scene.bounds(), size, fov=fov).camera(size)
-        if camera is None:
-            camera = Camera(framed.eye, framed.target, up, **lens)  # type: ignore[arg-type]
-        if near is None:
-            camera = replace(camera, near=framed.near)
-        if not all_lights:
-            right, up_there, forward = camera.axes()
-            all_lights = [directional_light(-0.6 * right + 0.9 * up_there - 0.5 * forward)]
-        sized = size_lights(all_lights, light_sizes) if soft is not None else []
-        counter: Any = stack.enter_context(
-            counting.open_frames(scene, ground, threads=threads, warn=warn)
-        )
-        view, frame = counter.see(camera)
-        warn_of_view(scene, camera, frame, threads)
-        shares = []
-        if mask_scale == "1":
-            counts = [counter.count(view, camera, light, method) for light in all_lights]
-        else:
-            from umbra.gl.masks.upsampling import find_shares  # noqa: PLC0415
+    if date is not None:
+        from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
-            shares = find_shares(
-                counter, frame, camera, all_lights, method, scale=int(mask_scale), kind=mask_filter
-            )
-            seen_at = frame.part != -1
-            counts = [((share < 0.5) & seen_at).astype(np.int32) for share in shares]
-        lit = [frame.lit(n, light) for n, light in zip(counts, all_lights, strict=True)]
-        softened, reached = (
-            soften(soft, counter, view, frame, camera, sized) if soft is not None else ([], lit)
-        )
-        if shares:
-            none = np.zeros_like(counts[0])
-            reached = [
-                share * frame.lit(none, light)
-                for share, light in zip(shares, all_lights, strict=True)
-            ]
-        if out is not None:
-            write_png(beside[out], shade(scene, frame, all_lights, reached, view))
-        if arrays is not None:
-            kept: dict[str, Any] = {
-                "position": frame.position,
-                "normal": frame.normal,
-                "count": np.stack(counts).astype(np.int32),
-                "lit": np.stack(lit),
-            }
-            if soft is not None:
-                kept["visibility"] = np.stack(softened)
-            with beside[arrays].open("wb") as file:
-                np.savez_compressed(file, **kept)
-    if as_json:
-        seen = frame.part != -1
-        echo_json(
-            {
-                "files": [str(path) for path in written],
-                "pixels": int(seen.sum()),
-                "deepest_count": [int(n.max()) for n in counts],
-                "lit_share": [float(m.sum() / max(seen.sum(), 1)) for m in lit],
-            }
-        )
-    else:
-        for path in written:
-            echo_path(path)
+        parse_date(date)
+
+
+def _sum_up(picture: "Picture") -> dict[str, Any]:
+    """Give a picture's numbers for ``--json``."""
+    seen = int(picture.is_seen.sum())
+    return {
+        "pixels": seen,
+        "deepest_count": [int(n.max()) for n in picture.count],
+        "lit_share": [float(m.sum() / max(seen, 1)) for m in picture.lit],
+    }
+
+
+def _warn(message: str) -> None:
+    """Tell the person at the terminal, whatever the results are for."""
+    echo(f"umbra: warning: {write_for_shell(message)}", err=True)

@@ -1,7 +1,6 @@
 """``umbra view``: look at a model in a window, its lights and its shadows."""
 
-from dataclasses import replace
-from pathlib import Path
+from typing import Any
 
 import click
 
@@ -58,7 +57,6 @@ __all__ = ["command"]
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
 @click.option(
     "--view",
-    "view_file",
     type=NewPath(),
     metavar="FILE.json",
     help="A saved view to begin with, and where to save.",
@@ -71,24 +69,11 @@ __all__ = ["command"]
 )
 def command(
     files: tuple[str, ...],
-    lat: float | None,
-    lon: float | None,
-    tz: str | None,
-    north: float | None,
-    date: str | None,
-    at: str | None,
+    axis_up: str | None,
     time: float | None,
     animation: str | None,
-    ground: float | None,
     no_ground: bool,
-    axis_up: str | None,
-    method: str | None,
-    soft: str | None,
-    device: str | None,
-    size: tuple[int, int],
-    threads: int | None,
-    view_file: Path | None,
-    out: Path | None,
+    **options: Any,
 ) -> None:
     """
     Look at a model in a window: walk around it, move the sun, see how shadows are counted.
@@ -102,49 +87,14 @@ def command(
     shown = " ".join(files)
     instead = f"umbra render {shown} --eye X,Y,Z --target X,Y,Z --light X,Y,Z,0 --out picture.png"
     check_display(instead)
-    from umbra.machine import count_cores  # noqa: PLC0415
+    from umbra.calls.window import ViewOptions, open_window  # noqa: PLC0415
     from umbra.sun import find_site  # noqa: PLC0415
-    from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
-    from umbra.window.app import PANEL, show  # noqa: PLC0415
-    from umbra.window.file import load_view  # noqa: PLC0415
-    from umbra.window.view import find_ground, make_view  # noqa: PLC0415
 
-    day = None if date is None else parse_date(date)
+    lat, lon, tz, north = (options.pop(name) for name in ("lat", "lon", "tz", "north"))
+    chosen = ViewOptions(**{**options, "ground": False if no_ground else options["ground"]})
     scene = read_posed(files, axis_up, time, animation)
-    knows = (scene.latitude is not None or lat is not None) and (
-        scene.longitude is not None or lon is not None
-    )
-    asks = any(value is not None for value in (lat, lon, tz, date, at))
-    site = find_site(scene, lat, lon, tz, north) if knows or asks else None
-    minutes = None
-    if at is not None and site is not None:
-        from zoneinfo import ZoneInfo  # noqa: PLC0415
-
-        zone = ZoneInfo(site.zone)
-        moment = find_instant(day or parse_date("2026-03-21"), at, zone, "time")
-        local = moment.astimezone(zone)
-        minutes = local.hour * 60 + local.minute + local.second / 60
-    if ground is None:
-        ground = find_ground(scene.bounds()) if scene.ground is None else scene.ground
-    picture_size = (max(size[0] - PANEL, 1), size[1])
-    view = make_view(scene, picture_size, site=site, date=day, minutes=minutes)
-    if view_file is not None:
-        view = load_view(view_file, view.lights)
-    if device is not None:
-        view = view.choose_device(device)
-    if method is not None:
-        view = view.choose_method(method)
-    if soft is not None:
-        view = replace(view, soft=soft)
-    stem = Path(files[0]).name.split(".")[0]
-    show(
-        scene,
-        view,
-        names=[Path(file).name for file in files],
-        size=size,
-        instead=instead,
-        ground=None if no_ground else ground,
-        threads=threads or count_cores(),
-        picture=out or Path(f"{stem}.png"),
-        view_file=view_file or Path(f"{stem}.view.json"),
-    )
+    places = ((lat, scene.latitude), (lon, scene.longitude))
+    is_known = all(given is not None or said is not None for given, said in places)
+    is_asked = any(value is not None for value in (lat, lon, tz, chosen.date, chosen.at))
+    site = find_site(scene, lat, lon, tz, north) if is_known or is_asked else None
+    open_window(scene, site, chosen, instead)

@@ -1,5 +1,6 @@
 """Area lights: an evenly bright rectangle, a ball, or a disc in the sky such as the sun."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from umbra.errors import InputError
 from umbra.scene.large_lights import spread
 from umbra.scene.lights import Light
 
-__all__ = ["SUN_RADIUS", "AreaLight", "ball_light", "make_axes", "rectangle_light"]
+__all__ = ["SUN_RADIUS", "AreaLight", "ball_light", "make_axes", "rectangle_light", "size_lights"]
 
 SUN_RADIUS = 0.2665
 """Angle between the middle and the rim of the sun [degrees]."""
@@ -116,6 +117,32 @@ def ball_light(light: Light, radius: float) -> AreaLight:
         msg = f"a directional light's radius is an angle below 45 degrees; got {radius:g}"
         raise InputError(msg)
     return AreaLight(light, float(np.tan(np.radians(radius))))
+
+
+def size_lights(lights: Sequence[Light], sizes: Sequence[float]) -> list[AreaLight]:
+    """
+    Give lights the size of balls, or of discs in the sky.
+
+    Parameters
+    ----------
+    lights : sequence of Light
+    sizes : sequence of float
+        None, one for all, or one each: metres or, for a direction, degrees.
+
+    Raises
+    ------
+    InputError
+        If their number fits in no way, a light at a place has none, or one is out of range.
+    """
+    if len(sizes) not in {0, 1, len(lights)}:
+        msg = f"light_size= has {len(sizes)} radii for {len(lights)} lights; give one, or one each"
+        raise InputError(msg)
+    if not sizes and any(light.is_point for light in lights):
+        msg = "a light at a place needs its radius for soft shadows; give light_size= [m]"
+        raise InputError(msg)
+    radii = list(sizes) or [SUN_RADIUS]
+    radii *= len(lights) // len(radii)
+    return [ball_light(light, radius) for light, radius in zip(lights, radii, strict=True)]
 
 
 def rectangle_light(light: Light, edge_u: ArrayLike, edge_v: ArrayLike) -> AreaLight:

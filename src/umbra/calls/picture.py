@@ -1,0 +1,327 @@
+"""Pictures: what ``umbra render`` draws, for the command and for Python."""
+
+import math
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from io import BytesIO
+from typing import Any, Literal, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.calls.inputs import (
+    SomeLights,
+    check_picture_memory,
+    check_scene,
+    make_camera,
+    make_lights,
+)
+from umbra.devices import find_device
+from umbra.errors import InputError
+from umbra.machine import count_cores
+from umbra.options import check_types, option
+from umbra.rays.depth import NOTHING
+from umbra.scene import Camera, Light, Scene, directional_light
+
+__all__ = ["Picture", "RenderOptions", "draw_picture", "render"]
+
+_HALF = 0.5  # of a light: what gets more is lit
+
+Warn = Callable[[str], object]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RenderOptions:
+    """
+    How a picture's shadows are counted, checked; see ``umbra.render``.
+
+    Raises
+    ------
+    InputError
+        If an option is wrong, or is not for the others.
+    """
+
+    ground: float | None = option("length")
+    method: str = option("text", default="auto")
+    device: str = option("text", default="auto")
+    soft: str | None = option("text")
+    light_size: float | Sequence[float] = option("any", default=())
+    mask_scale: int = option("whole", default=1)
+    mask_filter: str = option("choice", default="joint", choices=("joint", "bilinear", "nearest"))
+    threads: int | None = option("whole", least=1)
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        object.__setattr__(self, "light_size", tuple(np.atleast_1d(self.light_size).tolist()))
+        methods = find_device(self.device).methods
+        methods.check(self.method)
+        if self.ground is not None and not math.isfinite(self.ground):
+            msg = f"the ground's height must be a finite number; got {self.ground:g}"
+            raise InputError(msg, option="ground")
+        if self.soft is not None:
+            methods.check_soft(self.soft)
+        elif self.light_size:
+            msg = "light_size= is for soft shadows; add soft='wedges'"
+            raise InputError(msg)
+        if self.mask_scale not in {1, 2, 4}:
+            msg = f"a mask is 1, 2 or 4 times smaller than the picture; got {self.mask_scale}"
+            raise InputError(msg, option="mask_scale")
+        if self.mask_scale != 1 and (self.device != "gl" or self.soft is not None):
+            msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
+            raise InputError(msg)
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """
+    What a camera sees, and where its lights are hidden. Row 0 is the top.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    lights : list of Light
+    position : (rows, cols, 3) float64
+        Of the visible point, in the model's own coordinates [m]; NaN where nothing is.
+    normal : (rows, cols, 3) float64
+        Of the side that is seen.
+    count : (n_lights, rows, cols) int32
+        Shadow volumes that hold the point.
+    lit : (n_lights, rows, cols) bool
+        Whether the light reaches it.
+    visibility : (n_lights, rows, cols) float32, optional
+        Of soft shadows: the share of the light that casters leave.
+    """
+
+    scene: Scene
+    camera: Camera
+    lights: list[Light]
+    position: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    count: NDArray[np.int32]
+    lit: NDArray[np.bool_]
+    visibility: NDArray[np.float32] | None
+    _shade: Callable[[], NDArray[np.uint8]] = field(repr=False)
+
+    @cached_property
+    def image(self) -> NDArray[np.uint8]:
+        """The picture in sRGB, (rows, cols, 3) uint8; shaded when it is asked for."""
+        return self._shade()
+
+    @property
+    def is_seen(self) -> NDArray[np.bool_]:
+        """Where anything is seen, (rows, cols)."""
+        return ~np.isnan(self.position[..., 0])
+
+    def arrays(self) -> dict[str, NDArray]:
+        """Give the arrays by name, as ``umbra render`` writes them."""
+        names = ("position", "normal", "count", "lit", "visibility")
+        found = {name: getattr(self, name) for name in names}
+        return {name: array for name, array in found.items() if array is not None}
+
+    def _repr_png_(self) -> bytes:
+        from umbra.writers.raster import write_png  # noqa: PLC0415
+
+        file = BytesIO()
+        write_png(file, self.image)  # type: ignore[arg-type]
+        return file.getvalue()
+
+
+@overload
+def render(
+    scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *, arrays: Literal[True],
+    **options: Any,
+) -> Picture: ...  # fmt: skip
+@overload
+def render(
+    scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
+    arrays: Literal[False] = ..., ground: float | None = ..., method: str = ...,
+    device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
+    mask_scale: int = ..., mask_filter: str = ..., threads: int | None = ...,
+) -> NDArray[np.uint8]: ...  # fmt: skip
+def render(
+    scene: Scene,
+    camera: Camera | None = None,
+    lights: SomeLights = (),
+    *,
+    ground: float | None = None,
+    method: str = "auto",
+    device: str = "auto",
+    soft: str | None = None,
+    light_size: float | Sequence[float] = (),
+    mask_scale: int = 1,
+    mask_filter: str = "joint",
+    threads: int | None = None,
+    arrays: bool = False,
+) -> NDArray[np.uint8] | Picture:
+    """
+    Draw a picture with exact hard shadows of any number of lights, or with soft ones.
+
+    Parameters
+    ----------
+    scene : Scene
+        From ``umbra.read``.
+    camera : Camera, optional
+        By default the whole model is seen from above; ``umbra.make_camera`` makes others.
+    lights : Light, (n, 4) float, or a sequence of either
+        Of ``(x, y, z, w)`` w = 1 is a point [m], w = 0 a direction toward the light. By
+        default the file's own, or one from the upper left; ``umbra.sun_light`` is the sun.
+    ground : float, optional
+        z of a plane that is drawn and receives shadows [m].
+    method : str
+        ``'auto'``, ``'z-pass'`` or ``'z-fail'``; on gl also ``'lengyel'``, ``'mcguire'``,
+        ``'alpha'``, ``'screen'``, ``'max'`` or ``'half'``.
+    device : {'auto', 'cpu', 'gl'}
+        ``'auto'`` is the CPU.
+    soft : {'samples', 'wedges', 'weng'}, optional
+        Soft shadows, by samples of the light, penumbra wedges or scaled layers.
+    light_size : float or sequence of float
+        Radius of all lights or of each, for soft shadows: of a point [m], of a direction
+        [degrees]; 0.2665, the sun's, by default.
+    mask_scale : {1, 2, 4}
+        On gl: count in a picture so many times smaller, and lay it over this one.
+    mask_filter : {'joint', 'bilinear', 'nearest'}
+        How it is laid; joint takes only pixels of the same surface.
+    threads : int, optional
+        All cores by default.
+    arrays : bool
+        Give the whole `Picture`.
+
+    Returns
+    -------
+    image : (rows, cols, 3) uint8
+        sRGB; row 0 is the top. With ``arrays`` a `Picture`, whose ``position``,
+        ``normal``, ``count``, ``lit`` and ``image`` are arrays.
+
+    Raises
+    ------
+    InputError
+        If an argument is wrong, or the picture does not fit in memory.
+    UmbraError
+        If the device does not run here.
+
+    Warns
+    -----
+    UserWarning
+        If nothing is seen, the near plane cuts the model, or the method is wrong here.
+
+    Examples
+    --------
+    >>> scene = umbra.read("quarter.city.json")
+    >>> sun = umbra.sun_light(umbra.find_site(scene), "2026-03-21", "15:00")
+    >>> image = umbra.render(scene, lights=sun)
+    """
+    options = RenderOptions(
+        ground=ground, method=method, device=device, soft=soft, light_size=light_size,
+        mask_scale=mask_scale, mask_filter=mask_filter, threads=threads,
+    )  # fmt: skip
+    check_scene(scene)
+    if camera is not None and not isinstance(camera, Camera):
+        msg = f"camera is no Camera but a {type(camera).__name__}; give umbra.make_camera(scene)"
+        raise InputError(msg)
+    camera = make_camera(scene) if camera is None else camera
+    said: list[str] = []
+    picture = draw_picture(scene, camera, make_lights(lights), options, said.append)
+    for text in said:
+        warnings.warn(text, stacklevel=2)
+    return picture if arrays else picture.image
+
+
+def draw_picture(
+    scene: Scene, camera: Camera, lights: Sequence[Light], options: RenderOptions, warn: Warn
+) -> Picture:
+    """
+    Draw a picture; without lights the scene's own shine, or one from the upper left.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    lights : sequence of Light
+    options : RenderOptions
+    warn : callable
+        Told, in a line, what is wrong with the view or the method.
+    """
+    from umbra.cpu.shade import shade  # noqa: PLC0415
+    from umbra.soft.area import size_lights  # noqa: PLC0415
+
+    shining = list(lights) or _find_own_lights(scene, camera)
+    check_picture_memory(camera.size, len(shining))
+    sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
+    threads = options.threads or count_cores()
+    device = find_device(options.device)
+    with device.open_frames(scene, options.ground, threads=threads, warn=warn) as counter:
+        view, frame = counter.see(camera)
+        _warn_of_view(scene, camera, frame, threads, warn)
+        visibility = None
+        if options.mask_scale == 1:
+            counts = [counter.count(view, camera, light, options.method) for light in shining]
+            lit = [frame.lit(n, light) for n, light in zip(counts, shining, strict=True)]
+            reached: Sequence[NDArray] = lit
+            if options.soft is not None:
+                visibility = counter.find_visibility(view, camera, sized, options.soft)
+                reached = _reach(frame, visibility, shining)
+        else:
+            counts, lit, reached = _count_small(counter, frame, camera, shining, options)
+    return Picture(
+        scene,
+        camera,
+        shining,
+        frame.position,
+        frame.normal,
+        np.stack(counts).astype(np.int32),
+        np.stack(lit),
+        None if visibility is None else np.stack(visibility),
+        lambda: shade(scene, frame, shining, reached, view),
+    )
+
+
+def _find_own_lights(scene: Scene, camera: Camera) -> list[Light]:
+    """Give the scene's own lights, or one from the upper left."""
+    from umbra.scene.palette import expose_lights  # noqa: PLC0415
+
+    right, up, forward = camera.axes()
+    return list(expose_lights(scene)) or [
+        directional_light(-0.6 * right + 0.9 * up - 0.5 * forward)
+    ]
+
+
+def _count_small(
+    counter: Any, frame: Any, camera: Camera, lights: list[Light], options: RenderOptions
+) -> tuple[list[NDArray], list[NDArray], list[NDArray]]:
+    """Count in a smaller picture; give counts of 0 and 1, where light reaches, and its shares."""
+    from umbra.gl.masks.upsampling import find_shares  # noqa: PLC0415
+
+    shares = find_shares(
+        counter, frame, camera, lights, options.method, scale=options.mask_scale,
+        kind=options.mask_filter,
+    )  # fmt: skip
+    counts = [((share < _HALF) & (frame.part != NOTHING)).astype(np.int32) for share in shares]
+    lit = [frame.lit(n, light) for n, light in zip(counts, lights, strict=True)]
+    return counts, lit, _reach(frame, shares, lights)
+
+
+def _reach(frame: Any, shares: Sequence[NDArray], lights: list[Light]) -> list[NDArray]:
+    """Give what reaches the surface: the shares where it faces the light within its reach."""
+    none = np.zeros(frame.part.shape, np.int32)
+    return [share * frame.lit(none, one) for share, one in zip(shares, lights, strict=True)]
+
+
+def _warn_of_view(scene: Scene, camera: Camera, frame: Any, threads: int, warn: Warn) -> None:
+    """Tell where a picture shows nothing of the model, or looks into it past the near plane."""
+    from umbra.rays.depth import count_cut  # noqa: PLC0415
+
+    if (frame.part == NOTHING).all():
+        middle = ", ".join(f"{v:g}" for v in scene.bounds().mean(0))
+        warn(
+            "nothing is seen; leave out eye= and target= to see all of it, or look at its middle: "
+            f"target=({middle})"
+        )
+    cut = count_cut(scene, camera, threads)
+    if cut:
+        warn(
+            f"the near plane, {camera.near:g} m before the eye, cuts the model open in {cut} "
+            "pixels; give a smaller near= or move eye= away"
+        )

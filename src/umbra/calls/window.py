@@ -1,0 +1,228 @@
+"""The window of ``umbra view``, and what stands for it in a notebook: a picture."""
+
+import os
+import sys
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from umbra.calls.inputs import check_scene
+from umbra.calls.picture import Picture, RenderOptions, draw_picture
+from umbra.devices import DEVICES
+from umbra.errors import InputError
+from umbra.machine import count_cores
+from umbra.options import check_types, option
+from umbra.scene import Scene
+from umbra.sun import Site
+
+if TYPE_CHECKING:
+    from umbra.window.view import ViewState
+
+__all__ = ["ViewOptions", "open_window", "show"]
+
+_DATE = "2026-03-21"  # whose clock changes say nothing of others
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ViewOptions:
+    """What a view begins with, see ``umbra.show``."""
+
+    date: str | None = option("any")
+    at: str | None = option("text")
+    ground: float | bool | None = option("any")
+    method: str | None = option("text")
+    soft: str | None = option("text")
+    device: str | None = option("choice", choices=tuple(DEVICES))
+    size: tuple[int, int] = option("size", default=(1280, 800), count=2)
+    threads: int | None = option("whole", least=1)
+    view: str | None = option("any")  # or a path
+    out: str | None = option("any")
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        if self.date is not None:
+            from umbra.sun.local_time import parse_date  # noqa: PLC0415
+
+            parse_date(self.date)
+
+    def find_ground(self, scene: Scene) -> float | None:
+        """Give the ground's height [m]: as asked, as the file says, or just below the model."""
+        from umbra.window.view import find_ground  # noqa: PLC0415
+
+        if self.ground is False:
+            return None
+        if self.ground is None or self.ground is True:
+            return find_ground(scene.bounds()) if scene.ground is None else scene.ground
+        return float(self.ground)
+
+    def make_view(self, scene: Scene, site: Site | None, size: tuple[int, int]) -> "ViewState":
+        """Make the view to begin with, in a picture of columns and rows."""
+        from umbra.sun.local_time import parse_date  # noqa: PLC0415
+        from umbra.window.file import load_view  # noqa: PLC0415
+        from umbra.window.view import make_view  # noqa: PLC0415
+
+        date = None if self.date is None else parse_date(self.date)
+        view = make_view(scene, size, site=site, date=date, minutes=self._find_minutes(site))
+        if self.view is not None:
+            view = load_view(Path(self.view), view.lights)
+        if self.device is not None:
+            view = view.choose_device(self.device)
+        if self.method is not None:
+            view = view.choose_method(self.method)
+        return view if self.soft is None else replace(view, soft=self.soft)
+
+    def _find_minutes(self, site: Site | None) -> float | None:
+        """Give the minutes on the site's clock since midnight."""
+        from zoneinfo import ZoneInfo  # noqa: PLC0415
+
+        from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
+
+        if self.at is None or site is None:
+            return None
+        zone = ZoneInfo(site.zone)
+        local = find_instant(parse_date(self.date or _DATE), self.at, zone, "time").astimezone(zone)
+        return local.hour * 60 + local.minute + local.second / 60
+
+
+def show(
+    scene: Scene,
+    site: Site | None = None,
+    *,
+    date: str | None = None,
+    at: str | None = None,
+    ground: float | bool | None = None,
+    method: str | None = None,
+    soft: str | None = None,
+    device: str | None = None,
+    size: tuple[int, int] = (1280, 800),
+    threads: int | None = None,
+    view: str | os.PathLike[str] | None = None,
+    out: str | os.PathLike[str] | None = None,
+) -> Picture | None:
+    """
+    Look at a scene: in a window, or in a notebook in a picture.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site, optional
+        Where it stands; by default what its file says. Without one a light comes from the
+        upper left.
+    date : str, optional
+        Local date, 21 March by default.
+    at : str, optional
+        Local clock time, ``"15:00"`` by default.
+    ground : float or bool, optional
+        z of a plane that receives shadows [m]; False for none; by default what the file
+        says, or just below the model.
+    method, soft : str, optional
+        As in `umbra.render`.
+    device : {'gl', 'cpu'}, optional
+        By default gl in a window, and cpu for a picture.
+    size : (int, int)
+        Of the window or the picture.
+    threads : int, optional
+        All cores by default.
+    view : path, optional
+        A view that was saved in a window, to begin with.
+    out : path, optional
+        Where screenshots go; in a notebook the picture is written there.
+
+    Returns
+    -------
+    picture : Picture or None
+        In a notebook, which shows it; None when the window is closed.
+
+    Raises
+    ------
+    InputError
+        If an argument is wrong, or there is neither a notebook nor a display.
+    UmbraError
+        If a package that the window needs is missing.
+    """
+    given = {name: value for name, value in locals().items() if name not in {"scene", "site"}}
+    check_scene(scene)
+    options = ViewOptions(**given)
+    if site is None:
+        site = _find_site(scene, options)
+    elif not isinstance(site, Site):
+        msg = f"site is no Site but a {type(site).__name__}; give umbra.Site(latitude=, longitude=)"
+        raise InputError(msg)
+    if _is_notebook():
+        return _draw(scene, site, options)
+    open_window(scene, site, options)
+    return None
+
+
+def open_window(
+    scene: Scene, site: Site | None, options: ViewOptions, instead: str = "umbra.render(scene)"
+) -> None:
+    """
+    Open the window and return when it is closed.
+
+    ``instead`` is a call or command that does without a window, for whoever has no display.
+    """
+    from umbra.window.screen import check_display  # noqa: PLC0415
+
+    check_display(instead)
+    from umbra.window.app import PANEL, show  # noqa: PLC0415
+
+    size = (max(options.size[0] - PANEL, 1), options.size[1])
+    view = options.make_view(scene, site, size)
+    names = [Path(source.name).name for source in scene.sources if not source.is_companion]
+    stem = names[0].split(".")[0] if names else "scene"
+    show(
+        scene,
+        view,
+        names=names or ["scene"],
+        size=options.size,
+        instead=instead,
+        ground=options.find_ground(scene),
+        threads=options.threads or count_cores(),
+        picture=Path(options.out or f"{stem}.png"),
+        view_file=Path(options.view or f"{stem}.view.json"),
+    )
+
+
+def _find_site(scene: Scene, options: ViewOptions) -> Site | None:
+    """Give the file's site; without one the sun of a date has no place."""
+    from umbra.sun import find_site  # noqa: PLC0415
+
+    is_known = scene.latitude is not None and scene.longitude is not None
+    return find_site(scene) if is_known or options.date or options.at else None
+
+
+def _is_notebook() -> bool:
+    """Tell whether a notebook shows what a cell gives."""
+    shell: Any = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    return shell is not None and hasattr(shell, "kernel")
+
+
+def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
+    """Draw the picture that the window would begin with."""
+    view = options.make_view(scene, site, options.size)
+    sizes = [
+        view.lamp_radius if one.is_point else view.sun_radius for one in view.shining().values()
+    ]
+    soft = None if view.soft == "none" else view.soft
+    drawing = RenderOptions(
+        ground=options.find_ground(scene),
+        method=options.method or "auto",
+        device=options.device or "cpu",
+        soft=soft,
+        light_size=() if soft is None else sizes,
+        threads=options.threads,
+    )
+    said: list[str] = []
+    camera = view.viewpoint.camera(options.size)
+    picture = draw_picture(scene, camera, list(view.shining().values()), drawing, said.append)
+    for text in said:
+        warnings.warn(text, stacklevel=3)
+    if options.out is not None:
+        from umbra.writers.atomic import replace_file  # noqa: PLC0415
+        from umbra.writers.raster import write_png  # noqa: PLC0415
+
+        with replace_file(Path(options.out)) as beside:
+            write_png(beside, picture.image)
+    return picture
