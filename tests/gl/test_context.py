@@ -8,7 +8,8 @@ import pytest
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl import context
-from umbra.gl.context import BACKENDS, Device, open_device
+from umbra.gl.backends import BACKENDS
+from umbra.gl.context import Device, open_device
 
 
 def test_facts(device):

@@ -13,7 +13,7 @@ from support.desk import Display
 from support.shapes import HOUSE, box
 
 from umbra.errors import UmbraError
-from umbra.gl.context import BACKENDS
+from umbra.gl.backends import BACKENDS
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.renderer import Renderer
 from umbra.gl.sweep import GlSweep
@@ -167,7 +167,8 @@ import sys
 import numpy as np
 from support.shapes import HOUSE, box
 from umbra.errors import UmbraError
-from umbra.gl.context import BACKENDS, open_device
+from umbra.gl.backends import BACKENDS
+from umbra.gl.context import open_device
 from umbra.gl.frame import GlFrameCounter
 from umbra.scene import Camera, make_scene, point_light
 camera, lamp = Camera((20, -25, 14), (0, 0, 3), size=(40, 30)), point_light((8, -3.3, 20))

@@ -58,7 +58,8 @@ def _examine() -> dict[str, Any]:
     import platform  # noqa: PLC0415
 
     from umbra.gl.backends import probe  # noqa: PLC0415
-    from umbra.gl.context import BACKENDS, DRIVER, INSTALL  # noqa: PLC0415
+    from umbra.gl.backends import BACKENDS# noqa: PLC0415
+    from umbra.gl.context import DRIVER, INSTALL# noqa: PLC0415
     from umbra.machine import count_cores  # noqa: PLC0415
 
     packages = {name: _find_version(name) for name in _PACKAGES}

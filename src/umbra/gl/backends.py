@@ -7,8 +7,10 @@ must not take the asker with it: so a backend is probed in a child process, whic
 
 import ctypes
 import json
+import os
 import subprocess
 import sys
+from collections.abc import Callable
 from ctypes.util import find_library
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,11 +20,13 @@ from umbra.children import HOME, make_command
 from umbra.errors import UmbraError
 
 __all__ = [
+    "BACKENDS",
     "ContextBinding",
     "EglBinding",
     "GivenBinding",
     "OffscreenMesa",
     "WindowBinding",
+    "has_display",
     "hint_window",
     "probe",
 ]
@@ -222,12 +226,71 @@ def _loads(path: Path) -> bool:
     return True
 
 
+def has_display() -> bool:
+    """Tell whether there seems to be a display, on Linux and the like."""
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+Opened = tuple[Any, ContextBinding, Callable[[], object]]
+"""A moderngl context, what makes it current, and what to do when it is released."""
+
+
+def _open_egl() -> Opened:
+    import moderngl  # noqa: PLC0415
+
+    options: dict[str, Any] = {
+        "backend": "egl",
+        "libgl": find_library("GL") or find_library("OpenGL") or "libGL.so.1",
+        "libegl": find_library("EGL") or "libEGL.so.1",
+    }
+    binding = EglBinding(options["libegl"])
+    context = moderngl.create_context(require=330, standalone=True, **options)
+    binding.take()
+    return context, binding, bool
+
+
+def _open_window() -> Opened:
+    import glfw  # noqa: PLC0415
+    import moderngl  # noqa: PLC0415
+
+    if sys.platform.startswith("linux") and not has_display():
+        msg = "there is no display"
+        raise UmbraError(msg)
+    if not glfw.init():
+        msg = "glfw does not start"
+        raise UmbraError(msg)
+    hint_window(glfw)
+    glfw.window_hint(glfw.VISIBLE, False)
+    window = glfw.create_window(16, 16, "umbra", None, None)
+    if not window:
+        msg = "glfw opens no window with OpenGL 3.3"
+        raise UmbraError(msg)
+    glfw.make_context_current(window)
+    context = moderngl.create_context(require=330)
+    return context, WindowBinding(window), lambda: glfw.destroy_window(window)
+
+
+def _open_osmesa() -> Opened:
+    import moderngl  # noqa: PLC0415
+
+    mesa: Any = OffscreenMesa()
+    context = moderngl.create_context(require=330, standalone=True, context=mesa)
+    return context, mesa, bool
+
+
+BACKENDS: dict[str, Callable[[], Opened]] = {
+    "egl": _open_egl,
+    "osmesa": _open_osmesa,
+    "window": _open_window,
+}
+"""Tried in this order."""
+
 _SECONDS = 60
 
 
 def probe(backend: str) -> dict[str, Any]:
     """
-    Find out what a backend of ``umbra.gl.context.BACKENDS`` has.
+    Find out what a backend of ``BACKENDS`` has.
 
     Returns
     -------

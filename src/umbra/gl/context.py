@@ -6,30 +6,21 @@ Any number may be open. OpenGL's functions take no context, but work on the one 
 whoever asks a device for its functions makes it current, and what a person calls
 (``on_device``) gives back the one before.
 
-moderngl is imported here, on the first call, and nowhere else but in this room.
+moderngl is imported by ``backends``, when a context is opened.
 """
 
 import re
-import sys
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from ctypes.util import find_library
 from dataclasses import dataclass, field
 from functools import wraps
 from importlib.util import find_spec
 from typing import Any, Concatenate, ParamSpec, Protocol, Self, TypeVar
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.backends import (
-    ContextBinding,
-    EglBinding,
-    GivenBinding,
-    OffscreenMesa,
-    WindowBinding,
-    hint_window,
-)
+from umbra.gl.backends import BACKENDS, ContextBinding, GivenBinding
 from umbra.gl.functions import Functions
 
 __all__ = ["BACKENDS", "Device", "DeviceUser", "on_device", "open_device", "release_all"]
@@ -92,7 +83,7 @@ class Device:
     functions: Functions
     binding: ContextBinding
     live: set[str] = field(default_factory=set)
-    _finish: list[Callable[[], object]] = field(default_factory=list)
+    _finish: Callable[[], object] = bool
     _thread: threading.Thread = field(default_factory=threading.current_thread)
     _is_open: bool = True
 
@@ -125,6 +116,14 @@ class Device:
             binding=binding or GivenBinding(context.mglo._context),
         )
         _current.device = device
+        return device
+
+    @classmethod
+    def _open(cls, backend: str) -> "Device":
+        """Open the context of a backend."""
+        context, binding, finish = BACKENDS[backend]()
+        device = cls.of(context, backend, binding)
+        device._finish = finish
         return device
 
     @property
@@ -217,9 +216,7 @@ class Device:
             self._is_open = False
             if self.backend != "given":
                 self.handle.release()
-            for finish in self._finish:
-                finish()
-            self._finish.clear()
+            self._finish()
 
     def __enter__(self) -> "Device":
         return self
@@ -332,7 +329,7 @@ def open_device(backend: str | None = None) -> Device:
     try:
         for name in BACKENDS if backend is None else [backend]:
             try:
-                return BACKENDS[name]()
+                return Device._open(name)
             except Exception as error:  # noqa: BLE001  (drivers fail in every way there is)
                 reasons.append(f"{name}: {' '.join(str(error).split())[:120]}")
     finally:
@@ -343,65 +340,6 @@ def open_device(backend: str | None = None) -> Device:
     raise UmbraError(msg, reasons=reasons)
 
 
-def _open_egl() -> Device:
-    import moderngl  # noqa: PLC0415
-
-    options: dict[str, Any] = {
-        "backend": "egl",
-        "libgl": find_library("GL") or find_library("OpenGL") or "libGL.so.1",
-        "libegl": find_library("EGL") or "libEGL.so.1",
-    }
-    binding = EglBinding(options["libegl"])
-    context = moderngl.create_context(require=330, standalone=True, **options)
-    binding.take()
-    return Device.of(context, "egl", binding)
-
-
-def _open_window() -> Device:
-    import glfw  # noqa: PLC0415
-    import moderngl  # noqa: PLC0415
-
-    if sys.platform.startswith("linux") and not _has_display():
-        msg = "there is no display"
-        raise UmbraError(msg)
-    if not glfw.init():
-        msg = "glfw does not start"
-        raise UmbraError(msg)
-    hint_window(glfw)
-    glfw.window_hint(glfw.VISIBLE, False)
-    window = glfw.create_window(16, 16, "umbra", None, None)
-    if not window:
-        msg = "glfw opens no window with OpenGL 3.3"
-        raise UmbraError(msg)
-    glfw.make_context_current(window)
-    binding = WindowBinding(window)
-    device = Device.of(moderngl.create_context(require=330), "window", binding)
-    device._finish.append(lambda: glfw.destroy_window(window))
-    return device
-
-
-def _has_display() -> bool:
-    import os  # noqa: PLC0415
-
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-
-
-def _open_osmesa() -> Device:
-    import moderngl  # noqa: PLC0415
-
-    mesa: Any = OffscreenMesa()
-    context = moderngl.create_context(require=330, standalone=True, context=mesa)
-    return Device.of(context, "osmesa", mesa)
-
-
 def _find_loader(context: Any) -> Callable[[str], int]:
     """Give the loader of the context that moderngl took."""
     return context.mglo._context.load_opengl_function
-
-
-BACKENDS: dict[str, Callable[[], Device]] = {
-    "egl": _open_egl,
-    "osmesa": _open_osmesa,
-    "window": _open_window,
-}
-"""Tried in this order."""

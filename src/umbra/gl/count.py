@@ -24,7 +24,7 @@ from umbra.gl.target import SharedDepthTarget, Target
 if TYPE_CHECKING:
     from umbra.gl.soft.growth import GrownPoints
 
-__all__ = ["VolumeCounter", "mark_shadow"]
+__all__ = ["Stack", "VolumeCounter", "mark_shadow"]
 
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
@@ -50,6 +50,7 @@ IN_FLOATS = {
 }
 """The same, adding to a float: what would fail the depth test there passes here."""
 
+_IN_SHADOW, _LIT = Stencil(test="notequal"), Stencil(test="equal")
 _FRONT = {Z_PASS: 1.0, Z_FAIL: -1.0, LIGHT_CAP: -1.0}
 _MARK = Pass(stencil=Stencil(front_depth_pass="replace", back_depth_pass="replace", reference=1))
 _NEARBY_UNIT = FIRST_UNIT + 3
@@ -192,3 +193,42 @@ def mark_shadow(state: State, program: Program, picture: Target, **uniforms: obj
     picture.bind(0)
     program.set(**uniforms)
     program.draw(3)
+
+
+class Stack:
+    """
+    A picture of one number a pixel, on which the stencil's shadows are laid one by one.
+
+    Counts are made in the picture itself, which has the scene's depth: a device in software
+    finishes all that was asked for whenever another framebuffer is used.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._tint = Program(device, "picture.vert.glsl", "tint.frag.glsl")
+        self.picture = SharedDepthTarget(device, "r32f")
+
+    def begin(self, state: State, target: Target, value: float) -> Target:
+        """Fill the picture that goes with a target's depth with a value; it is in use."""
+        shown = self.picture.over(target)
+        shown.fill(state, value)
+        return shown
+
+    def add_light(self, state: State, share: float, scissor: tuple | None = None) -> None:
+        """Add a share of the light where the stencil is 0."""
+        self._lay(state, Pass(color_write=True, blend="add", stencil=_LIT, scissor=scissor), share)
+
+    def add_shadow(self, state: State, left: float, scissor: tuple | None = None) -> None:
+        """Leave a part of the light where the stencil is not 0."""
+        blend = Pass(color_write=True, blend="multiply", stencil=_IN_SHADOW, scissor=scissor)
+        self._lay(state, blend, left)
+
+    def _lay(self, state: State, how: Pass, value: float) -> None:
+        state.use(how)
+        self._tint.set(tint=np.full(4, value))
+        self._tint.draw(3)
+
+    def release(self) -> None:
+        """Free the picture and the program."""
+        self.picture.release()
+        self._tint.release()

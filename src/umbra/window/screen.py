@@ -1,14 +1,13 @@
 """The window itself: glfw, its OpenGL context and Dear ImGui, opened and closed as one."""
 
 import ctypes
-import os
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError, UmbraError
-from umbra.gl.backends import WindowBinding, hint_window
+from umbra.gl.backends import WindowBinding, has_display, hint_window
 from umbra.gl.context import DRIVER, Device
 
 __all__ = ["FONT_SIZE", "INSTALL", "Screen", "check_display"]
@@ -30,7 +29,7 @@ def check_display(instead: str) -> None:
             msg = f"umbra view needs {name}, which is not installed; {INSTALL}"
             raise UmbraError(msg, package=name)
     is_elsewhere = not sys.platform.startswith(("linux", "freebsd"))
-    if not (is_elsewhere or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if not (is_elsewhere or has_display()):
         msg = f"there is no display to open a window on; draw a picture instead: {instead}"
         raise InputError(msg)
 

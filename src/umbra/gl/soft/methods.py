@@ -1,14 +1,21 @@
-"""The methods of soft shadows of one scene, and which lights of a picture they are for."""
+"""
+Methods of soft shadows: the protocol, samples, and which method draws which lights.
+
+Samples are hard shadows of many points of each light, averaged in floats (McGuire et al.
+2003, section 4; Heckbert and Herf 1997). The points are the CPU's.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
 
 from umbra.gl.context import release_all
-from umbra.gl.count import VolumeCounter
+from umbra.gl.count import Stack, VolumeCounter
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
-from umbra.gl.soft.visibility import SampledShadows, Visibility
 from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.gl.state import State
@@ -19,7 +26,81 @@ from umbra.soft.area import AreaLight
 from umbra.soft.samples import SAMPLES
 from umbra.soft.weng import GAP, LENGTH
 
-__all__ = ["SoftLights", "SoftMethods", "Softness"]
+__all__ = ["SampledShadows", "SoftLights", "SoftMethods", "Softness", "Stack", "Visibility"]
+
+
+class Visibility(Protocol):
+    """What share of each light of a picture reaches each pixel, by one method."""
+
+    def begin(
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+    ) -> None:
+        """Make ready for a picture; plans are the hard volumes of the lights' middles."""
+
+    def draw(self, state: State, target: Target, number: int) -> Target:
+        """
+        Draw the visibility of the light of a number.
+
+        Before: the target's depth holds the scene. After: the target that is returned, shared
+        by all lights, holds the visibility in attachment 0, from 0 to 1; the stencil means
+        nothing.
+        """
+
+    def release(self) -> None:
+        """Free what is held on the device."""
+
+
+_AT_ONCE = 64  # points whose volumes are kept in memory together, and while nothing moves
+
+
+class SampledShadows:
+    """Averages the hard shadows of many points of each light, as `umbra.soft.samples` does."""
+
+    def __init__(
+        self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None
+    ) -> None:
+        self.samples = samples
+        # What one point's range does not reach another's may, and the light's middle decides.
+        self._choices = replace(choices or VolumeOptions(), narrow=False)
+        self._planner = planner.twin()
+        self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
+        self._stack = Stack(planner.device)
+        self._points: list[Light] = []
+        self._projection: Projection | None = None
+        self._chunk = -1
+        self._plans: list[VolumePlan] = []
+
+    def begin(
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+    ) -> None:
+        """Make ready for a picture; see `Visibility`."""
+        self._points = [point for light in lights for point in light.points(self.samples)]
+        self._points = [replace(point, range=np.inf) for point in self._points]
+        self._projection, self._chunk = projection, -1
+
+    def draw(self, state: State, target: Target, number: int) -> Target:
+        """Draw a light's visibility; see `Visibility`."""
+        shares = self._stack.begin(state, target, 0.0)
+        for point in range(number * self.samples, (number + 1) * self.samples):
+            self._counter.count(state, shares, self._find_plan(point))
+            self._stack.add_light(state, 1.0 / self.samples)
+        return shares
+
+    def _find_plan(self, point: int) -> VolumePlan:
+        """Give the plan of one of all lights' points; plans hold for a chunk of them."""
+        chunk, place = divmod(point, _AT_ONCE)
+        if chunk != self._chunk:
+            assert self._projection is not None
+            some = self._points[chunk * _AT_ONCE : (chunk + 1) * _AT_ONCE]
+            self._plans = self._planner.plan(self._projection, some, choices=self._choices)
+            self._chunk = chunk
+        return self._plans[place]
+
+    def release(self) -> None:
+        """Free what is held on the device."""
+        self._stack.release()
+        self._counter.release()
+        self._planner.release()
 
 
 @dataclass(frozen=True, kw_only=True)

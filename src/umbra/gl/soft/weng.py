@@ -11,14 +11,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from umbra.gl.context import release_all
-from umbra.gl.count import VolumeCounter
+from umbra.gl.count import Stack, VolumeCounter
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_source
 from umbra.gl.resources import Indices
 from umbra.gl.soft.growth import GrownPoints, Shown, part_bodies
 from umbra.gl.soft.layers import LightLayers, grow, list_layers, plan_layers
-from umbra.gl.soft.visibility import Stack
 from umbra.gl.state import State
 from umbra.gl.target import Target
 from umbra.soft.area import AreaLight
