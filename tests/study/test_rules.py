@@ -16,7 +16,7 @@ import umbra
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_point_study, run_study
-from umbra.study.rules import judge, judge_points, read_rules
+from umbra.study.rules import judge, read_rules
 from umbra.study.rules.read import CHECK_KEYS
 from umbra.sun import Site
 from umbra.writers.report.tables import make_verdict_table
@@ -312,8 +312,8 @@ def run_points(**options):
 
 def test_windows_are_judged_one_by_one(tmp_path):
     points = [(0, -4.001, 10, 0, -1, 0), (0, 4.001, 10, 0, 1, 0), (0, 9.999, 1, 0, -1, 0)]
-    scene, found = run_points(receivers="points", points=points, names=["S", "N", "behind"])
-    verdicts = judge_points(found, read(tmp_path, WINDOWS), scene, [0, 1], 1)
+    _, found = run_points(receivers="points", points=points, names=["S", "N", "behind"])
+    verdicts = judge(found, read(tmp_path, WINDOWS))
     assert [(v.where, v.date.month) for v in verdicts] == [
         (name, month) for month in (3, 12) for name in ("S", "N", "behind")
     ]
@@ -328,8 +328,8 @@ def test_windows_are_judged_one_by_one(tmp_path):
 
 
 def test_surfaces_are_judged_part_by_part(tmp_path):
-    scene, found = run_points(receivers="surfaces", spacing=1.0, spells=True)
-    verdicts = judge_points(found, read(tmp_path, WINDOWS), scene, [0, 1], 2)
+    _, found = run_points(receivers="surfaces", spacing=1.0, spells=True)
+    verdicts = judge(found, read(tmp_path, WINDOWS))
     assert [(v.where, v.date.month) for v in verdicts] == [
         (name, month) for month in (3, 12) for name in ("house", "tower")
     ]
@@ -343,29 +343,29 @@ def test_surfaces_are_judged_part_by_part(tmp_path):
 
 
 def test_roofs_and_walls_are_judged_alone(tmp_path):
-    scene, found = run_points(receivers="surfaces", spacing=1.0)
+    _, found = run_points(receivers="surfaces", spacing=1.0)
     area, owner = (np.asarray(found.more[n][1]) for n in ("area", "surface_of_sample"))
     part = np.asarray(found.more["surface_part"][1])[owner]
     is_roof = found.places.normals[:, 2] > 0.5
     for where, which in (("roofs", is_roof), ("walls", ~is_roof)):
         rules = read(tmp_path, WINDOWS.replace("share: 60", f"share: 60\n    where: {where}"))
-        verdicts = judge_points(found, rules, scene, [0, 1], 1)
+        verdicts = judge(found, rules)
         for k, verdict in enumerate(verdicts[:2]):
             mine = which & (part == k)
             share = 100 * area[mine & (found.sun_hours >= 2 - 1e-3)].sum() / area[mine].sum()
             assert verdict.measured == f"{share:.1f} % of the area of its {where}"
             assert f"of {area[mine].sum():,.1f} m²" in verdict.evidence
-    scene, flat = run_points(receivers="points", points=[(0, -9, 1)])
+    _, flat = run_points(receivers="points", points=[(0, -9, 1)])
     with pytest.raises(InputError, match="names walls of a model"):
-        judge_points(flat, rules, scene, [0, 1], 1)
+        judge(flat, rules)
     with pytest.raises(InputError, match="is for walls; run the study with receivers='surfaces'"):
         judge(make_study(), rules)
 
 
 def test_places_of_a_plan_are_not_points(tmp_path):
-    scene, found = run_points(receivers="points", points=[(0, -9, 1)])
+    _, found = run_points(receivers="points", points=[(0, -9, 1)])
     with pytest.raises(InputError, match="names places of a plan"):
-        judge_points(found, read(tmp_path, RULES), scene, [0, 1], 1)
+        judge(found, read(tmp_path, RULES))
 
 
 def test_samples_go_into_tables(tmp_path):

@@ -8,7 +8,6 @@ from umbra.rays.depth import GROUND
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import make_preview, run_study
 from umbra.sun import Site
-from umbra.writers.report.counted import find_counted
 
 SITE = Site(48.2, 16.37, "Europe/Vienna")
 SHAPES = {"house": box((0, 10, 0), (20, 14, 6)), "tree": box((4, 2, 1), (8, 6, 4))}
@@ -52,7 +51,7 @@ def test_a_view_from_above_has_ground_with_hours_that_do_not_count():
     assert ground.max() > 0.5  # the tree's shadow
     z = study.more["position"][1][..., 2]
     np.testing.assert_allclose(z[part == GROUND], 0, atol=1e-9)
-    counted = find_counted(study)
+    counted = study.kind.find_counted(study)
     np.testing.assert_array_equal(counted.which, part >= 0)
 
 

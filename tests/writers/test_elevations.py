@@ -82,7 +82,8 @@ def test_all_maps_are_of_one_scale_and_named():
     maps = [("Plan", *make_map(50, 20, 0.0))]
     for hours, side, size in zip((0, 4, 8, np.nan), SIDES, sizes, strict=True):
         maps.append((f"{side} elevation", *make_map(*size, hours, ("", "z [m]"))))
-    sheet, panels = make_elevations_sheet(arrangement, maps, 8.0)
+    sheet = make_elevations_sheet(arrangement, maps, 8.0)
+    panels = sheet.panels
     texts = {text.get_text() for text in sheet.figure.findobj(Text)}
     named = {"Plan", *(f"{side} elevation" for side in SIDES)}
     assert {*named, "1:200", "house, plan and elevations", "N", "hours in shadow", "4 h"} <= texts

@@ -58,7 +58,7 @@ def test_the_sky_is_named_and_no_colour_of_the_scale():
     plan = replace(PLAN, look=Look(none + 255, none, none, none, sky))
     values = np.zeros(PLAN.shape, np.float32)
     values[30:] = np.nan
-    sheet = make_hours_sheet(plan, values, 8.0, "top")
+    sheet = make_hours_sheet(plan, values, 8.0)
     assert "sky: no hours" in find_texts(sheet)
     pixels = read_map(sheet)
     np.testing.assert_allclose(pixels[-30, 50], SKY, atol=0.01)

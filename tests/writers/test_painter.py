@@ -6,17 +6,18 @@ import subprocess
 import sys
 import textwrap
 import time
+from functools import partial
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from umbra.writers.hours import draw_hours
+from umbra.writers.hours import make_hours_sheet
 from umbra.writers.painter import Painter
 from umbra.writers.plan import Plan
-from umbra.writers.profile import draw_profile
+from umbra.writers.profile import make_profile_sheet
 
-PLAN = Plan(np.arange(30.0), np.arange(20.0), title="Painted")
+PLAN = Plan(np.arange(30.0), np.arange(20.0), title="Painted", roofs_cover=False)
 HOURS = np.linspace(0, 8, 600).reshape(20, 30)
 LABELS = ["09:00", "10:00", "11:00"]
 
@@ -50,8 +51,8 @@ def wait_until_gone(pid):
 
 
 def check_pictures(folder):
-    draw_hours(folder / "hours_here.png", PLAN, HOURS, 8.0, "top")
-    draw_profile(folder / "profile_here.png", PLAN, make_shadows(), LABELS, "CEST")
+    make_hours_sheet(PLAN, HOURS, 8.0).save(folder / "hours_here.png")
+    make_profile_sheet(PLAN, make_shadows(), LABELS, "CEST").save(folder / "profile_here.png")
     for name in ("hours", "profile"):
         np.testing.assert_array_equal(
             read(folder / f"{name}.png"), read(folder / f"{name}_here.png")
@@ -61,7 +62,7 @@ def check_pictures(folder):
 def test_the_child_draws_the_same_pictures(tmp_path):
     with Painter() as painter:
         child = painter._child
-        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0, "top")
+        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0)
         painter.draw_profile(tmp_path / "profile.png", PLAN, make_shadows(), LABELS, zone="CEST")
     assert child is not None
     assert painter._child is child  # it drew; nothing fell back to this process
@@ -75,7 +76,7 @@ def test_without_a_process_it_draws_here(tmp_path, monkeypatch):
 
     monkeypatch.setattr(subprocess, "Popen", refuse)
     with Painter() as painter:
-        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0, "top")
+        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0)
         painter.draw_profile(tmp_path / "profile.png", PLAN, make_shadows(), LABELS, zone="CEST")
     check_pictures(tmp_path)
 
@@ -84,7 +85,7 @@ def test_a_child_that_dies_is_replaced_by_this_process(tmp_path):
     with Painter() as painter:
         painter._child.kill()
         painter._child.wait()
-        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0, "top")
+        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0)
         painter.draw_profile(tmp_path / "profile.png", PLAN, make_shadows(), LABELS, zone="CEST")
     check_pictures(tmp_path)
 
@@ -105,11 +106,18 @@ def draw_wrong(folder):
         painter.draw_hours(folder / "wrong.png", PLAN, HOURS[:3], 8.0)
 
 
+class Remark:
+    """Printed by the process that unpickles it, where it becomes None."""
+
+    def __reduce__(self):
+        return partial(print, flush=True), ("a library's remark",)
+
+
 def test_what_the_child_prints_does_not_mix_with_its_answers(tmp_path):
     with Painter() as painter:
         child = painter._child
-        painter._submit("builtins", "print", ("a library's remark",), {"flush": True}).result()
-        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0).result()
+        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0, Remark()).result()
+        painter.draw_hours(tmp_path / "more.png", PLAN, HOURS, 8.0).result()
         assert painter._child is child  # it is still there, and it understood
 
 

@@ -12,12 +12,11 @@ from PIL import Image
 
 from umbra.writers.color import SHADE_STOPS, make_ramp, make_stamp_tints, shade_ramp
 from umbra.writers.contours import find_levels, trace
-from umbra.writers.hours import MISSING, draw_hours, make_hour_panels, make_hours_sheet
+from umbra.writers.hours import MISSING, make_hour_panels, make_hours_sheet
 from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size, shade_roofs
-from umbra.writers.point_map import draw_points, make_points_sheet
+from umbra.writers.point_map import make_points_sheet
 from umbra.writers.profile import (
     compose_profile,
-    draw_profile,
     make_profile_panels,
     make_profile_sheet,
 )
@@ -44,6 +43,11 @@ def make_plan(rows=60, cols=80, cell=0.5, origin=(0.0, 0.0), north=0.0, words=No
     height = np.full((rows, cols), np.nan, np.float32)
     height[rows // 3 : -(-2 * rows // 3), cols // 3 : -(-2 * cols // 3)] = 12.0
     return Plan(x, y, height, north, **(WORDS if words is None else words))
+
+
+def on_roofs(plan):
+    """The plan of a study of whatever is topmost."""
+    return replace(plan, roofs_cover=False)
 
 
 def make_hours(plan, most=8.0):
@@ -159,7 +163,7 @@ def test_hours_have_the_scales_colours_and_roofs_are_grey(tmp_path):
     hours = np.zeros(plan.shape, np.float32)
     hours[:, 60:] = 8.0
     hours[50:, :20] = np.nan
-    draw_hours(tmp_path / "hours.png", plan, hours, 8.0)
+    make_hours_sheet(plan, hours, 8.0).save(tmp_path / "hours.png")
     sheet = make_hours_sheet(plan, hours, 8.0)
     ramp = shade_ramp() * 255
     with Image.open(tmp_path / "hours.png") as image:
@@ -176,7 +180,7 @@ def test_hours_have_the_scales_colours_and_roofs_are_grey(tmp_path):
     assert np.ptp(roof) <= 1
     assert 190 < roof[0] < 240
 
-    draw_hours(tmp_path / "top.png", plan, hours, 8.0, "top")
+    make_hours_sheet(on_roofs(plan), hours, 8.0).save(tmp_path / "top.png")
     np.testing.assert_allclose(read_pixel(tmp_path / "top.png", sheet, 18.0, 14.0), ramp[0], atol=1)
 
 
@@ -186,7 +190,9 @@ def test_overlapping_shadows_are_darker_and_roofs_lie_on_top(tmp_path):
     first[:10, :40] = True
     second[:10, 20:] = True
     first[20:40] = True
-    draw_profile(tmp_path / "profile.png", plan, iter([first, second]), ["09:00", "10:00"])
+    make_profile_sheet(plan, iter([first, second]), ["09:00", "10:00"]).save(
+        tmp_path / "profile.png"
+    )
     sheet = make_profile_sheet(plan, [first, second], ["09:00", "10:00"])
     check_layout(sheet)
     one, both, other, bare, roof = (
@@ -200,7 +206,9 @@ def test_overlapping_shadows_are_darker_and_roofs_lie_on_top(tmp_path):
     assert np.ptp(roof) <= 1
     assert roof[0] > 190
 
-    draw_profile(tmp_path / "top.png", plan, [first, second], ["09:00", "10:00"], receivers="top")
+    make_profile_sheet(on_roofs(plan), [first, second], ["09:00", "10:00"]).save(
+        tmp_path / "top.png"
+    )
     on_roof = read_pixel(tmp_path / "top.png", sheet, 20, 15)
     assert np.ptp(on_roof) > 20  # shadow falls on the roof
 
@@ -251,7 +259,8 @@ def test_several_dates_have_a_panel_each(shape, n):
     for k in range(n):
         masks[k, :, : shape[0] // 4, : (k + 1) * shape[1] // n] = True
     days = [(date, masks[k], clock(9), None) for k, date in enumerate(dates)]
-    sheet, panels = make_profile_panels(plan, days, "CET/CEST")
+    sheet = make_profile_panels(plan, days, "CET/CEST")
+    panels = sheet.panels
     texts = check_layout(sheet)
     assert {*dates, "09:00", "11:00", "N", "local time (CET/CEST)"} <= texts
     assert not {"x [m]", "y [m]"} & texts
@@ -296,7 +305,7 @@ def test_north_is_up_and_rows_ascend(tmp_path):
     plan = Plan(np.arange(30.0), np.arange(20.0))
     hours = np.zeros(plan.shape, np.float32)
     hours[-5:, :5] = 8.0
-    draw_hours(tmp_path / "hours.png", plan, hours, 8.0)
+    make_hours_sheet(plan, hours, 8.0).save(tmp_path / "hours.png")
     with Image.open(tmp_path / "hours.png") as image:
         pixels = np.asarray(image.convert("L")).astype(int)
     sheet = make_sheet(plan, 0.5)
@@ -349,7 +358,7 @@ def test_no_label_covers_a_roof():
     near = np.zeros(plan.shape, np.float32)
     near[98:202, 131:269] = 3.0  # two cells wider than the roof: too narrow for a label
     assert not find_labels(make_hours_sheet(plan, near, 3.0))
-    assert find_labels(make_hours_sheet(plan, near, 3.0, "top"))
+    assert find_labels(make_hours_sheet(on_roofs(plan), near, 3.0))
 
 
 @pytest.mark.parametrize(
@@ -463,7 +472,7 @@ def test_points_have_the_colours_of_their_hours_and_their_names(tmp_path):
     normals[2:] = (1, 0, 0)
     hours = np.array([0.0, 8.0, 2.0, 6.0, 4.0], np.float32)
     names = ["garden", "yard", "third", "ground", "first"]
-    draw_points(tmp_path / "points.png", plan, points, normals, hours, 8.0, names)
+    make_points_sheet(plan, points, normals, hours, 8.0, names).save(tmp_path / "points.png")
     sheet = make_points_sheet(plan, points, normals, hours, 8.0, names)
     texts = check_layout(sheet)
     assert {"garden: 0 h", "yard: 8 h", "ground: 6 h", "first: 4 h", "third: 2 h", "N"} <= texts
@@ -503,7 +512,8 @@ def test_hours_of_several_dates_are_maps_on_one_scale(shape, n):
         DayMap(f"2026-{k + 1:02d}-21", "sunrise 07:42, sunset 16:03 · newly under 2 h: 712 m²", h)
         for k, h in enumerate(hours)
     ]
-    sheet, panels = make_hour_panels(plan, days, 8.0, "top", hatch="newly under 2 h")
+    sheet = make_hour_panels(on_roofs(plan), days, 8.0, hatch="newly under 2 h")
+    panels = sheet.panels
     texts = check_layout(sheet)
     assert {*(day.title for day in days), "hours in shadow", "8 h", "newly under 2 h"} <= texts
     assert sum(text.startswith("sunrise 07:42") for text in texts) == 1  # the same for each here
@@ -526,7 +536,9 @@ def test_what_is_newly_under_is_hatched_where_it_is_and_told_in_the_key():
     lost = np.full(plan.shape, 8.0, np.float32)
     drawn = []
     for hatched in (np.zeros_like(newly), newly):
-        sheet = make_hours_sheet(plan, lost, 8.0, "top", hatched=hatched, hatch="newly under 2 h")
+        sheet = make_hours_sheet(
+            on_roofs(plan), lost, 8.0, hatched=hatched, hatch="newly under 2 h"
+        )
         assert any("newly under 2 h" in text for text in check_layout(sheet))
         sheet.figure.canvas.draw()
         drawn.append(np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float))
@@ -581,5 +593,5 @@ def test_a_low_map_tells_two_heights_at_least():
     plan = Plan(
         457_780 + 0.2 * np.arange(1900), 3.45 + 0.2 * np.arange(61), axes=("a [m]", "z [m]")
     )
-    texts = check_layout(make_hours_sheet(plan, np.zeros(plan.shape), 8.0, "top"))
+    texts = check_layout(make_hours_sheet(on_roofs(plan), np.zeros(plan.shape), 8.0))
     assert {"5", "10", "15"} <= texts

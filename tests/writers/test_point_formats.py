@@ -13,7 +13,7 @@ import umbra
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_point_study
 from umbra.writers.color import shade_ramp
-from umbra.writers.point_formats import write_point_formats
+from umbra.writers.formats import Job, write_formats
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {
@@ -52,7 +52,7 @@ def read_glb(path):
 
 def test_each_sample_has_its_colour_on_the_model(tmp_path):
     study = run(spacing=1.0, on=["house", "bar"])
-    assert write_point_formats(tmp_path, study, ["glb"]) == ["hours.glb"]
+    assert write_formats(Job(study, tmp_path), ["glb"]) == ["hours.glb"]
     tree, get, picture = read_glb(tmp_path / "hours.glb")
     assert [node["name"] for node in tree["nodes"]] == ["bar", "house", "not sampled"]
     pixels = np.asarray(picture.convert("RGB"))
@@ -95,7 +95,7 @@ def hold(triangles, point):
 
 def test_the_model_loads_elsewhere_and_stands_where_it_did(tmp_path):
     study = run(spacing=2.0)
-    write_point_formats(tmp_path, study, ["glb"])
+    write_formats(Job(study, tmp_path), ["glb"])
     scene = trimesh.load(tmp_path / "hours.glb")
     assert set(scene.geometry) == set(HOUSES)
     low, high = scene.bounds
@@ -110,7 +110,7 @@ def test_points_go_into_maps(tmp_path):
     pytest.importorskip("pyogrio", reason="the extra gis is not installed")
     points = np.array([(3000, 339991, 171), (3014, 339989, 172), (2995, 340012, 171.0)])
     study = run(receivers="points", points=points, names=["a", "b", "c"], spells=True)
-    names = write_point_formats(tmp_path, study, ["geojson", "gpkg", "csv"])
+    names = write_formats(Job(study, tmp_path), ["geojson", "gpkg", "csv"])
     assert names == ["points.geojson", "study.gpkg", "points.csv"]
     found = json.loads((tmp_path / "points.geojson").read_text())
     assert [f["properties"]["name"] for f in found["features"]] == ["a", "b", "c"]

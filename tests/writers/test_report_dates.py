@@ -11,9 +11,8 @@ from umbra.study import run_point_study, run_study
 from umbra.sun import Site
 from umbra.writers.formats import Job, write_formats
 from umbra.writers.report.comparison import find_comparisons
-from umbra.writers.report.facts import find_sun_areas
 from umbra.writers.report.sample_tables import list_receivers
-from umbra.writers.report.tables import list_dates
+from umbra.writers.report.tables import find_sun_areas, list_dates
 from umbra.writers.tables import write_cells, write_samples
 from umbra.writers.vectors.layers import find_hour_lines, make_line_layer
 

@@ -85,7 +85,7 @@ def test_steep_faces_of_every_aspect_keep_their_hours(hours):
     look = make_look(study, size)
     assert look.shade[size[0] // 2 - 60 : size[0] // 2 + 60].min() < 60  # it is shaded
     plan = Plan(plan.x, plan.y, plan.building_height, look=look)
-    sheet = make_hours_sheet(plan, np.full(plan.shape, hours), 8.0, "top")
+    sheet = make_hours_sheet(plan, np.full(plan.shape, hours), 8.0)
     sheet.figure.canvas.draw()
     pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3] / 255
     left, bottom, w, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)
@@ -106,7 +106,7 @@ def test_contours_end_at_the_creases_of_a_plan():
 
     def count(look):
         own = Plan(plan.x, plan.y, plan.building_height, look=look)
-        sheet = make_hours_sheet(own, hours, 8.0, "top")
+        sheet = make_hours_sheet(own, hours, 8.0)
         return sum(text.get_text() == "4 h" and bool(text.get_path_effects())
                    for text in sheet.figure.texts + sheet.figure.artists
                    if hasattr(text, "get_text"))  # fmt: skip

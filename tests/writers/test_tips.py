@@ -131,7 +131,7 @@ def test_each_date_has_its_own_times():
         (date, reach_east(plan, [length]), ["10:00"], np.array([EAST]))
         for date, length in (("2026-03-21", 20.0), ("2026-06-21", 12.0))
     ]
-    _, panels = make_profile_panels(plan, days)
+    panels = make_profile_panels(plan, days).panels
     assert all("10:00" in find_labels(panel) for panel in panels)
 
 

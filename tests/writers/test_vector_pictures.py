@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from umbra.writers.hours import draw_hours, make_hours_sheet
+from umbra.writers.hours import make_hours_sheet
 from umbra.writers.painter import Painter
 from umbra.writers.plan import DOTS_PER_INCH, Plan
-from umbra.writers.profile import draw_profile
+from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(
     np.arange(0.25, 40, 0.5), np.arange(0.25, 30, 0.5), None, 10.0, title="Tower & $5", date="2026"
@@ -18,7 +18,7 @@ HOURS = np.broadcast_to(np.linspace(0, 8, 80, dtype=np.float32), PLAN.shape)
 
 
 def test_svg_has_its_type_as_type(tmp_path):
-    draw_hours(tmp_path / "hours.svg", PLAN, HOURS, 8.0)
+    make_hours_sheet(PLAN, HOURS, 8.0).save(tmp_path / "hours.svg")
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", (tmp_path / "hours.svg").read_text())
     sheet = make_hours_sheet(PLAN, HOURS, 8.0)
     expected = [text.get_text() for text in sheet.figure.findobj(Text) if text.get_text()]
@@ -27,7 +27,7 @@ def test_svg_has_its_type_as_type(tmp_path):
 
 
 def test_pdf_holds_its_typeface(tmp_path):
-    draw_hours(tmp_path / "hours.pdf", PLAN, HOURS, 8.0)
+    make_hours_sheet(PLAN, HOURS, 8.0).save(tmp_path / "hours.pdf")
     data = (tmp_path / "hours.pdf").read_bytes()
     assert data.startswith(b"%PDF")
     assert b"/FontFile2" in data
@@ -37,15 +37,15 @@ def test_pdf_holds_its_typeface(tmp_path):
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
 def test_a_picture_drawn_twice_is_one_file(tmp_path, ending, monkeypatch):
     for name in ("a", "b"):
-        draw_profile(
-            tmp_path / f"{name}.{ending}", PLAN, [HOURS > 4, HOURS > 6], ["09:00", "10:00"]
+        make_profile_sheet(PLAN, [HOURS > 4, HOURS > 6], ["09:00", "10:00"]).save(
+            tmp_path / f"{name}.{ending}"
         )
         monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
     assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
 
 
 def test_the_map_lies_in_an_svg_where_it_does_in_a_png(tmp_path):
-    draw_hours(tmp_path / "hours.svg", PLAN, HOURS, 8.0)
+    make_hours_sheet(PLAN, HOURS, 8.0).save(tmp_path / "hours.svg")
     sheet = make_hours_sheet(PLAN, HOURS, 8.0)
     text = (tmp_path / "hours.svg").read_text()
     image = next(tag for tag in re.findall(r"<image[^>]*>", text))

@@ -9,7 +9,7 @@ from umbra.receivers.camera import CameraPicture
 from umbra.receivers.ground import GroundPlane
 from umbra.receivers.kind import ReceiverKind
 from umbra.receivers.points import GivenPoints
-from umbra.receivers.surfaces import SampledSurfaces
+from umbra.receivers.surfaces import SurfaceSamples
 from umbra.receivers.top import TopmostSurface
 from umbra.receivers.view import ElevationView, ViewFromAbove
 
@@ -18,7 +18,7 @@ __all__ = ["KINDS", "ReceiverKind", "find_kind"]
 KINDS: dict[str, ReceiverKind] = {
     kind.name: kind
     for kind in (
-        GroundPlane(), TopmostSurface(), CameraPicture(), SampledSurfaces(), GivenPoints(),
+        GroundPlane(), TopmostSurface(), CameraPicture(), SurfaceSamples(), GivenPoints(),
         ElevationView(), ViewFromAbove(),  # these refuse what names none
     )
 }  # fmt: skip

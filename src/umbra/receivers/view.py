@@ -1,6 +1,11 @@
 """What is seen from infinitely far: elevations, and views from above."""
 
+from typing import TYPE_CHECKING
+
 from umbra.receivers.kind import ReceiverKind
+
+if TYPE_CHECKING:
+    from umbra.study import Study
 
 __all__ = ["ElevationView", "ViewFromAbove"]
 
@@ -14,8 +19,15 @@ class ElevationView(ReceiverKind):
         """Tell whether a level direction is named."""
         return _find_tilt(receivers) == 0
 
+    def describe_receivers(self, study: "Study") -> str:
+        """Say from where the model is seen."""
+        facts = study.facts
+        azimuth, tilt = facts["view_azimuth_deg"], facts.get("view_tilt_deg")
+        words = f"what is seen from azimuth {azimuth:g}°, clockwise from true north"
+        return f"{words}, looking down {tilt:g}°" if tilt else f"{words}, level and orthographic"
 
-class ViewFromAbove(ReceiverKind):
+
+class ViewFromAbove(ElevationView):
     """What is seen from an azimuth and looking down."""
 
     name = "view"

@@ -222,7 +222,7 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     tile = study.model.make_tile(grid)
     sweep = tile.make_counter()
     solid = None if share is None else tile.with_casters().make_counter()
-    kept = _Kept(len(which), grid.rows * grid.cols, share)
+    kept = _InstantPacker(len(which), grid.rows * grid.cols, share)
     for first in range(0, len(shown), 8):
         some = shown[first : first + 8]
         suns = study.sun.direction[which[some]]
@@ -255,7 +255,7 @@ def make_point_timeline(study: PointStudy) -> Instants:
     fit = 8 * MOST_BYTES / max(sets * count, 1)
     which, last, strides = thin(study.period, int(max(min(MOST_INSTANTS, fit), _FEWEST)))
     share = _find_share(study, which)
-    kept = _Kept(len(which), count, share)
+    kept = _InstantPacker(len(which), count, share)
     shown = np.flatnonzero(study.sun.is_up[which])
     if study.masks is not None:
         canopies: Any = study.more["under_canopy"][1] if share is not None else None
@@ -276,7 +276,7 @@ def make_point_timeline(study: PointStudy) -> Instants:
     return Instants(which, last, strides, kept.bits, behind=kept.behind, share=share)
 
 
-class _Kept:
+class _InstantPacker:
     """The bits of ``Instants``, filled in some at a time."""
 
     def __init__(self, instants: int, count: int, share: NDArray[np.float64] | None) -> None:

@@ -57,10 +57,11 @@ STAMP_STOPS = [
 ]
 
 
+_TOE = 0.0031308  # below which sRGB is linear
 # Linear light to sRGB; a step is less than one of 255 even in the dark.
 _LINEAR = np.linspace(0, 1, 8192)
 _GAMMA = np.where(
-    _LINEAR <= 0.0031308, 12.92 * _LINEAR, 1.055 * np.maximum(_LINEAR, 1e-9) ** (1 / 2.4) - 0.055
+    _LINEAR <= _TOE, 12.92 * _LINEAR, 1.055 * np.maximum(_LINEAR, 1e-9) ** (1 / 2.4) - 0.055
 )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.paper import SMALL, Panel, measure
-from umbra.writers.raster import resample
+from umbra.writers.raster import HALF, resample
 
 __all__ = ["draw_contours", "find_levels", "trace"]
 
@@ -16,6 +16,8 @@ FINEST = 0.012  # the contour grid's spacing on the sheet [inch]
 SHORTEST = 0.10  # a contour smaller than this is a speck [inch]
 COARSE = 0.05  # a pixel of the rasters that labels are weighed on [inch]
 LABEL = SMALL - 0.5  # size of type [point]
+STRAIGHT = 0.9  # least length of a label's line, end to end, beside its length along it
+TOUCHED = 0.02  # share of a pixel that is blocked, from which a label keeps off
 LABEL_GAP = 0.55  # between two labels' middles [inch]
 
 Place = tuple[float, float, float]
@@ -56,7 +58,7 @@ def trace(
     share = _smooth(resample(is_inside if is_hidden is None else is_inside & ~is_hidden, size))
     if is_hidden is not None:
         known = _smooth(resample(~is_hidden, size))
-        share = np.ma.masked_where(known < 0.5, share / np.maximum(known, 0.5))
+        share = np.ma.masked_where(known < HALF, share / np.maximum(known, HALF))
     across = x + (np.arange(-1, cols + 1) + 0.5) * (w / cols)
     up = y + (np.arange(-1, rows + 1) + 0.5) * (h / rows)
     lines: Any = contourpy.contour_generator(across, up, share).lines(0.5)
@@ -118,7 +120,7 @@ class _LabelFinder:
         _, _, w, h = self.box
         # Small rasters of what matters to a label.
         size = (max(1, round(h / COARSE)), max(1, round(w / COARSE)))
-        self.blocked = resample(blocked, size) > 0.02
+        self.blocked = resample(blocked, size) > TOUCHED
         self.hours = np.nan_to_num(resample(hours, size))
 
     def find(self, lines: list[NDArray], text: str) -> tuple[list[NDArray], list[Place]]:
@@ -164,7 +166,7 @@ class _LabelFinder:
         left, bottom, w, h = self.box
         room = half + 0.04
         if (
-            straight < 0.9
+            straight < STRAIGHT
             or not left + room < x < left + w - room
             or not bottom + room < y < bottom + h - room
             or any(math.hypot(x - a, y - b) < LABEL_GAP for a, b in self.taken)

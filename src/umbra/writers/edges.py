@@ -26,6 +26,7 @@ STEP = 2.0  # pixels that a surface must stand before another, of those that are
 CROWDED = 0.22  # share of pixels with creases, above which they fade: leaves of a tree
 THRONGED = 0.5  # share of pixels with jumps, above which they fade, too
 FINER = 2  # pixels looked at for one of the picture, along each side
+_LEVEL = 1e-9  # of a unit vector that lies level
 RELIEF = 1.0  # least step in a plan's heights that is an edge [m]
 
 
@@ -46,7 +47,7 @@ def make_look(study: Study, size: tuple[int, int], grid: Grid | None = None) -> 
     look : Look, optional
         None of the ground plane, which is level.
     """
-    if study.receivers == "ground":
+    if study.kind.is_level:
         return None
     grid = grid or study.grid
     times = max(1, math.ceil(FINER * max(size) / max(grid.rows, grid.cols)))
@@ -59,8 +60,6 @@ def make_look(study: Study, size: tuple[int, int], grid: Grid | None = None) -> 
 
 def find_breaks(study: Study) -> NDArray[np.bool_]:
     """Tell which of a study's own cells lie at an edge of a surface, (rows, cols)."""
-    if study.receivers == "ground":
-        return np.zeros(study.shadow_hours.shape, np.bool_)
     tile = study.model.make_tile(study.grid)
     if isinstance(tile, ViewTile):
         jumps, creases = _find_edges(*_read(tile))
@@ -75,7 +74,7 @@ def _look_at(tile: ViewTile, size: tuple[int, int]) -> Look:
     position, normal, part, is_seen, step = _read(tile)
     jumps, creases = _find_edges(position, normal, part, is_seen, step)
     right, up, forward = camera.axes()
-    is_level = abs(forward[2]) < 1e-9
+    is_level = abs(forward[2]) < _LEVEL
     reference = -forward if is_level else np.array([0.0, 0.0, 1.0])
     lamp = -0.5 * right + 0.6 * up - 0.62 * forward
     facing = normal @ (lamp / (lamp @ reference))

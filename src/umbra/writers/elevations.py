@@ -1,9 +1,7 @@
 """The sheet of a plan and its four elevations in one round scale, on A3 across."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from numpy.typing import NDArray
 
@@ -14,7 +12,7 @@ from umbra.writers.paper import INK, SMALL, SUBTITLE, Panel, make_figure, measur
 from umbra.writers.plan import DOTS_PER_INCH, Plan, Show
 from umbra.writers.sheet import KEY_WIDTH, MARGIN, Sheet, Words
 
-__all__ = ["Arrangement", "arrange", "draw_elevations", "find_pixel", "make_elevations_sheet"]
+__all__ = ["Arrangement", "arrange", "find_pixel", "make_elevations_sheet"]
 
 PAPER = (420 / 25.4, 297 / 25.4)  # A3 [inch]
 HEAD, FOOT = 1.05, 0.75  # of the words, at most [inch]
@@ -131,51 +129,28 @@ class _Block:
         return corners
 
 
-def draw_elevations(
-    path: str | os.PathLike[str],
+def make_elevations_sheet(
     arrangement: Arrangement,
     maps: Sequence[tuple[str, Plan, NDArray]],
     max_hours: float,
-    receivers: Literal["ground", "top"] = "ground",
     show: Show = "shadow",
     what: str = "",
-) -> None:
+) -> Sheet:
     """
     Draw a plan and its elevations.
 
     Parameters
     ----------
-    path : path
-        Its ending chooses PNG, PDF or SVG.
     arrangement : Arrangement
     maps : sequence of (caption, plan, shadow_hours)
         The plan first; its words are those of the sheet.
     max_hours : float
         The colour scale's end [h].
-    receivers : {'ground', 'top'}
-        Of the plan.
     show : {'shadow', 'sun'}
         Which hours are drawn.
     what : str
         What the hours are of, for the key; hours in shadow or in the sun by default.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
     """
-    make_elevations_sheet(arrangement, maps, max_hours, receivers, show, what)[0].save(path)
-
-
-def make_elevations_sheet(
-    arrangement: Arrangement,
-    maps: Sequence[tuple[str, Plan, NDArray]],
-    max_hours: float,
-    receivers: Literal["ground", "top"] = "ground",
-    show: Show = "shadow",
-    what: str = "",
-) -> tuple[Sheet, list[Panel]]:
-    """Lay out what ``draw_elevations`` writes; same parameters, less the path."""
     width, height = (to_pixels(side) for side in PAPER)
     figure = make_figure(width, height)
     first = maps[0][1]
@@ -189,12 +164,12 @@ def make_elevations_sheet(
     for (caption, plan, hours), (x, y) in zip(maps, arrangement.corners, strict=True):
         panel = _make_panel(figure, plan, (MARGIN + AXIS + x, top - CAPTION - y), arrangement)
         panel.write(panel.map_box[0], top - CAPTION - y + 0.08, caption, SUBTITLE, weight="bold")
-        fill_hours(panel, hours, max_hours, receivers if plan is first else "top", show)
+        fill_hours(panel, hours, max_hours, show)
         _draw_axes(panel)
         panels.append(panel)
     key_x, bottom = width - MARGIN - KEY_WIDTH, FOOT
     key_box = (key_x, bottom + 0.6, KEY_WIDTH, top - bottom - 0.6 - 0.85)
-    sheet = Sheet(figure, first, panels[0].map_box, panels[0].map_size, key_box, is_wide=False)
+    sheet = Sheet.of_panels(panels, key_box)
     words.draw(sheet)
     if max_hours > 0:
         swatches = find_swatches([plan for _, plan, _ in maps])
@@ -202,7 +177,7 @@ def make_elevations_sheet(
     draw_scale_bar(panels[0], key_x, bottom + 0.03, KEY_WIDTH - 0.25)
     draw_north(panels[0], key_x + 0.3, top - 0.36)
     sheet.write(key_x, bottom + 0.32, scale.partition(" on")[0], SUBTITLE, color=INK, weight="bold")
-    return sheet, panels
+    return sheet
 
 
 def _make_panel(figure: object, plan: Plan, corner: Size, arrangement: Arrangement) -> Panel:

@@ -78,12 +78,12 @@ def draw_frames(study: Study, moments: Sequence[Moment], title: str = "") -> Ite
     for moment in moments:
         masks = counter.masks(moment.direction[None]).view(np.bool_)
         shade = enlarge(masks[0] & ~tile.nothing)
-        if study.receivers == "top":
-            base = GROUND + coverage * (grey * 255 - GROUND)
-            image: NDArray = base * (1 - shade * (1 - SHADE / 251))
-        else:
-            image = GROUND + shade * (SHADE - GROUND)
+        if study.kind.lies_under_roofs:
+            image: NDArray = GROUND + shade * (SHADE - GROUND)
             image += coverage * (grey * 255 - image)
+        else:
+            base = GROUND + coverage * (grey * 255 - GROUND)
+            image = base * (1 - shade * (1 - SHADE / 251))
         frame = Image.new("RGB", (wide, high + STRIP), "white")
         pixels = np.clip(np.rint(image[::-1]), 0, 255).astype(np.uint8)
         frame.paste(Image.fromarray(pixels), (0, STRIP))

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PIL.Image import Image
 
-    from umbra.study import Study
     from umbra.study.moments import Moment
     from umbra.study.timeline import Timeline
     from umbra.writers.plan import Show
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMATS", "Format", "Job", "check_extra", "write_formats"]
 
+FLAT = 1e-6  # above the ground something stands [m]
 FEW_TIMES = 12  # clock times that are named one by one
 
 
@@ -34,7 +34,7 @@ class Job:
 
     Parameters
     ----------
-    study : Study
+    study : Study or PointStudy
     folder : Path
     title : str
     say : callable
@@ -45,31 +45,31 @@ class Job:
         Clock times that are outlined and filmed; round ones by default.
     """
 
-    study: "Study"
+    study: Any
     folder: Path
-    title: str
-    say: Callable[[str], object]
+    title: str = ""
+    say: Callable[[str], object] = lambda _line: None
     show: "Show" = "shadow"
     at: Sequence[str] = ()
 
     @property
+    def is_on_map(self) -> bool:
+        """Whether coordinates are those of the model; a view has its own."""
+        return self.study.kind.is_plan or not self.study.kind.is_raster
+
+    @property
     def crs(self) -> object:
-        """What the study says of its coordinates' system; a view has its own."""
-        return self.study.facts.get("crs") if self.study.is_plan else None
+        """What the study says of its coordinates' system."""
+        return self.study.facts.get("crs") if self.is_on_map else None
 
     @property
     def frame(self) -> str:
         """What coordinates are where they are no map's."""
-        if self.study.is_plan:
+        if self.is_on_map:
             return ""
         azimuth = self.study.facts["view_azimuth_deg"]
         axes = " and ".join(self.study.dims[::-1])
         return f"{axes} in metres, seen from azimuth {azimuth:g}\N{DEGREE SIGN}"
-
-    @property
-    def has_outlines(self) -> bool:
-        """Whether shadows fall on a plane, so that outlines are exact."""
-        return self.study.receivers == "ground"
 
     @cached_property
     def timeline(self) -> "Timeline":
@@ -80,15 +80,15 @@ class Job:
 
     @cached_property
     def outlines(self) -> "list[Outline]":
-        """Shadows on the ground; none with other receivers."""
+        """Shadows on level ground; none of other receivers."""
         from umbra.study.moments import find_moments  # noqa: PLC0415
         from umbra.writers.vectors.outlines import EVERY, MOST, find_outlines  # noqa: PLC0415
 
-        if not self.has_outlines:
-            other = self.study.receivers if self.study.is_plan else "views"
+        kind = self.study.kind
+        if not kind.is_level:
             self.say(
-                f"note: shadow outlines are exact on level ground only; of {other} there are lines "
-                "of equal hours"
+                "note: shadow outlines are exact on level ground only; of "
+                f"{kind.name if kind.is_plan else 'views'} there are lines of equal hours"
             )
             return []
         moments = find_moments(self.study, self.at, every=EVERY, most=MOST)
@@ -113,19 +113,22 @@ class Job:
         """The border of what a view sees; nothing of a plan."""
         from umbra.writers.vectors.layers import find_seen  # noqa: PLC0415
 
-        return [] if self.study.is_plan else find_seen(self.study)
+        return [] if self.is_on_map else find_seen(self.study)
 
     @cached_property
     def layers(self) -> "list[Layer]":
         """All of them, as simple features."""
-        from umbra.writers.vectors import layers as made  # noqa: PLC0415
+        from umbra.writers.vectors import layers  # noqa: PLC0415
 
-        layers = [made.make_line_layer(self.hour_lines)]
+        if not self.study.kind.is_raster:
+            return [layers.make_point_layer(self.study)]
+        found = [layers.make_line_layer(self.hour_lines)]
         if self.seen:
-            layers.insert(0, made.make_seen_layer(self.seen, self.frame))
-        if self.has_outlines or self.outlines:
-            layers.insert(0, made.make_outline_layer(self.outlines))
-        return layers
+            found.insert(0, layers.make_seen_layer(self.seen, self.frame))
+        outlines = self.outlines  # says why where there are none
+        if self.study.kind.is_level:
+            found.insert(0, layers.make_outline_layer(outlines))
+        return found
 
 
 @dataclass(frozen=True)
@@ -141,14 +144,11 @@ class Format:
         That it imports beyond umbra's own.
     extra : str
         By which they are installed.
-    of_views : bool
-        Whether elevations and views from above are written, too.
     """
 
     write: Callable[[Job], list[str]]
     packages: tuple[str, ...] = ()
     extra: str = ""
-    of_views: bool = False
 
 
 def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
@@ -212,12 +212,12 @@ def _write_dxf(job: Job) -> list[str]:
     from umbra.writers.vectors.dxf import find_footprints, write_dxf  # noqa: PLC0415
     from umbra.writers.vectors.gis_files import find_crs, name_crs  # noqa: PLC0415
 
-    height = job.study.ground if job.study.is_plan else 0.0
+    height = job.study.ground if job.is_on_map else 0.0
     coordinates = job.frame or name_crs(find_crs(job.crs))
     write_dxf(
         job.folder / "study.dxf", job.outlines, job.hour_lines, height=height, seen=job.seen,
         up_hours=job.most_hours, note=f"{job.title}; {coordinates}", show=job.show,
-        footprints=find_footprints(job.study) if job.study.is_plan else {},
+        footprints=find_footprints(job.study) if job.is_on_map else {},
     )  # fmt: skip
     return ["study.dxf"]
 
@@ -225,14 +225,17 @@ def _write_dxf(job: Job) -> list[str]:
 def _write_csv(job: Job) -> list[str]:
     import numpy as np  # noqa: PLC0415
 
-    from umbra.writers.report.facts import find_sun_areas  # noqa: PLC0415
+    from umbra.writers.report.tables import find_sun_areas  # noqa: PLC0415
     from umbra.writers.tables import (  # noqa: PLC0415
         name_cells,
         write_cells,
         write_instants,
+        write_samples,
         write_table,
     )
 
+    if not job.study.kind.is_raster:
+        return write_samples(job.folder, job.study)
     study, timeline = job.study, job.timeline
     names = [name_cells(study), "instants.csv"]
     size = write_cells(job.folder / names[0], study)
@@ -243,10 +246,10 @@ def _write_csv(job: Job) -> list[str]:
             f"in {packed / 1e6:.0f} MB; gzip -d unpacks it, pandas.read_csv reads it as it is"
         )
     areas = None
-    if study.is_plan and timeline.strides == (1, 1):
+    if study.kind.is_plan and timeline.strides == (1, 1):
         is_counted = np.ones(timeline.shape, bool)
-        if study.receivers == "ground":
-            is_counted = timeline.surface <= 1e-6
+        if study.kind.lies_under_roofs:
+            is_counted = timeline.surface <= FLAT
         rows, cols = timeline.shape
         area = study.grid.dx * study.grid.cols * study.grid.dy * study.grid.rows / (rows * cols)
         areas = [
@@ -263,11 +266,13 @@ def _write_csv(job: Job) -> list[str]:
 
 def _write_glb(job: Job) -> list[str]:
     from umbra.writers.model_glb import write_model_glb  # noqa: PLC0415
+    from umbra.writers.surfaces_glb import write_surfaces_glb  # noqa: PLC0415
 
+    write = write_model_glb if job.study.kind.is_plan else write_surfaces_glb
     dates = split_dates(job.study)
     names = [f"hours_{tell_dates(one)}.glb" for one in dates] if len(dates) > 1 else ["hours.glb"]
     for name, one in zip(names, dates, strict=True):
-        write_model_glb(job.folder / name, one, job.most_hours)
+        write(job.folder / name, one, job.most_hours)
     return names
 
 
@@ -305,10 +310,10 @@ def _name_times(moments: "Sequence[Moment]") -> str:
 _POLYGONS: tuple[Any, ...] = ("pyclipr", "shapely")
 FORMATS = {
     "geotiff": Format(_write_geotiff, ("rasterio",), "gis"),
-    "geojson": Format(_write_geojson, _POLYGONS, "gis", of_views=True),
-    "gpkg": Format(_write_geopackage, (*_POLYGONS, "pyogrio"), "gis", of_views=True),
-    "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf", of_views=True),
-    "csv": Format(_write_csv, of_views=True),
+    "geojson": Format(_write_geojson, _POLYGONS, "gis"),
+    "gpkg": Format(_write_geopackage, (*_POLYGONS, "pyogrio"), "gis"),
+    "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf"),
+    "csv": Format(_write_csv),
     "glb": Format(_write_glb),
     "gif": Format(_write_film("gif")),
     "mp4": Format(_write_film("mp4"), ("av",), "video"),

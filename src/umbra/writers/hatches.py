@@ -9,7 +9,7 @@ from umbra.writers.contours import trace
 from umbra.writers.marks import Swatch
 from umbra.writers.paper import INK, Panel
 from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, SKY, Plan
-from umbra.writers.raster import resample
+from umbra.writers.raster import HALF, resample
 
 __all__ = ["draw_hatch", "draw_hatch_swatch", "find_swatches", "hatch_canopies", "outline_canopies"]
 
@@ -27,7 +27,7 @@ def draw_hatch(panel: Panel, is_inside: NDArray[np.bool_]) -> None:
     is_inside : (rows, cols) bool
     """
     x, y, _, _ = panel.map_box
-    inside = resample(is_inside, panel.map_size) > 0.5
+    inside = resample(is_inside, panel.map_size) > HALF
     rows, cols = inside.shape
     lines = []
     for first in range(-rows + PITCH // 2, cols, PITCH):
@@ -71,7 +71,7 @@ def hatch_canopies(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]
     if plan.canopies is None:
         return
     rows, cols = np.indices(size)
-    lines = ((rows + cols) % STRIDE == 0) & (resample(plan.canopies, size) > 0.5)
+    lines = ((rows + cols) % STRIDE == 0) & (resample(plan.canopies, size) > HALF)
     found = image[lines]
     ink = np.where((found @ LUMINANCE)[:, None] < DARK, _LIGHT, _DARK)
     image[lines] += 0.75 * (ink - found)

@@ -1,9 +1,7 @@
 """The picture of a study: hours in shadow on a plan; of several dates a map for each."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +16,13 @@ from umbra.writers.hatches import (
     outline_canopies,
 )
 from umbra.writers.marks import Swatch, draw_color_bar
-from umbra.writers.paper import INK, LINE, QUIET, SMALL, Panel, wrap
-from umbra.writers.plan import DayMap, Plan, Show, draw_look, name_hours, shade_roofs
-from umbra.writers.raster import resample
+from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap
+from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs, draw_look, name_hours
+from umbra.writers.raster import HALF, resample
 from umbra.writers.sheet import KEY_WIDTH, Sheet, make_panels, make_sheet
 
 __all__ = [
     "OUTLINE",
-    "draw_hour_panels",
-    "draw_hours",
     "draw_hours_key",
     "fill_hours",
     "make_hour_panels",
@@ -34,37 +30,31 @@ __all__ = [
 ]
 
 MISSING = 0.93  # grey of cells without a value
+DEEP = 0.6  # share from which lines are white
 BAR = 5.0  # of a long colour bar, with its title and what is hatched [inch]
 OUTLINE, PROPOSED = "#55555e", "#d0312d"
 
 
-def draw_hours(
-    path: str | os.PathLike[str],
+def make_hours_sheet(
     plan: Plan,
     shadow_hours: NDArray,
     max_hours: float,
-    receivers: Literal["ground", "top"] = "ground",
     what: str = "",
     show: Show = "shadow",
     hatched: NDArray[np.bool_] | None = None,
     hatch: str = "",
     finer: NDArray | None = None,
-) -> None:
+) -> Sheet:
     """
     Draw hours in shadow or in the sun, with contour lines at whole hours.
 
     Parameters
     ----------
-    path : path
-        Its ending chooses PNG, PDF or SVG.
     plan : Plan
     shadow_hours : (rows, cols) float32
         Rows ascend in y; NaN where there is no value.
     max_hours : float
         The colour scale's end: the hours that the sun was up in the period [h].
-    receivers : {'ground', 'top'}
-        ``ground``: roofs are drawn in grey over the hours. ``top``: the hours are
-        those of roofs too, and buildings are outlined.
     what : str
         What the hours are of, for the key; hours in shadow or in the sun by default.
     show : {'shadow', 'sun'}
@@ -79,46 +69,71 @@ def draw_hours(
     ------
     ValueError
         If ``shadow_hours`` does not fit the plan.
-    OSError
-        If the file cannot be written.
     """
-    make_hours_sheet(
-        plan, shadow_hours, max_hours, receivers, what, show, hatched, hatch, finer
-    ).save(path)
-
-
-def make_hours_sheet(
-    plan: Plan,
-    shadow_hours: NDArray,
-    max_hours: float,
-    receivers: Literal["ground", "top"] = "ground",
-    what: str = "",
-    show: Show = "shadow",
-    hatched: NDArray[np.bool_] | None = None,
-    hatch: str = "",
-    finer: NDArray | None = None,
-) -> Sheet:
-    """Lay out what ``draw_hours`` writes; same parameters, less the path."""
     hours = np.asarray(shadow_hours, np.float32)
     if hours.shape != plan.shape:
         msg = f"shadow_hours is {hours.shape}, but the plan is {plan.shape}"
         raise ValueError(msg)
     sheet = make_sheet(plan, key_height=0.55)
-    fill_hours(sheet, hours, max_hours, receivers, show, finer)
-    if hatched is not None and hatched.any():
-        draw_hatch(sheet, hatched)
-    if max_hours > 0:
-        remark = "" if plan.proposed is None else "outlined in red: proposed"
-        swatches = find_swatches([plan])
-        draw_hours_key(sheet, max_hours, what, remark, show, hatch, swatches)
+    _fill_day(sheet, DayMap("", "", hours, hatched, finer), max_hours, show)
+    _draw_key(sheet, max_hours, what, show, hatch)
     return sheet
+
+
+def make_hour_panels(
+    plan: Plan,
+    days: Sequence[DayMap],
+    max_hours: float,
+    what: str = "",
+    show: Show = "shadow",
+    hatch: str = "",
+) -> Sheet:
+    """
+    Draw the hours on several dates, a map for each, all on one scale.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of every map; its words are those of all dates.
+    days : sequence of DayMap
+    max_hours : float
+        The colour scale's end: the most hours that the sun was up on one of the dates [h].
+    what, show, hatch
+        As ``make_hours_sheet`` takes them.
+
+    Raises
+    ------
+    ValueError
+        If the hours of a date do not fit the plan.
+    """
+    for day in days:
+        if day.hours.shape != plan.shape:
+            msg = f"the hours on {day.title} are {day.hours.shape}, but the plan is {plan.shape}"
+            raise ValueError(msg)
+    sheet = make_panels(plan, [day.title for day in days], [day.remark for day in days])
+    for panel, day in zip(sheet.panels, days, strict=True):
+        _fill_day(panel, day, max_hours, show)
+    _draw_key(sheet, max_hours, what, show, hatch)
+    return sheet
+
+
+def _fill_day(panel: Panel, day: DayMap, max_hours: float, show: Show) -> None:
+    """Draw the hours of one date on a map, and hatch what is hatched."""
+    fill_hours(panel, np.asarray(day.hours, np.float32), max_hours, show, day.finer)
+    if day.hatched is not None and day.hatched.any():
+        draw_hatch(panel, day.hatched)
+
+
+def _draw_key(sheet: Sheet, max_hours: float, what: str, show: Show, hatch: str) -> None:
+    if max_hours > 0:
+        remark = "" if sheet.plan.proposed is None else "outlined in red: proposed"
+        draw_hours_key(sheet, max_hours, what, remark, show, hatch, find_swatches([sheet.plan]))
 
 
 def fill_hours(
     panel: Panel,
     hours: NDArray,
     max_hours: float,
-    receivers: Literal["ground", "top"],
     show: Show = "shadow",
     finer: NDArray | None = None,
 ) -> None:
@@ -128,27 +143,23 @@ def fill_hours(
     Parameters
     ----------
     panel : Panel
-    hours, max_hours, receivers, show, finer
-        As ``draw_hours`` takes them.
+    hours, max_hours, show, finer
+        As ``make_hours_sheet`` takes them.
     """
     plan, has_scale = panel.plan, max_hours > 0
     seen = resample(hours, panel.map_size)
     is_missing = np.isnan(seen)
     shade = None if plan.look is None else plan.look.find_shade(panel.map_size)
     image = paint_shares(np.nan_to_num(seen) / (max_hours if has_scale else 1), shade)
-    is_building = np.zeros(plan.shape, bool)
-    if plan.building_height is not None:
-        is_building = np.nan_to_num(plan.building_height) > 0
+    is_building = plan.is_building
     image[is_missing] = MISSING
     if plan.look is not None:
         draw_look(image, plan.look, panel.map_size)
-    elif receivers == "ground":
-        grey, coverage = shade_roofs(plan, panel.map_size)
-        image += coverage[..., None] * (grey[..., None] - image)
+    elif plan.roofs_cover:
+        cover_with_roofs(image, plan, panel.map_size)
     hatch_canopies(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
 
-    is_ground = receivers == "ground"
     levels = find_levels(max_hours)
     traced = hours if finer is None else finer
     if show == "sun":  # paint stays; lines and labels count the other way
@@ -158,20 +169,18 @@ def fill_hours(
     blocked = np.isnan(hours)
     if plan.look is not None:
         blocked |= plan.look.find_breaks(plan.shape)
-    elif is_ground:  # under a roof the ground's hours mean nothing
+    elif plan.roofs_cover:  # under a roof the ground's hours mean nothing
         blocked |= is_building
     if blocked.shape != traced.shape:
-        blocked = (resample(blocked, traced.shape) > 0.5) | np.isnan(traced)
+        blocked = (resample(blocked, traced.shape) > HALF) | np.isnan(traced)
     draw_contours(panel, traced, levels, colors, blocked)
     if plan.look is None:
-        panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if is_ground else 0.7)
+        panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if plan.roofs_cover else 0.7)
     outline_canopies(panel)
     if plan.proposed is not None:
         panel.rule_map(trace(panel, plan.proposed), PROPOSED, 1.3)
     if is_missing.all():
-        x, y, w, h = panel.map_box
-        reason = "no values here" if has_scale else "the sun stays below the horizon"
-        panel.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
+        panel.write_over("no values here" if has_scale else NIGHT)
 
 
 def draw_hours_key(
@@ -208,7 +217,7 @@ def _draw_hatch_key(sheet: Sheet, hatch: str) -> Sheet:
 
 def _find_line_color(share: float) -> tuple[str, str]:
     """Choose a line's colour and its label's halo to stand out on their shade."""
-    return (INK, "#ffffffc8") if share < 0.6 else ("#ffffff", "#202048d0")
+    return (INK, "#ffffffc8") if share < DEEP else ("#ffffff", "#202048d0")
 
 
 def _find_scale_ticks(max_hours: float) -> list[tuple[float, str]]:
@@ -217,69 +226,3 @@ def _find_scale_ticks(max_hours: float) -> list[tuple[float, str]]:
     if len(levels) == 1:
         return [(0.0, "0 h"), (1.0, f"{max_hours * 60:.0f} min")]
     return [(level / max_hours, f"{level} h") for level in levels]
-
-
-def draw_hour_panels(
-    path: str | os.PathLike[str],
-    plan: Plan,
-    days: Sequence[DayMap],
-    max_hours: float,
-    receivers: Literal["ground", "top"] = "ground",
-    what: str = "",
-    show: Show = "shadow",
-    hatch: str = "",
-) -> None:
-    """
-    Draw the hours on several dates a map for each, all on one scale.
-
-    Parameters
-    ----------
-    path : path
-    plan : Plan
-        Of every map; its words are those of all dates.
-    days : sequence of DayMap
-    max_hours : float
-        The colour scale's end: the most hours that the sun was up on one of the dates [h].
-    receivers : {'ground', 'top'}
-        As ``draw_hours`` takes them.
-    what : str
-        What the hours are of, for the key.
-    show : {'shadow', 'sun'}
-        As ``draw_hours`` takes it.
-    hatch : str
-        What is hatched, for the key.
-
-    Raises
-    ------
-    ValueError
-        If the hours of a date do not fit the plan.
-    OSError
-        If the file cannot be written.
-    """
-    make_hour_panels(plan, days, max_hours, receivers, what, show, hatch)[0].save(path)
-
-
-def make_hour_panels(
-    plan: Plan,
-    days: Sequence[DayMap],
-    max_hours: float,
-    receivers: Literal["ground", "top"] = "ground",
-    what: str = "",
-    show: Show = "shadow",
-    hatch: str = "",
-) -> tuple[Sheet, list[Panel]]:
-    """Lay out what ``draw_hour_panels`` writes; same parameters, less the path."""
-    for day in days:
-        if day.hours.shape != plan.shape:
-            msg = f"the hours on {day.title} are {day.hours.shape}, but the plan is {plan.shape}"
-            raise ValueError(msg)
-    sheet, panels = make_panels(plan, [day.title for day in days], [day.remark for day in days])
-    for panel, day in zip(panels, days, strict=True):
-        hours = np.asarray(day.hours, np.float32)
-        fill_hours(panel, hours, max_hours, receivers, show, day.finer)
-        if day.hatched is not None and day.hatched.any():
-            draw_hatch(panel, day.hatched)
-    if max_hours > 0:
-        remark = "" if plan.proposed is None else "outlined in red: proposed"
-        draw_hours_key(sheet, max_hours, what, remark, show, hatch, find_swatches([plan]))
-    return sheet, panels

@@ -27,6 +27,7 @@ __all__ = [
 
 THIN_SPACE = "\u2009"
 Ticks = list[tuple[float, str]]
+DENSEST = 0.05  # between ticks [inch]
 
 
 def draw_frame(
@@ -86,7 +87,7 @@ def find_ticks(start: float, end: float, length: float, spacing: Callable[[str],
     per_metre = length / (end - start)
     step = find_round((end - start) * 2)
     chosen: Ticks = []
-    while step * per_metre > 0.05:
+    while step * per_metre > DENSEST:
         multiples = np.arange(math.ceil(start / step - 1e-9), math.floor(end / step + 1e-9) + 1)
         ticks = [(float(n * step), _name(float(n * step), step)) for n in multiples]
         widest = max((spacing(label) for _, label in ticks), default=0)
@@ -203,28 +204,16 @@ def draw_color_bar(
     swatches : sequence of Swatch
         What else is painted on the map, below the bar or beside its title.
     """
-    x, y, w, h = sheet.key_box
-    below = sum(swatch.measure(w) for swatch in swatches)
+    x, _, w, h = sheet.key_box
+    top = _draw_title(sheet, title, remark, swatches)
     if sheet.is_wide:
-        heading = " ".join(title) + (f", {remark}" if remark else "")
-        sheet.write(x, y + h - 0.1, heading, 8.0)
-        at = x + measure(heading, 8.0) + 0.35
-        for swatch in swatches:
-            swatch.draw(sheet, at, y + h - 0.12, 9.0)
-            at += measure(swatch.label, SMALL) + 0.29 + 0.3
         length, thick = w, 0.15
-        y += h - 0.17 - thick
+        y = top - 0.17 - thick
     else:
-        top = y + h
-        for n, line in enumerate(title):
-            sheet.write(x, top - 0.12 - 0.155 * n, line, 8.0)
+        below = sum(swatch.measure(w) for swatch in swatches)
         length = min(h - 0.155 * len(title) - (0.4 if remark else 0.15) - below, 3.6)
-        y, thick = top - 0.155 * len(title) - 0.1 - length, THICK
-        if remark:
-            sheet.write(x, y - 0.24, remark, SMALL - 0.5, color=QUIET)
-        at = y - (0.55 if remark else 0.32)
-        for swatch in swatches:
-            at -= swatch.draw(sheet, x, at, w)
+        y, thick = top - 0.1 - length, THICK
+        _draw_foot(sheet, y, remark, swatches)
     pixels = round(length * DOTS_PER_INCH)
     length, width = pixels / DOTS_PER_INCH, round(thick * DOTS_PER_INCH)
     x, y, thick = (round(v * DOTS_PER_INCH) / DOTS_PER_INCH for v in (x, y, thick))
@@ -257,26 +246,15 @@ def draw_swatches(
 
     Parameters
     ----------
-    sheet : Sheet
+    sheet, title, remark, swatches
+        As ``draw_color_bar`` takes them.
     colors : (n, 3) float64
         sRGB.
     labels : list of str
-    title : list of str
-        Lines above the list.
-    remark : str
-        A line below it.
-    swatches : sequence of Swatch
-        What else is painted on the map, below all that or beside the title.
     """
-    x, y, w, h = sheet.key_box
-    top = y + h
+    x, y, w, _ = sheet.key_box
+    top = _draw_title(sheet, title, remark, swatches)
     if sheet.is_wide:
-        heading = " ".join(title) + (f", {remark}" if remark else "")
-        sheet.write(x, top - 0.1, heading, 8.0)
-        at = x + measure(heading, 8.0) + 0.35
-        for swatch in swatches:
-            swatch.draw(sheet, at, top - 0.12, 9.0)
-            at += measure(swatch.label, SMALL) + 0.29 + 0.3
         per_row = max(1, int(w / 0.72))
         per_row = -(-len(labels) // -(-len(labels) // per_row))  # rows of even length
         places = [
@@ -284,18 +262,39 @@ def draw_swatches(
             for n in range(len(labels))
         ]
     else:
-        for n, line in enumerate(title):
-            sheet.write(x, top - 0.12 - 0.155 * n, line, 8.0)
-        top -= 0.155 * len(title) + 0.28
+        top -= 0.28
         room = top - y - sum(swatch.measure(w) for swatch in swatches)
         pitch = min(0.23, room / max(len(labels), 1))
         places = [(x, top - pitch * n) for n in range(len(labels))]
-        if remark:
-            sheet.write(x, places[-1][1] - 0.24, remark, SMALL - 0.5, color=QUIET)
-        at = places[-1][1] - (0.55 if remark else 0.32)
-        for swatch in swatches:
-            at -= swatch.draw(sheet, x, at, w)
+        _draw_foot(sheet, places[-1][1], remark, swatches)
     boxes = [[(a, b), (a + 0.22, b), (a + 0.22, b + 0.14), (a, b + 0.14)] for a, b in places]
     sheet.fill(boxes, colors, RULE)
     for (a, b), label in zip(places, labels, strict=True):
         sheet.write(a + 0.29, b + 0.07, label, SMALL, va="center_baseline")
+
+
+def _draw_title(sheet: "Sheet", title: list[str], remark: str, swatches: Sequence[Swatch]) -> float:
+    """Write a key's title, and beside a wide key's all else that is told; return its lower end."""
+    x, y, _, h = sheet.key_box
+    top = y + h
+    if not sheet.is_wide:
+        for n, line in enumerate(title):
+            sheet.write(x, top - 0.12 - 0.155 * n, line, 8.0)
+        return top - 0.155 * len(title)
+    heading = " ".join(title) + (f", {remark}" if remark else "")
+    sheet.write(x, top - 0.1, heading, 8.0)
+    at = x + measure(heading, 8.0) + 0.35
+    for swatch in swatches:
+        swatch.draw(sheet, at, top - 0.12, 9.0)
+        at += measure(swatch.label, SMALL) + 0.29 + 0.3
+    return top
+
+
+def _draw_foot(sheet: "Sheet", y: float, remark: str, swatches: Sequence[Swatch]) -> None:
+    """Tell below a high key all else there is to tell."""
+    x, _, w, _ = sheet.key_box
+    if remark:
+        sheet.write(x, y - 0.24, remark, SMALL - 0.5, color=QUIET)
+    at = y - (0.55 if remark else 0.32)
+    for swatch in swatches:
+        at -= swatch.draw(sheet, x, at, w)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
 from umbra.study import Study, tell_dates
 from umbra.writers.color import shade_ramp
 from umbra.writers.glb import Glb, turn_up
@@ -20,6 +19,8 @@ MOST_GROUND = 400
 """Cells along the longer side of the ground."""
 GREY = (0.80, 0.80, 0.80)
 _LEVEL = 0.1  # z of a unit normal from which a face is seen well from above
+_TOE = 0.04045  # below which sRGB is linear
+_FLAT = 1e-6  # above the ground something stands [m]
 _NEAR = 0.35  # a cell's height this near a surface's is its own [m]
 
 
@@ -52,18 +53,13 @@ def write_model_glb(
 
     Raises
     ------
-    InputError
-        If the study is no plan.
     OSError
         If the file cannot be written.
     """
-    if study.receivers not in {"ground", "top"}:
-        msg = f"the model is coloured from a plan, and this study has receivers={study.receivers!r}"
-        raise InputError(msg)
     most = study.up_hours if most_hours is None else most_hours
     corners = study.model.soup.vertices[study.model.soup.faces]
     meshes = []
-    if study.receivers == "top":
+    if not study.kind.lies_under_roofs:
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         length = np.linalg.norm(normal, axis=1)
         is_seen = np.abs(normal[:, 2]) > _LEVEL * np.maximum(length, 1e-12)
@@ -135,7 +131,7 @@ def _sample(study: Study, corners: NDArray[np.float64], most: float) -> NDArray[
 def _find_colors(hours: NDArray[np.float32], most: float) -> NDArray[np.float32]:
     """Colour hours as the sheet does, in linear light as glTF wants vertex colours."""
     ramp = shade_ramp().astype(np.float32)
-    linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
+    linear = np.where(ramp <= _TOE, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
     share = np.nan_to_num(hours) / max(most, 1e-9)
     colors = linear[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
     colors[np.isnan(hours)] = GREY
@@ -156,9 +152,9 @@ def _make_ground(study: Study, most: float) -> _Mesh:
     c, d = index[1:, 1:], index[1:, :-1]
     faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2).reshape(-1, 3)
     colors = _find_colors(hours.ravel(), most)
-    if study.receivers == "top":
+    if not study.kind.lies_under_roofs:
         height = study.heights[np.ix_(rows, cols)].ravel() - study.ground
-        colors[height > 1e-6] = GREY
+        colors[height > _FLAT] = GREY
     return _Mesh("ground", points, colors, faces)
 
 

@@ -26,11 +26,14 @@ from umbra.writers.raster import PackedMasks
 
 __all__ = ["Painter"]
 
-MODULES = ("umbra.writers.hours", "umbra.writers.profile")
 CHILD = (
     "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
     "from umbra.writers.painter import serve; serve()"
 )
+
+
+Masks = Iterable[NDArray[np.bool_]]
+Job = Future[None]
 
 
 class Painter:
@@ -51,7 +54,7 @@ class Painter:
     def __init__(self, endings: Sequence[str] = ("png",)) -> None:
         self._endings = tuple(endings)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="umbra-painter")
-        self._futures: list[Future[None]] = []
+        self._futures: list[Job] = []
         self._is_ending = False
         self._child: subprocess.Popen[bytes] | None = None
         if sys.executable:
@@ -60,76 +63,59 @@ class Painter:
                     make_command(CHILD), cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE
                 )
 
-    def draw_hours(
-        self, path: os.PathLike[str], plan: Plan, hours: NDArray, *args: Any, **options: Any
-    ) -> Future[None]:
-        """Have ``umbra.writers.hours.draw_hours`` called; same parameters."""
+    def draw_hours(self, path: Path, plan: Plan, hours: NDArray, *args: Any, **options: Any) -> Job:
+        """Have ``hours.make_hours_sheet`` drawn."""
         hours = np.asarray(hours, np.float32)
-        return self._submit(MODULES[0], "draw_hours", (path, plan, hours, *args), options)
+        return self._submit("hours.make_hours_sheet", path, plan, hours, *args, **options)
 
-    def draw_hour_panels(
-        self, path: os.PathLike[str], plan: Plan, days: Sequence[Any], *args: Any, **options: Any
-    ) -> Future[None]:
-        """Have ``umbra.writers.hours.draw_hour_panels`` called; same parameters."""
-        job = (path, plan, list(days), *args)
-        return self._submit("umbra.writers.hours", "draw_hour_panels", job, options)
+    def draw_hour_panels(self, path: Path, plan: Plan, *args: Any, **options: Any) -> Job:
+        """Have ``hours.make_hour_panels`` drawn."""
+        return self._submit("hours.make_hour_panels", path, plan, *args, **options)
 
     def draw_profile(
-        self,
-        path: os.PathLike[str],
-        plan: Plan,
-        shadows: Iterable[NDArray[np.bool_]],
-        labels: Sequence[str],
-        **options: Any,
-    ) -> Future[None]:
-        """Have ``umbra.writers.profile.draw_profile`` called; takes ``shadows`` here."""
-        args = (path, plan, PackedMasks(shadows), list(labels))
-        return self._submit(MODULES[1], "draw_profile", args, options)
+        self, path: Path, plan: Plan, shadows: Masks, labels: Sequence[str], **options: Any
+    ) -> Job:
+        """Have ``profile.make_profile_sheet`` drawn; takes ``shadows`` here."""
+        packed = PackedMasks(shadows)
+        return self._submit("profile.make_profile_sheet", path, plan, packed, labels, **options)
 
     def draw_profiles(
         self,
-        path: os.PathLike[str],
+        path: Path,
         plan: Plan,
-        days: Iterable[tuple[str, Iterable[NDArray[np.bool_]], Sequence[str], NDArray | None]],
+        days: Iterable[tuple[str, Masks, Sequence[str], NDArray | None]],
         **options: Any,
-    ) -> Future[None]:
-        """Have ``umbra.writers.profile.draw_profiles`` called; takes all shadows here."""
-        packed = [
-            (date, PackedMasks(shadows), list(labels), away) for date, shadows, labels, away in days
-        ]
-        return self._submit(MODULES[1], "draw_profiles", (path, plan, packed), options)
+    ) -> Job:
+        """Have ``profile.make_profile_panels`` drawn; takes all shadows here."""
+        packed = [(date, PackedMasks(shadows), *rest) for date, shadows, *rest in days]
+        return self._submit("profile.make_profile_panels", path, plan, packed, **options)
 
-    def draw_points(self, path: os.PathLike[str], plan: Plan, *args: Any) -> Future[None]:
-        """Have ``umbra.writers.point_map.draw_points`` called; same parameters."""
-        return self._submit("umbra.writers.point_map", "draw_points", (path, plan, *args), {})
+    def draw_points(self, path: Path, plan: Plan, *args: Any) -> Job:
+        """Have ``point_map.make_points_sheet`` drawn."""
+        return self._submit("point_map.make_points_sheet", path, plan, *args)
 
-    def draw_point_panels(
-        self, path: os.PathLike[str], plan: Plan, *args: Any, **options: Any
-    ) -> Future[None]:
-        """Have ``umbra.writers.point_map.draw_point_panels`` called; same parameters."""
-        return self._submit(
-            "umbra.writers.point_map", "draw_point_panels", (path, plan, *args), options
-        )
+    def draw_point_panels(self, path: Path, plan: Plan, *args: Any, **options: Any) -> Job:
+        """Have ``point_map.make_point_panels`` drawn."""
+        return self._submit("point_map.make_point_panels", path, plan, *args, **options)
 
-    def draw_elevations(self, path: os.PathLike[str], *args: Any, **options: Any) -> Future[None]:
-        """Have ``umbra.writers.elevations.draw_elevations`` called; same parameters."""
-        return self._submit("umbra.writers.elevations", "draw_elevations", (path, *args), options)
+    def draw_elevations(self, path: Path, *args: Any, **options: Any) -> Job:
+        """Have ``elevations.make_elevations_sheet`` drawn."""
+        return self._submit("elevations.make_elevations_sheet", path, *args, **options)
 
     def wait(self) -> None:
         """Wait until every picture that was asked for is a complete file."""
         for future in self._futures:
             future.result()
 
-    def _submit(self, module: str, name: str, args: tuple, options: dict) -> Future[None]:
-        path, *rest = args
+    def _submit(self, name: str, path: Path, *args: Any, **options: Any) -> Job:
         path = Path(path).absolute()  # the child stands in another folder
         for ending in self._endings:
-            job = (module, name, (path.with_suffix(f".{ending}"), *rest), options)
+            job = (name, path.with_suffix(f".{ending}"), args, options)
             future = self._thread.submit(self._call, job)
             self._futures.append(future)
         return future
 
-    def _call(self, job: tuple[str, str, tuple, dict]) -> None:
+    def _call(self, job: tuple[str, Path, tuple, dict]) -> None:
         """Hand a job to the child and wait for its answer; without a child, do it here."""
         child = self._child
         if child is not None and child.stdin and child.stdout:
@@ -167,8 +153,10 @@ class Painter:
                 child.communicate()
 
 
-def _run(module: str, name: str, args: tuple, options: dict) -> None:
-    getattr(import_module(module), name)(*args, **options)
+def _run(name: str, path: Path, args: tuple, options: dict) -> None:
+    module, _, function = name.partition(".")
+    make = getattr(import_module(f"umbra.writers.{module}"), function)
+    make(*args, **options).save(path)
 
 
 def serve() -> None:
@@ -176,8 +164,8 @@ def serve() -> None:
     # What a library prints must not mix with the answers.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    for module in MODULES:
-        import_module(module)
+    for module in ("hours", "profile"):
+        import_module(f"umbra.writers.{module}")
     with suppress(EOFError, BrokenPipeError, pickle.UnpicklingError):
         while True:
             job = pickle.load(sys.stdin.buffer)

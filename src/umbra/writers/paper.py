@@ -32,6 +32,7 @@ from umbra.writers.raster import write_png
 __all__ = [
     "INK",
     "LINE",
+    "NIGHT",
     "QUIET",
     "RULE",
     "SMALL",
@@ -89,6 +90,7 @@ def _join(pieces: list[str], joint: str, size: float, width: float, weight: str)
     yield line
 
 
+NIGHT = "the sun stays below the horizon"
 INK, QUIET, RULE = "#1c1c22", "#5a5a64", "#8c8c96"
 # Type stays type, and the same picture is the same file.
 _VECTORS: Any = {"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "umbra"}
@@ -235,3 +237,8 @@ class Panel(Paper):
         x, y, w, h = self.map_box
         artist = self.rule(lines, color, width)
         artist.set_clip_path(Rectangle((x, y), w, h, transform=self.figure.dpi_scale_trans))
+
+    def write_over(self, reason: str) -> None:
+        """Write across the map why there is nothing on it."""
+        x, y, w, h = self.map_box
+        self.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")

@@ -18,6 +18,7 @@ __all__ = [
     "Look",
     "Plan",
     "Show",
+    "cover_with_roofs",
     "draw_look",
     "find_map_size",
     "name_hours",
@@ -119,6 +120,9 @@ class Plan:
         Where there are canopies, which are looked through: outlined and hatched.
     canopy_name : str
         What the key calls them.
+    roofs_cover : bool
+        Whether roofs are drawn over what receives, as over the ground below them; else it lies on
+        roofs as well, and buildings are outlined.
 
     Raises
     ------
@@ -142,6 +146,7 @@ class Plan:
     proposed: NDArray[np.bool_] | None = field(default=None, repr=False)
     canopies: NDArray[np.bool_] | None = field(default=None, repr=False)
     canopy_name: str = "canopies"
+    roofs_cover: bool = True
 
     def __post_init__(self) -> None:
         for axis in ("x", "y"):
@@ -161,6 +166,13 @@ class Plan:
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return len(self.y), len(self.x)
+
+    @property
+    def is_building(self) -> NDArray[np.bool_]:
+        """Where buildings stand, (rows, cols)."""
+        if self.building_height is None:
+            return np.zeros(self.shape, np.bool_)
+        return np.nan_to_num(self.building_height) > 0
 
     def crop(self, where: tuple[slice, slice]) -> "Plan":
         """Give a part of it, by rows and columns; its look stays that of the whole."""
@@ -282,3 +294,9 @@ class DayMap:
     hours: NDArray
     hatched: NDArray[np.bool_] | None = None
     finer: NDArray | None = None
+
+
+def cover_with_roofs(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) -> None:
+    """Draw roofs over an image (rows, cols, 3), in [0, 1]."""
+    grey, coverage = shade_roofs(plan, size)
+    image += coverage[..., None] * (grey[..., None] - image)

@@ -1,7 +1,6 @@
 """The picture of a study of points: a plan with each point in the colour of its hours."""
 
 import math
-import os
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,11 +9,11 @@ from numpy.typing import NDArray
 from umbra.writers.color import shade_ramp
 from umbra.writers.contours import trace
 from umbra.writers.hours import OUTLINE, draw_hours_key
-from umbra.writers.paper import INK, QUIET, RULE, Panel, measure
-from umbra.writers.plan import DayMap, Plan, Show, shade_roofs
+from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure
+from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs
 from umbra.writers.sheet import Sheet, make_panels, make_sheet
 
-__all__ = ["FEW", "draw_point_panels", "draw_points", "make_point_panels", "make_points_sheet"]
+__all__ = ["FEW", "make_point_panels", "make_points_sheet"]
 
 FEW = 40
 """Up to so many points are labelled."""
@@ -22,13 +21,14 @@ PAPER = np.array(
     (0.985, 0.985, 0.98), np.float32
 )  # of the ground, apart from the scale's sunlit end
 LABEL = 7.0  # size of type [point]
+AWAY = 0.12  # from which a line leads to a label [inch]
+_STEEP = 1e-6  # level part of a normal that points outward
 HIGH = 0.13  # of a label [inch]
 
 Box = tuple[float, float, float, float]
 
 
-def draw_points(
-    path: str | os.PathLike[str],
+def make_points_sheet(
     plan: Plan,
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
@@ -37,7 +37,7 @@ def draw_points(
     names: Sequence[str] = (),
     show: Show = "shadow",
     what: str = "",
-) -> None:
+) -> Sheet:
     """
     Draw points in the colours of their hours in shadow or in the sun.
 
@@ -45,8 +45,6 @@ def draw_points(
 
     Parameters
     ----------
-    path : path
-        Its ending chooses PNG, PDF or SVG.
     plan : Plan
     points : (n, 3) float64
         In the model's own coordinates [m].
@@ -61,61 +59,12 @@ def draw_points(
         Which hours labels and key tell.
     what : str
         What the hours are of, for the key; hours in shadow or in the sun by default.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
     """
-    sheet = make_points_sheet(plan, points, normals, shadow_hours, max_hours, names, show, what)
-    sheet.save(path)
-
-
-def make_points_sheet(
-    plan: Plan,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    shadow_hours: NDArray,
-    max_hours: float,
-    names: Sequence[str] = (),
-    show: Show = "shadow",
-    what: str = "",
-) -> Sheet:
-    """Lay out what ``draw_points`` writes; same parameters, less the path."""
     sheet = make_sheet(plan, key_height=0.62)
     _fill_points(sheet, points, normals, shadow_hours, max_hours, names, show)
     if max_hours > 0:
         draw_hours_key(sheet, max_hours, what, show=show)
     return sheet
-
-
-def draw_point_panels(
-    path: str | os.PathLike[str],
-    plan: Plan,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    days: Sequence[DayMap],
-    max_hours: float,
-    names: Sequence[str] = (),
-    show: Show = "shadow",
-    what: str = "",
-) -> None:
-    """
-    Draw points on several dates, a map for each, all on one scale.
-
-    Parameters
-    ----------
-    path, plan, points, normals, max_hours, names, show, what
-        As ``draw_points`` takes them.
-    days : sequence of DayMap
-        Whose hours are (n,), those of the points.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    make_point_panels(plan, points, normals, days, max_hours, names, show, what)[0].save(path)
 
 
 def make_point_panels(
@@ -127,14 +76,23 @@ def make_point_panels(
     names: Sequence[str] = (),
     show: Show = "shadow",
     what: str = "",
-) -> tuple[Sheet, list[Panel]]:
-    """Lay out what ``draw_point_panels`` writes; same parameters, less the path."""
-    sheet, panels = make_panels(plan, [day.title for day in days], [day.remark for day in days])
-    for panel, day in zip(panels, days, strict=True):
+) -> Sheet:
+    """
+    Draw points on several dates, a map for each, all on one scale.
+
+    Parameters
+    ----------
+    plan, points, normals, max_hours, names, show, what
+        As ``make_points_sheet`` takes them.
+    days : sequence of DayMap
+        Whose hours are (n,), those of the points.
+    """
+    sheet = make_panels(plan, [day.title for day in days], [day.remark for day in days])
+    for panel, day in zip(sheet.panels, days, strict=True):
         _fill_points(panel, points, normals, day.hours, max_hours, names, show)
     if max_hours > 0:
         draw_hours_key(sheet, max_hours, what, show=show)
-    return sheet, panels
+    return sheet
 
 
 def _fill_points(
@@ -149,12 +107,9 @@ def _fill_points(
     """Draw points on a map, with what stands there."""
     plan = panel.plan
     image = np.broadcast_to(PAPER, (*panel.map_size, 3)).copy()
-    grey, coverage = shade_roofs(plan, panel.map_size)
-    image += coverage[..., None] * (grey[..., None] - image)
+    cover_with_roofs(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
-    if plan.building_height is not None:
-        is_building = np.nan_to_num(plan.building_height) > 0
-        panel.rule_map(trace(panel, is_building), OUTLINE, 0.6)
+    panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
 
     n = len(points)
     radius = float(np.clip(0.5 / math.sqrt(n), 0.018, 0.062))
@@ -172,9 +127,7 @@ def _fill_points(
         texts = [f"{names[k] if names else k + 1}: {told[k]:.3g} h" for k in range(n)]
         _label(panel, places, stacks, texts, radius)
     if not max_hours > 0:
-        x, y, w, h = panel.map_box
-        reason = "the sun stays below the horizon"
-        panel.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")
+        panel.write_over(NIGHT)
 
 
 def _spread(
@@ -189,8 +142,8 @@ def _spread(
     for members in stacks:
         outward = np.nan_to_num(normals[members[0]])
         length = math.hypot(*outward)
-        way = outward / length if length > 1e-6 else np.array([1.0, 0.0])
-        first = 0.5 if length > 1e-6 else 0.0  # off the wall
+        way = outward / length if length > _STEEP else np.array([1.0, 0.0])
+        first = 0.5 if length > _STEEP else 0.0  # off the wall
         steps = (first + np.arange(len(members)))[:, None] * pitch
         spread[members] = places[members[0]] + steps * way
     return spread, stacks
@@ -236,7 +189,7 @@ def _label(
         if free is None:
             continue  # too crowded: the table has it
         taken.append(free)
-        if away > 0.12:
+        if away > AWAY:
             end = np.clip(middle, free[:2], free[2:])
             panel.rule([[np.clip(end, low, high), end]], RULE, 0.5)
         for line, member in enumerate(members):

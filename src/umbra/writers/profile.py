@@ -7,10 +7,8 @@ fades as shares grow, since what lies in shadow all day belongs to no hour. So t
 overlap of a long day is a grey that can still be read, and one shadow alone has its legend's tint.
 """
 
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +18,13 @@ from umbra.writers.contours import trace
 from umbra.writers.hatches import find_swatches, hatch_canopies, outline_canopies
 from umbra.writers.marks import draw_color_bar, draw_swatches
 from umbra.writers.paper import Panel
-from umbra.writers.plan import Plan, draw_look, shade_roofs
+from umbra.writers.plan import Plan, cover_with_roofs, draw_look, shade_roofs
 from umbra.writers.raster import resample
 from umbra.writers.sheet import Sheet, make_panels, make_sheet
 from umbra.writers.tips import Lines, name_tips, rule_shadows
 
 __all__ = [
     "compose_profile",
-    "draw_profile",
-    "draw_profiles",
     "find_tints",
     "make_profile_panels",
     "make_profile_sheet",
@@ -119,15 +115,13 @@ Day = tuple[str, Iterable[NDArray[np.bool_]], Sequence[str], NDArray[np.float64]
 """A date, its shadows, their clock times, and where the sun casts them."""
 
 
-def draw_profile(
-    path: str | os.PathLike[str],
+def make_profile_sheet(
     plan: Plan,
     shadows: Iterable[NDArray[np.bool_]],
     labels: Sequence[str],
     zone: str = "",
-    receivers: Literal["ground", "top"] = "ground",
     away: NDArray[np.float64] | None = None,
-) -> None:
+) -> Sheet:
     """
     Draw a shadow profile: each shadow in a tint, outlined, with its clock time at its tip.
 
@@ -135,8 +129,6 @@ def draw_profile(
 
     Parameters
     ----------
-    path : path
-        Its ending chooses PNG, PDF or SVG.
     plan : Plan
     shadows : iterable of (rows, cols) bool
         Where shadow falls at each stamp; rows ascend in y.
@@ -144,8 +136,6 @@ def draw_profile(
         The stamps' clock times, "09:00".
     zone : str
         What clock that is: "CEST".
-    receivers : {'ground', 'top'}
-        ``ground``: roofs are drawn over the shadows. ``top``: shadows fall on roofs.
     away : (n_stamps, 2) float64, optional
         Where the sun casts shadows, along the map's axes; without it no times are written.
 
@@ -153,73 +143,40 @@ def draw_profile(
     ------
     ValueError
         If the counts of shadows and labels differ.
-    OSError
-        If the file cannot be written.
     """
-    make_profile_sheet(plan, shadows, labels, zone, receivers, away).save(path)
-
-
-def draw_profiles(
-    path: str | os.PathLike[str],
-    plan: Plan,
-    days: Sequence[Day],
-    zone: str = "",
-    receivers: Literal["ground", "top"] = "ground",
-    remarks: Sequence[str] = (),
-) -> None:
-    """
-    Draw the shadow profiles of several dates, a panel for each.
-
-    Parameters
-    ----------
-    path : path
-    plan : Plan
-        Its words are those of all dates.
-    days : sequence of (date, shadows, labels, away)
-        Of each as ``draw_profile`` takes them.
-    zone : str
-    receivers : {'ground', 'top'}
-    remarks : sequence of str
-        Said below each date: sunrise and sunset.
-    """
-    make_profile_panels(plan, days, zone, receivers, remarks)[0].save(path)
-
-
-def make_profile_sheet(
-    plan: Plan,
-    shadows: Iterable[NDArray[np.bool_]],
-    labels: Sequence[str],
-    zone: str = "",
-    receivers: Literal["ground", "top"] = "ground",
-    away: NDArray[np.float64] | None = None,
-) -> Sheet:
-    """Lay out what ``draw_profile`` writes; same parameters, less the path."""
     sheet = make_sheet(plan, key_height=0.62)
-    _fill_map(sheet, shadows, labels, receivers, away)
+    _fill_map(sheet, shadows, labels, away)
     _draw_key(sheet, labels, zone)
     return sheet
 
 
 def make_profile_panels(
-    plan: Plan,
-    days: Sequence[Day],
-    zone: str = "",
-    receivers: Literal["ground", "top"] = "ground",
-    remarks: Sequence[str] = (),
-) -> tuple[Sheet, list[Panel]]:
-    """Lay out what ``draw_profiles`` writes; same parameters, less the path."""
-    sheet, panels = make_panels(plan, [day for day, *_ in days], remarks)
-    for panel, (_, shadows, labels, away) in zip(panels, days, strict=True):
-        _fill_map(panel, shadows, labels, receivers, away)
+    plan: Plan, days: Sequence[Day], zone: str = "", remarks: Sequence[str] = ()
+) -> Sheet:
+    """
+    Draw the shadow profiles of several dates, a panel for each.
+
+    Parameters
+    ----------
+    plan : Plan
+        Its words are those of all dates.
+    days : sequence of (date, shadows, labels, away)
+        Of each as ``make_profile_sheet`` takes them.
+    zone : str
+    remarks : sequence of str
+        Said below each date: sunrise and sunset.
+    """
+    sheet = make_panels(plan, [day for day, *_ in days], remarks)
+    for panel, (_, shadows, labels, away) in zip(sheet.panels, days, strict=True):
+        _fill_map(panel, shadows, labels, away)
     _draw_key(sheet, max((labels for _, _, labels, _ in days), key=len), zone)
-    return sheet, panels
+    return sheet
 
 
 def _fill_map(
     panel: Panel,
     shadows: Iterable[NDArray[np.bool_]],
     labels: Sequence[str],
-    receivers: Literal["ground", "top"],
     away: NDArray[np.float64] | None,
 ) -> None:
     """Draw the shadows of all stamps, their outlines and times, and what stands there."""
@@ -228,27 +185,25 @@ def _fill_map(
     roofs = hidden = None
     if plan.look is not None:
         hidden = plan.look.find_breaks(plan.shape)
-    elif receivers == "ground" and plan.building_height is not None:
-        roofs = hidden = np.nan_to_num(plan.building_height) > 0
+    elif plan.roofs_cover and plan.building_height is not None:
+        roofs = hidden = plan.is_building
     outlines: dict[int, Lines] = {}
     passing = _trace_named(panel, shadows, _find_named(labels), hidden, outlines)
     image = compose_profile(passing, len(labels), panel.map_size)
     if plan.look is not None:
         image *= 1 - SHADE * plan.look.find_shade(panel.map_size)[..., None]
         draw_look(image, plan.look, panel.map_size)
+    elif plan.roofs_cover:
+        cover_with_roofs(image, plan, panel.map_size)
     else:
         grey, coverage = shade_roofs(plan, panel.map_size)
-        if receivers == "ground":
-            image += coverage[..., None] * (grey[..., None] - image)
-        else:
-            image *= (1 - coverage * (1 - grey))[..., None]
+        image *= (1 - coverage * (1 - grey))[..., None]
     hatch_canopies(image, plan, panel.map_size)
     panel.paste(image, *panel.map_box[:2])
     rule_shadows(panel, outlines)
     outline_canopies(panel)
     if plan.building_height is not None and plan.look is None:
-        is_building = np.nan_to_num(plan.building_height) > 0
-        panel.rule_map(trace(panel, is_building), OUTLINE, 0.6)
+        panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
     if away is not None:
         name_tips(panel, outlines, labels, away, roofs)
 

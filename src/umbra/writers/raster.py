@@ -7,7 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-__all__ = ["PackedMasks", "resample", "write_png"]
+__all__ = ["HALF", "PackedMasks", "resample", "write_png"]
+
+HALF = 0.5
+"""From such a share on a pixel belongs to a region."""
 
 
 def write_png(
@@ -64,7 +67,7 @@ def resample(values: NDArray, size: tuple[int, int]) -> NDArray[np.float32]:
     weight = _resize((~is_missing).astype(np.float32), size)
     total = _resize(np.where(is_missing, np.float32(0), values), size)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(weight > 0.5, total / weight, np.float32(np.nan))
+        return np.where(weight > HALF, total / weight, np.float32(np.nan))
 
 
 def _resize(values: NDArray, size: tuple[int, int]) -> NDArray[np.float32]:

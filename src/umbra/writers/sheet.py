@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 from umbra.writers.marks import Ticks, draw_frame, draw_north, draw_scale_bar, find_ticks
 from umbra.writers.paper import (
@@ -41,10 +42,19 @@ class Sheet(Panel):
         Of the key [inch].
     is_wide : bool
         Whether the key lies below the map rather than to its right.
+    panels : sequence of Panel
+        Its maps, where there are several.
     """
 
     key_box: tuple[float, float, float, float]
     is_wide: bool
+    panels: Sequence[Panel] = ()
+
+    @classmethod
+    def of_panels(cls, panels: Sequence[Panel], key_box: tuple[float, float, float, float]) -> Self:
+        """Return a sheet of several maps, the first of which is its own."""
+        one = panels[0]
+        return cls(one.figure, one.plan, one.map_box, one.map_size, key_box, False, panels)
 
 
 @dataclass(frozen=True)
@@ -152,9 +162,7 @@ GAP, CAPTION = 0.2, 0.3  # between maps, and above each [inch]
 LEAST_HEIGHT = 3.6  # the key needs this much [inch]
 
 
-def make_panels(
-    plan: Plan, captions: Sequence[str], remarks: Sequence[str] = ()
-) -> tuple[Sheet, list[Panel]]:
+def make_panels(plan: Plan, captions: Sequence[str], remarks: Sequence[str] = ()) -> Sheet:
     """
     Lay out a sheet with a map for each caption, and draw all but the maps' content and the key.
 
@@ -169,8 +177,7 @@ def make_panels(
     Returns
     -------
     sheet : Sheet
-        Whose key is to be drawn; its map is the first.
-    panels : list of Panel
+        Whose panels and key are to be drawn.
     """
     x0, x1, y0, y1 = plan.extent
     aspect, n = (x1 - x0) / (y1 - y0), len(captions)
@@ -205,8 +212,8 @@ def make_panels(
         panels.append(panel)
     key_x = left + maps_width + 0.32
     key_box = (key_x, bottom + 0.6, KEY_WIDTH, maps_height - 0.6 - 0.95)
-    sheet = Sheet(figure, plan, panels[0].map_box, map_size, key_box, is_wide=False)
+    sheet = Sheet.of_panels(panels, key_box)
     words.draw(sheet)
     draw_scale_bar(panels[0], key_x, bottom + 0.03, KEY_WIDTH - 0.25)
     draw_north(panels[0], key_x + 0.3, bottom + maps_height - 0.45)
-    return sheet, panels
+    return sheet

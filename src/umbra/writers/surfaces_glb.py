@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from umbra.errors import InputError
 from umbra.study import PointStudy, tell_dates
 from umbra.study.surfaces import Samples
 from umbra.writers.color import shade_ramp
@@ -42,15 +41,11 @@ def write_surfaces_glb(
 
     Raises
     ------
-    InputError
-        If the study is of points.
     OSError
         If the file cannot be written.
     """
     samples = study.samples
-    if samples is None:
-        msg = f"surfaces are coloured, and this study has receivers={study.receivers!r}"
-        raise InputError(msg)
+    assert samples is not None
     most = study.up_hours if most_hours is None else most_hours
     scene, soup = study.model.scene, study.model.soup
     layout = lay_out_facades(samples, MOST_SQUARES)

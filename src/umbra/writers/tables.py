@@ -169,13 +169,11 @@ def write_samples(folder: Path, study: PointStudy) -> list[str]:
         for array, axes in ((places.points, "xyz"), (places.normals, ("nx", "ny", "nz")))
         for k, axis in enumerate(axes)
     }
-    is_sampled = study.receivers == "surfaces"
-    files = {"samples.csv" if is_sampled else "points.csv": ("sample", points)}
-    if is_sampled:
-        files |= {"surfaces.csv": ("surface", {}), "parts.csv": ("part", {})}
-    for file, (dimension, columns) in files.items():
+    files = study.kind.tables
+    for file, dimension in files.items():
         own = find_columns(study, (dimension,))
         first = [name for name in ("name", dimension) if name in own]
+        columns = points if dimension == "sample" else {}
         own = {name: own.pop(name) for name in first} | columns | own
         texts = [
             array.astype(str).tolist() if array.dtype.kind in "UOS" else _to_text(array, 4)

@@ -17,6 +17,7 @@ LABEL = SMALL - 0.5  # size of type [point]
 DOT = 0.018  # radius at a tip [inch]
 GAPS = ((0.035, 0.0), (0.2, 0.1))  # from a tip to its label [inch]; the second needs a line
 COARSE = 0.04  # a pixel of the rasters that places are weighed on [inch]
+ROOF = 0.1  # share of a pixel
 MOST_TRIES = 400  # places on an outline
 # What a place costs beside the way back from the very tip [inch]. Turns are in degrees.
 TURNS = ((0, 0.0), (45, 0.03), (-45, 0.03), (90, 0.12), (-90, 0.12), (135, 0.2), (-135, 0.2))
@@ -85,7 +86,7 @@ class _TipFinder:
         self.box = x, y, w, h = panel.map_box
         self.taken: list[NDArray[np.float64]] = []  # boxes (x0, y0, x1, y1)
         size = (max(1, round(h / COARSE)), max(1, round(w / COARSE)))
-        self.roofs = np.zeros(size, bool) if roofs is None else resample(roofs, size) > 0.1
+        self.roofs = np.zeros(size, bool) if roofs is None else resample(roofs, size) > ROOF
         self.points = {}
         self.runs_by: dict[int, NDArray[np.bool_]] = {}
         for stamp, lines in outlines.items():

@@ -198,27 +198,31 @@ def _lock(file: IO[bytes]) -> bool | None:
 
 
 def _take_abandoned(path: Path) -> IO[bytes] | None:
-    """Give the lock of a killed run's folder; None if the run lives, or the folder is gone."""
-    lock: IO[bytes]
+    """Return the lock of a killed run's folder; None if the run lives, or the folder is gone."""
+    lock = _open_lock(path)
+    if lock is None:
+        return None
+    if fcntl is not None:
+        if _lock(lock):
+            return lock
+        lock.close()
+        return None
+    lock.close()
+    with suppress(OSError):
+        (path / LOCK).unlink()  # raises while a live run holds it open
+        return (path / LOCK).open("wb")
+    return None
+
+
+def _open_lock(path: Path) -> IO[bytes] | None:
+    """Open the lock of a folder, which is made anew if a killed run had none yet."""
     try:
-        lock = open(os.open(path / LOCK, os.O_RDWR | _BLOCKING_NOT), "rb+")  # noqa: PTH123, SIM115
+        return open(os.open(path / LOCK, os.O_RDWR | _BLOCKING_NOT), "rb+")  # noqa: PTH123
     except FileNotFoundError:
         # Of a run that has just made it, or that was killed while it removed it.
         with suppress(OSError):
             path.rmdir()
             return None
-        if (path / LOCK).exists():
-            return None
-        lock = (path / LOCK).open("wb")
+        return None if (path / LOCK).exists() else (path / LOCK).open("wb")
     except OSError:  # a link, or another hand's
         return None
-    if fcntl is None:
-        lock.close()
-        with suppress(OSError):
-            (path / LOCK).unlink()  # raises while a live run holds it open
-            return (path / LOCK).open("wb")
-        return None
-    if not _lock(lock):
-        lock.close()
-        return None
-    return lock

@@ -1,20 +1,13 @@
 """
 Rules as data: a YAML file says what is to be measured, where and when, and how much is enough.
 
-``blocks.py`` knows the format's words, ``read.py`` reads a file by them, ``judge.py``
-measures and gives verdicts with their evidence.
+``blocks.py`` knows YAML with its lines, ``read.py`` reads a file's checks, ``measure.py``
+measures them on their own dates, ``judge.py`` gives verdicts with their evidence, and
+``judge_samples.py`` those of points and surfaces.
 """
 
-from umbra.study.rules.judge import Verdict, judge
-from umbra.study.rules.judge_points import judge_points
+from umbra.study.rules.judge import judge
+from umbra.study.rules.measure import Verdict
 from umbra.study.rules.read import Check, Place, Rules, read_rules
 
-__all__ = [
-    "Check",
-    "Place",
-    "Rules",
-    "Verdict",
-    "judge",
-    "judge_points",
-    "read_rules",
-]
+__all__ = ["Check", "Place", "Rules", "Verdict", "judge", "read_rules"]

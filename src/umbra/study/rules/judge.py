@@ -1,111 +1,77 @@
-"""Measuring what a rule asks for, on its own dates and hours, and judging it."""
+"""Judging by rules; of a plan a share of its area, or named places and what stands there."""
 
 import datetime as dt
-import zoneinfo
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
-from umbra.study import Study
-from umbra.study.canopy import Canopy
 from umbra.study.period import Period, make_period
+from umbra.study.points import PointStudy
+from umbra.study.result import Study
+from umbra.study.rules.judge_samples import judge_parts, judge_points
+from umbra.study.rules.measure import (
+    Verdict,
+    measure,
+    meets_limit,
+    pick_hours,
+    say_hours,
+    say_how,
+    say_limit,
+    say_spells,
+)
 from umbra.study.rules.read import Check, Place, Rules
-from umbra.study.rules.standing import find_standing
-from umbra.study.spells import Spells, SpellState, to_hours
+from umbra.study.spells import Spells
 
-__all__ = ["Verdict", "judge"]
-
-Finder = Callable[[NDArray[np.float64]], NDArray[np.uint8]]
+__all__ = ["find_standing", "judge"]
 
 _TILE = 2048
-_SLACK = 1e-4  # of sums of microseconds kept as float32 hours [h]
-_WORDS = {
-    "sun_hours": "sun",
-    "longest_sun_hours": "unbroken sun",
-    "sun_hours_in_spells": "sun in spells",
-    "shadow_hours": "shadow",
-}
+_SLACK = 1e-6  # what lies in the ground itself stands on no one [m]
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """
-    A check's outcome on one date at one receiver.
-
-    Parameters
-    ----------
-    check : str
-    date : datetime.date
-    where : str
-        An area, or a place's name.
-    wanted, measured : str
-        In words, with units.
-    passes : bool
-    evidence : str
-        What the verdict rests on.
-    place : Place, optional
-        Where a named place is.
-    standing : str
-        What it lies in, under or on: ``inside Church``.
-    """
-
-    check: str
-    date: dt.date
-    where: str
-    wanted: str
-    measured: str
-    passes: bool
-    evidence: str
-    place: Place | None = None
-    standing: str = ""
-
-
-def judge(study: Study, rules: Rules) -> list[Verdict]:
+def judge(study: Study | PointStudy, rules: Rules) -> list[Verdict]:
     """
     Measure and judge every check of a rule file.
 
-    Each is counted anew on its own dates, hours and steps, on the study's cells and
-    receivers, whatever day the study itself shows.
+    Each is counted anew on its own dates, hours and steps, on the study's receivers, whatever
+    day the study itself shows.
 
     Parameters
     ----------
-    study : Study
+    study : Study or PointStudy
     rules : Rules
 
     Returns
     -------
     verdicts : list of Verdict
-        A check and date after another; of places, one each.
+        A check and date after another; of places, points and parts, one each.
 
     Raises
     ------
     InputError
-        If a place lies outside the plan, a date or hour does not exist, or there is no
-        such area.
+        If rules do not judge such receivers, a place lies outside the plan, a date or hour does
+        not exist, or there is no such area.
     """
-    if study.receivers not in {"ground", "top"}:
-        msg = f"rules are judged on a plan, and this study has receivers={study.receivers!r}"
-        raise InputError(msg)
-    verdicts = []
+    study.kind.check_judged(study.receivers)
+    verdicts: list[Verdict] = []
+    judge_one: Callable[[Any, Check, Period], list[Verdict]] = _judge_plan
+    if not study.kind.is_plan:
+        judge_one = judge_parts if study.kind.belongs_to_parts else judge_points
     for check in rules.checks:
         for date in check.dates:
-            day = find_day(study.period, check, date)
             period = make_period(
-                day, check.start, check.end, check.every, study.site, refraction=study.refraction
-            )
-            if check.places:
-                for place in check.places:
-                    verdicts.append(_judge_place(study, check, period, place))
-            else:
-                verdicts.append(_judge_area(study, check, period))
+                _find_day(study.period, check, date), check.start, check.end, check.every,
+                study.site, refraction=study.refraction,
+            )  # fmt: skip
+            verdicts += judge_one(study, check, period)
     return verdicts
 
 
-def find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -> dt.date:
+def _find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -> dt.date:
     """Give a date of a check; one without a year lies in the study's."""
     year, month, day = date
     try:
@@ -115,80 +81,11 @@ def find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -
         raise InputError(msg) from error
 
 
-def _measure(study: Study, check: Check, period: Period, grid: Grid) -> Spells:
-    """Let the instants that count pass over some cells."""
-    tile = study.model.make_tile(grid)
-    canopy = study.model.canopy
-    solid = None if canopy is None else tile.with_casters().make_counter().masks
-    shape = (grid.rows, grid.cols)
-    return measure(check, period, shape, tile.make_counter().masks, canopy, solid)
-
-
-def measure(
-    check: Check,
-    period: Period,
-    shape: tuple[int, ...],
-    find_masks: Finder,
-    canopy: Canopy | None = None,
-    find_solid: Finder | None = None,
-) -> Spells:
-    """
-    Let the instants that a check counts pass over some receivers.
-
-    Parameters
-    ----------
-    check : Check
-    period : Period
-        Of one date of the check.
-    shape : tuple of int
-        Of the receivers.
-    find_masks : callable
-        Tells for (n, 3) suns which receivers are in shadow, (n, ...) uint8.
-    canopy : Canopy, optional
-        What lets light through; hours behind it alone count by its share, and are in no
-        spell.
-    find_solid : callable, optional
-        As ``find_masks``, without canopies.
-
-    Returns
-    -------
-    spells : Spells
-    """
-    least = check.min_spell // dt.timedelta(microseconds=1)
-    state = SpellState(shape, least)
-    share = 0.0 if canopy is None else canopy.season.find_share(period.days[0])
-    behind = np.zeros(shape, np.int64)
-    counted = np.flatnonzero(period.sun.is_up & (period.sun.altitude >= check.min_altitude))
-    starts, ends = period.starts, period.ends
-    for first in range(0, len(counted), 8):
-        some = counted[first : first + 8]
-        masks = find_masks(period.sun.direction[some])
-        if find_solid is not None:
-            solid = find_solid(period.sun.direction[some])
-            behind += np.tensordot((ends - starts)[some], masks & ~solid, 1)
-            masks = solid if share >= 1 else masks
-        state.add_steps(masks, starts[some], ends[some])
-    spells = state.finish()
-    return spells if find_solid is None else spells.add_behind(behind, share)
-
-
-def pick_hours(check: Check, period: Period, spells: Spells) -> NDArray[np.float32]:
-    """Give what the check measures [h]."""
-    light = spells.sun if spells.light is None else spells.light
-    if check.measure == "longest_sun_hours":
-        return to_hours(spells.longest)
-    if check.measure == "sun_hours_in_spells":
-        return to_hours(spells.counted)
-    if check.measure == "shadow_hours":
-        is_counted = period.sun.is_up & (period.sun.altitude >= check.min_altitude)
-        return (period.hours[is_counted].sum() - to_hours(light)).astype(np.float32)
-    return to_hours(light)
-
-
-def meets_limit(check: Check, hours: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Tell which hours are enough, or few enough."""
-    limit = check.limit.total_seconds() / 3600
-    return hours >= limit - _SLACK if check.is_least else hours <= limit + _SLACK
+def _judge_plan(study: Study, check: Check, period: Period) -> list[Verdict]:
+    """Judge the places that a check names, one verdict each, or a share of the area."""
+    if check.places:
+        return [_judge_place(study, check, period, place) for place in check.places]
+    return [_judge_area(study, check, period)]
 
 
 def _judge_area(study: Study, check: Check, period: Period) -> Verdict:
@@ -248,7 +145,7 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     stands = study.heights > study.ground + 1e-6
     if check.area == "everywhere":
         return np.isfinite(study.heights)
-    if check.area == "roofs" and study.receivers != "top":
+    if check.area == "roofs" and not study.kind.has_roofs:
         msg = f"check '{check.name}' is for roofs; run the study with receivers='top'"
         raise InputError(msg)
     if check.area == "walls":
@@ -264,46 +161,58 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     return counts
 
 
-def say_hours(hours: float) -> str:
-    """Write hours as a person says them."""
-    minutes = round(hours * 60)
-    h, m = divmod(minutes, 60)
-    return f"{m} min" if not h and m else f"{h} h" + (f" {m} min" if m else "")
+def _measure(study: Study, check: Check, period: Period, grid: Grid) -> Spells:
+    """Let the instants that count pass over some cells."""
+    tile = study.model.make_tile(grid)
+    canopy = study.model.canopy
+    solid = None if canopy is None else tile.with_casters().make_counter().masks
+    shape = (grid.rows, grid.cols)
+    return measure(check, period, shape, tile.make_counter().masks, canopy, solid)
 
 
-def say_limit(check: Check) -> str:
-    """Say what is wanted."""
-    limit = check.limit.total_seconds() / 3600
-    spells = f" of at least {say_hours(check.min_spell.total_seconds() / 3600)}"
-    return (
-        f"at {'least' if check.is_least else 'most'} {say_hours(limit)} of {_WORDS[check.measure]}"
-        + (spells if check.min_spell else "")
-    )
+def find_standing(study: Study, x: float, y: float) -> str:
+    """
+    Say in what building, under what or on what a place of a plan lies.
+
+    A vertical line through the place counts how often it leaves each part above the
+    ground, and how often it enters one: who is left more often was being inside.
+
+    Parameters
+    ----------
+    study : Study
+        Of the ground or of whatever is topmost.
+    x, y : float
+        In the scene's local frame [m].
+
+    Returns
+    -------
+    words : str
+        ``inside Church``, ``under Bridge``, ``on top of Tower``; nothing in the open.
+    """
+    scene, soup = study.model.scene, study.model.soup
+    flat = soup.vertices[:, :2] - (x, y)
+    corners = flat[soup.faces]
+    near = np.flatnonzero((corners.min(1) <= 0).all(1) & (corners.max(1) >= 0).all(1))
+    a, b, c = (corners[near, k] for k in range(3))
+    # Twice the areas of the triangles from the place to each edge; their sum is the face's.
+    shares = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], 1)
+    whole = shares.sum(1)
+    held = (whole != 0) & ((shares >= 0).all(1) | (shares <= 0).all(1))
+    near, shares, whole = near[held], shares[held], whole[held]
+    z = (shares * soup.vertices[soup.faces[near], 2]).sum(1) / whole
+    names = np.array([scene.parts[part].name for part in soup.part[near]], object)
+    ground = study.model.ground
+    is_above = z > (-np.inf if ground is None else ground + _SLACK)
+    if not is_above.any():
+        return ""
+    if not study.kind.lies_under_roofs:
+        return f"on top of {names[z.argmax()]}"
+    above = names[is_above]
+    turns = {name: int(np.sign(whole[is_above & (names == name)]).sum()) for name in above}
+    inside = [name for name, left in turns.items() if left != 0]
+    lowest = above[z[is_above].argmin()]
+    return f"inside {inside[0]}" if inside else f"under {lowest}"
 
 
-def say_how(check: Check) -> str:
-    """Say when and in what steps it was measured."""
-    altitude = f", sun at {check.min_altitude:g}° or higher" if check.min_altitude > 0 else ""
-    return f"{check.start} to {check.end}, steps of {check.every}{altitude}"
-
-
-def say_spells(zone: str, spells: Spells, place: tuple[int, ...]) -> str:
-    """Say when one receiver has sun."""
-    first, last = spells.first[place], spells.last[place]
-    behind = ""
-    if spells.behind is not None and spells.behind[place] > 0:
-        behind = f", {say_hours(float(to_hours(spells.behind)[place]))} more behind canopies"
-    if np.isnat(first):
-        return f"no sun{behind}"
-    n = int(spells.count[place])
-    hours = float(to_hours(spells.sun)[place])
-    return (
-        f"{say_hours(hours)} of sun in {n} spell{'s' if n > 1 else ''}, "
-        f"from {read_clock(zone, first)} to {read_clock(zone, last)}{behind}"
-    )
-
-
-def read_clock(zone: str, instant: np.datetime64) -> str:
-    """Read an instant off the local clock."""
-    local = instant.astype("datetime64[us]").item().replace(tzinfo=dt.UTC)
-    return f"{local.astimezone(zoneinfo.ZoneInfo(zone)):%H:%M}"
+def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]

@@ -26,6 +26,7 @@ __all__ = [
     "place_elevation",
 ]
 
+_UPRIGHT = 1e-9  # level way to the target of a camera that looks straight down [m]
 FEW = 4  # dates that are named one by one
 
 
@@ -70,6 +71,7 @@ def describe(
         axes=axes,
         has_scale=study.receivers != "camera",
         canopies=canopies if canopies is not None and canopies.any() else None,
+        roofs_cover=study.kind.lies_under_roofs,
         canopy_name=f"{list_few(options['canopy'], 1)}, looked through"
         if canopies is not None
         else "",
@@ -234,7 +236,7 @@ def _find_north(study: Study) -> tuple[float | None, float]:
         return 180.0 - azimuth, math.sin(math.radians(tilt))
     way = np.asarray(facts["target"]) - np.asarray(facts["eye"])
     level = math.hypot(way[0], way[1])
-    if level < 1e-9:
+    if level < _UPRIGHT:
         return None, 1.0
     toward = math.degrees(math.atan2(way[0], way[1]))
     return true_north - toward, abs(way[2]) / math.hypot(level, way[2])

@@ -14,7 +14,7 @@ from umbra.writers.folder.captions import list_few
 from umbra.writers.folder.dates import choose_panels, find_together, name_shown, tell_daylight
 from umbra.writers.painter import Painter
 from umbra.writers.plan import DayMap, Plan, find_map_size
-from umbra.writers.raster import resample
+from umbra.writers.raster import HALF, resample
 
 __all__ = ["draw_lost"]
 
@@ -69,7 +69,7 @@ def draw_lost(
             plan = replace(plan, look=make_look(study, find_map_size(plan), part))
     what = f"hours of sun lost to {list_few(options['proposed'])}"
     limit = f"newly under {study.facts['under_hours']:g} h"
-    path, receivers = folder / "hours_lost.png", "ground" if study.receivers == "ground" else "top"
+    path = folder / "hours_lost.png"
     if len(dates) == 1:
         divisor, words = find_together(study, options)
         if words:
@@ -77,7 +77,7 @@ def draw_lost(
         area = _tell_area(study.more["neighbour_area_newly_under"][1])
         hours = every[0][where] / divisor
         painter.draw_hours(
-            path, plan, hours, float(np.nanmax(hours)), receivers=receivers, what=what + words,
+            path, plan, hours, float(np.nanmax(hours)), what=what + words,
             hatched=_fit_mask(study.more["newly_under"][1], most.shape)[where],
             hatch=f"{limit}: {area}",
         )  # fmt: skip
@@ -93,7 +93,6 @@ def draw_lost(
         name_shown(plan, study),
         maps,
         float(most.max()),
-        receivers=receivers,
         what=what,
         hatch=limit,
     )
@@ -112,7 +111,7 @@ def _fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float
 
 
 def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    return _fit(mask.astype(np.float32), shape) > 0.5
+    return _fit(mask.astype(np.float32), shape) > HALF
 
 
 def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from umbra.errors import InputError
+from umbra.receivers import find_kind
 
 if TYPE_CHECKING:
     from umbra.study.rules import Rules
@@ -16,7 +17,6 @@ __all__ = ["NAMES", "Outputs"]
 
 NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4", "pdf", "svg")
 """The formats that can be asked for."""
-PLANS = ("auto", "ground", "top")
 DRAWN = ("pdf", "svg")
 """Of these, what every picture is written as besides PNG."""
 
@@ -90,40 +90,19 @@ class Outputs:
             from umbra.study.rules import read_rules  # noqa: PLC0415
 
             read = read_rules(Path(rules))
-        if sheet and receivers not in PLANS:
+        kind = find_kind(receivers)
+        if sheet and not kind.is_plan:
             msg = "sheet=True shows a plan and its elevations; choose receivers='ground' or 'top'"
             raise InputError(msg)
-        _check_receivers(receivers, others, has_rules=read is not None)
+        _check_formats(receivers, others)
+        if read is not None:
+            kind.check_judged(receivers)
         return cls(report, others, read, sheet, endings, show, tuple(at))
 
 
-def _check_receivers(receivers: str, formats: tuple[str, ...], *, has_rules: bool) -> None:
-    """Refuse what is not made of some receivers."""
-    if receivers in PLANS:
-        return
-    is_raster = receivers not in {"surfaces", "points"}
-    if formats:
-        _check_formats(receivers, formats)
-    if has_rules and is_raster:
-        msg = (
-            f"rules= judge plans, surfaces and points, not receivers='{receivers}', which hides a "
-            "part of what is judged; choose receivers='surfaces' and the facades with on="
-        )
-        raise InputError(msg)
-
-
 def _check_formats(receivers: str, formats: tuple[str, ...]) -> None:
-    """Refuse the formats that receivers other than plans are not written in."""
-    from umbra.writers.formats import FORMATS  # noqa: PLC0415
-
-    written = [name for name, each in FORMATS.items() if each.of_views]
-    if receivers in {"surfaces", "points"}:
-        from umbra.writers import point_formats  # noqa: PLC0415
-
-        is_points = receivers == "points"
-        written = list(point_formats.OF_POINTS if is_points else point_formats.OF_SURFACES)
-    if receivers == "camera":
-        written = []
+    """Refuse the formats in which such receivers are not written."""
+    written = find_kind(receivers).formats
     refused = [name for name in formats if name not in written]
     if refused:
         there = f"{', '.join(written)} can be, the others are" if written else "all files are"

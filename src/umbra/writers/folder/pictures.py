@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +89,7 @@ def _draw_days(
     days = study.period.days
     if len(days) == 1:
         stamps = choose_stamps(study.steps, options["at"])
-        _draw_profile(painter, folder / "profile.png", plan, study, preview, stamps)
+        _draw_profile(painter, folder / "profile.png", plan, preview, stamps)
         return []
     shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
@@ -104,7 +104,7 @@ def _draw_days(
             (str(days[k]), view.shadows, steps[k].labels(), view.away)
             for k, view in zip(shown, views)
         ],
-        zone="/".join(zones), receivers=_kind(study),
+        zone="/".join(zones),
         remarks=[str(find_daylight(study.site, days[k])) for k in shown],
     )  # fmt: skip
     dates = split_dates(study)
@@ -115,14 +115,10 @@ def _draw_days(
     for k, (day, one) in enumerate(zip(days, dates, strict=True)):
         of_day = preview if k == 0 else make_preview(study, steps=steps[k])
         own = replace(describe(study, of_day, scene, options, range(k, k + 1)), look=plan.look)
-        _draw_profile(painter, folder / f"profile_{day}.png", own, study, of_day, steps[k])
+        _draw_profile(painter, folder / f"profile_{day}.png", own, of_day, steps[k])
         _draw_date(painter, folder / f"hours_{day}.png", own, one, scale)
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
-
-
-def _kind(study: Study) -> Literal["ground", "top"]:
-    return "ground" if study.receivers == "ground" else "top"
 
 
 def _draw_dates(
@@ -144,8 +140,7 @@ def _draw_dates(
     ]  # fmt: skip
     whole = describe_finer(name_shown(plan, study), finer[0])
     painter.draw_hour_panels(
-        path, whole, maps, scale.most, receivers=_kind(study), what=scale.what,
-        show=scale.show,
+        path, whole, maps, scale.most, what=scale.what, show=scale.show,
     )  # fmt: skip
 
 
@@ -155,18 +150,17 @@ def _draw_date(
     """Have the hours of one of several dates drawn, on the scale of them all."""
     hours, finer = _coarsen(scale.read_hours(study), plan.shape), count_finer(study)
     painter.draw_hours(
-        path, describe_finer(plan, finer), hours, scale.most, receivers=_kind(study), what=what,
-        show=scale.show, finer=None if finer is None else scale.read_hours(finer),
+        path, describe_finer(plan, finer), hours, scale.most, what=what, show=scale.show,
+        finer=None if finer is None else scale.read_hours(finer),
     )  # fmt: skip
 
 
 def _draw_profile(
-    painter: Painter, path: Path, plan: Plan, study: Study, preview: Preview, stamps: Stamps
+    painter: Painter, path: Path, plan: Plan, preview: Preview, stamps: Stamps
 ) -> None:
     zone = "/".join(dict.fromkeys(stamps.abbreviations()))
     painter.draw_profile(
-        path, plan, preview.shadows, stamps.labels(), zone=zone, receivers=_kind(study),
-        away=preview.away,
+        path, plan, preview.shadows, stamps.labels(), zone=zone, away=preview.away,
     )  # fmt: skip
 
 

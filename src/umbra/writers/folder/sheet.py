@@ -72,7 +72,7 @@ def draw_sheet(
         elevation = Plan(
             *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
             look=make_look(seen, heights.shape), canopies=crowns if crowns.any() else None,
-            canopy_name=plan.canopy_name,
+            canopy_name=plan.canopy_name, roofs_cover=False,
         )  # fmt: skip
         sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
     names = []
@@ -86,8 +86,7 @@ def draw_sheet(
         maps = [("Plan", own, scale.read_hours(plans[k]))]
         maps += [(caption, view, scale.read_hours(seen[k])) for caption, view, seen in sides]
         painter.draw_elevations(
-            folder / name, arrangement, maps, scale.most, receivers=study.receivers,
-            show=scale.show, what=scale.what,
+            folder / name, arrangement, maps, scale.most, show=scale.show, what=scale.what,
         )  # fmt: skip
         names.append(name)
     return names

@@ -182,20 +182,16 @@ def _write_more_of_points(
     """Write further files of surfaces or points; a report waits for the pictures."""
     names: list[str] = []
     if outputs.formats:
-        from umbra.writers.point_formats import write_point_formats  # noqa: PLC0415
+        from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
 
-        names += write_point_formats(folder, study, outputs.formats)
+        names += write_formats(Job(study, folder), outputs.formats)
     tables = []
     if outputs.rules:
-        from umbra.machine import count_cores  # noqa: PLC0415
-        from umbra.study.rules import judge_points  # noqa: PLC0415
+        from umbra.study.rules import judge  # noqa: PLC0415
         from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
         from umbra.writers.tables import write_table  # noqa: PLC0415
 
-        casters = scene.select(options.get("cast", ()), options.get("no_cast", ()))
-        threads = options.get("threads") or count_cores()
-        verdicts = judge_points(study, outputs.rules, scene, casters, threads)
-        tables.append(make_verdict_table(outputs.rules, verdicts))
+        tables.append(make_verdict_table(outputs.rules, judge(study, outputs.rules)))
         write_table(folder / VERDICTS, tables[0].columns, tables[0].rows)
         names.append(VERDICTS)
     if outputs.report:

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from umbra.study import PointStudy, Study
-from umbra.writers.report.counted import find_counted
 from umbra.writers.report.markup import Table
 from umbra.writers.report.tables import join_dates
 
@@ -33,7 +32,7 @@ def find_comparisons(study: Study | PointStudy) -> list[Table]:
 
 
 def _compare(study: Study | PointStudy) -> Table | None:
-    counted = find_counted(study)
+    counted = study.kind.find_counted(study)
     if "hours_lost" not in study.more or counted is None:
         return None
     lost = np.asarray(study.more["hours_lost"][1])
@@ -74,7 +73,7 @@ def _compare(study: Study | PointStudy) -> Table | None:
 
 
 def _list_neighbours(study: Study | PointStudy) -> Table | None:
-    if "neighbour" not in study.more or study.receivers == "points":
+    if "neighbour" not in study.more or not study.kind.belongs_to_parts:
         return None
     arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if "neighbour" in n}
     touched = np.flatnonzero(arrays["neighbour_area_touched"] > 0)  # on this date
@@ -85,7 +84,7 @@ def _list_neighbours(study: Study | PointStudy) -> Table | None:
     under = f"newly under {study.facts.get('under_hours', 2.0):g} h"
     if len(study.period.days) > 1:
         under += " on at least one date"
-    where = "here" if isinstance(study, PointStudy) else "in this picture"
+    where = "in this picture" if study.kind.is_raster else "here"
     columns = {
         "area [m²]": ("neighbour_area", 1),
         "loses sun [m²]": ("neighbour_area_touched", 1),
@@ -107,7 +106,7 @@ def _list_neighbours(study: Study | PointStudy) -> Table | None:
 
 
 def _list_casters(study: Study | PointStudy) -> Table | None:
-    counted = find_counted(study)
+    counted = study.kind.find_counted(study)
     if "caster" not in study.more or counted is None:
         return None
     arrays = {n: np.asarray(study.more[n][1]) for n in ("caster", "cast_hours", "sole_hours")}

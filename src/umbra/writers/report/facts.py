@@ -8,11 +8,8 @@ import numpy as np
 
 from umbra.study import PointStudy, Study
 from umbra.study.canopy import Canopy
-from umbra.writers.report.counted import find_counted
-from umbra.writers.report.markup import Table
-from umbra.writers.report.tables import join_dates
 
-__all__ = ["find_facts", "find_sun_areas"]
+__all__ = ["find_facts"]
 
 _PENUMBRA = 0.0093  # the sun's disc of 0.53 degrees [rad]: a blur per length
 _ACCURACY = (
@@ -23,10 +20,6 @@ _ACCURACY = (
     "from {tall:.3g} m overhead, more where the sun is low. {left_out} are "
     "not counted."
 )
-_RECEIVERS = {
-    "ground": "the level ground at z = {ground:.6g} m, also under buildings",
-    "top": "whatever is topmost: roofs, terrain, and the ground at z = {ground:.6g} m",
-}
 
 
 def find_facts(
@@ -84,7 +77,7 @@ def find_facts(
                 else "without refraction, where it is and not where it is seen"
             ),
         ),
-        ("What receives", _tell_receivers(study)),
+        ("What receives", study.kind.describe_receivers(study)),
         (
             "What casts",
             (f"the parts chosen by {' '.join(casters)}: " if casters else "every part: ")
@@ -92,7 +85,7 @@ def find_facts(
             + ("opaque" if canopy is None else "opaque but for canopies"),
         ),
         *([] if canopy is None else [("Canopies", _tell_canopies(canopy))]),
-        _tell_places(study),
+        study.kind.describe_places(study),
         (
             "Steps",
             f"{len(study.period.hours):,} of {step} min, judged at their midpoints"
@@ -111,11 +104,7 @@ def find_facts(
                 left_out="Reflected light, clouds and leaves"
                 if canopy is None
                 else "Reflected light and clouds",
-                spot="point"
-                if study.receivers == "points"
-                else "sample"
-                if study.receivers == "surfaces"
-                else "cell's centre",
+                spot=study.kind.spot,
             ),
         ),
         (
@@ -130,84 +119,6 @@ def find_facts(
     return rows
 
 
-def find_sun_areas(study: Study | PointStudy) -> Table | None:
-    """
-    Tell how much of the open ground, or of all surfaces, gets at least so many hours of sun.
-
-    Parameters
-    ----------
-    study : Study or PointStudy
-
-    Returns
-    -------
-    table : Table, optional
-        Of each date; None where the sun is not up for an hour.
-    """
-    return join_dates(study, _find_sun_areas)
-
-
-def _find_sun_areas(study: Study | PointStudy) -> Table | None:
-    """Tell it of one date, or of sums."""
-    whole = int(study.up_hours + 1e-6)
-    counted = find_counted(study)
-    if whole < 1 or counted is None:
-        return None
-    sun, all_of_it = study.sun_hours, counted.whole
-    step = max(1, -(-whole // 8))
-    rows = []
-    for hours in range(step, whole + 1, step):
-        some = counted.add_up(sun >= hours - 1e-3)
-        figure = round(some, 1) if counted.unit == "m²" else round(some)
-        rows.append((f"{hours} h", figure, round(100 * some / all_of_it, 1)))
-    if counted.unit == "points":
-        note = f"Of {all_of_it:,.0f} points."
-        return Table("Points in the sun", ("at least", "points", "share [%]"), rows, note)
-    note = f"Of {all_of_it:,.0f} m² of {counted.what} here"
-    note += "." if study.receivers == "surfaces" else "; areas follow the extent."
-    return Table("Area in the sun", ("at least", "area [m²]", "share [%]"), rows, note)
-
-
-def _tell_places(study: Study | PointStudy) -> tuple[str, str]:
-    """Say how many receivers there are, and how far apart."""
-    if isinstance(study, Study):
-        grid = study.grid
-        cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
-        size = "" if study.receivers == "camera" else f" of {cell}"
-        return "Cells", f"{len(study.x):,} x {len(study.y):,}{size}, judged at their centres"
-    count = len(study.shadow_hours)
-    if study.samples is None:
-        free = int(np.isnan(study.places.normals).any(1).sum())
-        words = f"{count:,}, {count - free:,} with a normal" if free else f"{count:,}, with normals"
-        return "Points", words + ("; the others are turned to every sun" if free else "")
-    return "Samples", (
-        f"{count:,}, {study.samples.spacing:g} m apart in their planes, each standing for an equal "
-        "share of its surface; a surface too small for one has one in its middle"
-    )
-
-
-def _tell_receivers(study: Study | PointStudy) -> str:
-    if isinstance(study, PointStudy):
-        if study.samples is None:
-            return "the points that were given"
-        surfaces, parts = len(study.samples.part), len(study.more["part"][1])
-        return (
-            f"{surfaces:,} surface{'s' if surfaces > 1 else ''} of {parts:,} "
-            f"thing{'s' if parts > 1 else ''}: walls and roofs, on the side that their winding "
-            "calls outward; what faces straight down never sees the sun and is left out"
-        )
-    if study.receivers in _RECEIVERS:
-        return _RECEIVERS[study.receivers].format(ground=study.ground)
-    facts = study.facts
-    if study.receivers == "camera":
-        return (
-            f"what is seen from {_list(facts['eye'])} toward {_list(facts['target'])}, "
-            f"{facts['fov_deg']:g}° high"
-        )
-    words = f"what is seen from azimuth {facts['view_azimuth_deg']:g}°, clockwise from true north"
-    tilt = facts.get("view_tilt_deg")
-    return f"{words}, looking down {tilt:g}°" if tilt else f"{words}, level and orthographic"
-
-
 def _tell_canopies(canopy: Canopy) -> str:
     """Say what lets light through, and how much."""
     season, count = canopy.season, len(canopy.casting)
@@ -220,10 +131,6 @@ def _tell_canopies(canopy: Canopy) -> str:
         ", once, however many stand in its way; an hour there counts so much sun, and the rest of "
         "it shadow. Canopies receive nothing and are not drawn"
     )
-
-
-def _list(numbers: object) -> str:
-    return ", ".join(f"{float(v):g}" for v in np.asarray(numbers).ravel())
 
 
 def _tell_days(study: Study | PointStudy) -> str:

@@ -57,7 +57,6 @@ def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
     places = study.places.points[kept] - scene.origin - middle
     return {
         "kind": "model",
-        "receivers": study.receivers,
         "count": len(kept),
         "decimals": 2,
         "origin": (scene.origin + middle).tolist(),

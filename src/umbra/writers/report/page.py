@@ -20,7 +20,7 @@ from umbra.study.timeline import (
 )
 from umbra.writers.plan import Plan, Show, name_hours
 from umbra.writers.report.comparison import find_comparisons
-from umbra.writers.report.facts import find_facts, find_sun_areas
+from umbra.writers.report.facts import find_facts
 from umbra.writers.report.markup import (
     Table,
     make_facts,
@@ -32,7 +32,7 @@ from umbra.writers.report.markup import (
 from umbra.writers.report.model_data import make_model_data, tell_model
 from umbra.writers.report.plan_data import make_plan_data, tell_plan
 from umbra.writers.report.sample_tables import list_receivers
-from umbra.writers.report.tables import find_figures, list_dates
+from umbra.writers.report.tables import find_figures, find_sun_areas, list_dates
 
 __all__ = ["write_point_report", "write_report"]
 
@@ -158,7 +158,7 @@ def write_point_report(
     data = make_model_data(study, instants)
     words = _WORDS["model"]
     parts = words | {
-        "at": words["at"].format(receiver="point" if study.samples is None else "sample"),
+        "at": words["at"].format(receiver=study.kind.spot),
         "script": _read_scripts(MODEL),
         "resolution": escape(tell_model(study, instants, data)),
         "left_out": make_notice(instants.tell_left_out(study, own_hours=True)),

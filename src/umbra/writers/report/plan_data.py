@@ -20,6 +20,7 @@ __all__ = ["make_plan_data", "tell_plan"]
 
 _BRIGHT, _SHADED, _INK = 0.9, 0.26, 0.7  # of a view's surfaces, their shade, and lines
 _VEIL = 0.06  # of the hours' colours, the deepest shade: they stay nearest to their own
+_FINE = 0.1  # cells whose places are told to a centimetre [m]
 _AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
 
 
@@ -48,12 +49,12 @@ def make_plan_data(
         "y0": float(y[0]),
         "dx": dx,
         "dy": dy,
-        "decimals": 0 if study.receivers == "camera" else 2 if min(dx, dy) < 0.1 else 1,
+        "decimals": 0 if not study.kind.has_scale else 2 if min(dx, dy) < _FINE else 1,
         "north": plan.true_north,
-        "receivers": study.receivers,
+        "under_roofs": study.kind.lies_under_roofs,
         "axes": ["y", "x"] if study.is_plan else [_AXES.get(name, name) for name in study.dims],
         "is_plan": study.is_plan,
-        "has_scale": study.receivers != "camera",
+        "has_scale": study.kind.has_scale,
         "up_hours": study.up_hours,
         "days": [day.isoformat() for day in study.period.days],
         "steps": make_steps(study.period, timeline.which, timeline.last),
@@ -71,15 +72,15 @@ def tell_plan(study: Study, timeline: Timeline, own_hours: bool) -> str:
     """Say how the page's cells and instants compare with the study's."""
     rows, cols = timeline.shape
     cell = Plan(timeline.x, timeline.y).cell
-    is_picture = study.receivers == "camera"
+    has_scale = study.kind.has_scale
     words = f"This {'plan' if study.is_plan else 'view'} shows {cols:,} x {rows:,} "
-    words += "pixels" if is_picture else f"cells of {cell[0]:.3g} m"
+    words += f"cells of {cell[0]:.3g} m" if has_scale else "pixels"
     if timeline.shape == study.shadow_hours.shape:
         words += ", those of the study itself"
     else:
         words += ", counted anew at their own centres; the study has "
         words += f"{len(study.x):,} x {len(study.y):,}"
-        words += "" if is_picture else f" of {study.grid.dx:.3g} m"
+        words += f" of {study.grid.dx:.3g} m" if has_scale else ""
     return words + timeline.tell_steps(study, own_hours)
 
 

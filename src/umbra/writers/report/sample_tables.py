@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.study import PointStudy, split_dates
 from umbra.study.ledger import MASKS
 from umbra.writers.report.markup import Table
-from umbra.writers.report.tables import join_dates
+from umbra.writers.report.tables import NEVER, join_dates
 
 __all__ = ["MOST_ROWS", "list_receivers"]
 
@@ -147,7 +147,7 @@ def _find_share_without(
 ) -> NDArray[np.float64]:
     """Give how much of each never has sun [%]."""
     each = np.asarray(study.more["area"][1])
-    dark = np.bincount(owner, each * (study.sun_hours <= 1e-4), len(area))
+    dark = np.bincount(owner, each * (study.sun_hours <= NEVER), len(area))
     return 100 * dark / np.maximum(area, 1e-12)
 
 

@@ -8,10 +8,13 @@ import numpy as np
 from umbra.study import PointStudy, Study, split_dates, tell_dates
 from umbra.study.rules import Place, Rules, Verdict
 from umbra.sun import find_daylight
-from umbra.writers.report.counted import find_counted
 from umbra.writers.report.markup import Pin, Table
 
-__all__ = ["find_figures", "join_dates", "list_dates", "make_verdict_table"]
+__all__ = ["find_figures", "find_sun_areas", "join_dates", "list_dates", "make_verdict_table"]
+
+
+NEVER = 1e-4
+"""Hours that are none [h]."""
 
 
 def join_dates(
@@ -54,7 +57,7 @@ def join_dates(
 def find_figures(study: Study | PointStudy) -> list[tuple[str, float, str]]:
     """Give a study's figures: what each is, its value, and its unit."""
     figures = [("sun above the horizon", study.up_hours, "h")]
-    counted = find_counted(study)
+    counted = study.kind.find_counted(study)
     hours = study.shadow_hours
     if counted is None:  # a camera's pixels stand for nothing but themselves
         seen = np.isfinite(hours)
@@ -71,8 +74,8 @@ def find_figures(study: Study | PointStudy) -> list[tuple[str, float, str]]:
     return [
         *figures,
         (f"mean sun, {what}", float(share @ study.sun_hours[seen]), "h"),
-        ("never in the sun", float(100 * share @ (study.sun_hours[seen] <= 1e-4)), "%"),
-        ("never in shadow", float(100 * share @ (hours[seen] <= 1e-4)), "%"),
+        ("never in the sun", float(100 * share @ (study.sun_hours[seen] <= NEVER)), "%"),
+        ("never in shadow", float(100 * share @ (hours[seen] <= NEVER)), "%"),
     ]
 
 
@@ -94,6 +97,43 @@ def list_dates(study: Study | PointStudy) -> Table | None:
         rows,
         "Sunrise and sunset are those of the sun's upper rim on a level horizon, as in almanacs.",
     )
+
+
+def find_sun_areas(study: Study | PointStudy) -> Table | None:
+    """
+    Tell how much of the open ground, or of all surfaces, gets at least so many hours of sun.
+
+    Parameters
+    ----------
+    study : Study or PointStudy
+
+    Returns
+    -------
+    table : Table, optional
+        Of each date; None where the sun is not up for an hour.
+    """
+    return join_dates(study, _find_sun_areas)
+
+
+def _find_sun_areas(study: Study | PointStudy) -> Table | None:
+    """Tell it of one date, or of sums."""
+    whole = int(study.up_hours + 1e-6)
+    counted = study.kind.find_counted(study)
+    if whole < 1 or counted is None:
+        return None
+    sun, all_of_it = study.sun_hours, counted.whole
+    step = max(1, -(-whole // 8))
+    rows = []
+    for hours in range(step, whole + 1, step):
+        some = counted.add_up(sun >= hours - 1e-3)
+        figure = round(some, 1) if counted.unit == "m²" else round(some)
+        rows.append((f"{hours} h", figure, round(100 * some / all_of_it, 1)))
+    if counted.unit == "points":
+        note = f"Of {all_of_it:,.0f} points."
+        return Table("Points in the sun", ("at least", "points", "share [%]"), rows, note)
+    note = f"Of {all_of_it:,.0f} m² of {counted.what} here"
+    note += "; areas follow the extent." if study.kind.follows_extent else "."
+    return Table("Area in the sun", ("at least", "area [m²]", "share [%]"), rows, note)
 
 
 def make_verdict_table(rules: Rules, verdicts: Sequence[Verdict]) -> Table:

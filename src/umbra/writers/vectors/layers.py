@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import Study, split_dates, tell_dates
+from umbra.study import PointStudy, Study, split_dates, tell_dates
+from umbra.writers.tables import find_columns
 from umbra.writers.vectors.outlines import Outline
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ __all__ = [
     "find_seen",
     "make_line_layer",
     "make_outline_layer",
+    "make_point_layer",
     "make_seen_layer",
 ]
 
@@ -77,8 +79,8 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
 
     found = study.sun_hours if show == "sun" else study.shadow_hours
     hours = np.ma.masked_invalid(found.astype(np.float64))
-    if study.receivers == "ground":
-        hours = np.ma.masked_where(study.heights > study.ground + 1e-6, hours)
+    if study.kind.lies_under_roofs:
+        hours = np.ma.masked_where(~study.kind.find_open(study), hours)
     else:
         from umbra.writers.edges import find_breaks  # noqa: PLC0415
 
@@ -203,3 +205,32 @@ def make_seen_layer(lines: list[NDArray[np.float64]], receivers: str) -> Layer:
     return Layer(
         "seen", "MultiLineString", [shapely.MultiLineString(lines)], {"receivers": [receivers]}
     )
+
+
+def make_point_layer(study: PointStudy) -> Layer:
+    """
+    Make a layer of points, each with its results; instants are UTC as text.
+
+    Parameters
+    ----------
+    study : PointStudy
+
+    Returns
+    -------
+    layer : Layer
+    """
+    import shapely  # noqa: PLC0415  (an extra)
+
+    values: dict[str, list] = {}
+    for name, found in find_columns(study, ("sample",)).items():
+        if found.dtype.kind == "M":
+            texts = np.datetime_as_string(found.astype("datetime64[s]"), timezone="UTC")
+            values[name] = ["" if text == "NaT" else str(text) for text in texts]
+        elif found.dtype.kind == "f":
+            values[name] = np.round(found.astype(np.float64), 4).tolist()
+        else:
+            values[name] = found.tolist()
+    if "name" in values:
+        values = {"name": values.pop("name"), **values}
+    geometries = shapely.points(study.places.points[:, :2]).tolist()
+    return Layer("points", "Point", geometries, values)

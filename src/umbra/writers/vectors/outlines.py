@@ -92,7 +92,7 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
     InputError
         If the receiver is not the ground.
     """
-    if study.receivers != "ground":
+    if not study.kind.is_level:
         msg = (
             f"outlines are drawn on the level ground, and this study has "
             f"receivers={study.receivers!r}; leave it out, or choose other files than outlines"

@@ -70,7 +70,7 @@ const makePlan = async () => {
     pen.fillStyle = !data.is_plan ? "#ffffff" : isNight ? "#d9d9e0" : "#fbf8f0";
     pen.fillRect(0, 0, map.width, map.height);
     const lay = (what) => pen.drawImage(what, left, top, cols * across, rows * down);
-    if (data.receivers === "ground") { lay(layer); lay(roofs); }
+    if (data.under_roofs) { lay(layer); lay(roofs); }
     else if (view.mode === "shadow") { lay(roofs); lay(layer); }
     else { lay(layer); lay(relief); }  // so little shade that colours stay those of the legend
     if (data.has_scale) signs.scale(across / data.dx, dot);
@@ -112,9 +112,9 @@ const makePlan = async () => {
       (data.has_scale ? " m" : "") +
       (exists(cell) ? "" : data.is_plan ? ": nothing receives here" : ": nothing is seen here") +
       (heights[cell] > 0.005
-        ? data.receivers === "top"
-          ? `, ${heights[cell].toFixed(1)} m above the ground`
-          : ", on the ground under a building"
+        ? data.under_roofs
+          ? ", on the ground under a building"
+          : `, ${heights[cell].toFixed(1)} m above the ground`
         : "");
   };
   const move = (key, isFar, cell) => {

@@ -9,7 +9,7 @@ const readReceivers = async () => {
   const hours = new Float32Array(await inflate(data.hours));
   const behindHours = data.behind_hours ? new Float32Array(await inflate(data.behind_hours)) : null;
   const masks = await makeMasks(count);
-  const isSampled = data.receivers === "surfaces";
+  const isSampled = Boolean(data.surfaces);
   const owner = isSampled ? await unpack(data.sample_surface) : null;
   const given = isSampled ? null : new Float32Array(await inflate(data.normals));
   const grids = isSampled ? await readGrids() : null;

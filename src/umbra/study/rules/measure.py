@@ -1,0 +1,171 @@
+"""Measuring what a rule asks for on its own dates and hours, and telling it in words."""
+
+import datetime as dt
+import zoneinfo
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.study.canopy import Canopy
+from umbra.study.period import Period
+from umbra.study.rules.read import Check, Place
+from umbra.study.spells import Spells, SpellState, to_hours
+
+__all__ = ["FindMasks", "Verdict", "measure", "meets_limit", "pick_hours"]
+
+FindMasks = Callable[[NDArray[np.float64]], NDArray[np.uint8]]
+
+_SLACK = 1e-4  # of sums of microseconds kept as float32 hours [h]
+_WORDS = {
+    "sun_hours": "sun",
+    "longest_sun_hours": "unbroken sun",
+    "sun_hours_in_spells": "sun in spells",
+    "shadow_hours": "shadow",
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """
+    A check's outcome on one date at one receiver.
+
+    Parameters
+    ----------
+    check : str
+    date : datetime.date
+    where : str
+        An area, or a place's name.
+    wanted, measured : str
+        In words, with units.
+    passes : bool
+    evidence : str
+        What the verdict rests on.
+    place : Place, optional
+        Where a named place is.
+    standing : str
+        What it lies in, under or on: ``inside Church``.
+    """
+
+    check: str
+    date: dt.date
+    where: str
+    wanted: str
+    measured: str
+    passes: bool
+    evidence: str
+    place: Place | None = None
+    standing: str = ""
+
+
+def measure(
+    check: Check,
+    period: Period,
+    shape: tuple[int, ...],
+    find_masks: FindMasks,
+    canopy: Canopy | None = None,
+    find_solid: FindMasks | None = None,
+) -> Spells:
+    """
+    Let the instants that a check counts pass over some receivers.
+
+    Parameters
+    ----------
+    check : Check
+    period : Period
+        Of one date of the check.
+    shape : tuple of int
+        Of the receivers.
+    find_masks : callable
+        Tells for (n, 3) suns which receivers are in shadow, (n, ...) uint8.
+    canopy : Canopy, optional
+        What lets light through; hours behind it alone count by its share, and are in no
+        spell.
+    find_solid : callable, optional
+        As ``find_masks``, without canopies.
+
+    Returns
+    -------
+    spells : Spells
+    """
+    least = check.min_spell // dt.timedelta(microseconds=1)
+    state = SpellState(shape, least)
+    share = 0.0 if canopy is None else canopy.season.find_share(period.days[0])
+    behind = np.zeros(shape, np.int64)
+    counted = np.flatnonzero(period.sun.is_up & (period.sun.altitude >= check.min_altitude))
+    starts, ends = period.starts, period.ends
+    for first in range(0, len(counted), 8):
+        some = counted[first : first + 8]
+        masks = find_masks(period.sun.direction[some])
+        if find_solid is not None:
+            solid = find_solid(period.sun.direction[some])
+            behind += np.tensordot((ends - starts)[some], masks & ~solid, 1)
+            masks = solid if share >= 1 else masks
+        state.add_steps(masks, starts[some], ends[some])
+    spells = state.finish()
+    return spells if find_solid is None else spells.add_behind(behind, share)
+
+
+def pick_hours(check: Check, period: Period, spells: Spells) -> NDArray[np.float32]:
+    """Give what the check measures [h]."""
+    light = spells.sun if spells.light is None else spells.light
+    if check.measure == "longest_sun_hours":
+        return to_hours(spells.longest)
+    if check.measure == "sun_hours_in_spells":
+        return to_hours(spells.counted)
+    if check.measure == "shadow_hours":
+        is_counted = period.sun.is_up & (period.sun.altitude >= check.min_altitude)
+        return (period.hours[is_counted].sum() - to_hours(light)).astype(np.float32)
+    return to_hours(light)
+
+
+def meets_limit(check: Check, hours: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Tell which hours are enough, or few enough."""
+    limit = check.limit.total_seconds() / 3600
+    return hours >= limit - _SLACK if check.is_least else hours <= limit + _SLACK
+
+
+def say_hours(hours: float) -> str:
+    """Write hours as a person says them."""
+    minutes = round(hours * 60)
+    h, m = divmod(minutes, 60)
+    return f"{m} min" if not h and m else f"{h} h" + (f" {m} min" if m else "")
+
+
+def say_limit(check: Check) -> str:
+    """Say what is wanted."""
+    limit = check.limit.total_seconds() / 3600
+    spells = f" of at least {say_hours(check.min_spell.total_seconds() / 3600)}"
+    return (
+        f"at {'least' if check.is_least else 'most'} {say_hours(limit)} of {_WORDS[check.measure]}"
+        + (spells if check.min_spell else "")
+    )
+
+
+def say_how(check: Check) -> str:
+    """Say when and in what steps it was measured."""
+    altitude = f", sun at {check.min_altitude:g}° or higher" if check.min_altitude > 0 else ""
+    return f"{check.start} to {check.end}, steps of {check.every}{altitude}"
+
+
+def say_spells(zone: str, spells: Spells, place: tuple[int, ...]) -> str:
+    """Say when one receiver has sun."""
+    first, last = spells.first[place], spells.last[place]
+    behind = ""
+    if spells.behind is not None and spells.behind[place] > 0:
+        behind = f", {say_hours(float(to_hours(spells.behind)[place]))} more behind canopies"
+    if np.isnat(first):
+        return f"no sun{behind}"
+    n = int(spells.count[place])
+    hours = float(to_hours(spells.sun)[place])
+    return (
+        f"{say_hours(hours)} of sun in {n} spell{'s' if n > 1 else ''}, "
+        f"from {read_clock(zone, first)} to {read_clock(zone, last)}{behind}"
+    )
+
+
+def read_clock(zone: str, instant: np.datetime64) -> str:
+    """Read an instant off the local clock."""
+    local = instant.astype("datetime64[us]").item().replace(tzinfo=dt.UTC)
+    return f"{local.astimezone(zoneinfo.ZoneInfo(zone)):%H:%M}"
