@@ -125,40 +125,6 @@ class Instants:
         known = np.isfinite(study.shadow_hours.ravel())
         return bool(np.allclose(total[known], study.shadow_hours.ravel()[known], atol=1e-3))
 
-    def tell_left_out(self, study: Study | PointStudy, own_hours: bool) -> str:
-        """Say which dates the page does not move through, and how to see them; else nothing."""
-        days, every = study.period.days, self.strides[0]
-        if every == 1:
-            return ""
-        shown = days[::every]
-        all_of_it = "Tables and figures above are of all dates; "
-        if own_hours:
-            all_of_it = "Tables, figures and hours in the picture are of all dates; "
-        return (
-            f"The picture moves through {len(shown):,} of the study's {len(days):,} dates, one in "
-            f"{every} from {shown[0]} to {shown[-1]}: all would not fit into a page. {all_of_it}"
-            "times, spells and lines at a place are of those shown. For another date run the "
-            "study of that date, with a report."
-        )
-
-    def tell_steps(self, study: Study | PointStudy, own_hours: bool = False) -> str:
-        """Say which instants are shown, as the end of a sentence about the receivers."""
-        _, steps = self.strides
-        words = ""
-        if steps > 1:
-            words += f". Of a day's steps one in {steps} is judged for all"
-        if own_hours:
-            is_one = len(study.period.days) == 1
-            words += f". {'Hours' if is_one else 'Sums of all dates'} are the study's own"
-            if "exact_tolerance_seconds" in study.facts:
-                words += f", solved to {study.facts['exact_tolerance_seconds']:g} s"
-        if self.behind is not None:
-            words += (
-                ". What is behind canopies alone counts its share of sun; spells, first and last "
-                "are of sun that nothing weakens"
-            )
-        return words + ". First, last and longest sun are rounded to steps."
-
 
 @dataclass(frozen=True, eq=False)
 class Timeline(Instants):

@@ -6,14 +6,13 @@ from numpy.typing import NDArray
 from umbra.study import PointStudy
 from umbra.study.surfaces import Samples
 from umbra.study.timeline import Instants
-from umbra.writers.color import shade_ramp
 from umbra.writers.facade_layout import lay_out_facades
 from umbra.writers.report.packed import (
-    make_steps,
+    make_common_data,
     pack,
     pack_differences,
     pack_hours,
-    pack_instants,
+    tell_steps,
 )
 
 __all__ = ["MOST_SQUARES", "MOST_TRIANGLES", "make_model_data", "tell_model"]
@@ -61,15 +60,9 @@ def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
         "decimals": 2,
         "origin": (scene.origin + middle).tolist(),
         "north": study.site.true_north,
-        "up_hours": study.up_hours,
-        "days": [day.isoformat() for day in study.period.days],
-        "steps": make_steps(study.period, instants.which, instants.last),
-        **pack_instants(
-            instants, study.sun.is_up, kept if len(kept) < len(study.shadow_hours) else None
-        ),
+        **make_common_data(study, instants, kept if len(kept) < len(study.shadow_hours) else None),
         "hours": pack_hours(study.shadow_hours[kept]),
         "positions": pack_differences(_to_millimetres(places).T),
-        "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
         **_pack_triangles(study, middle),
         **more,
     }
@@ -83,7 +76,7 @@ def tell_model(study: PointStudy, instants: Instants, data: dict[str, object]) -
         words = f"This picture shows {shown:,} of the study's {count:,} {what}; study.nc has all"
     else:
         words = f"This picture shows all {count:,} {what} of the study"
-    return words + instants.tell_steps(study, own_hours=True)
+    return words + tell_steps(study, instants, own_hours=True)
 
 
 def _to_millimetres(points: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -8,10 +8,19 @@ import zoneinfo
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.study import PointStudy, Study
 from umbra.study.period import Period
 from umbra.study.timeline import Instants
+from umbra.writers.color import shade_ramp
 
-__all__ = ["make_steps", "pack", "pack_differences", "pack_hours", "pack_instants"]
+__all__ = [
+    "make_common_data",
+    "pack",
+    "pack_differences",
+    "pack_hours",
+    "tell_left_out",
+    "tell_steps",
+]
 
 _MICROSECONDS = 1_000_000
 
@@ -32,20 +41,32 @@ def pack_hours(hours: NDArray[np.floating]) -> str:
     return pack(np.nan_to_num(hours).astype("<f4").tobytes())
 
 
-def pack_instants(
-    instants: Instants, is_up: NDArray[np.bool_], kept: NDArray[np.integer] | None = None
+def make_common_data(
+    study: Study | PointStudy, instants: Instants, kept: NDArray[np.integer] | None = None
 ) -> dict[str, object]:
     """
-    Pack the masks of the steps with the sun up, and what canopies let through.
+    Gather what the script reads of any study.
 
     Parameters
     ----------
+    study : Study or PointStudy
     instants : Instants
-    is_up : (n_steps,) bool
-        Of the study's steps.
     kept : (k,) int, optional
         The receivers that are shown; all by default.
     """
+    return {
+        "up_hours": study.up_hours,
+        "days": [day.isoformat() for day in study.period.days],
+        "steps": _make_steps(study.period, instants.which, instants.last),
+        **_pack_instants(instants, study.sun.is_up, kept),
+        "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
+    }
+
+
+def _pack_instants(
+    instants: Instants, is_up: NDArray[np.bool_], kept: NDArray[np.integer] | None = None
+) -> dict[str, object]:
+    """Pack the masks of the steps with the sun up, and what canopies let through."""
     up = is_up[instants.which]
 
     def choose(bits: NDArray[np.uint8]) -> str:
@@ -69,20 +90,10 @@ def _pack_masks(bits: NDArray[np.uint8]) -> str:
     return pack(changes.tobytes())
 
 
-def make_steps(
+def _make_steps(
     period: Period, which: NDArray[np.integer], last: NDArray[np.integer]
 ) -> dict[str, list]:
-    """
-    Give each shown step's times [s since 1970, UTC], clock, and sun.
-
-    Parameters
-    ----------
-    period : Period
-    which : (n,) int
-        The steps that are shown.
-    last : (n,) int
-        The last step that each one stands for.
-    """
+    """Give each shown step's times [s since 1970, UTC], clock, and sun."""
     begins, ends = period.starts[which], period.ends[last]
     middles = period.instants.astype("datetime64[us]").astype(np.int64)[which]
     day = period.day_of_step
@@ -113,3 +124,39 @@ def make_steps(
 def _seconds(microseconds: NDArray[np.int64]) -> list[float]:
     return [t // _MICROSECONDS if t % _MICROSECONDS == 0 else t / _MICROSECONDS
             for t in microseconds.tolist()]  # fmt: skip
+
+
+def tell_left_out(study: Study | PointStudy, instants: Instants, own_hours: bool) -> str:
+    """Say which dates the page does not move through, and how to see them; else nothing."""
+    days, every = study.period.days, instants.strides[0]
+    if every == 1:
+        return ""
+    shown = days[::every]
+    all_of_it = "Tables and figures above are of all dates; "
+    if own_hours:
+        all_of_it = "Tables, figures and hours in the picture are of all dates; "
+    return (
+        f"The picture moves through {len(shown):,} of the study's {len(days):,} dates, one in "
+        f"{every} from {shown[0]} to {shown[-1]}: all would not fit into a page. {all_of_it}"
+        "times, spells and lines at a place are of those shown. For another date run the "
+        "study of that date, with a report."
+    )
+
+
+def tell_steps(study: Study | PointStudy, instants: Instants, own_hours: bool) -> str:
+    """Say which instants are shown, as the end of a sentence about the receivers."""
+    _, steps = instants.strides
+    words = ""
+    if steps > 1:
+        words += f". Of a day's steps one in {steps} is judged for all"
+    if own_hours:
+        is_one = len(study.period.days) == 1
+        words += f". {'Hours' if is_one else 'Sums of all dates'} are the study's own"
+        if "exact_tolerance_seconds" in study.facts:
+            words += f", solved to {study.facts['exact_tolerance_seconds']:g} s"
+    if instants.behind is not None:
+        words += (
+            ". What is behind canopies alone counts its share of sun; spells, first and last "
+            "are of sun that nothing weakens"
+        )
+    return words + ". First, last and longest sun are rounded to steps."

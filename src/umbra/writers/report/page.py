@@ -30,6 +30,7 @@ from umbra.writers.report.markup import (
     make_table,
 )
 from umbra.writers.report.model_data import make_model_data, tell_model
+from umbra.writers.report.packed import tell_left_out
 from umbra.writers.report.plan_data import make_plan_data, tell_plan
 from umbra.writers.report.sample_tables import list_receivers
 from umbra.writers.report.tables import find_figures, find_sun_areas, list_dates
@@ -115,7 +116,7 @@ def write_report(
     data = make_plan_data(study, plan, timeline, pins)
     told = tell_plan(study, timeline, "hours" in data)
     parts = _WORDS["plan"] | {"script": _read_scripts(PLAN), "resolution": escape(told)}
-    parts["left_out"] = make_notice(timeline.tell_left_out(study, "hours" in data))
+    parts["left_out"] = make_notice(tell_left_out(study, timeline, "hours" in data))
     parts |= _name_hours(show)
     _write(path, study, plan, data, parts, tables, sheets, casters, notes)
     return timeline
@@ -161,7 +162,7 @@ def write_point_report(
         "at": words["at"].format(receiver=study.kind.spot),
         "script": _read_scripts(MODEL),
         "resolution": escape(tell_model(study, instants, data)),
-        "left_out": make_notice(instants.tell_left_out(study, own_hours=True)),
+        "left_out": make_notice(tell_left_out(study, instants, own_hours=True)),
     }
     parts |= _name_hours(show)
     listed = list_receivers(study)

@@ -10,11 +10,10 @@ from PIL import Image
 
 from umbra.study import Study
 from umbra.study.timeline import LONGEST_VIEW, Timeline
-from umbra.writers.color import shade_ramp
 from umbra.writers.edges import make_look
 from umbra.writers.plan import Look, Plan, shade_roofs
 from umbra.writers.report.markup import Pin, make_address
-from umbra.writers.report.packed import make_steps, pack, pack_hours, pack_instants
+from umbra.writers.report.packed import make_common_data, pack, pack_hours, tell_steps
 
 __all__ = ["make_plan_data", "tell_plan"]
 
@@ -55,15 +54,11 @@ def make_plan_data(
         "axes": ["y", "x"] if study.is_plan else [_AXES.get(name, name) for name in study.dims],
         "is_plan": study.is_plan,
         "has_scale": study.kind.has_scale,
-        "up_hours": study.up_hours,
-        "days": [day.isoformat() for day in study.period.days],
-        "steps": make_steps(study.period, timeline.which, timeline.last),
-        **pack_instants(timeline, study.sun.is_up),
+        **make_common_data(study, timeline),
         "heights": pack(heights.tobytes()),
         "roofs": drawn,
         "places": [asdict(pin) for pin in pins],
         "relief": None if look is None else _draw_relief(look),
-        "ramp": np.round(shade_ramp(128) * 255).astype(int).tolist(),
         **more,
     }
 
@@ -81,7 +76,7 @@ def tell_plan(study: Study, timeline: Timeline, own_hours: bool) -> str:
         words += ", counted anew at their own centres; the study has "
         words += f"{len(study.x):,} x {len(study.y):,}"
         words += f" of {study.grid.dx:.3g} m" if has_scale else ""
-    return words + timeline.tell_steps(study, own_hours)
+    return words + tell_steps(study, timeline, own_hours)
 
 
 def _draw_roofs(plan: Plan, timeline: Timeline) -> str:
