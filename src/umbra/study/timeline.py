@@ -207,14 +207,6 @@ def make_point_timeline(study: PointStudy) -> Instants:
     Give every step's middle at single points, or of so many steps as fit a page.
 
     Masks that the study kept are used; else these steps are counted again.
-
-    Parameters
-    ----------
-    study : PointStudy
-
-    Returns
-    -------
-    instants : Instants
     """
     count = len(study.shadow_hours)
     sets = 1 if study.model.canopy is None else 2

@@ -67,19 +67,9 @@ _GAMMA = np.where(
 
 def make_ramp(stops: list[tuple[float, float, float]], positions: ArrayLike) -> NDArray[np.float64]:
     """
-    Take colours from a path through stops, at equal perceptual steps.
+    Take sRGB colours (n, 3) in [0, 1] from a path through OKLCh stops, at equal steps to the eye.
 
-    Parameters
-    ----------
-    stops : list of (lightness, chroma, hue)
-        OKLCh; lightness in [0, 1], hue in degrees.
-    positions : (n,) float64
-        Along the path, 0 its start and 1 its end.
-
-    Returns
-    -------
-    colors : (n, 3) float64
-        sRGB in [0, 1].
+    Positions are those along the path, 0 its start and 1 its end; hues in degrees.
     """
     return to_srgb(follow(stops, positions))
 
@@ -117,20 +107,8 @@ def paint_shares(
     """
     Paint shares of the longest time in shadow, on surfaces that are shaded by their slope.
 
-    However deep the shade, a colour stays nearest to its own place on the scale: it moves by
-    less than half of one of eight steps.
-
-    Parameters
-    ----------
-    shares : (...) float32
-        In [0, 1].
-    shade : (...) float32, optional
-        0 where the scale's colours stay, 1 in the deepest shade; none by default.
-
-    Returns
-    -------
-    colors : (..., 3) float32
-        sRGB in [0, 1].
+    However deep the shade, from 0 to 1, a colour stays nearest to its own place on the scale: it
+    moves by less than half of one of eight steps. Returns sRGB (..., 3) in [0, 1].
     """
     index = np.clip(np.asarray(shares) * 255 + 0.5, 0, 255).astype(np.intp)
     if shade is None:

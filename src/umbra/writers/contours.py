@@ -83,17 +83,9 @@ def draw_contours(
     blocked: NDArray[np.bool_],
 ) -> None:
     """
-    Draw and label the lines that enclose at least so many hours.
+    Draw and label the lines that enclose at least so many hours, each level in its two colours.
 
-    Parameters
-    ----------
-    panel : Panel
-    hours : (rows, cols) float32
-    levels : list of int
-    colors : list of (line, halo)
-        One pair for each level.
-    blocked : (rows, cols) bool
-        Cells whose hours do not count: no line runs there, and no label covers them.
+    In blocked cells hours do not count: no line runs there, and no label covers them.
     """
     finder = _LabelFinder(panel, hours, blocked)
     for level, (color, halo) in zip(levels, colors, strict=True):
@@ -124,16 +116,7 @@ class _LabelFinder:
         self.hours = np.nan_to_num(resample(hours, size))
 
     def find(self, lines: list[NDArray], text: str) -> tuple[list[NDArray], list[Place]]:
-        """
-        Find up to three places for a label on a level's lines, and cut the lines there.
-
-        Returns
-        -------
-        lines : list of (n, 2) float64
-            With gaps for the labels [inch].
-        places : list of (x, y, angle)
-            The labels' middles [inch] and their turn [degrees].
-        """
+        """Find up to three places (x, y, angle) for a level's label, and cut its lines there."""
         half = measure(text, LABEL) / 2 + 0.03
         places: list[Place] = []
         parts: list[NDArray] = []

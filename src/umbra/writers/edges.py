@@ -32,20 +32,9 @@ RELIEF = 1.0  # least step in a plan's heights that is an edge [m]
 
 def make_look(study: Study, size: tuple[int, int], grid: Grid | None = None) -> Look | None:
     """
-    Look at a study's receivers at the resolution of a picture.
+    Look at a study's receivers, or at a part of their grid, at the resolution of a picture.
 
-    Parameters
-    ----------
-    study : Study
-    size : (rows, cols)
-        Pixels of the map.
-    grid : Grid, optional
-        What of the study is looked at; all of it by default.
-
-    Returns
-    -------
-    look : Look, optional
-        None of the ground plane, which is level.
+    None of a level plane, which has neither shade nor edges.
     """
     if study.kind.is_level:
         return None

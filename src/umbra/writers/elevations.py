@@ -51,18 +51,8 @@ def arrange(need: Size, most: Size, elevations: Sequence[Size]) -> Arrangement:
     """
     Choose the largest scale of a planner at which all fits, and fill the paper at it.
 
-    Parameters
-    ----------
-    need : (width, height)
-        Of the plan at least: the model and the shadows that matter [m].
-    most : (width, height)
-        Of the plan at most; it is shown where there is room [m].
-    elevations : sequence of (width, height)
-        Of four [m].
-
-    Returns
-    -------
-    arrangement : Arrangement
+    The plan takes at least what it needs, the model and the shadows that matter, and at most what
+    there is of it; sizes are (width, height) [m].
     """
     room = PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT
     for scale in SCALES:

@@ -44,19 +44,7 @@ class FacadeLayout:
 
 
 def lay_out_facades(samples: Samples, most: int = MOST_SQUARES) -> FacadeLayout:
-    """
-    Lay out every surface in its own plane.
-
-    Parameters
-    ----------
-    samples : Samples
-    most : int
-        Squares altogether.
-
-    Returns
-    -------
-    layout : FacadeLayout
-    """
+    """Lay out every surface in its own plane, in at most so many squares altogether."""
     surfaces = len(samples.part)
     times = np.ones(surfaces, np.int64)
     # A ragged surface in a large box takes far more squares than it has samples.

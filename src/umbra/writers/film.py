@@ -31,33 +31,12 @@ INK, QUIET = "#1c1c22", "#5a5a64"
 
 
 def find_frames(study: Study, at: Sequence[str] = ()) -> list[Moment]:
-    """
-    Find the moments that a film shows while the sun is up.
-
-    Parameters
-    ----------
-    study : Study
-    at : sequence of str
-        Clock times, "09:00"; round ones as far apart as the study's steps by default.
-    """
+    """Find the moments with the sun up that a film shows: at clock times, or round ones."""
     return find_moments(study, at, every=None, most=MOST_FRAMES)
 
 
 def draw_frames(study: Study, moments: Sequence[Moment], title: str = "") -> Iterator[Image.Image]:
-    """
-    Draw the plan at some moments.
-
-    Parameters
-    ----------
-    study : Study
-    moments : sequence of Moment
-    title : str
-
-    Yields
-    ------
-    frame : PIL.Image
-        RGB, sides of even length.
-    """
+    """Draw the plan at some moments: RGB images with sides of even length."""
     grid = study.grid.coarser(CELLS)
     rows, cols = grid.rows, grid.cols
     tile = study.model.make_tile(grid)
@@ -113,19 +92,7 @@ def find_pace(n: int) -> float:
 def write_gif(
     path: str | os.PathLike[str], frames: Iterator[Image.Image], sample: Image.Image, n: int
 ) -> None:
-    """
-    Write frames as a GIF that begins again.
-
-    Parameters
-    ----------
-    path : path
-    frames : iterator of PIL.Image
-        At least one.
-    sample : PIL.Image
-        Whose colours serve for all, so that they do not flicker.
-    n : int
-        How many frames there are.
-    """
+    """Write n frames as a GIF that begins again; a sample's colours serve for all: none flicker."""
     palette = sample.quantize(96, dither=Image.Dither.NONE)
     indexed = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     pace = round(find_pace(n) * 1000)
@@ -136,21 +103,7 @@ def write_gif(
 
 
 def write_mp4(path: str | os.PathLike[str], frames: Iterator[Image.Image], n: int) -> None:
-    """
-    Write frames as H.264 in MP4, as browsers and telephones play it.
-
-    Parameters
-    ----------
-    path : path
-    frames : iterator of PIL.Image
-    n : int
-        How many there are.
-
-    Raises
-    ------
-    UmbraError
-        If there is no encoder.
-    """
+    """Write n frames as H.264 in MP4; refuse where there is no encoder."""
     import av  # noqa: PLC0415  (an extra)
 
     if "libx264" not in av.codecs_available:

@@ -152,14 +152,7 @@ class Format:
 
 
 def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
-    """
-    See that the packages of an extra are there.
-
-    Raises
-    ------
-    InputError
-        If one is missing; it says how to install it.
-    """
+    """Refuse what is not installed with an InputError that says how to install it."""
     missing = [package for package in packages if find_spec(package) is None]
     if missing:
         msg = (

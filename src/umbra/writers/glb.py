@@ -80,17 +80,9 @@ class Glb:
         **attributes: NDArray,
     ) -> None:
         """
-        Add a node with a mesh of its own.
+        Add a node with a mesh of its own: faces (n, 3), and by name arrays of its vertices.
 
-        Parameters
-        ----------
-        name : str
-        faces : (n, 3) uint32
-        material : int
-        extras : dict, optional
-            Said of the node.
-        **attributes : (n_vertices, k) arrays
-            ``POSITION`` float32, ``COLOR_0`` uint8, ``TEXCOORD_0`` float32.
+        ``POSITION`` is float32, ``COLOR_0`` uint8, ``TEXCOORD_0`` float32; extras are the node's.
         """
         found = {key: self._add(array, _VERTICES, key) for key, array in attributes.items()}
         indices = self._add(np.ascontiguousarray(faces, "<u4").reshape(-1, 1), _INDICES)

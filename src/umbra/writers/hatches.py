@@ -18,14 +18,7 @@ RIM = "#ffffffc8"
 
 
 def draw_hatch(panel: Panel, is_inside: NDArray[np.bool_]) -> None:
-    """
-    Hatch a region of cells, and draw its border.
-
-    Parameters
-    ----------
-    panel : Panel
-    is_inside : (rows, cols) bool
-    """
+    """Hatch a region of cells (rows, cols), and draw its border."""
     x, y, _, _ = panel.map_box
     inside = resample(is_inside, panel.map_size) > HALF
     rows, cols = inside.shape

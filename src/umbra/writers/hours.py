@@ -137,15 +137,7 @@ def fill_hours(
     show: Show = "shadow",
     finer: NDArray | None = None,
 ) -> None:
-    """
-    Draw the hours on a map, with contour lines and what stands there.
-
-    Parameters
-    ----------
-    panel : Panel
-    hours, max_hours, show, finer
-        As ``make_hours_sheet`` takes them.
-    """
+    """Draw the hours on a map, with contour lines and buildings, for ``make_hours_sheet``."""
     plan, has_scale = panel.plan, max_hours > 0
     seen = resample(hours, panel.map_size)
     is_missing = np.isnan(seen)

@@ -241,17 +241,7 @@ def draw_swatches(
     remark: str = "",
     swatches: Sequence[Swatch] = (),
 ) -> None:
-    """
-    Draw a list of named colours in the sheet's key box.
-
-    Parameters
-    ----------
-    sheet, title, remark, swatches
-        As ``draw_color_bar`` takes them.
-    colors : (n, 3) float64
-        sRGB.
-    labels : list of str
-    """
+    """Draw named sRGB colours (n, 3) in the sheet's key box; else as ``draw_color_bar``."""
     x, y, w, _ = sheet.key_box
     top = _draw_title(sheet, title, remark, swatches)
     if sheet.is_wide:

@@ -38,23 +38,11 @@ def write_model_glb(
     path: str | os.PathLike[str], study: Study, most_hours: float | None = None
 ) -> None:
     """
-    Write model and ground; colours are those of ``hours.png``, the walls' is grey.
+    Write a plan's model and ground; colours are those of ``hours.png``, the walls' is grey.
 
     With the topmost surfaces as receivers, faces seen from above are divided to about a
-    cell's size and each corner takes the colour of its cell. The ground lies below them.
-
-    Parameters
-    ----------
-    path : path
-    study : Study
-    most_hours : float, optional
-        Of the darkest colour, where several files share a scale; the hours with the sun up by
-        default [h].
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    cell's size and each corner takes the colour of its cell. The ground lies below them. Where
+    several files share a scale, ``most_hours`` is its end [h].
     """
     most = study.up_hours if most_hours is None else most_hours
     corners = study.model.soup.vertices[study.model.soup.faces]

@@ -208,13 +208,7 @@ class Plan:
 
 
 def find_map_size(plan: Plan) -> tuple[int, int]:
-    """
-    Choose how many pixels of a picture the map takes.
-
-    Returns
-    -------
-    rows, cols : int
-    """
+    """Choose how many rows and columns of pixels of a picture the map takes."""
     x0, x1, y0, y1 = plan.extent
     scale = np.sqrt(AREA / ((x1 - x0) * (y1 - y0)))
     scale = min(scale, LONGEST / (x1 - x0), LONGEST / (y1 - y0))
@@ -223,14 +217,7 @@ def find_map_size(plan: Plan) -> tuple[int, int]:
 
 
 def name_hours(show: Show) -> str:
-    """
-    Say what hours are shown, for keys.
-
-    Raises
-    ------
-    ValueError
-        If they are neither.
-    """
+    """Say what hours are shown, for keys; refuse a name that is neither."""
     if show not in get_args(Show):
         msg = f"hours of '{show}' cannot be shown; choose shadow or sun"
         raise ValueError(msg)
@@ -243,18 +230,7 @@ def shade_roofs(
     """
     Draw roofs in light grey, lit from the picture's upper left as maps are.
 
-    Parameters
-    ----------
-    plan : Plan
-    size : (rows, cols)
-        Pixels of the map.
-
-    Returns
-    -------
-    grey : (rows, cols) float32
-        In [0, 1].
-    coverage : (rows, cols) float32
-        How much of each pixel is building, in [0, 1].
+    Returns the grey, and how much of each pixel is building, both (rows, cols) in [0, 1].
     """
     if plan.building_height is None:
         return np.ones(size, np.float32), np.zeros(size, np.float32)

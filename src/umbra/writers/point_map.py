@@ -80,12 +80,7 @@ def make_point_panels(
     """
     Draw points on several dates, a map for each, all on one scale.
 
-    Parameters
-    ----------
-    plan, points, normals, max_hours, names, show, what
-        As ``make_points_sheet`` takes them.
-    days : sequence of DayMap
-        Whose hours are (n,), those of the points.
+    The hours of the days are (n,), those of the points; all else is as for ``make_points_sheet``.
     """
     sheet = make_panels(plan, [day.title for day in days], [day.remark for day in days])
     for panel, day in zip(sheet.panels, days, strict=True):

@@ -39,26 +39,9 @@ def compose_profile(
     shadows: Iterable[NDArray[np.bool_]], n: int, size: tuple[int, int]
 ) -> NDArray[np.float32]:
     """
-    Mix the tints of n stamps where their shadows fall.
+    Mix the tints of n stamps where their shadows, each (rows, cols), fall: sRGB, white elsewhere.
 
-    Parameters
-    ----------
-    shadows : iterable of (rows, cols) bool
-        One a stamp; taken one by one, so an iterator does.
-    n : int
-        How many there are.
-    size : (rows, cols)
-        Of the result.
-
-    Returns
-    -------
-    image : (rows, cols, 3) float32
-        sRGB; white where no shadow falls.
-
-    Raises
-    ------
-    ValueError
-        If ``shadows`` does not hold n masks.
+    Shadows are taken one by one, so an iterator does; a ValueError says if they are not n.
     """
     path = make_stamp_path(n).astype(np.float32)
     stamps = iter(shadows)

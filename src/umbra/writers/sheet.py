@@ -110,11 +110,7 @@ def make_sheet(plan: Plan, key_height: float) -> Sheet:
     """
     Lay out a sheet and draw all but the map's content and its key.
 
-    Parameters
-    ----------
-    plan : Plan
-    key_height : float
-        What the key needs where it lies below a wide map [inch].
+    A key below a wide map takes ``key_height`` [inch].
     """
     map_size = rows, cols = find_map_size(plan)
     w, h = cols / DOTS_PER_INCH, rows / DOTS_PER_INCH
@@ -166,18 +162,7 @@ def make_panels(plan: Plan, captions: Sequence[str], remarks: Sequence[str] = ()
     """
     Lay out a sheet with a map for each caption, and draw all but the maps' content and the key.
 
-    Parameters
-    ----------
-    plan : Plan
-        Of every map: its extent and its words.
-    captions : sequence of str
-    remarks : sequence of str
-        A line or more below each caption.
-
-    Returns
-    -------
-    sheet : Sheet
-        Whose panels and key are to be drawn.
+    Each map has the plan's extent, and below its caption a remark of a line or more.
     """
     x0, x1, y0, y1 = plan.extent
     aspect, n = (x1 - x0) / (y1 - y0), len(captions)

@@ -30,19 +30,7 @@ def write_surfaces_glb(
     """
     Write the sampled parts, a node each, coloured by hours in shadow; the rest is grey.
 
-    Parameters
-    ----------
-    path : path
-    study : PointStudy
-        Of surfaces.
-    most_hours : float, optional
-        Of the darkest colour, where several files share a scale; the hours with the sun up by
-        default [h].
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    Where several files share a scale, ``most_hours`` is its end [h].
     """
     samples = study.samples
     assert samples is not None
@@ -111,16 +99,10 @@ def _draw(
     layout: FacadeLayout, shares: NDArray[np.floating]
 ) -> tuple[Image.Image, NDArray[np.int64], int]:
     """
-    Lay all surfaces side by side into one picture.
+    Lay all surfaces side by side into one picture, with its colours of ``hours.png``.
 
-    Returns
-    -------
-    picture : Image
-        Colours of ``hours.png``; rows of surfaces run down.
-    corner : (n_surfaces, 2) int64
-        Pixel at which each surface's first square begins.
-    scale : int
-        Pixels along a square.
+    Returns it, the pixel (x, y) at which each surface's first square begins, rows running down,
+    and how many pixels a square is long.
     """
     for scale in (4, 2, 1):
         corner, size = _arrange(layout.shape * scale + 2 * _RIM)

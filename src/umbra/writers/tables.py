@@ -70,20 +70,10 @@ def _find_columns_of_cells(study: Study) -> dict[str, np.ndarray]:
 
 def write_cells(path: str | os.PathLike[str], study: Study) -> int:
     """
-    Write a line for each cell, from the south-west, row by row.
+    Write a line for each cell, from the south-west, row by row; return the size unpacked [byte].
 
-    Parameters
-    ----------
-    path : path
-        Packed with gzip if it ends with ``.gz``.
-    study : Study
-        Every (y, x) array of its result becomes a column, of a view those of its own axes;
-        instants are UTC. Of several dates there is a column for each.
-
-    Returns
-    -------
-    size : int
-        Of what was written, unpacked [byte].
+    Every (y, x) array of the result becomes a column, of a view those of its own axes; instants are
+    UTC. Of several dates there is a column for each. A name that ends with ``.gz`` is packed.
     """
     arrays = _find_columns_of_cells(study)
     digits = {name: 3 if name == "receiver_z" else 4 for name in arrays}
@@ -117,16 +107,7 @@ def _to_text(values: np.ndarray, digits: int) -> list[str]:
 def write_instants(
     path: str | os.PathLike[str], study: Study, areas: Sequence[float] | None = None
 ) -> None:
-    """
-    Write a line for each step: its clock times and the sun.
-
-    Parameters
-    ----------
-    path : path
-    study : Study
-    areas : sequence of float, optional
-        In shadow at each step's midpoint [m²].
-    """
+    """Write a line for each step: its clock times, the sun, and any area in shadow [m²]."""
     period = study.period
     zone = zoneinfo.ZoneInfo(study.site.zone)
 
@@ -150,19 +131,7 @@ def write_instants(
 
 
 def write_samples(folder: Path, study: PointStudy) -> list[str]:
-    """
-    Write a line for each point; of sampled surfaces also for each surface and part.
-
-    Parameters
-    ----------
-    folder : Path
-    study : PointStudy
-
-    Returns
-    -------
-    names : list of str
-        ``points.csv`` or ``samples.csv``, ``surfaces.csv``, ``parts.csv``.
-    """
+    """Write a line for each point; of sampled surfaces also for each surface and part."""
     places = study.places
     points = {
         axis: array[:, k]

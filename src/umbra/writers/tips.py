@@ -27,15 +27,7 @@ Lines = list[NDArray[np.float64]]
 
 
 def rule_shadows(panel: Panel, outlines: Mapping[int, Lines]) -> None:
-    """
-    Draw the outlines of shadows on a map.
-
-    Parameters
-    ----------
-    panel : Panel
-    outlines : dict of stamp to list of (n, 2) float64
-        On the paper [inch].
-    """
+    """Draw the outlines of shadows on a map: lines (n, 2) [inch] by stamp."""
     for lines in outlines.values():
         panel.rule_map(lines, SHADOW_OUTLINE, WIDTH)
 

@@ -49,14 +49,7 @@ class UnfinishedFolder:
 
     @classmethod
     def make(cls, target: Path) -> Self:
-        """
-        Make the folder in ``target``, which is made if missing; sweep up after killed runs.
-
-        Raises
-        ------
-        OSError
-            If ``target`` cannot be made or written to.
-        """
+        """Make the folder in ``target``, which is made if missing; sweep up after killed runs."""
         for attempts_left in reversed(range(20)):
             try:
                 target.mkdir(parents=True, exist_ok=True)
@@ -79,14 +72,7 @@ class UnfinishedFolder:
         return made
 
     def check_places(self) -> None:
-        """
-        Check that every file can be moved into the results folder.
-
-        Raises
-        ------
-        InputError
-            If a folder is where a file goes, or a link or a file where a folder goes.
-        """
+        """Refuse a folder where a file goes, or a file where a folder goes: InputError."""
         for name in self._names():
             place = self.path.parent / name
             if place.is_dir() and not place.is_symlink():

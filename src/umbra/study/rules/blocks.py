@@ -95,12 +95,8 @@ def load_block(path: Path, keys: Sequence[str]) -> Block:
     """
     Read a YAML file whose top is a mapping.
 
-    Values are kept as text: YAML would read 10:00 as a number to the base of sixty.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is not YAML.
+    Values are kept as text: YAML would read 10:00 as a number to the base of sixty. An InputError
+    says why it cannot be read, or that it is not YAML.
     """
     import yaml  # noqa: PLC0415  (few studies have rules)
 

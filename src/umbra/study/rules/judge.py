@@ -172,22 +172,11 @@ def _measure(study: Study, check: Check, period: Period, grid: Grid) -> Spells:
 
 def find_standing(study: Study, x: float, y: float) -> str:
     """
-    Say in what building, under what or on what a place of a plan lies.
+    Say in what building, under what or on what a place of a plan lies: ``inside Church``.
 
-    A vertical line through the place counts how often it leaves each part above the
-    ground, and how often it enters one: who is left more often was being inside.
-
-    Parameters
-    ----------
-    study : Study
-        Of the ground or of whatever is topmost.
-    x, y : float
-        In the scene's local frame [m].
-
-    Returns
-    -------
-    words : str
-        ``inside Church``, ``under Bridge``, ``on top of Tower``; nothing in the open.
+    A vertical line through the place, in the scene's local frame [m], counts how often it leaves
+    each part above the ground, and how often it enters one: who is left more often was being
+    inside. Nothing is said in the open.
     """
     scene, soup = study.model.scene, study.model.soup
     flat = soup.vertices[:, :2] - (x, y)

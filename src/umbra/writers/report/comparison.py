@@ -15,18 +15,7 @@ _SLACK = 1e-3  # of hours in float32 [h]
 
 
 def find_comparisons(study: Study | PointStudy) -> list[Table]:
-    """
-    Lay out what ``proposed``, ``by`` and ``who`` have found.
-
-    Parameters
-    ----------
-    study : Study or PointStudy
-
-    Returns
-    -------
-    tables : list of Table
-        None where nothing was asked.
-    """
+    """Lay out what proposed=, by= and who= have found; nothing where nothing was asked."""
     tables = (join_dates(study, make) for make in (_compare, _list_neighbours, _list_casters))
     return [table for table in tables if table is not None]
 

@@ -26,20 +26,9 @@ def find_facts(
     study: Study | PointStudy, casters: Sequence[str] = (), notes: Sequence[str] = ()
 ) -> list[tuple[str, str]]:
     """
-    List what the study assumed and how exact it is.
+    List what the study assumed and how exact it is: headings, and what is to be said under each.
 
-    Parameters
-    ----------
-    study : Study or PointStudy
-    casters : sequence of str
-        The patterns by which casters were chosen, as typed.
-    notes : sequence of str
-        What the reader of the files left out or could not tell.
-
-    Returns
-    -------
-    facts : list of (str, str)
-        A heading and what is to be said under it.
+    Casters are the patterns by which they were chosen, as typed; notes are the readers'.
     """
     site, facts = study.site, study.facts
     north = "N" if site.latitude >= 0 else "S"

@@ -26,15 +26,7 @@ _MARGIN = 0.15  # of the model's size, by which the ground reaches farther
 
 
 def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
-    """
-    Gather what the script reads.
-
-    Parameters
-    ----------
-    study : PointStudy
-    instants : Instants
-        Of all its receivers.
-    """
+    """Gather what the script reads of surfaces or points."""
     scene = study.model.scene
     middle = np.round(scene.bounds().mean(0)) - scene.origin
     samples = study.samples

@@ -44,16 +44,7 @@ def pack_hours(hours: NDArray[np.floating]) -> str:
 def make_common_data(
     study: Study | PointStudy, instants: Instants, kept: NDArray[np.integer] | None = None
 ) -> dict[str, object]:
-    """
-    Gather what the script reads of any study.
-
-    Parameters
-    ----------
-    study : Study or PointStudy
-    instants : Instants
-    kept : (k,) int, optional
-        The receivers that are shown; all by default.
-    """
+    """Gather what the script reads of any study, of the receivers ``kept`` if not of all."""
     return {
         "up_hours": study.up_hours,
         "days": [day.isoformat() for day in study.period.days],

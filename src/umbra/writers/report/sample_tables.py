@@ -18,17 +18,7 @@ MOST_ROWS = 2000
 
 
 def list_receivers(study: PointStudy) -> list[Table]:
-    """
-    List the results of parts and surfaces, or of points.
-
-    Parameters
-    ----------
-    study : PointStudy
-
-    Returns
-    -------
-    tables : list of Table
-    """
+    """List the results of parts and surfaces, or of points."""
     most = MOST_ROWS // len(split_dates(study))
     makers = [_list_points] if study.samples is None else [_list_parts, _list_surfaces]
     tables = (join_dates(study, partial(make, most=most)) for make in makers)

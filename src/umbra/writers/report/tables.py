@@ -103,14 +103,7 @@ def find_sun_areas(study: Study | PointStudy) -> Table | None:
     """
     Tell how much of the open ground, or of all surfaces, gets at least so many hours of sun.
 
-    Parameters
-    ----------
-    study : Study or PointStudy
-
-    Returns
-    -------
-    table : Table, optional
-        Of each date; None where the sun is not up for an hour.
+    One table of all dates; None where the sun is not up for an hour.
     """
     return join_dates(study, _find_sun_areas)
 

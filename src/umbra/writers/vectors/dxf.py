@@ -24,20 +24,10 @@ _FLAT = 1e-9  # a triangle of less area seen from above is a wall [m2]
 
 def find_footprints(study: Study) -> dict[str, list[Polygon]]:
     """
-    Find what of the plan each thing that stands on the ground covers.
+    Find what of the plan each object on the ground covers, in the model's own coordinates [m].
 
-    Parts of one name in one layer, such as the roof and the walls of a house, are one thing.
-
-    Parameters
-    ----------
-    study : Study
-        Of a plan.
-
-    Returns
-    -------
-    footprints : dict of str to list of list of (k, 2) float64
-        Under ``BUILDINGS`` and, where there are canopies, ``CANOPIES``: of each polygon the outer
-        ring, then its holes, in the model's own coordinates [m].
+    Parts of one name in one layer, such as the roof and the walls of a house, are one object. Under
+    ``BUILDINGS`` and, where there are canopies, ``CANOPIES``: of each polygon its rings.
     """
     scene, grid = study.model.scene, study.grid
     soup = scene.triangles()  # canopies too, which receive nothing

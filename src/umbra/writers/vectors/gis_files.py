@@ -27,17 +27,9 @@ __all__ = [
 
 def find_crs(crs: object) -> "CRS | None":
     """
-    Give the horizontal coordinate reference system that a study names.
+    Return the horizontal coordinate reference system that a study's fact ``crs`` names.
 
-    Parameters
-    ----------
-    crs : str or None
-        The fact ``crs``; a compound one loses its heights.
-
-    Returns
-    -------
-    crs : pyproj.CRS, optional
-        None where there is none, or none that is known.
+    A compound one loses its heights. None where there is none, or none that is known.
     """
     if not crs:
         return None
@@ -59,18 +51,7 @@ def name_crs(crs: "CRS | None") -> str:
 
 
 def make_to_wgs84(crs: "CRS") -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """
-    Give the way from a system to longitude and latitude on WGS 84.
-
-    Parameters
-    ----------
-    crs : pyproj.CRS
-
-    Returns
-    -------
-    to_wgs84 : callable
-        Takes and gives (n, 2) float64.
-    """
+    """Return the function that turns (n, 2) coordinates into longitude and latitude on WGS 84."""
     from pyproj import Transformer  # noqa: PLC0415
 
     transformer = Transformer.from_crs(crs, 4326, always_xy=True)

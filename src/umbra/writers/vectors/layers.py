@@ -98,19 +98,7 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
 
 
 def find_seen(study: Study) -> list[NDArray[np.float64]]:
-    """
-    Trace the border of what a view sees of the model, half a cell exact.
-
-    Parameters
-    ----------
-    study : Study
-        Of an elevation or a view from above.
-
-    Returns
-    -------
-    lines : list of (k, 2) float64
-        Along the view and upward [m]; closed.
-    """
+    """Trace the border of what a view sees of the model, half a cell exact: closed lines [m]."""
     import contourpy  # noqa: PLC0415
 
     drawn = np.isfinite(study.shadow_hours) & (study.is_of_model | study.is_plan)
@@ -143,17 +131,7 @@ class Layer:
 
 
 def make_outline_layer(outlines: Iterable[Outline]) -> Layer:
-    """
-    Make a layer of shadows: one geometry for each instant, valid by the OGC's rules.
-
-    Parameters
-    ----------
-    outlines : iterable of Outline
-
-    Returns
-    -------
-    layer : Layer
-    """
+    """Make a layer of shadows: one geometry for each instant, valid by the OGC's rules."""
     import shapely  # noqa: PLC0415  (an extra)
 
     geometries: list[Any] = []
@@ -208,17 +186,7 @@ def make_seen_layer(lines: list[NDArray[np.float64]], receivers: str) -> Layer:
 
 
 def make_point_layer(study: PointStudy) -> Layer:
-    """
-    Make a layer of points, each with its results; instants are UTC as text.
-
-    Parameters
-    ----------
-    study : PointStudy
-
-    Returns
-    -------
-    layer : Layer
-    """
+    """Make a layer of points, each with its results; instants are UTC as text."""
     import shapely  # noqa: PLC0415  (an extra)
 
     values: dict[str, list] = {}

@@ -216,21 +216,10 @@ def trace_loops(
 @njit(cache=True)
 def _walk(first, ends):
     """
-    Follow edges from vertex to vertex until all are used.
+    Follow edges from vertex to vertex until all are used; as ``trace_loops`` prepares them.
 
-    Parameters
-    ----------
-    first : (n_vertices + 1,) int64
-        Where each vertex's leaving edges begin.
-    ends : (n_edges,) int64
-        Vertex at which each edge arrives.
-
-    Returns
-    -------
-    walk : (n_edges,) int64
-        Vertices, loop after loop.
-    breaks : (n_loops - 1,) int64
-        Where loops after the first begin.
+    ``first`` says where each vertex's leaving edges begin, ``ends`` at which vertex each arrives.
+    Returns the vertices of all loops, and where loops after the first begin.
     """
     unused = first[:-1].copy()
     walk = np.zeros(ends.size, np.int64)
