@@ -115,7 +115,7 @@ def test_no_contour_runs_along_an_edge(south):
     plan, _ = look_at(south)
     hours = np.where(south.more["part"][1] == 1, np.float32(2), np.float32(0))
     hours[south.more["part"][1] < 0] = np.nan
-    plain = Plan(plan.x, plan.y, plan.building_height, None)
+    plain = Plan(plan.x, plan.y, plan.building_height, None, roofs_cover=False)
 
     def count(on):
         sheet = make_hours_sheet(on, hours, 2.0)

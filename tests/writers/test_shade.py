@@ -105,7 +105,7 @@ def test_contours_end_at_the_creases_of_a_plan():
     hours = np.where(on_roof & (y > 5), 4.0, 0.0).astype(np.float32)
 
     def count(look):
-        own = Plan(plan.x, plan.y, plan.building_height, look=look)
+        own = Plan(plan.x, plan.y, plan.building_height, look=look, roofs_cover=False)
         sheet = make_hours_sheet(own, hours, 8.0)
         return sum(text.get_text() == "4 h" and bool(text.get_path_effects())
                    for text in sheet.figure.texts + sheet.figure.artists
