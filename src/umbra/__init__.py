@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from umbra.calls.counts import count
     from umbra.calls.inputs import make_camera
     from umbra.calls.picture import Picture, render
     from umbra.calls.window import show
@@ -57,6 +58,7 @@ _HOMES = {
     "UmbraError": "umbra.errors",
     "area_light": "umbra.scene",
     "compare": "umbra.study.compare",
+    "count": "umbra.calls.counts",
     "count_shadows": "umbra.cpu.frame",
     "directional_light": "umbra.scene",
     "find_site": "umbra.sun",
@@ -90,6 +92,7 @@ __all__ = [
     "UmbraError",
     "area_light",
     "compare",
+    "count",
     "count_shadows",
     "directional_light",
     "find_site",

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
 
-__all__ = ["find_hidden", "is_hidden"]
+__all__ = ["find_hidden", "find_hidden_from", "is_hidden"]
 
 _ASIDE = 2.0**-24
 """How far beside its point a ray starts where rounding could tell either way [m], ..."""
@@ -72,34 +72,68 @@ def find_hidden(
     return masks
 
 
-@njit(cache=True, nogil=True)
-def is_hidden(p, n, d, boxes, links, corners, ids, normals, last):
+def find_hidden_from(
+    tree: FaceTree,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    lights: NDArray[np.float64],
+    threads: int = 1,
+) -> NDArray[np.uint8]:
     """
-    Find a face between a point and the sun.
+    Tell for each light, a lamp or a direction, which points are in shadow, cast or attached.
+
+    Parameters
+    ----------
+    tree, points, normals, threads
+        As in ``find_hidden``.
+    lights : (m, 4) float64
+        Homogeneous, in the caster's frame: a unit direction with w = 0, a place with w = 1 [m].
+
+    Returns
+    -------
+    masks : (m, n) uint8
+        0 or 1; a point in a lamp is in its light.
+    """
+    masks = np.zeros((len(lights), len(points)), np.uint8)
+    use_threads(threads)
+    t = tree
+    _find_from(
+        points, normals, np.ascontiguousarray(lights), t.boxes, t.links, t.corners, t.ids,
+        t.normals, masks,
+    )  # fmt: skip
+    return masks
+
+
+@njit(cache=True, nogil=True)
+def is_hidden(p, n, d, boxes, links, corners, ids, normals, last, light=None):
+    """
+    Find a face between a point and the sun, or a lamp.
 
     Parameters
     ----------
     p, n, d : (3,) float64
-        Point, its surface's normal toward the viewer, direction toward the sun.
+        Point, its surface's normal toward the viewer, direction toward the light.
     boxes, links, corners, ids, normals : arrays
         Of a ``FaceTree``.
     last : int
         A face to try first; negative for none.
+    light : (4,) float64, optional
+        A lamp with w = 1, beyond which nothing hides.
 
     Returns
     -------
     face : int
         In the tree's order; -1 where there is none.
     """
-    if last >= 0 and _hides(last, p, n, d, corners, ids, normals) == _YES:
+    if last >= 0 and _hides(last, p, n, d, corners, ids, normals, light) == _YES:
         return last
-    face, is_sure = _search(p, n, d, boxes, links, corners, ids, normals)
+    face, is_sure = _search(p, n, d, boxes, links, corners, ids, normals, light)
     if is_sure:
         return face
     scale = max(1.0, 2.0 * normals[0, 3] / _ABOVE)
     q = np.empty(3)
     _step_aside(p, n, scale, q)
-    face, _ = _search(q, n, d, boxes, links, corners, ids, normals, p, scale)
+    face, _ = _search(q, n, d, boxes, links, corners, ids, normals, light, p, scale)
     return face
 
 
@@ -114,7 +148,7 @@ def _step_aside(p, n, scale, q):
 
 
 @njit(cache=True, nogil=True)
-def _search(p, n, d, boxes, links, corners, ids, normals, point=None, scale=0.0):
+def _search(p, n, d, boxes, links, corners, ids, normals, light, point=None, scale=0.0):
     """
     Find a face that hides the sun; tell whether the answer is sure.
 
@@ -145,7 +179,7 @@ def _search(p, n, d, boxes, links, corners, ids, normals, point=None, scale=0.0)
             size += 2
             continue
         for f in range(first, first + count):
-            answer = _hides(f, p, n, d, corners, ids, normals, point, scale)
+            answer = _hides(f, p, n, d, corners, ids, normals, light, point, scale)
             if answer == _YES:
                 return f, True
             if answer == _UNSURE:
@@ -162,12 +196,15 @@ def _invert(x):
 
 
 @njit(cache=True, nogil=True)
-def _hides(f, p, n, d, corners, ids, normals, point=None, scale=0.0):
+def _hides(f, p, n, d, corners, ids, normals, light=None, point=None, scale=0.0):
     """Tell whether a face lies between a point and the sun, or that rounding would decide."""
     c = corners[f]
     m = normals[f]
     touch = m[3]
-    at_light = m[0] * d[0] + m[1] * d[1] + m[2] * d[2]
+    if light is None:
+        at_light = m[0] * d[0] + m[1] * d[1] + m[2] * d[2]
+    else:
+        at_light = _height(light[0], light[1], light[2], c, m)
     x, y, z = p[0], p[1], p[2]
     if point is not None and abs(_height(point[0], point[1], point[2], c, m)) <= touch:
         up = scale * _LIFT
@@ -238,6 +275,37 @@ def _find(points, normals, suns, boxes, links, corners, ids, face_normals, attac
                     masks[s, i] = attached
                     continue
                 face = is_hidden(p, m, d, boxes, links, corners, ids, face_normals, last)
+                if face >= 0:
+                    masks[s, i] = 1
+                    last = face
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _find_from(points, normals, lights, boxes, links, corners, ids, face_normals, masks):
+    n = points.shape[0]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        d = np.empty(3)
+        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+            p = points[i]
+            m = normals[i]
+            last = -1
+            for s in range(lights.shape[0]):
+                light = lights[s]
+                length = 0.0
+                for k in range(3):
+                    d[k] = light[k] - light[3] * p[k]
+                    length += d[k] * d[k]
+                if length == 0.0:
+                    continue
+                for k in range(3):
+                    d[k] /= np.sqrt(length)
+                if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] <= 0.0:
+                    masks[s, i] = 1
+                    continue
+                if light[3] == 0.0:
+                    face = is_hidden(p, m, d, boxes, links, corners, ids, face_normals, last)
+                else:
+                    face = is_hidden(p, m, d, boxes, links, corners, ids, face_normals, last, light)
                 if face >= 0:
                     masks[s, i] = 1
                     last = face

@@ -1,0 +1,151 @@
+"""Counting with points and lights of one's own: the primitive below every study."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from umbra.calls.inputs import check_scene
+from umbra.errors import InputError
+from umbra.machine import count_cores
+from umbra.rays.hidden import find_hidden_from
+from umbra.scene import Scene
+from umbra.study.model import prepare_casting
+
+__all__ = ["count"]
+
+_WORK = 64e6  # what a block of points may take with all lights [byte]
+
+
+def count(
+    scene: Scene,
+    receivers: ArrayLike,
+    directions: ArrayLike,
+    *,
+    weights: ArrayLike | None = None,
+    of: Literal["shadow", "light"] = "shadow",
+    cast: str | Sequence[str] = (),
+    no_cast: str | Sequence[str] = (),
+    threads: int | None = None,
+) -> NDArray[np.bool_] | NDArray[np.float64]:
+    """
+    Find which points lie in the shadow of which lights, or add up what the shadows weigh.
+
+    Parameters
+    ----------
+    scene : Scene
+        What casts.
+    receivers : (n, 3) or (n, 6) float
+        Points in the model's own coordinates [m], or points with normals. A surface with a
+        normal is in its own shadow where it is turned from a light; a point on a face
+        without one sees both sides of that face.
+    directions : (m, 3) or (m, 4) float
+        Directions toward the lights, of any length, in the model's axes; or homogeneous
+        lights, of which w = 0 is a direction and w = 1 a lamp at a place [m].
+    weights : (m,) or (m, k) float, optional
+        What each light counts: hours, shares of the sky, W/m2. One sum for each column.
+    of : {'shadow', 'light'}
+        Whether to count the lights that are hidden, or those that are seen.
+    cast, no_cast : str or sequence of str
+        Shell patterns of the parts that cast, or do not.
+    threads : int, optional
+        All cores by default.
+
+    Returns
+    -------
+    counts : (n, m) bool, (n,) float64 or (n, k) float64
+        Without weights, whether each light is hidden from (or, of light, seen by) each
+        point; with weights, the sum of those that are, in the weights' unit.
+
+    Raises
+    ------
+    InputError
+        If an array has another shape or is not finite, a light has no direction, or a
+        pattern matches no part.
+
+    Examples
+    --------
+    >>> hidden = umbra.count(scene, [(2, 3, 1.5)], [(0.3, -0.5, 0.8), (0, 0, 1)])
+    >>> suns = umbra.find_sun(site, times)
+    >>> hours = umbra.count(scene, points, suns.direction, weights=np.full(len(times), 0.25))
+    """
+    check_scene(scene)
+    if of not in {"shadow", "light"}:
+        msg = f"of={of!r} is not one of shadow, light"
+        raise InputError(msg, option="of")
+    points = _check_array("receivers", receivers, (3, 6))
+    lights = _check_lights(directions)
+    sums = None if weights is None else _check_weights(weights, len(lights))
+    chosen = [(one,) if isinstance(one, str) else tuple(one) for one in (cast, no_cast)]
+    casters = scene.select(*chosen)
+    threads = threads or count_cores()
+    tree = prepare_casting(scene, casters, threads).tree
+    places = np.ascontiguousarray(points[:, :3] - scene.origin)
+    normals = np.full(places.shape, np.nan)
+    if points.shape[1] > 3:
+        normals[:] = points[:, 3:]
+    lights[:, :3] -= lights[:, 3:] * scene.origin
+    block = max(int(_WORK / (9 * len(lights))), 1)
+    found = []
+    for first in range(0, len(points), block):
+        some = slice(first, first + block)
+        masks = find_hidden_from(tree, places[some], normals[some], lights, threads)
+        counted = (masks == (of == "shadow")).T
+        found.append(counted if sums is None else counted @ sums)
+    return np.concatenate(found)
+
+
+def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArray[np.float64]:
+    """Give a table of finite numbers; its rows are of one of these lengths."""
+    try:
+        array = np.array(given, np.float64)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    shapes = " or ".join(f"(n, {count})" for count in columns)
+    if array.ndim != 2 or array.shape[1] not in columns or not len(array):
+        shape = np.shape(array) if array.size else f"{given!r:.60}"
+        msg = f"{name} are an array {shapes} of numbers; got {shape}"
+        raise InputError(msg, option=name)
+    wrong = np.flatnonzero(~np.isfinite(array).all(1))
+    if len(wrong):
+        msg = f"{name} have {len(wrong)} rows that are not finite (first: {wrong[0]})"
+        raise InputError(msg, option=name, row=int(wrong[0]))
+    return array
+
+
+def _check_lights(given: ArrayLike) -> NDArray[np.float64]:
+    """Give homogeneous lights, (m, 4); directions of length 1."""
+    vectors = _check_array("directions", given, (3, 4))
+    lights = np.zeros((len(vectors), 4))
+    lights[:, : vectors.shape[1]] = vectors
+    is_lamp = lights[:, 3] == 1
+    wrong = np.flatnonzero(~is_lamp & (lights[:, 3] != 0))
+    if len(wrong):
+        msg = (
+            "the w of a light is 1 (a lamp at a place) or 0 (a direction); row "
+            f"{wrong[0]} of directions has {lights[wrong[0], 3]:g}"
+        )
+        raise InputError(msg, option="directions", row=int(wrong[0]))
+    length = np.linalg.norm(lights[:, :3], axis=1, keepdims=True)
+    zero = np.flatnonzero(~is_lamp & (length[:, 0] == 0))
+    if len(zero):
+        msg = f"row {zero[0]} of directions is 0 and points nowhere"
+        raise InputError(msg, option="directions", row=int(zero[0]))
+    np.divide(lights[:, :3], length, out=lights[:, :3], where=~is_lamp[:, None])
+    return lights
+
+
+def _check_weights(given: ArrayLike, lights: int) -> NDArray[np.float64]:
+    """Give weights, (m,) or (m, k)."""
+    try:
+        weights = np.array(given, np.float64)
+    except (TypeError, ValueError):
+        weights = np.zeros(0)
+    if weights.ndim not in {1, 2} or len(weights) != lights or not np.isfinite(weights).all():
+        msg = (
+            f"weights are finite numbers, one or one row for each of {lights} lights; "
+            f"got shape {weights.shape}"
+        )
+        raise InputError(msg, option="weights")
+    return weights
