@@ -202,7 +202,7 @@ class FrameCounter:
 
     def with_caster(self, caster: Caster) -> "FrameCounter":
         """
-        Give a counter of the same scene, for which something else casts.
+        Return a counter of the same scene with another caster.
 
         Parameters
         ----------
@@ -258,7 +258,7 @@ class FrameCounter:
         return counts * (view.face != NOTHING)
 
     def _find_casting(self, light: NDArray[np.float64]) -> Caster:
-        """Give what casts under a light, (4,) in the scene's frame: all but what it lies on."""
+        """Return the caster for a light, (4,) in the scene's frame, without the faces it lies on."""
         held = find_holders(self.caster, self.blocks, light, self.scene.origin)
         return self.caster.without(held)
 

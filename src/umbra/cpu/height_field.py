@@ -49,7 +49,7 @@ class Slopes:
 
     @classmethod
     def none(cls) -> "Slopes":
-        """Give those of a level surface."""
+        """Return the slopes of a level surface."""
         return cls(np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros((4, 0)))
 
 

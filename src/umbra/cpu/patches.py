@@ -18,15 +18,15 @@ from umbra.rays.face_tree import FaceTree
 __all__ = ["Patches", "SampledSurfaces", "make_patches"]
 
 FEW = 8
-"""Samples of a patch that are sooner asked by rays one by one."""
+"""Patches of at most this many samples are faster counted by one ray for each sample."""
 _FLAT = 2.5e-7  # m: triangles nearer than this to one plane lie in it
 _NEAR = 1e-6  # m: heights that count as 0 over a plane
 _THICK = 5e-3  # m: a surface less flat than this is cut into its planes,
 _TILT = 5e-3  # or if its triangles are turned by more [rad],
-_MARKED = 0.05  # or if rays must be asked for a greater share of its samples
-_GRAZE = 6.0  # surfaces [m] thick are asked by rays under suns lower than so many times that
-_LOW = 3e-4  # sine of the sun over a plane below which rays are asked
-_SPARSE = 64  # squares for each sample; with more of them rays are asked
+_MARKED = 0.05  # or if a greater share of its samples needs rays
+_GRAZE = 6.0  # rays are cast if the sine of the sun is below 6 times the thickness [m]
+_LOW = 3e-4  # sine of the sun over a plane below which rays are cast
+_SPARSE = 64  # squares for each sample; with more of them rays are cast
 _MARK_WITHIN = 0.01  # m
 _OFF = 1e-5  # of a square that a sample may be beside its centre
 
@@ -73,7 +73,7 @@ class Patches(NamedTuple):
     tau : (n,) float64
         Heights up to this count as 0 [m].
     graze : (n,) float64
-        Below this sine of the sun over the plane, rays are asked.
+        Below this sine of the sun over the plane, rays are cast.
     hull : (n, 21) float64
         Bounds of the samples along both diagonals, the corners of their octagon, and the
         rounding of these.
@@ -179,7 +179,7 @@ def _lay_out(
     back = np.linalg.inv(np.stack([along, up, out], 1))
     origin = np.einsum("nij,nj->ni", back, -frame[:, [3, 7, 11]])
     place = np.concatenate([origin, back[:, :, 0], back[:, :, 1]], 1)
-    # What no grid can hold is asked by rays.
+    # Patches that fit no grid are counted by rays.
     is_ray |= (count <= FEW) | (size.prod(1) > _SPARSE * count + 1024)
     cell = np.append(0, np.cumsum(np.where(is_ray, 1, size.prod(1) + 1)))
     before = np.zeros(cell[-1], np.int32)

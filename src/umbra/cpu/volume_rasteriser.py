@@ -116,7 +116,7 @@ def _project(matrix, x, y, z, first):
 
 @njit(cache=True, nogil=True)
 def _go(p, way, far):
-    """Go so far along a way, in all four coordinates."""
+    """Return the point p + far * way, in all four coordinates."""
     return p[0] + far * way[0], p[1] + far * way[1], p[2] + far * way[2], p[3] + far * way[3]
 
 

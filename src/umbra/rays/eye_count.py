@@ -1,8 +1,8 @@
 """
-Where a camera stands among casters and shadow volumes: what z-pass must know of it.
+The position of a camera among casters and shadow volumes, which z-pass depends on.
 
-How deep in shadow its rays start and end, what lies before its near plane, and which
-solids that plane cuts open.
+The shadow counts where its rays start and end, the faces in front of its near plane, and
+the solids that this plane cuts open.
 """
 
 from dataclasses import dataclass
@@ -91,7 +91,7 @@ def find_near_faces(
     caster: Caster, blocks: FaceBlocks, camera: Camera, origin: NDArray[np.float64]
 ) -> NDArray[np.intp]:
     """
-    Find the casting faces that reach before the near plane, where nothing is drawn.
+    Find the casting faces that reach in front of the near plane, where nothing is drawn.
 
     Parameters
     ----------

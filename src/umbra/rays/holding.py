@@ -1,8 +1,8 @@
 """
-Faces that hold a light: a lamp on a wall, on an edge or at a corner of what casts.
+Faces that hold a light: a lamp on a wall, on an edge or at a corner of a caster.
 
-From there a face looks neither lit nor unlit, and rounding would tell each of those that
-meet at a corner something else. So one rule is asked once for each light, and all
+Seen from there a face is neither lit nor unlit, and rounding would decide differently for
+each face that meets at a corner. So one rule is applied once for each light, and all
 devices follow it: **a face that holds the light casts nothing**, and its component
 follows the open rule, as the light is neither inside of it nor outside.
 

@@ -83,7 +83,7 @@ class Stamps:
 
     def offsets(self) -> list[str]:
         """
-        Give what the local clock is ahead of UTC at each stamp.
+        Return the local clock's offset from UTC at each stamp.
 
         Returns
         -------
@@ -244,7 +244,7 @@ def find_stamps(day: dt.date, times: Sequence[str], zone: str) -> Stamps:
 
 
 def find_round_stamps(period: Stamps, minutes: int) -> Stamps:
-    """Find the clock times within a period that are round by so many of ``ROUND``'s minutes."""
+    """Find the clock times within a period that are multiples of some minutes of ``ROUND``."""
     zone = zoneinfo.ZoneInfo(period.zone)
     at, last = (when.replace(tzinfo=dt.UTC) for when in period.stamps[[0, -1]].tolist())
     found = []

@@ -79,7 +79,7 @@ def parse_date(date: str | dt.date | np.datetime64) -> dt.date:
 
 
 def _find_moment(date: np.datetime64) -> dt.datetime | str:
-    """Give what a ``numpy.datetime64`` is in Python; its own words where that knows none."""
+    """Convert a ``numpy.datetime64`` to a datetime, or to its text if Python has none for it."""
     moment = date.astype("datetime64[us]").item()
     return moment if isinstance(moment, dt.datetime) else str(date)
 
@@ -211,7 +211,7 @@ def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.d
         included; ``2026``, the whole year; ``2026-06``, the whole month; ``2026-*-21``,
         that day of every month which has it.
     every_days : int
-        Of a range, a month or a year take every so many days, from its first on.
+        Take only every n-th day of a range, a month or a year, from its first day on.
 
     Returns
     -------

@@ -87,7 +87,7 @@ class Caster:
 
     def opened(self, components: NDArray[np.bool_]) -> "Caster":
         """
-        Let components follow the open rule instead of the closed one.
+        Return the caster with some components under the open rule instead of the closed one.
 
         In a closed component every pair is consistently wound with weight 1, so
         letting its unlit faces add -1 doubles each multiplicity.
@@ -106,7 +106,7 @@ class Caster:
 
     def without(self, faces: NDArray[np.intp]) -> "Caster":
         """
-        Let faces cast nothing: those on which a light lies.
+        Return the caster with some faces that cast nothing: the faces on which a light lies.
 
         To every light they are exactly edge-on, and their components follow the open rule:
         the light is neither inside of them nor outside.
@@ -141,8 +141,8 @@ def make_caster(
     faces : (n_faces, 3) int32
         Counter-clockwise seen from outside, where there is an outside.
     group : (n_faces,) int32, optional
-        Faces of one thing. A thing that is closed on its own stays closed though
-        it touches an open one.
+        The object of each face. An object that is closed on its own stays closed even
+        if it touches an open one.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Cutting casters at a horizontal plane: only what stands above it can shade it."""
+"""Cutting casters at a horizontal plane: only geometry above it can shade it."""
 
 from dataclasses import replace
 

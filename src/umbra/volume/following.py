@@ -3,8 +3,8 @@ Following the silhouette of a light, or a caster, that moves in small steps.
 
 Ends of dual segments lie within sqrt(2) of the origin, so when a light's plane turns by
 some distance, no end comes nearer to it than by 1.5 times that. The segments within
-a reach of the plane are held, and only they are asked until the light has gone
-farther than the reach allows; then those near its new place are held. The reach is
+a reach of the plane are kept, and only they are tested until the light has moved
+farther than the reach allows; then the segments near its new place are kept. The reach is
 chosen for a few steps as long as the last. A caster that moves sees its light move.
 """
 

@@ -25,7 +25,7 @@ class CastingFaces:
     light: NDArray[np.float64]
 
     def among(self, faces: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Keep those of some faces that cast."""
+        """Return the faces among the given ones that cast."""
         if self.caster is None:
             return faces
         side = find_sides(self.caster.planes[:, faces], self.light)

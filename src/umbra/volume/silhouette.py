@@ -32,12 +32,12 @@ _MAKERS: dict[str, Callable[[Caster], Tree]] = {"tree": make_dual_tree, "hextree
 # Crossovers, measured on towns, towers and boulders. Building takes 0.2 us an edge, a lone
 # light 3 ns an edge by brute force, one of 8 twice and one of 64 once 0.4 ns; by the tree
 # 50 ns for each edge that it finds.
-_EDGES = 10_000  # fewer are asked one by one at once
-_SHORT = 32  # silhouettes of at most one edge in so many are worth a tree to lone lights
-_LONE_LIGHTS = 4  # the so-manieth light alone with a short silhouette brings one about
-_SHORTER = 150  # of at most one in so many: worth a tree to lights that come together
-_MANY_LIGHTS = 1000  # of which so many cost by brute force what a tree does, once built
-_FEW = 8  # that come together cost twice as much each
+_EDGES = 10_000  # casters of fewer edges always take brute force
+_SHORT = 32  # single lights get a tree if at most one edge in 32 is in the silhouette,
+_LONE_LIGHTS = 4  # at the fourth light with such a short silhouette
+_SHORTER = 150  # many lights at once get a tree if at most one edge in 150 is,
+_MANY_LIGHTS = 1000  # after 1000 lights, which cost as much by brute force as the tree
+_FEW = 8  # lights at once, which cost twice as much each as 64 do
 
 
 @dataclass(eq=False)
@@ -67,10 +67,10 @@ def find_silhouettes(
     lights : (n_lights, 4) float64
         Homogeneous, in the caster's frame.
     method : {'auto', 'brute', 'tree', 'hextree'}
-        A tree is built when first needed, and kept as long as the caster and those
-        opened from it. If silhouettes are short, ``auto`` builds one for the 4th light
-        that comes alone, and once as many have come together as would pay for it, and
-        uses one that is there; else it asks every edge.
+        A tree is built when first needed, and kept as long as the caster and the casters
+        opened from it. If silhouettes are short, ``auto`` builds a tree for the fourth
+        single light, or after enough lights in groups to pay for it; it uses a tree that
+        exists already; else it tests every edge.
 
     Yields
     ------
@@ -151,7 +151,7 @@ def find_silhouette_edges(
     edges : (n, 2) int32
         Vertices, each edge once, wound as in the lit faces for multiplicity > 0.
     multiplicity : (n,) int64
-        Never 0. At every vertex those of edges that leave and enter sum to 0.
+        Never 0. At every vertex the multiplicities of its edges sum to 0, outgoing less incoming.
     """
     (_, found), *_ = find_silhouettes(caster, np.asarray(light, np.float64)[None], method)
     codes = found.codes[found.starts[0] : found.starts[1]]
@@ -218,7 +218,7 @@ def _search(tree: Tree, caster: Caster, light: NDArray[np.float64]) -> NDArray[n
 
 
 def _look_up(caster: Caster) -> _Kept:
-    """Give what is kept of a caster; it goes when its edges go."""
+    """Return what is cached for a caster, for as long as its edges exist."""
     key = id(caster.edge_faces)
     kept = _kept.get(key)
     if kept is None or kept.planes() is not caster.whole_planes:
