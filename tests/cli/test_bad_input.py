@@ -17,7 +17,7 @@ from support.command import SCRIPT, VIENNA
 from support.model_files import save_city, save_glb, save_obj
 from support.shapes import box, moved
 
-from umbra.study import layout
+from umbra.receivers import layout
 
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 TOWER = {"tower": box((-2, -2, 0), (2, 2, 12))}

@@ -13,8 +13,8 @@ from umbra.cpu.patch_count import PatchCounter
 from umbra.cpu.patches import make_patches
 from umbra.rays.face_tree import make_face_tree
 from umbra.rays.hidden import find_hidden
+from umbra.receivers.samples import sample_surfaces
 from umbra.scene import make_scene
-from umbra.study.surfaces import sample_surfaces
 from umbra.volume.adjacency import make_caster
 
 EDGE = 1e-6

@@ -64,7 +64,7 @@ def test_renderers_counters_and_sweeps_in_turn(shared_device, alone):
         return (
             Renderer(scene, ground=0.0),
             GlFrameCounter(scene, ground=0.0),
-            GlSweep(scene, None, GRID, 0.0, "top"),
+            GlSweep(scene, None, GRID, 0.0, False),
         )
 
     def use(renderer, counter, sweep):

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from support.shapes import box, city, merge, rewound, stack_of_triangles, terrain, three_walls
 
+from umbra.casters.casting import prepare_casting
 from umbra.gl.sweep import GlSweep
+from umbra.receivers.plan import PlaneTile, PlanModel, TopmostTile
 from umbra.scene import Mesh, Part, make_scene
 from umbra.scene.grid import Grid
-from umbra.study.model import prepare_model
 
 SUNS = np.array(
     [
@@ -23,14 +24,20 @@ MESHES = {
 }
 
 
+def prepare_sweep(scene, chosen, receivers, ground, grid):
+    tile = {"ground": PlaneTile, "top": TopmostTile}[receivers]
+    cast = prepare_casting(scene, chosen, 1)
+    return PlanModel(scene, cast.soup, cast.caster, 1, ground, tile).make_tile(grid).make_counter()
+
+
 def sweeps(device, scene, receivers, casters=None, rise=0.4):
     low, high = scene.bounds() - scene.origin
     x, y = low[:2] - 5
     grid = Grid(x + 0.013, y + 0.017, *((high - low)[:2] + 10) / (150, 110), 150, 110)
     ground = low[2] + rise
     chosen = list(range(len(scene.parts))) if casters is None else casters
-    _, cpu = prepare_model(scene, chosen, receivers, ground, 1).make_sweep(grid)
-    return cpu, GlSweep(scene, casters, grid, ground, receivers, device)
+    cpu = prepare_sweep(scene, chosen, receivers, ground, grid)
+    return cpu, GlSweep(scene, casters, grid, ground, receivers == "ground", device)
 
 
 def is_on_edge(counts):
@@ -88,8 +95,8 @@ def test_cells_on_the_corners_of_a_raster_are_the_cpus(device):
     scene = make_scene(np.stack([x, y, z], -1).reshape(-1, 3), faces)
     grid = Grid(-scene.origin[0], -scene.origin[1], 1.0, 1.0, cols, rows)
     suns = SUNS / np.linalg.norm(SUNS, axis=1, keepdims=True)
-    _, cpu = prepare_model(scene, [0], "top", -50.0, 1).make_sweep(grid)
-    with GlSweep(scene, None, grid, -50.0, "top", device) as gl:
+    cpu = prepare_sweep(scene, [0], "top", -50.0, grid)
+    with GlSweep(scene, None, grid, -50.0, False, device) as gl:
         inner = np.s_[:, :-1, :-1]  # beside the last ones there is no land
         differ = (gl.masks(suns) != cpu.masks(suns))[inner]
     # What differs is cut by a shadow's edge within 1/128 cell of its centre.

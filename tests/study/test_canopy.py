@@ -7,11 +7,11 @@ from support.raycaster import RayCaster
 from support.shapes import box, city, moved, torus_knot
 
 import umbra
+from umbra.casters.canopy import Season
 from umbra.errors import InputError
+from umbra.receivers import plan as study_module
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
-from umbra.study import study as study_module
-from umbra.study.canopy import Season
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-03-05", "start": "08:00", "end": "16:30", "every": "30min"}

@@ -8,9 +8,9 @@ from support.days import EQUINOX, find_noon, wall
 from support.shapes import box, city, moved
 
 import umbra
+from umbra.receivers import plan as study_module
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
-from umbra.study import study as study_module
 from umbra.study.exact import find_runs
 from umbra.study.period import make_period
 

@@ -6,9 +6,9 @@ from support.days import EQUINOX, parts, pole
 from support.shapes import box, city, moved
 
 import umbra
+from umbra.receivers import plan as study_module
 from umbra.scene import make_scene
 from umbra.study import make_preview, run_study
-from umbra.study import study as study_module
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-09-18", "start": "09:00", "end": "17:00", "every": "30min"}

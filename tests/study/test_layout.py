@@ -7,8 +7,8 @@ from support.shapes import box
 
 import umbra
 from umbra import InputError
+from umbra.receivers import layout
 from umbra.scene import make_scene
-from umbra.study import layout
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-06-21", "start": "11:00", "end": "13:00", "every": "1h"}

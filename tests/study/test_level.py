@@ -7,9 +7,9 @@ import pytest
 from support.shapes import box, sheet
 
 import umbra
+from umbra.receivers import find_kind
+from umbra.receivers.level import assume_level, has_terrain
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study.level import assume_level
-from umbra.study.terrain import choose_receivers, has_terrain
 
 DATA = Path(__file__).parents[2] / "../shared/data"
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -82,8 +82,8 @@ def garden(r=40.0):
 )
 def test_receivers_are_what_the_model_is(more, receivers):
     scene = make_scene([*houses([2, 2]), *more])
-    assert choose_receivers(scene, None) == receivers
-    assert choose_receivers(scene, 2.0) == "ground"
+    assert find_kind("auto", scene).name == receivers
+    assert find_kind("auto", scene, 2.0).name == "ground"
     study = umbra.shadow_study(scene, VIENNA, **DAY)
     assert study.attrs["receivers"] == receivers
 
@@ -121,7 +121,7 @@ def test_real_models_choose_and_tell(name, receivers, is_hilly):
     if not (DATA / name).exists():
         pytest.skip(f"the real model {name} is not in ../shared/data")
     scene = umbra.read(DATA / name)
-    assert choose_receivers(scene, None) == receivers
+    assert find_kind("auto", scene).name == receivers
     if receivers == "ground" and scene.ground is None:
         level = assume_level(scene)
         assert (level.high - level.low > 3) == is_hilly

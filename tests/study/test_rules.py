@@ -15,7 +15,7 @@ from support.shapes import box
 import umbra
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import run_point_study, run_study
+from umbra.study import run_study
 from umbra.study.rules import judge, read_rules
 from umbra.study.rules.read import CHECK_KEYS
 from umbra.sun import Site
@@ -306,8 +306,9 @@ def run_points(**options):
         [Part("tower", "", Mesh(*box((-5, -4, 0), (5, 4, 20)))),
          Part("house", "", Mesh(*box((-5, 10, 0), (5, 16, 6))))]
     )  # fmt: skip
-    chosen = {"date": "2026-03-21", "start": "09:00", "end": "17:00", "every": "15min"} | options
-    return scene, run_point_study(scene, VIENNA, **chosen)
+    chosen = {"date": "2026-03-21", "start": "09:00", "end": "17:00", "every": "15min",
+              "receivers": "surfaces"} | options  # fmt: skip
+    return scene, run_study(scene, VIENNA, **chosen)
 
 
 def test_windows_are_judged_one_by_one(tmp_path):

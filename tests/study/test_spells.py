@@ -6,10 +6,10 @@ from support.days import EQUINOX, find_noon, parts, pole, wall
 from support.shapes import box, city
 
 import umbra
+from umbra.receivers import plan as study_module
 from umbra.scene import make_scene
 from umbra.study import result as result_module
 from umbra.study import run_study
-from umbra.study import study as study_module
 from umbra.study.masks import Masks
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")

@@ -11,10 +11,10 @@ from support.raycaster import RayCaster
 from support.shapes import box, city, merge, moved, rewound, sheet, turned
 
 import umbra
+from umbra.receivers import single as points_module
+from umbra.receivers.samples import sample_surfaces
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import points as points_module
-from umbra.study import read_points, run_point_study
-from umbra.study.surfaces import sample_surfaces
+from umbra.study import read_points, run_study
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-06-05", "start": "06:15", "end": "19:15", "every": "70min", "masks": True}
@@ -351,9 +351,9 @@ def test_chunks_and_threads_change_nothing(block, monkeypatch):
     one = run(block, threads=1, **options)
     monkeypatch.setattr(points_module, "CHUNK", 333)
     told = []
-    chunked = run_point_study(
-        block, VIENNA, **DAY, threads=2, progress=lambda done, of: told.append((done, of)),
-        **options,
+    chunked = run_study(
+        block, VIENNA, **DAY, receivers="surfaces", threads=2,
+        progress=lambda done, of: told.append((done, of)), **options,
     ).to_dataset()  # fmt: skip
     assert told[-1][0] == told[-1][1]
     for name in one.data_vars:

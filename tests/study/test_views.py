@@ -7,9 +7,9 @@ from support.raycaster import RayCaster
 from support.shapes import box, city, merge, moved, sheet, turned
 
 import umbra
+from umbra.receivers.view import Elevation
 from umbra.scene import make_scene
 from umbra.study import make_preview, run_study
-from umbra.study.views import Elevation
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-06-05", "start": "05:15", "end": "20:15", "every": "90min", "masks": True}

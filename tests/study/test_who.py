@@ -6,8 +6,8 @@ from support.days import around, parts
 from support.shapes import box, city, moved
 
 import umbra
+from umbra.receivers import plan as study_module
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import study as study_module
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-03-05", "start": "08:00", "end": "16:30", "every": "30min"}

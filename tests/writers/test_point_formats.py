@@ -11,7 +11,7 @@ from support.shapes import box, moved, turned
 
 import umbra
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import run_point_study
+from umbra.study import run_study
 from umbra.writers.color import shade_ramp
 from umbra.writers.formats import Job, write_formats
 
@@ -28,8 +28,9 @@ def run(**options):
     east = np.array([(3000.0, 340000.0, 170.0)])
     parts = [Part(p.name, "", Mesh(p.mesh.vertices + east, p.mesh.faces)) for p in parts]
     scene = make_scene(parts, crs="EPSG:31256")
-    chosen = {"date": "2026-09-18", "start": "06:00", "end": "20:00", "every": "1h"} | options
-    return run_point_study(scene, VIENNA, **chosen)
+    chosen = {"date": "2026-09-18", "start": "06:00", "end": "20:00", "every": "1h",
+              "receivers": "surfaces"} | options  # fmt: skip
+    return run_study(scene, VIENNA, **chosen)
 
 
 def read_glb(path):

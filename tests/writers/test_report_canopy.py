@@ -6,7 +6,7 @@ from support.pages import FIGURES, INK, READY, expect, place_of, read_at, say, w
 from support.shapes import box, moved
 
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import run_point_study, run_study
+from umbra.study import run_study
 from umbra.study.timeline import make_point_timeline, make_timeline
 from umbra.sun import Site
 from umbra.writers.plan import Plan
@@ -35,7 +35,7 @@ def make_study(receivers="ground", **options):
         chosen["spacing"] = 1.0
     if receivers in {"ground", "top"}:
         chosen = {"cell": 0.5, "extent": (-40, -25, 40, 35)} | chosen
-    run = run_point_study if receivers in {"points", "surfaces"} else run_study
+    run = run_study
     return run(scene, VIENNA, **chosen)
 
 

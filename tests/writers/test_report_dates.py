@@ -7,7 +7,7 @@ import pytest
 from support.days import parts
 from support.shapes import box, moved
 
-from umbra.study import run_point_study, run_study
+from umbra.study import run_study
 from umbra.sun import Site
 from umbra.writers.formats import Job, write_formats
 from umbra.writers.report.comparison import find_comparisons
@@ -36,9 +36,7 @@ def street():
 def run(street, receivers, date, **more):
     if receivers in {"surfaces", "points"}:
         own = {"spacing": 1.0} if receivers == "surfaces" else {"points": [(0, 0, 0), (0, 3, 1)]}
-        return run_point_study(
-            street, VIENNA, receivers=receivers, date=date, **own, **ASKED, **more
-        )
+        return run_study(street, VIENNA, receivers=receivers, date=date, **own, **ASKED, **more)
     place = {"extent": (-18, -14, 18, 24), "cell": 1.0, "ground": 0.0}
     return run_study(street, VIENNA, receivers=receivers, date=date, **place, **ASKED, **more)
 

@@ -18,9 +18,9 @@ from support.pages import (
 )
 from support.shapes import box, moved, turned
 
+from umbra.receivers.samples import sample_surfaces
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import run_point_study
-from umbra.study.surfaces import sample_surfaces
+from umbra.study import run_study
 from umbra.study.timeline import make_point_timeline
 from umbra.sun import Site
 from umbra.writers.facade_layout import lay_out_facades
@@ -55,8 +55,8 @@ def make_study(**options):
     parts = [Part(name, "Wall", Mesh(*mesh)) for name, mesh in HOUSES.items()]
     scene = make_scene(parts, ground=0.0)
     chosen = {"date": "2026-09-18", "start": "06:00", "end": "20:00", "every": "30min",
-              "spacing": 1.0, "masks": True} | options  # fmt: skip
-    return run_point_study(scene, VIENNA, **chosen)
+              "spacing": 1.0, "masks": True, "receivers": "surfaces"} | options  # fmt: skip
+    return run_study(scene, VIENNA, **chosen)
 
 
 def make_points(**options):

@@ -7,7 +7,7 @@ import pytest
 from support.shapes import box, moved
 
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import run_point_study
+from umbra.study import run_study
 from umbra.sun import Site
 from umbra.writers.tables import write_samples, write_table
 
@@ -59,9 +59,9 @@ def test_names_of_parts_surfaces_and_points_are_guarded(tmp_path):
     scene = make_scene([Part(name, "@kind", Mesh(*mesh)) for name, mesh in
                         zip(FORMULAS, meshes)])  # fmt: skip
     options = {"date": "2026-09-18", "every": "4h"}
-    write_samples(tmp_path, run_point_study(scene, VIENNA, spacing=2.0, **options))
+    write_samples(tmp_path, run_study(scene, VIENNA, receivers="surfaces", spacing=2.0, **options))
     points = np.array([(-3.0, -3, 1), (6, -3, 1)])
-    study = run_point_study(scene, VIENNA, receivers="points", points=points,
+    study = run_study(scene, VIENNA, receivers="points", points=points,
                             names=FORMULAS[2:4], **options)  # fmt: skip
     write_samples(tmp_path, study)
     guarded = {"parts.csv": FORMULAS[:2], "surfaces.csv": ["@kind"], "points.csv": FORMULAS[2:4]}

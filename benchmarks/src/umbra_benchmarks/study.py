@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
+from umbra.receivers.zenith import Surface, find_surface
 from umbra.scene import make_scene
 from umbra.scene.grid import Grid
-from umbra.study.receivers import Surface, find_surface
 from umbra.volume.adjacency import Caster, make_caster
 from umbra_benchmarks.embree import OFFSET, Embree
 from umbra_benchmarks.measure import Contender, run_in_turn, timed

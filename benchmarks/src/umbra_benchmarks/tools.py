@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
+from umbra.receivers.zenith import find_surface
 from umbra.scene import Scene, make_scene
 from umbra.scene.grid import Grid
 from umbra.study import shadow_study
-from umbra.study.receivers import find_surface
 from umbra.sun import Site, make_steps
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.exact import Exact, Mistakes, find_exact

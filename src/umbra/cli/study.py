@@ -140,7 +140,7 @@ def _take_points(options: dict[str, Any]) -> list[str]:
         if options[name] is not None:
             msg = f"--{name} is for rasters; surfaces are sampled by --spacing, points by --points"
             raise InputError(msg)
-    from umbra.study import read_points  # noqa: PLC0415
+    from umbra.receivers.points import read_points  # noqa: PLC0415
 
     path = options["points"]
     names: list[str] = []
@@ -156,18 +156,20 @@ def _study_points(
     scene: Any, site: Any, options: dict[str, Any], names: list[str], progress: Any
 ) -> Any:
     """Run a study of surfaces or points with the options of the command."""
-    from umbra.study import run_point_study  # noqa: PLC0415
+    from umbra.study import run_study  # noqa: PLC0415
 
     others = {*RASTER_ONLY, *PICTURES_ONLY}
     kept = {name: value for name, value in options.items() if name not in others}
     if options["receivers"] != "points":
         del kept["points"]
-    return run_point_study(scene, site, names=names, progress=progress, **kept)
+    if names:
+        kept["names"] = names
+    return run_study(scene, site, progress=progress, **kept)
 
 
 def _check_clock(options: dict[str, Any]) -> None:
     """Find slips in the dates before anything is read."""
-    from umbra.study.canopy import check_transmissivity  # noqa: PLC0415
+    from umbra.casters.canopy import check_transmissivity  # noqa: PLC0415
     from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
     from umbra.sun.clock import (  # noqa: PLC0415
         check_steps,
@@ -189,7 +191,7 @@ def _check_clock(options: dict[str, Any]) -> None:
             raise InputError(msg, under=options["under"])
     check_transmissivity(options["canopy"], options["transmissivity"], options["leaf_on"])
     if options["receivers"] not in {"auto", "ground", "top", "camera", "surfaces", "points"}:
-        from umbra.study.views import find_direction  # noqa: PLC0415
+        from umbra.receivers.view import find_direction  # noqa: PLC0415
 
         find_direction(options["receivers"])
 

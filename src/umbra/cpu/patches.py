@@ -32,7 +32,7 @@ _OFF = 1e-5  # of a square that a sample may be beside its centre
 
 
 class SampledSurfaces(Protocol):
-    """What ``umbra.study.surfaces.Samples`` gives; see there."""
+    """What ``umbra.receivers.samples.Samples`` gives; see there."""
 
     @property
     def points(self) -> NDArray[np.float64]: ...  # noqa: D102

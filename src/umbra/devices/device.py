@@ -78,6 +78,8 @@ class CountingDevice(ABC):
     """
 
     name: ClassVar[str]
+    weakens_light: ClassVar[bool] = True
+    """Whether canopies can let a share of the light through."""
 
     @property
     def methods(self) -> Methods:

@@ -46,7 +46,7 @@ class _GlTiles(TileCounters):
         self._release_sweep()
         model = tile.model
         self._sweep = GlSweep(
-            model.scene, self._casters, tile.grid, model.ground, model.receivers, context
+            model.scene, self._casters, tile.grid, model.ground, tile.on_plane, context
         )
         return tile.with_rays(self._sweep)
 
@@ -72,6 +72,7 @@ class GlDevice(CountingDevice):
     """Whatever OpenGL draws with: a GPU, or software."""
 
     name = "gl"
+    weakens_light = False
 
     def open_tiles(self, casters: list[int]) -> TileCounters:
         """Begin a study; the context opens with the first tile."""

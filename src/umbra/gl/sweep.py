@@ -54,7 +54,8 @@ class GlSweep(DeviceUser):
         In the scene's local frame.
     ground : float
         z of the ground plane, local frame [m].
-    receivers : {'ground', 'top'}
+    on_plane : bool
+        Whether the ground plane receives, or whatever is topmost.
         The ground plane alone, or the topmost of it and all parts.
     device : Device, optional
         One of its own by default, released with the sweep.
@@ -66,11 +67,11 @@ class GlSweep(DeviceUser):
         casters: Sequence[int] | None,
         grid: Grid,
         ground: float,
-        receivers: str,
+        on_plane: bool,
         device: Device | None = None,
     ) -> None:
         super().__init__(device)
-        self.grid, self.ground, self.receivers = grid, ground, receivers
+        self.grid, self.ground, self.on_plane = grid, ground, on_plane
         with self.device.current():
             self.geometry = Geometry(self.device, scene)
             self.bodies = make_bodies(scene, self.geometry, casters)
@@ -151,7 +152,7 @@ class GlSweep(DeviceUser):
                 opened = self._find_opened(body)
                 volumes = make_volumes(body, light, opened)
                 lists.append(volumes.sides.ravel())
-                if self.receivers == "ground":
+                if self.on_plane:
                     everything = np.ones(body.n_things * len(body.groups), np.bool_)
                     lists.append(volumes.light_cap(everything).ravel())
                 most.append(find_most(body, opened))
@@ -176,7 +177,7 @@ class GlSweep(DeviceUser):
     def _find_opened(self, body: Body) -> NDArray[np.bool_]:
         """On topmost surfaces none need opening; inside what is wound inward, ground may lie."""
         opened = np.zeros((len(body.groups), len(body.caster.is_closed)), np.bool_)
-        if self.receivers == "ground":
+        if self.on_plane:
             opened[:] = body.is_inward
         return opened
 
@@ -185,7 +186,7 @@ class GlSweep(DeviceUser):
         self._steps.use()
         state.use(_SHADED)
         self._one.draw(3)
-        if self.receivers == "ground":
+        if self.on_plane:
             return
         state.use(_LIT)
         self._target.bind(0)
@@ -225,7 +226,7 @@ class GlSweep(DeviceUser):
         with State(self.device) as state:
             self._target.begin(state, _NOTHING, depth=(depth + 1) / 2)
             state.use(_SURFACE)
-            if self.receivers == "ground":
+            if self.on_plane:
                 return
             surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
             faces = Indices(self.device, 2 * self.geometry.n_points)

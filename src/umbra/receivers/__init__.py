@@ -7,31 +7,59 @@ the kind a method instead.
 
 from umbra.receivers.camera import CameraPicture
 from umbra.receivers.ground import GroundPlane
-from umbra.receivers.kind import ReceiverKind
-from umbra.receivers.points import GivenPoints
-from umbra.receivers.surfaces import SurfaceSamples
+from umbra.receivers.kind import Counter, Raster, ReceiverKind, Receivers, Tile
+from umbra.receivers.level import has_terrain
+from umbra.receivers.points import GivenPoints, check_points, read_points
+from umbra.receivers.samples import Samples
+from umbra.receivers.seen import ViewTile
+from umbra.receivers.single import SingleReceivers
+from umbra.receivers.surfaces import SampledSurfaces
 from umbra.receivers.top import TopmostSurface
-from umbra.receivers.view import ElevationView, ViewFromAbove
+from umbra.receivers.view import ElevationView, ViewFromAbove, find_direction
+from umbra.scene import Scene
 
-__all__ = ["KINDS", "ReceiverKind", "find_kind"]
+__all__ = [
+    "KINDS", "Counter", "Raster", "ReceiverKind", "Receivers", "Samples", "SingleReceivers",
+    "Tile", "ViewTile", "check_points", "find_kind", "read_points",
+]  # fmt: skip
 
 KINDS: dict[str, ReceiverKind] = {
     kind.name: kind
     for kind in (
-        GroundPlane(), TopmostSurface(), CameraPicture(), SurfaceSamples(), GivenPoints(),
-        ElevationView(), ViewFromAbove(),  # these refuse what names none
+        GroundPlane(), TopmostSurface(), ElevationView(), ViewFromAbove(), CameraPicture(),
+        SampledSurfaces(), GivenPoints(),
     )
 }  # fmt: skip
 """Every kind by the name that results say."""
 
 
-def find_kind(receivers: str) -> ReceiverKind:
+def find_kind(
+    receivers: str, scene: Scene | None = None, ground: float | None = None
+) -> ReceiverKind:
     """
-    Find the kind that a study's option names; of ``auto``, some plan.
+    Find the kind of receivers that a caller asks for.
+
+    Parameters
+    ----------
+    receivers : str
+        A name of ``KINDS``; the direction of an elevation or a view; or ``"auto"``: the topmost
+        surfaces of a model with ground of its own, else the ground plane.
+    scene : Scene, optional
+        That is studied; without it ``"auto"`` is a plan of the ground.
+    ground : float, optional
+        The ground's height, if it is given.
 
     Raises
     ------
     InputError
-        If it names none.
+        If it is none of these.
     """
-    return next(kind for kind in KINDS.values() if kind.is_asked(receivers))
+    if receivers == "auto":
+        if scene is None or ground is not None or scene.ground is not None:
+            return KINDS["ground"]
+        return KINDS["top" if has_terrain(scene) else "ground"]
+    kind = KINDS.get(receivers)
+    if kind is not None and kind.is_chosen_by_name:
+        return kind
+    _, tilt = find_direction(receivers)
+    return KINDS["view" if tilt else "elevation"]

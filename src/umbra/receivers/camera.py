@@ -1,23 +1,76 @@
 """What a camera sees."""
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from umbra.casters.casting import prepare_casting
+from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
 from umbra.receivers.kind import ReceiverKind
+from umbra.receivers.level import find_level
+from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
+from umbra.receivers.view import PIXEL_BYTES
+from umbra.scene import Camera
+from umbra.scene.grid import Grid
 
 if TYPE_CHECKING:
     from umbra.study import Study
+    from umbra.study.setup import Setup
 
 __all__ = ["CameraPicture"]
 
+_PIXELS = (1024, 768)
+
 
 class CameraPicture(ReceiverKind):
-    """What a camera sees."""
+    """What a camera sees, the ground plane included."""
 
     name = "camera"
     has_scale = False
     formats = ()
+
+    def lay_out(self, setup: "Setup") -> SeenRaster:
+        """Look at the model through a camera."""
+        level, _ = find_level(setup.scene, self, setup.options.ground)
+        shown = setup.find_shown(setup.options.on)
+        eye, target, fov = setup.options.eye, setup.options.target, setup.options.fov
+        size = setup.options.size
+        if eye is None or target is None:
+            msg = "receivers 'camera' need an eye and a target; give eye= and target="
+            raise InputError(msg)
+        cols, rows = size or _PIXELS
+        whole = Camera(np.array(eye), np.array(target), size=(cols, rows), fov=fov)
+        casting = prepare_casting(setup.scene, setup.casters, setup.threads, setup.canopy)
+
+        def make_camera(grid: Grid) -> Camera:
+            return Camera(whole.eye, whole.target, size=(grid.cols, grid.rows), fov=fov)
+
+        model = ViewModel(
+            setup.scene, casting.soup, casting.caster, setup.threads, setup.casters, make_camera,
+            level, shown, canopy=setup.canopy,
+        )  # fmt: skip
+        kept = PIXEL_BYTES + setup.bytes_kept + setup.bytes_of_masks
+        if cols * rows * kept > find_memory():
+            msg = (
+                f"a picture of {cols}x{rows} pixels needs {cols * rows * kept / 1e9:.1f} GB and "
+                f"{name_memory(find_memory())}; give a smaller size="
+            )
+            raise InputError(msg, size=size)
+        facts = {
+            "ground_z": level,
+            "eye": [float(v) for v in whole.eye],
+            "target": [float(v) for v in whole.target],
+            "fov_deg": float(fov),
+        }
+        grid = Grid(0.0, 0.0, 1.0, 1.0, cols, rows)
+        tile = model.make_tile(grid)
+        return SeenRaster(
+            self, model, tile.shape, ("row", "col"), _find_areas(tile), facts, x=grid.x, y=grid.y,
+            ground=level, grid=grid, heights=tile.drawn_heights, tile=tile,
+        )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:
         """Say from where and how the camera looks."""
@@ -30,3 +83,15 @@ class CameraPicture(ReceiverKind):
 
     def find_counted(self, study: "Study") -> None:
         """Count none: a pixel has no area."""
+
+
+def _find_areas(tile: ViewTile) -> NDArray[np.float64]:
+    """Give the area of surface that each pixel of a perspective picture shows [m2]."""
+    camera = tile.camera
+    depth = (np.nan_to_num(tile.frame.position[::-1]) - camera.eye) @ camera.axes()[2]
+    ray = np.nan_to_num(tile.frame.position[::-1]) - camera.eye
+    length = np.maximum(np.linalg.norm(ray, axis=-1), 1e-12)
+    pixel = 2 * math.tan(math.radians(camera.fov) / 2) / camera.size[1]
+    facing = -np.einsum("ijk,ijk->ij", np.nan_to_num(tile.frame.normal[::-1]), ray) / length
+    cosine = np.maximum(depth / length, 1e-12)
+    return np.where(tile.is_seen, pixel**2 * depth**2 / np.maximum(facing, 1e-6) * cosine, 0.0)

@@ -1,22 +1,132 @@
-"""What a study asks of a kind of receivers, whatever it is."""
+"""What a study asks of receivers, whatever their kind."""
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.casters.casting import Casting
 from umbra.errors import InputError
+from umbra.rays.face_tree import FaceTree
 from umbra.receivers.counted import Counted
+from umbra.scene import Scene
+from umbra.scene.grid import Grid
+from umbra.scene.places import Places
+from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:
-    pass
+    from umbra.receivers.level import Level
+    from umbra.study.result import Study
+    from umbra.study.setup import Setup
 
-__all__ = ["PlanKind", "ReceiverKind", "SampleKind"]
+__all__ = [
+    "Counter", "Raster", "ReceiverKind", "Receivers", "SampleKind", "Tile",
+    "Variables",
+]  # fmt: skip
+
+Variables = dict[str, tuple[tuple[str, ...], NDArray]]
+"""Arrays of a result by name, each with its dimensions."""
+
+
+class Counter(Protocol):
+    """Counts shadows on receivers, sun after sun."""
+
+    def add_steps(
+        self,
+        suns: NDArray[np.float64],
+        steps: NDArray[np.int32],
+        progress: Callable[[int], object] = ...,
+    ) -> None:
+        """Count for each receiver how many suns leave it in shadow."""
+
+    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Tell for each sun which receivers are in shadow, cast or attached."""
+
+
+class Tile(Protocol):
+    """Some of a study's receivers, which can be counted for any caster."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the receivers."""
+
+    @property
+    def places(self) -> Places:
+        """The receivers as points."""
+
+    @property
+    def tree(self) -> FaceTree:
+        """Bounding volume hierarchy over all that casts."""
+
+    def make_counter(self) -> Counter:
+        """Make ready to count all that casts, and attached shadow."""
+
+    def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
+        """Find the shadows of one caster alone: where they can be, and the masks there."""
+
+    def with_casters(self, parts: Sequence[int] | None = None) -> "Tile":
+        """Return the same receivers with other parts casting; all but canopies by default."""
+
+    def find_parts(self) -> NDArray[np.intp]:
+        """Return each receiver's part; -1 where it has none."""
+
+
+@dataclass(eq=False)
+class Receivers:
+    """
+    Receivers of a study, laid out.
+
+    Parameters
+    ----------
+    kind : ReceiverKind
+    casting : Casting
+        What casts on them.
+    shape : tuple of int
+    dims : tuple of str
+        Names of their axes.
+    area : (...) float64 or float
+        Of each receiver [m2].
+    facts : dict
+        What the result's attributes say of them.
+    """
+
+    kind: "ReceiverKind"
+    casting: Casting
+    shape: tuple[int, ...]
+    dims: tuple[str, ...]
+    area: NDArray[np.float64] | float
+    facts: dict[str, Any] = field(default_factory=dict)
+
+    def make_tiles(self, setup: "Setup") -> Sequence[tuple[Any, Callable[[], Tile]]]:
+        """Cut them into tiles: where each lies among all receivers, and what makes it."""
+        raise NotImplementedError
+
+    def look_again(self) -> Iterator[tuple[Any, Any]]:
+        """Return tiles that rays count, and where each lies, for a few instants more."""
+        raise NotImplementedError
+
+    def finish(self) -> NDArray[np.bool_] | None:
+        """Complete what only the tiles know; return where nothing receives, if anywhere."""
+        return None
+
+    def coordinates(self) -> Variables:
+        """Return the coordinates of their axes."""
+        return {}
+
+    def variables(self) -> Variables:
+        """Return what tells each receiver's place."""
+        return {}
+
+    def sum_up(self, study: "Study") -> Variables:
+        """Return what a study's results are for larger things: surfaces, parts."""
+        return {}
 
 
 class ReceiverKind:
     """
-    A kind of receivers: what its results are called, and how they are told, drawn and written.
+    A kind of receivers: how it is laid out, and how its results are told, drawn and written.
 
     One object of each stands in ``umbra.receivers.KINDS``; nobody else compares names.
 
@@ -24,6 +134,8 @@ class ReceiverKind:
     ----------
     name : str
         As results say it.
+    is_chosen_by_name : bool
+        Whether callers ask for it by its name, not by a direction.
     is_plan : bool
         Whether cells lie in x and y, seen from the zenith.
     is_raster : bool
@@ -53,6 +165,7 @@ class ReceiverKind:
     """
 
     name: ClassVar[str]
+    is_chosen_by_name: ClassVar[bool] = True
     is_plan: ClassVar[bool] = False
     is_raster: ClassVar[bool] = True
     is_level: ClassVar[bool] = False
@@ -66,9 +179,47 @@ class ReceiverKind:
     tables: ClassVar[dict[str, str]] = {}
     what_counts: ClassVar[str] = "all that is seen of the model, as it is seen"
 
-    def is_asked(self, receivers: str) -> bool:
-        """Tell whether a study's option names this kind."""
-        return receivers == self.name
+    def lay_out(self, setup: "Setup") -> Receivers:
+        """
+        Find the receivers of a study.
+
+        Parameters
+        ----------
+        setup : Setup
+
+        Raises
+        ------
+        InputError
+            If an option is wrong, or they do not fit in memory.
+        """
+        raise NotImplementedError
+
+    def choose_level(self, assumed: "Level") -> float:
+        """Choose the ground's height where nobody says it: so low that it hides nothing."""
+        return assumed.low
+
+    def describe_level(
+        self, scene: Scene, level: float, assumed: "Level | None", bare: float
+    ) -> dict[str, object]:
+        """
+        Tell in attributes what was assumed of the ground.
+
+        Parameters
+        ----------
+        scene : Scene
+        level : float
+            z of the ground [m].
+        assumed : Level, optional
+            From what it was taken; None where the caller or the file says it.
+        bare : float
+            Share of the cells in which nothing of the model stands.
+
+        Returns
+        -------
+        facts : dict
+            ``assumption``, a line, and ``assumed_ground_share``, where there is any.
+        """
+        return {}
 
     def describe_receivers(self, study: Any) -> str:
         """Say what receives shadows in a study, for a report."""
@@ -111,16 +262,6 @@ class ReceiverKind:
         raise InputError(msg, receivers=receivers)
 
 
-class PlanKind(ReceiverKind):
-    """Receivers of a plan: one a cell, seen from the zenith."""
-
-    is_plan = True
-    formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4")
-
-    def check_judged(self, receivers: str) -> None:
-        """Let rules judge it."""
-
-
 class SampleKind(ReceiverKind):
     """Single receivers, each with a place and a normal of its own."""
 
@@ -128,3 +269,35 @@ class SampleKind(ReceiverKind):
 
     def check_judged(self, receivers: str) -> None:
         """Let rules judge it."""
+
+
+@dataclass(eq=False, kw_only=True)
+class Raster(Receivers):
+    """
+    Receivers that are the cells of a plan or the pixels of a view.
+
+    Parameters
+    ----------
+    x : (cols,) float64
+    y : (rows,) float64
+        Cell centres in the model's own coordinates, ascending [m]; of an elevation along the
+        view and z; of a camera's picture pixels, upward.
+    grid : Grid
+        In the frame in which ``casting`` makes its tiles.
+    ground : float
+        z of the ground [m].
+    heights : (rows, cols) float64
+        z of the topmost surface or the ground, in the model's own coordinates [m]; NaN where
+        nothing receives.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    grid: Grid
+    ground: float
+    heights: NDArray[np.float64]
+
+    def coordinates(self) -> Variables:
+        """Return the centres of columns and rows."""
+        rows, cols = self.dims
+        return {cols: ((cols,), self.x), rows: ((rows,), self.y)}

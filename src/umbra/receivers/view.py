@@ -1,23 +1,208 @@
-"""What is seen from infinitely far: elevations, and views from above."""
+"""What is seen from infinitely far: elevations from any azimuth, and views from above."""
 
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import prepare_casting
+from umbra.errors import InputError
 from umbra.receivers.kind import ReceiverKind
+from umbra.receivers.layout import lay_out
+from umbra.receivers.level import find_level, has_terrain
+from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
+from umbra.scene import Camera, Scene
+from umbra.scene.grid import Grid
 
 if TYPE_CHECKING:
     from umbra.study import Study
+    from umbra.study.setup import Setup
 
-__all__ = ["ElevationView", "ViewFromAbove"]
+__all__ = ["COMPASS", "Elevation", "ElevationView", "ViewFromAbove", "find_direction"]
+
+_TURNS = 1e4  # degrees that are surely meant as an azimuth
+_MARGIN = 0.02  # of the model's length
+_AROUND = 0.08  # of it, where the ground about it is seen
+PIXEL_BYTES = 200
+"""Held for each pixel: its position, normal, depth and counts."""
+COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
 
 
-class ElevationView(ReceiverKind):
-    """Facades, seen level from an azimuth."""
+def find_direction(receivers: str) -> tuple[float, float]:
+    """
+    Read from where a view is seen.
 
-    name = "elevation"
+    Parameters
+    ----------
+    receivers : str
+        North, east, south, west, or degrees clockwise from true north; after a slash
+        how far the view looks down: ``215/35``.
 
-    def is_asked(self, receivers: str) -> bool:
-        """Tell whether a level direction is named."""
-        return _find_tilt(receivers) == 0
+    Returns
+    -------
+    azimuth, tilt : float
+        [degrees]
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or the view does not look level or down.
+    """
+    name, slash, down = receivers.partition("/")
+    try:
+        azimuth = COMPASS[name] if name in COMPASS else float(name)
+        tilt = float(down) if slash else 0.0
+    except ValueError:
+        azimuth = tilt = np.nan
+    if np.isfinite(azimuth) and not 0 <= azimuth <= 360:
+        msg = (
+            f"an elevation's azimuth lies between 0 and 360 degrees; got receivers '{receivers}'"
+            + (f" (the same as {azimuth % 360:g}?)" if abs(azimuth) < _TURNS else "")
+        )
+        raise InputError(msg, receivers=receivers)
+    if not (np.isfinite(azimuth) and 0 <= tilt < 90):
+        msg = (
+            f"unknown receivers '{receivers}'; choose ground or top, an elevation from north, "
+            "east, south, west or an azimuth in degrees, a view from above such as 215/35, "
+            "camera, surfaces or points"
+        )
+        raise InputError(msg, receivers=receivers)
+    return azimuth % 360, tilt
+
+
+@dataclass(frozen=True)
+class Elevation:
+    """
+    The frame of an orthographic view, level or from above.
+
+    Parameters
+    ----------
+    right, up, forward : (float, float, float)
+        Unit vectors in the model's axes: to the right, upward in the view, and away.
+    """
+
+    right: tuple[float, float, float]
+    up: tuple[float, float, float]
+    forward: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, azimuth: float, true_north: float, tilt: float = 0.0) -> "Elevation":
+        """
+        Look at what faces an azimuth.
+
+        Parameters
+        ----------
+        azimuth : float
+            From where it is seen, clockwise from true north [degrees].
+        true_north : float
+            Azimuth of true north in the plan [degrees].
+        tilt : float
+            How far it looks down [degrees].
+        """
+        quarters, rest = divmod(azimuth + true_north, 90.0)
+        sine, cosine = np.sin(np.radians(rest)), np.cos(np.radians(rest))
+        for _ in range(int(quarters) % 4):  # exact for north, east, south and west
+            sine, cosine = cosine, -sine
+        level, down = (np.cos(np.radians(tilt)), np.sin(np.radians(tilt))) if tilt else (1.0, 0.0)
+        return cls(
+            (-cosine, sine, 0.0),
+            (-sine * down, -cosine * down, level),
+            (-sine * level, -cosine * level, -down),
+        )
+
+    @property
+    def is_level(self) -> bool:
+        """Whether up is z."""
+        return self.forward[2] == 0
+
+    def find_extent(self, scene: Scene, parts: list[int] | None = None) -> NDArray[np.float64]:
+        """Give the bounds of parts along the view and upward in it, (2, 2) [m]."""
+        soup = scene.triangles(parts)
+        used = soup.find_corners() + scene.origin
+        across = used @ np.array([self.right, self.up]).T
+        return np.stack([across.min(0), across.max(0)])
+
+    def make_camera(self, grid: Grid, bounds: NDArray[np.float64]) -> Camera:
+        """
+        Look at a raster of square cells, its axes along the view and upward in it.
+
+        Parameters
+        ----------
+        grid : Grid
+            Of distances along the view and upward, in the model's own coordinates [m].
+        bounds : (2, 3) float64
+            Of the model.
+        """
+        right, up, forward = (np.array(v) for v in (self.right, self.up, self.forward))
+        corners = np.array(
+            [[x, y, z] for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]]
+        )
+        depth = corners @ forward
+        room = 1.0 + np.ptp(depth)
+        along = grid.x0 + grid.dx * (grid.cols - 1) / 2
+        upward = grid.y0 + grid.dy * (grid.rows - 1) / 2
+        eye = along * right + upward * up + (depth.min() - room) * forward
+        return Camera(
+            eye, eye + forward, size=(grid.cols, grid.rows), height=grid.dy * grid.rows,
+            near=room / 2,
+        )  # fmt: skip
+
+
+class OrthographicKind(ReceiverKind):
+    """What elevations and views from above have in common."""
+
+    is_chosen_by_name = False
+    rows: ClassVar[str]
+
+    def lay_out(self, setup: "Setup") -> SeenRaster:
+        """Look at the model from an azimuth."""
+        scene = setup.scene
+        level, _ = find_level(scene, self, setup.options.ground)
+        azimuth, tilt = find_direction(setup.options.receivers)
+        shown = setup.find_shown(setup.options.on)
+        bounds = scene.bounds()
+        frame = Elevation.of(azimuth, setup.site.true_north, tilt)
+        low, high = frame.find_extent(scene, shown)
+        margin = _MARGIN * (high[0] - low[0]) + 1e-3
+        room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # a long row of houses is low
+        ground = None
+        if not frame.is_level and not has_terrain(scene):
+            ground, margin = level, _AROUND * (high[0] - low[0])  # what stands on it throws shadows
+            room = margin * -frame.forward[2]
+        bottom = level if frame.is_level else low[1] - room
+        default = (low[0] - margin, bottom, high[0] + margin, max(high[1], bottom) + room)
+        raster = setup.find_room()
+        extent, size, cell = raster["extent"] or default, raster["size"], raster["cell"]
+        if size is None and cell is None:
+            cell = _choose_cell(extent)
+        # What is seen, in the view's own axes, as the extent is.
+        grid, _, _ = lay_out(
+            np.array([(*low, level), (*high, level)]),
+            np.zeros((0, 3)),
+            level,
+            **{**raster, "extent": extent, "cell": cell, "kept": raster["kept"] + PIXEL_BYTES},
+        )
+        if size is not None:
+            grid = _make_square(grid)
+        casting = prepare_casting(scene, setup.casters, setup.threads, setup.canopy)
+        model = ViewModel(
+            scene, casting.soup, casting.caster, setup.threads, setup.casters,
+            lambda part: frame.make_camera(part, bounds), ground, shown, canopy=setup.canopy,
+        )  # fmt: skip
+        tile = model.make_tile(grid)
+        facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}
+        return SeenRaster(
+            self, model, tile.shape, (self.rows, "along"),
+            grid.dx * grid.dy / _find_facing(tile), facts, x=grid.x, y=grid.y, ground=level,
+            grid=grid, heights=tile.drawn_heights, tile=tile,
+        )  # fmt: skip
+
+    def describe_tilt(self, tilt: float) -> dict[str, object]:
+        """Tell in attributes how far the view looks down [degrees]."""
+        return {}
 
     def describe_receivers(self, study: "Study") -> str:
         """Say from where the model is seen."""
@@ -27,18 +212,42 @@ class ElevationView(ReceiverKind):
         return f"{words}, looking down {tilt:g}°" if tilt else f"{words}, level and orthographic"
 
 
-class ViewFromAbove(ElevationView):
+class ElevationView(OrthographicKind):
+    """Facades, seen level from an azimuth."""
+
+    name = "elevation"
+    rows = "z"
+
+
+class ViewFromAbove(OrthographicKind):
     """What is seen from an azimuth and looking down."""
 
     name = "view"
+    rows = "up"
 
-    def is_asked(self, receivers: str) -> bool:
-        """Tell whether a direction that looks down is named."""
-        return _find_tilt(receivers) > 0
+    def describe_tilt(self, tilt: float) -> dict[str, object]:
+        """Tell in attributes how far the view looks down [degrees]."""
+        return {"view_tilt_deg": tilt}
 
 
-def _find_tilt(receivers: str) -> float:
-    """Read how far a view looks down [degrees]; refuse what is no direction."""
-    from umbra.study.views import find_direction  # noqa: PLC0415  (it loads what counts)
+def _find_facing(tile: ViewTile) -> NDArray[np.float64]:
+    """Give the cosine between each surface and the view; 1 where nothing is seen."""
+    way = tile.camera.axes()[2]
+    facing = -np.nan_to_num(tile.frame.normal[::-1]) @ way
+    return np.where(tile.is_seen, np.maximum(facing, 1e-6), 1.0)
 
-    return find_direction(receivers)[1]
+
+def _choose_cell(extent: Sequence[float]) -> float:
+    """Give the 1, 2 or 5 times a power of ten that makes at most a million cells, 2048 a side."""
+    wide, high = extent[2] - extent[0], extent[3] - extent[1]
+    least = max(wide / 2048, high / 2048, math.sqrt(wide * high) / 1024, 1e-9)
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= least * 0.999)
+
+
+def _make_square(grid: Grid) -> Grid:
+    """Let the cells be square, about the same middle, and hold all that they held."""
+    side = max(grid.dx, grid.dy)
+    x = grid.x0 + grid.dx * (grid.cols - 1) / 2 - side * (grid.cols - 1) / 2
+    y = grid.y0 + grid.dy * (grid.rows - 1) / 2 - side * (grid.rows - 1) / 2
+    return Grid(x, y, side, side, grid.cols, grid.rows)

@@ -7,23 +7,18 @@ if TYPE_CHECKING:
     from umbra.study.by_date import split_dates, tell_dates
     from umbra.study.finer import FinerHours, count_finer
     from umbra.study.options import StudyOptions
-    from umbra.study.point_table import read_points
-    from umbra.study.points import PointStudy, run_point_study
     from umbra.study.preview import Preview, make_preview
     from umbra.study.result import Study
     from umbra.study.study import run, run_study, shadow_study
 
 _HOMES = {
     "FinerHours": "finer",
-    "PointStudy": "points",
     "Preview": "preview",
     "Study": "result",
     "StudyOptions": "options",
     "count_finer": "finer",
     "make_preview": "preview",
-    "read_points": "point_table",
     "run": "study",
-    "run_point_study": "points",
     "run_study": "study",
     "shadow_study": "study",
     "split_dates": "by_date",
@@ -32,15 +27,12 @@ _HOMES = {
 
 __all__ = [
     "FinerHours",
-    "PointStudy",
     "Preview",
     "Study",
     "StudyOptions",
     "count_finer",
     "make_preview",
-    "read_points",
     "run",
-    "run_point_study",
     "run_study",
     "shadow_study",
     "split_dates",

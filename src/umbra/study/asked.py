@@ -1,58 +1,27 @@
 """Questions about casters that a study answers in the same pass: who casts, and what is lost."""
 
-import datetime as dt
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
-from umbra.rays.face_tree import FaceTree
+from umbra.casters.canopy import Canopy
+from umbra.casters.casting import Casting
+from umbra.receivers.kind import Tile
 from umbra.scene import Scene
-from umbra.study.canopy import Canopy
 from umbra.study.compare import read_hours
-from umbra.study.counting import Counter
 from umbra.study.ledger import Ledger
 from umbra.study.losses import Losses, is_newly_under
-from umbra.study.model import Casting
-from umbra.study.receivers import Places
+from umbra.study.options import StudyOptions
 from umbra.study.who import Groups, count_shares, find_groups
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Answer", "Asked", "Tile"]
+__all__ = ["Answer", "Asked"]
 
 _WORK = 256e6  # what the pieces' instants may take while a tile is counted [byte]
-
-
-class Tile(Protocol):
-    """Receivers that can be counted for any caster."""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Of the receivers."""
-
-    @property
-    def places(self) -> Places:
-        """The receivers as points."""
-
-    @property
-    def tree(self) -> FaceTree:
-        """What casts, for ways that start anywhere."""
-
-    def make_counter(self) -> Counter:
-        """Count all that casts, and attached shadow."""
-
-    def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
-        """Find the shadows of one caster alone: where they can be, and the masks there."""
-
-    def with_casters(self, parts: Sequence[int] | None = None) -> "Tile":
-        """Give the same receivers with other parts casting; all but canopies by default."""
-
-    def find_parts(self) -> NDArray[np.intp]:
-        """Give each receiver's part; -1 where it has none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,25 +51,21 @@ class Asked:
         cls,
         scene: Scene,
         casters: Sequence[int],
-        who: Sequence[str],
-        by: str | None,
-        proposed: Sequence[str],
-        under: str | float | dt.timedelta | None,
+        options: StudyOptions,
         canopy: Canopy | None = None,
     ) -> "Asked":
         """Read the options, see ``umbra.shadow_study``."""
         weak = () if canopy is None else canopy.casting
+        who, by, proposed = options.who, options.by, options.proposed
         groups = find_groups(scene, casters, who, by, weak) if who or by else None
-        if under is not None and not proposed:
-            msg = f"under={under!r} is about what a proposal takes away; name its parts: proposed="
-            raise InputError(msg, under=under)
         if not proposed:
             return cls(groups, len(groups.names) if groups else 0)
         parts = tuple(sorted(set().union(*(scene.select([pattern]) for pattern in proposed))))
         new = find_groups(scene, casters, proposed, None, weak)  # refuses those that do not cast
         whole = Groups(("proposed",), new.pieces, np.atleast_2d(new.member.any(0)), new.is_weak)
         shown = len(groups.names) if groups else 0
-        return cls(_join(groups, whole), shown, parts, read_hours("2h" if under is None else under))
+        under = read_hours("2h" if options.under is None else options.under)
+        return cls(_join(groups, whole), shown, parts, under)
 
     def bytes_kept(self, days: int) -> int:
         """Give what is kept of each receiver, and of each of so many dates besides [byte]."""

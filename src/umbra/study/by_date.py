@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, TypeVar
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from umbra.study.points import PointStudy
     from umbra.study.result import Study
 
 __all__ = ["split_dates", "tell_dates"]
 
-AnyStudy = TypeVar("AnyStudy", bound="Study | PointStudy")
+AnyStudy = TypeVar("AnyStudy", bound="Study")
 _BY_DAY = "_by_day"
 _OF_ALL = {"day", "newly_under_days"}
 _DATES = {"days", "first_date", "last_date"}
@@ -23,7 +22,7 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
 
     Returns
     -------
@@ -48,7 +47,7 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
     ]
 
 
-def tell_dates(study: "Study | PointStudy") -> str:
+def tell_dates(study: "Study") -> str:
     """Say of which date hours are, or of how many they are the sum."""
     days = study.period.days
     return str(days[0]) if len(days) == 1 else f"sum of {len(days)} dates"

@@ -2,9 +2,8 @@
 
 import difflib
 import functools
-import inspect
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 from umbra.errors import InputError
 from umbra.options import list_options
@@ -12,7 +11,7 @@ from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.sun import Site
 
-__all__ = ["check_names", "check_scene", "pick_options"]
+__all__ = ["check_names", "check_scene"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -60,9 +59,3 @@ def check_scene(scene: object, site: object) -> None:
     if not isinstance(site, Site):
         msg = f"site is no Site but a {type(site).__name__}; give umbra.Site(latitude=, longitude=)"
         raise InputError(msg)
-
-
-def pick_options(options: StudyOptions, *runs: Callable[..., object]) -> dict[str, Any]:
-    """Give those options that some ways to run a study take by name."""
-    taken = {name for run in runs for name in inspect.signature(run).parameters}
-    return {name: getattr(options, name) for name, _, _ in list_options(options) if name in taken}

@@ -3,25 +3,23 @@
 import datetime as dt
 from collections.abc import Callable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from umbra.errors import InputError
 from umbra.scene import Scene
 from umbra.study.exact import find_least_spell
 from umbra.study.ledger import FEW_DAYS, Wanted
+from umbra.study.options import StudyOptions
 from umbra.study.period import Period
-from umbra.sun import find_sun
 from umbra.sun.clock import parse_duration
 
 __all__ = [
     "describe_period",
-    "find_reaching_suns",
     "find_wanted",
     "make_advance",
     "select_casters",
 ]
 
+LEAST_TOLERANCE, MOST_TOLERANCE = 1e-3, 60
+"""Within which instants can be solved [s]."""
 _MICROSECOND = dt.timedelta(microseconds=1)
 
 
@@ -34,33 +32,19 @@ def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) ->
     return casters
 
 
-def find_wanted(
-    period: Period,
-    *,
-    by_day: bool | None,
-    spells: bool,
-    min_spell: str | dt.timedelta | None,
-    masks: bool,
-    exact: bool | float = False,
-) -> Wanted:
-    """Say what is to be kept: ``min_spell`` implies ``spells``, few dates imply ``by_day``."""
-    tolerance = float(exact)  # True is a second
-    if not (tolerance == 0 or 1e-3 <= tolerance <= 60):
-        msg = f"exact instants are solved to 0.001 to 60 s; got {exact}"
-        raise InputError(msg, exact=exact)
+def find_wanted(period: Period, options: StudyOptions) -> Wanted:
+    """Find what is to be kept: ``min_spell`` implies ``spells``, few dates imply ``by_day``."""
+    tolerance = float(options.exact)  # True is a second
+    if not (tolerance == 0 or LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE):
+        msg = f"exact instants are solved to 0.001 to 60 s; got {options.exact}"
+        raise InputError(msg, exact=options.exact)
     least = 0
-    if min_spell is not None:
-        least = parse_duration(min_spell, "least spell") // _MICROSECOND
+    if options.min_spell is not None:
+        least = parse_duration(options.min_spell, "least spell") // _MICROSECOND
+    by_day = options.by_day
     if by_day is None:
         by_day = 1 < len(period.days) <= FEW_DAYS
-    return Wanted(by_day, spells or least > 0, least, masks, tolerance)
-
-
-def find_reaching_suns(period: Period) -> NDArray[np.float64]:
-    """Give the suns whose shadows the default extent shall hold: at midpoints and stamps."""
-    stamps = np.concatenate([steps.stamps for steps in period.steps])
-    path = find_sun(period.site, stamps, refraction=period.refraction)
-    return np.concatenate([period.sun.direction[period.sun.is_up], path.direction[path.is_up]])
+    return Wanted(by_day, options.spells or least > 0, least, options.masks, tolerance)
 
 
 def describe_period(period: Period, wanted: Wanted) -> dict[str, object]:

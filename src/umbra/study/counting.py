@@ -1,33 +1,19 @@
 """Counting the instants of a period on some receivers, and entering what was found."""
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.kind import Counter
 from umbra.study.ledger import Ledger
 from umbra.study.spells import Spells, SpellState, join_days, to_hours
 
-__all__ = ["Counter", "count_period"]
+__all__ = ["count_period"]
 
 _AT_ONCE = 8
 """Suns whose masks are held at a time."""
-
-
-class Counter(Protocol):
-    """Whatever counts shadows on receivers, sun after sun: ``Sweep`` and its like."""
-
-    def add_steps(
-        self,
-        suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
-        progress: Callable[[int], object] = ...,
-    ) -> None:
-        """Count for each receiver how many suns leave it in shadow."""
-
-    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Tell for each sun which receivers are in shadow, cast or attached."""
 
 
 def count_period(

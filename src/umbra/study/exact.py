@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import is_hidden
-from umbra.study.counting import Counter, enter_day, enter_period
+from umbra.receivers.kind import Counter
+from umbra.scene.places import Places
+from umbra.study.counting import enter_day, enter_period
 from umbra.study.ledger import Ledger
 from umbra.study.period import Period
-from umbra.study.receivers import Places
 from umbra.study.spells import BEGAN, BLOCK, Spells, SpellState, end_spell, join_days
 from umbra.sun import find_sun
 

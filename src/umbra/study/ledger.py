@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study.canopy import Canopy
+from umbra.casters.canopy import Canopy
 from umbra.study.masks import Masks
 from umbra.study.period import Period
 from umbra.study.spells import Spells, to_hours

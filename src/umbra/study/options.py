@@ -206,7 +206,7 @@ class StudyOptions:
         self._check_receivers()
         self._check_values()
         if isinstance(self.points, (str, Path)):
-            from umbra.study.point_table import read_points  # noqa: PLC0415
+            from umbra.receivers.points import read_points  # noqa: PLC0415
 
             points, names = read_points(self.points)
             object.__setattr__(self, "points", points)
@@ -227,7 +227,7 @@ class StudyOptions:
 
     def _check_values(self) -> None:
         """Find slips in what is written as text, before any model is read."""
-        from umbra.study.canopy import check_transmissivity  # noqa: PLC0415
+        from umbra.casters.canopy import check_transmissivity  # noqa: PLC0415
         from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
         from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
 

@@ -70,6 +70,12 @@ class Period:
         lengths = np.where(self.sun.is_up, self.hours, 0.0)
         return np.bincount(self.day_of_step, lengths, len(self.days)).astype(np.float64)
 
+    def find_reaching_suns(self) -> NDArray[np.float64]:
+        """Find the suns whose shadows a default extent shall hold: at midpoints and stamps."""
+        stamps = np.concatenate([steps.stamps for steps in self.steps])
+        path = find_sun(self.site, stamps, refraction=self.refraction)
+        return np.concatenate([self.sun.direction[self.sun.is_up], path.direction[path.is_up]])
+
     def pick(self, day: int) -> "Period":
         """Give one of the days alone."""
         mine, sun = self.day_of_step == day, self.sun

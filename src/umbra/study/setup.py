@@ -1,6 +1,5 @@
 """A study's options made ready, and the counting that is the same for all receivers."""
 
-import datetime as dt
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -12,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import umbra
-from umbra.devices import check_device
+from umbra.casters.canopy import Canopy
+from umbra.devices import check_device, find_device
 from umbra.devices.counters import StudyCounters
 from umbra.errors import InputError
+from umbra.receivers.kind import Receivers, Tile
 from umbra.scene import Scene
-from umbra.study.asked import Answer, Asked, Tile
-from umbra.study.canopy import Canopy
+from umbra.study.asked import Answer, Asked
 from umbra.study.checks import (
     describe_period,
     find_wanted,
@@ -27,8 +27,8 @@ from umbra.study.checks import (
 from umbra.study.counting import count_period
 from umbra.study.exact import Caught, count_exactly
 from umbra.study.ledger import Ledger, Wanted
-from umbra.study.model import Casting
-from umbra.study.period import Period, Refraction, make_period
+from umbra.study.options import StudyOptions
+from umbra.study.period import Period, make_period
 from umbra.sun import Site
 
 __all__ = ["Result", "Setup"]
@@ -66,6 +66,7 @@ class Setup:
     ----------
     scene : Scene
     site : Site
+    options : StudyOptions
     period : Period
     wanted : Wanted
     asked : Asked
@@ -80,6 +81,7 @@ class Setup:
 
     scene: Scene
     site: Site
+    options: StudyOptions
     period: Period
     wanted: Wanted
     asked: Asked
@@ -90,50 +92,28 @@ class Setup:
     begun: float = field(default_factory=time.perf_counter)
 
     @classmethod
-    def of(
-        cls,
-        scene: Scene,
-        site: Site,
-        *,
-        date: str | dt.date | Sequence[str | dt.date],
-        start: str | dt.time = "09:00",
-        end: str | dt.time = "17:00",
-        every: str | dt.timedelta = "15min",
-        every_days: int = 1,
-        by_day: bool | None = None,
-        spells: bool = False,
-        min_spell: str | dt.timedelta | None = None,
-        exact: bool | float = False,
-        who: Sequence[str] = (),
-        by: str | None = None,
-        proposed: Sequence[str] = (),
-        under: str | float | dt.timedelta | None = None,
-        cast: Sequence[str] = (),
-        no_cast: Sequence[str] = (),
-        canopy: Sequence[str] = (),
-        transmissivity: str | float | Sequence[float] | None = None,
-        leaf_on: str | None = None,
-        masks: bool = False,
-        refraction: Refraction = "standard",
-        device: str = "auto",
-        threads: int | None = None,
-    ) -> "Setup":
-        """Read and check the options, see ``umbra.shadow_study``."""
-        threads = check_device(device, threads)
-        if canopy and device == "gl":
-            msg = "the gl device does not weaken light; leave device= out, or canopy="
-            raise InputError(msg, device=device)
+    def of(cls, scene: Scene, site: Site, options: StudyOptions) -> "Setup":
+        """Read the options that are for all receivers."""
+        threads = check_device(options.device, options.threads)
+        is_chosen = options.device != "auto"
+        if options.canopy and is_chosen and not find_device(options.device).weakens_light:
+            msg = (
+                f"the {options.device} device does not weaken light; leave device= out, or canopy="
+            )
+            raise InputError(msg, device=options.device)
         period = make_period(
-            date, start, end, every, site, every_days=every_days, refraction=refraction
+            options.date, options.start, options.end, options.every, site,
+            every_days=options.every_days, refraction=options.refraction,
+        )  # fmt: skip
+        casters = select_casters(scene, options.cast, options.no_cast)
+        canopies = Canopy.of(
+            scene, casters, options.canopy, options.transmissivity, options.leaf_on
         )
-        wanted = find_wanted(
-            period, by_day=by_day, spells=spells, min_spell=min_spell, masks=masks, exact=exact
-        )
-        casters = select_casters(scene, cast, no_cast)
-        canopies = Canopy.of(scene, casters, canopy, transmissivity, leaf_on)
-        asked = Asked.of(scene, casters, who, by, proposed, under, canopies)
-        device = "cpu" if canopies else device
-        return cls(scene, site, period, wanted, asked, casters, threads, device, canopies)
+        asked = Asked.of(scene, casters, options, canopies)
+        return cls(
+            scene, site, options, period, find_wanted(period, options), asked, casters, threads,
+            "cpu" if canopies else options.device, canopies,
+        )  # fmt: skip
 
     @property
     def bytes_of_masks(self) -> int:
@@ -149,30 +129,41 @@ class Setup:
         asked = self.asked.bytes_kept(days if self.wanted.by_day else 0)
         return self.wanted.bytes_kept(days) + asked + behind
 
-    def count(
-        self,
-        casting: Casting,
-        shape: tuple[int, ...],
-        tiles: Sequence[tuple[Any, Callable[[], Tile]]],
-        progress: Progress,
-    ) -> Result:
+    def find_shown(self, on: Sequence[str]) -> list[int] | None:
+        """Return the parts that are shown or sampled, canopies left out; None: all."""
+        if self.canopy is not None:
+            return self.canopy.find_receivers(self.scene, on)
+        return self.scene.select(on) if on else None
+
+    def find_room(self) -> dict[str, Any]:
+        """Return how a raster is asked for, and what is kept of each of its cells."""
+        return {
+            **{name: getattr(self.options, name) for name in ("extent", "cell", "size")},
+            "masks": self.bytes_of_masks,
+            "kept": self.bytes_kept,
+            "threads": self.threads,
+            "by_day": self.wanted.by_day,
+        }
+
+    def limit_tiles(self, side: int) -> int:
+        """Return how long a tile's side may be, so that what is asked of it fits in memory."""
+        return self.asked.limit_tiles(side, len(self.period.days))
+
+    def count(self, laid: Receivers, progress: Progress) -> Result:
         """
         Count the whole period on all receivers, and answer what was asked.
 
         Parameters
         ----------
-        casting : Casting
-        shape : tuple of int
-            Of all receivers.
-        tiles : sequence of (index, callable)
-            Where each tile's receivers lie among all, and what makes the tile.
+        laid : Receivers
         progress : callable
             Told how many instants are done, and of how many.
         """
         period, wanted, asked = self.period, self.wanted, self.asked
+        shape, tiles = laid.shape, laid.make_tiles(self)
         reads_days = bool(asked.proposed) or (asked.groups is not None and wanted.tolerance > 0)
         ledger = Ledger(period, shape, wanted, self.canopy, reads_days=reads_days)
-        answer = Answer(asked, casting, ledger)
+        answer = Answer(asked, laid.casting, ledger)
         suns = period.sun.direction[period.sun.is_up]
         works = len(suns) * (2 if asked.groups else 1)
         seconds = 0.0

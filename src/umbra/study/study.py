@@ -7,29 +7,17 @@ add up to exactly the period less the night. The profile is drawn at the steps' 
 
 import datetime as dt
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from umbra.errors import InputError
 from umbra.receivers import find_kind
 from umbra.scene import Scene
-from umbra.study.call import check_names, check_scene, pick_options
-from umbra.study.checks import find_reaching_suns
-from umbra.study.layout import TILE, lay_out
-from umbra.study.level import Level, describe_level, find_level
-from umbra.study.model import prepare_model
+from umbra.study.call import check_names, check_scene
 from umbra.study.options import Date, Refraction, StudyOptions
-from umbra.study.points import PointStudy, run_point_study
 from umbra.study.result import Study
 from umbra.study.setup import Progress, Setup
-from umbra.study.terrain import choose_receivers, has_terrain
-from umbra.study.view_study import run_camera, run_elevation
-from umbra.study.views import find_direction
 from umbra.sun import Site
 
 if TYPE_CHECKING:
@@ -37,143 +25,47 @@ if TYPE_CHECKING:
 
 __all__ = ["run", "run_study", "shadow_study"]
 
-PLANS = ("ground", "top")
-STREAMED_TILE = 1024
-"""Side of the tiles of a study whose instants pass in order: each cell holds more then."""
-
-
-def run_study(
-    scene: Scene,
-    site: Site,
-    *,
-    receivers: str = "auto",
-    ground: float | None = None,
-    extent: Sequence[float] | None = None,
-    cell: float | None = None,
-    size: tuple[int, int] | None = None,
-    eye: Sequence[float] | None = None,
-    target: Sequence[float] | None = None,
-    fov: float = 50.0,
-    on: Sequence[str] = (),
-    progress: Progress = lambda _done, _all: None,
-    **options: Any,
-) -> Study:
-    """
-    Run a study and keep what its pictures need; see ``shadow_study``.
-
-    ``progress`` is told how many instants are done, and of how many.
-    """
-    if receivers == "auto":
-        receivers = choose_receivers(scene, ground)
-    direction = None if receivers in {*PLANS, "camera"} else find_direction(receivers)
-    setup = Setup.of(scene, site, **options)
-    level, assumed = find_level(scene, receivers, ground)
-    has_end = receivers == "top" and assumed is not None and has_terrain(scene)
-    if not np.isfinite(level):
-        msg = f"the ground's height must be a finite number; got {level:g}"
-        raise InputError(msg, ground=ground)
-    shown = scene.select(on) if on else None
-    if setup.canopy is not None and receivers not in PLANS:
-        shown = setup.canopy.find_receivers(scene, on)
-    if shown and receivers in PLANS:
-        msg = "on= is for elevations, cameras and surfaces; a plan shows all parts"
-        raise InputError(msg, on=on)
-    if receivers == "camera":
-        return run_camera(
-            setup, level, eye=eye, target=target, fov=fov, size=size, shown=shown,
-            progress=progress,
-        )  # fmt: skip
-    raster = {
-        "extent": extent,
-        "cell": cell,
-        "size": size,
-        "masks": setup.bytes_of_masks,
-        "kept": setup.bytes_kept,
-        "threads": setup.threads,
-        "by_day": setup.wanted.by_day,
-    }
-    if direction is not None:
-        return run_elevation(setup, direction, level, raster, shown, progress)
-    return _run_plan(setup, receivers, level, raster, progress, assumed, has_end=has_end)
-
-
-def _run_plan(
-    setup: Setup,
-    receivers: str,
-    level: float,
-    raster: dict[str, Any],
-    progress: Progress,
-    assumed: Level | None,
-    *,
-    has_end: bool,
-) -> Study:
-    """Run a study of the ground or of whatever is topmost."""
-    scene = setup.scene
-    origin = scene.origin
-    model = prepare_model(
-        scene, setup.casters, receivers, level - origin[2], setup.threads, setup.canopy,
-        has_end=has_end,
-    )  # fmt: skip
-    corners = model.soup.find_corners() + origin
-    if setup.canopy is not None:
-        crowns = scene.triangles(setup.canopy.casting)
-        corners = np.concatenate([corners, crowns.find_corners() + origin])
-    # Where nothing receives beside a terrain no shadow has to be followed.
-    reaching = np.zeros((0, 3)) if has_end else find_reaching_suns(setup.period)
-    grid, x, y = lay_out(corners, reaching, level, **raster)
-    local = replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1])
-    heights = np.zeros((grid.rows, grid.cols))
-    nothing, bare = np.zeros(heights.shape, np.bool_), np.zeros(heights.shape, np.bool_)
-    side = min(TILE, STREAMED_TILE) if setup.wanted.is_streamed else TILE
-
-    def make_tile(where: tuple[slice, slice], part: Any) -> Any:
-        tile = model.make_tile(part)
-        heights[where] = tile.surface.heights + origin[2]
-        nothing[where] = tile.nothing
-        bare[where] = tile.surface.face < 0
-        return tile
-
-    tiles = [
-        ((rows, cols), partial(make_tile, (rows, cols), part))
-        for rows, cols, part in local.tiles(setup.asked.limit_tiles(side, len(setup.period.days)))
-    ]
-    done = setup.count(model, heights.shape, tiles, progress)
-    ledger, dims = done.ledger, ("y", "x")
-    if nothing.any():
-        heights[nothing] = np.nan
-        ledger.blank(nothing)
-        done.answer.blank(nothing)
-    return Study(
-        x=x,
-        y=y,
-        period=setup.period,
-        shadow_hours=ledger.shadow_hours,
-        up_hours=ledger.up_hours,
-        heights=heights,
-        ground=level,
-        masks=ledger.masks,
-        facts=setup.describe(
-            receivers,
-            done.seconds,
-            ground_z=level,
-            device=done.device,
-            **describe_level(scene, receivers, level, assumed, (bare & ~nothing).mean()),
-        ),
-        model=model,
-        grid=local,
-        more={**ledger.variables(dims), **done.answer.variables(dims, grid.dx * grid.dy)},
-    )
-
 
 def run(
     scene: Scene,
     site: Site,
     options: StudyOptions,
     progress: Progress = lambda _done, _all: None,
-) -> Study | PointStudy:
-    """Run a study of any receivers; ``progress`` is told how many instants of how many are done."""
-    way: Any = run_study if find_kind(options.receivers).is_raster else run_point_study
-    return way(scene, site, progress=progress, **pick_options(options, way, Setup.of))
+) -> Study:
+    """
+    Run a study and keep what its pictures need.
+
+    Parameters
+    ----------
+    scene : Scene
+    site : Site
+    options : StudyOptions
+    progress : callable
+        Told how many instants are done, and of how many.
+    """
+    kind = find_kind(options.receivers, scene, options.ground)
+    setup = Setup.of(scene, site, options)
+    laid = kind.lay_out(setup)
+    done = setup.count(laid, progress)
+    ledger, answer = done.ledger, done.answer
+    nothing = laid.finish()
+    if nothing is not None:
+        ledger.blank(nothing)
+        answer.blank(nothing)
+    facts = setup.describe(kind.name, done.seconds, device=done.device, **laid.facts)
+    more = {**ledger.variables(laid.dims), **answer.variables(laid.dims, laid.area)}
+    study = Study(
+        laid, setup.period, ledger.shadow_hours, ledger.up_hours, ledger.masks, facts, more
+    )
+    more |= laid.sum_up(study)
+    return study
+
+
+def run_study(
+    scene: Scene, site: Site, *, progress: Progress = lambda _done, _all: None, **options: Any
+) -> Study:
+    """Run a study with the options of ``shadow_study``, and keep what its pictures need."""
+    return run(scene, site, StudyOptions(**options), progress)
 
 
 @check_names

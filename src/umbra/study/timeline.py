@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene.grid import Grid
-from umbra.study import PointStudy, Study
+from umbra.study import Study
 from umbra.study.period import Period
 
 __all__ = [
@@ -112,7 +112,7 @@ class Instants:
     behind: NDArray[np.uint8] | None = field(default=None, kw_only=True)
     share: NDArray[np.float64] | None = field(default=None, kw_only=True)
 
-    def is_summed(self, study: Study | PointStudy) -> bool:
+    def is_summed(self, study: Study) -> bool:
         """Tell whether the steps shown add up to the study's own hours of these receivers."""
         period, count = study.period, study.shadow_hours.size
         total = np.zeros(count)
@@ -197,12 +197,12 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
         which, last, strides, kept.bits, grid.x + shift_x, grid.y + shift_y,
-        _find_surface(tile), grid == study.grid and strides == (1, 1),
+        tile.drawn_heights, grid == study.grid and strides == (1, 1),
         behind=kept.behind, share=share,
     )  # fmt: skip
 
 
-def make_point_timeline(study: PointStudy) -> Instants:
+def make_point_timeline(study: Study) -> Instants:
     """
     Give every step's middle at single points, or of so many steps as fit a page.
 
@@ -226,7 +226,7 @@ def make_point_timeline(study: PointStudy) -> Instants:
         for first in range(0, len(shown), 16):
             some = suns[first : first + 16]
             masks, solid = np.zeros((2, len(some), count), np.uint8)
-            for where, tile in study.make_tiles():
+            for where, tile in study.laid.look_again():
                 masks[:, where] = tile.masks(some)
                 if share is not None:
                     solid[:, where] = tile.with_casters().masks(some)
@@ -251,17 +251,10 @@ class _InstantPacker:
         self.bits[some] = np.packbits(masks, axis=1)
 
 
-def _find_share(study: Study | PointStudy, which: NDArray[np.int64]) -> NDArray[np.float64] | None:
+def _find_share(study: Study, which: NDArray[np.int64]) -> NDArray[np.float64] | None:
     """Give the share of the light that canopies let through at some steps, if there are any."""
     canopy, period = study.model.canopy, study.period
     return None if canopy is None else canopy.find_shares(period.days)[period.day_of_step[which]]
-
-
-def _find_surface(tile: Any) -> NDArray[np.float64]:
-    """Give heights on a plan; in a view where anything is seen."""
-    if not hasattr(tile, "is_seen"):
-        return np.where(tile.nothing, np.nan, tile.relief)
-    return np.where(tile.is_seen, 0.0, np.nan)
 
 
 def _choose_grid(grid: Grid, instants: int, longest: int) -> Grid:

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.scene import Scene
+from umbra.scene.places import Places
 from umbra.study.period import Period
-from umbra.study.receivers import Places
 
 __all__ = ["BY", "Groups", "Shares", "count_shares", "find_groups"]
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.rays.depth import NOTHING
+from umbra.receivers.seen import ViewTile
 from umbra.scene.grid import Grid
 from umbra.study import Study
-from umbra.study.views import ViewTile
 from umbra.writers.plan import Look
 from umbra.writers.raster import resample
 

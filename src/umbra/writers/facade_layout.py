@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from umbra.study.surfaces import Samples
+from umbra.receivers.samples import Samples
 
 __all__ = ["FacadeLayout", "lay_out_facades"]
 

@@ -34,7 +34,7 @@ class Job:
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
     folder : Path
     title : str
     say : callable

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from umbra.study import PointStudy, tell_dates
-from umbra.study.surfaces import Samples
+from umbra.receivers.samples import Samples
+from umbra.study import Study, tell_dates
 from umbra.writers.color import shade_ramp
 from umbra.writers.facade_layout import FacadeLayout, lay_out_facades
 from umbra.writers.glb import Glb, turn_up
@@ -25,7 +25,7 @@ _GREY = (0.80, 0.80, 0.80, 1.0)  # of what is not sampled
 
 
 def write_surfaces_glb(
-    path: str | os.PathLike[str], study: PointStudy, most_hours: float | None = None
+    path: str | os.PathLike[str], study: Study, most_hours: float | None = None
 ) -> None:
     """
     Write the sampled parts, a node each, coloured by hours in shadow; the rest is grey.
@@ -80,7 +80,7 @@ def _count_up(points: NDArray) -> NDArray[np.uint32]:
     return np.arange(len(points), dtype=np.uint32).reshape(-1, 3)
 
 
-def _tell(study: PointStudy, part: int) -> dict[str, object]:
+def _tell(study: Study, part: int) -> dict[str, object]:
     """Give a part's figures."""
     keys = ("area", "mean_sun_hours", "least_sun_hours", "most_sun_hours")
     return {key: round(float(study.more[f"part_{key}"][1][part]), 3) for key in keys}

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import PointStudy, Study, split_dates
+from umbra.study import Study, split_dates
 from umbra.study.attributes import is_sum
 
 __all__ = [
@@ -130,7 +130,7 @@ def write_instants(
     write_table(path, columns if areas is None else [*columns, "shadow_area_m2"], rows)
 
 
-def write_samples(folder: Path, study: PointStudy) -> list[str]:
+def write_samples(folder: Path, study: Study) -> list[str]:
     """Write a line for each point; of sampled surfaces also for each surface and part."""
     places = study.places
     points = {
@@ -153,14 +153,14 @@ def write_samples(folder: Path, study: PointStudy) -> list[str]:
 
 
 def find_columns(
-    study: Study | PointStudy, dims: tuple[str, ...], first: tuple[str, ...] = ()
+    study: Study, dims: tuple[str, ...], first: tuple[str, ...] = ()
 ) -> dict[str, NDArray]:
     """
     Give the arrays along some axes by name.
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
     dims : tuple of str
     first : tuple of str
         Names that come before the others.
@@ -189,7 +189,7 @@ def find_columns(
 
 
 def _pick(
-    study: Study | PointStudy, dims: tuple[str, ...], first: tuple[str, ...] = ()
+    study: Study, dims: tuple[str, ...], first: tuple[str, ...] = ()
 ) -> dict[str, NDArray]:
     arrays = {
         name: np.asarray(array)

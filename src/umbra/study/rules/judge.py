@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 from umbra.study.period import Period, make_period
-from umbra.study.points import PointStudy
-from umbra.study.result import Study
+from umbra.study.points import Study
 from umbra.study.rules.judge_samples import judge_parts, judge_points
 from umbra.study.rules.measure import (
     Verdict,
@@ -33,7 +32,7 @@ _TILE = 2048
 _SLACK = 1e-6  # what lies in the ground itself stands on no one [m]
 
 
-def judge(study: Study | PointStudy, rules: Rules) -> list[Verdict]:
+def judge(study: Study, rules: Rules) -> list[Verdict]:
     """
     Measure and judge every check of a rule file.
 
@@ -42,7 +41,7 @@ def judge(study: Study | PointStudy, rules: Rules) -> list[Verdict]:
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
     rules : Rules
 
     Returns

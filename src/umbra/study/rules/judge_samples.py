@@ -9,7 +9,7 @@ from umbra.errors import InputError
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.study.period import Period
-from umbra.study.points import PointStudy
+from umbra.study.points import Study
 from umbra.study.rules.measure import (
     FindMasks,
     Verdict,
@@ -30,7 +30,7 @@ _CHUNK = 65_536  # points that are measured at a time
 _STEEP = 60.0  # tilt from which a surface is a wall [degrees]
 
 
-def judge_points(study: PointStudy, check: Check, period: Period) -> list[Verdict]:
+def judge_points(study: Study, check: Check, period: Period) -> list[Verdict]:
     """Judge given points one by one."""
     _refuse_places(check)
     if check.area in {"roofs", "walls"}:
@@ -60,7 +60,7 @@ def judge_points(study: PointStudy, check: Check, period: Period) -> list[Verdic
     return verdicts
 
 
-def judge_parts(study: PointStudy, check: Check, period: Period) -> list[Verdict]:
+def judge_parts(study: Study, check: Check, period: Period) -> list[Verdict]:
     """Judge each part by the share of its area, or of that of its roofs or walls."""
     _refuse_places(check)
     is_named = _find_area(study, check)
@@ -109,7 +109,7 @@ def _refuse_places(check: Check) -> None:
         raise InputError(msg)
 
 
-def _find_area(study: PointStudy, check: Check) -> NDArray[np.bool_]:
+def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     """Tell which samples lie on what a check names: walls are steep, roofs are not."""
     owner = np.asarray(study.more["surface_of_sample"][1])
     is_wall = np.asarray(study.more["surface_tilt"][1])[owner] >= _STEEP
@@ -118,7 +118,7 @@ def _find_area(study: PointStudy, check: Check) -> NDArray[np.bool_]:
     return ~is_wall if check.area == "roofs" else np.ones(len(owner), np.bool_)
 
 
-def _measure(study: PointStudy, check: Check, period: Period) -> Iterator[Spells]:
+def _measure(study: Study, check: Check, period: Period) -> Iterator[Spells]:
     """Let the instants that a check counts pass over all points, some at a time."""
     casting = study.model
     places = study.places.points - casting.scene.origin

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study.canopy import Canopy
+from umbra.casters.canopy import Canopy
 from umbra.study.period import Period
 from umbra.study.rules.read import Check, Place
 from umbra.study.spells import Spells, SpellState, to_hours

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.view import Elevation
 from umbra.scene import Scene
 from umbra.study import FinerHours, Preview, Study
-from umbra.study.views import Elevation
 from umbra.writers.plan import Plan
 
 __all__ = [
@@ -158,7 +158,7 @@ def describe_method(study: Any, options: dict[str, Any]) -> list[str]:
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
     options : dict
         Of the command.
     """

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import FinerHours, PointStudy, Study, split_dates
+from umbra.study import FinerHours, Study, split_dates
 from umbra.sun import find_daylight
 from umbra.writers.plan import Plan, Show, name_hours
 
@@ -16,7 +16,7 @@ MOST_PANELS = 12
 """Dates of which a picture has a map; of more, every n-th."""
 
 
-def choose_panels(study: Study | PointStudy) -> range:
+def choose_panels(study: Study) -> range:
     """Give the dates that have a map: all, or every n-th of very many."""
     count = len(study.period.days)
     return range(0, count, -(-count // MOST_PANELS))
@@ -44,7 +44,7 @@ class Scale:
     show: Show
 
     @classmethod
-    def of(cls, study: Study | PointStudy, options: dict[str, Any]) -> "Scale":
+    def of(cls, study: Study, options: dict[str, Any]) -> "Scale":
         """Choose it: ``options`` are the command's."""
         dates, show = split_dates(study), options["show"]
         divisor, words = find_together(study, options)
@@ -53,25 +53,25 @@ class Scale:
         most = max(one.up_hours for one in dates) / divisor
         return cls(most, f"{name_hours(show)}{words}", divisor, show)
 
-    def read_hours(self, study: Study | PointStudy | FinerHours) -> NDArray[np.float32]:
+    def read_hours(self, study: Study | FinerHours) -> NDArray[np.float32]:
         """Give hours in shadow; what they lack to the scale's end is the date's sun, if shown."""
         hours = study.shadow_hours / np.float32(self.divisor)
         lack = self.most - study.up_hours / self.divisor if self.show == "sun" else 0.0
         return hours + np.float32(lack)
 
 
-def tell_daylight(study: Study | PointStudy) -> str:
+def tell_daylight(study: Study) -> str:
     """Say when the sun rises and sets on a study's date."""
     return str(find_daylight(study.site, study.period.days[0]))
 
 
-def find_together(study: Study | PointStudy, options: dict[str, Any]) -> tuple[int, str]:
+def find_together(study: Study, options: dict[str, Any]) -> tuple[int, str]:
     """
     Say what a picture shows of dates that are not kept apart.
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
     options : dict
         Of the command.
 
@@ -90,7 +90,7 @@ def find_together(study: Study | PointStudy, options: dict[str, Any]) -> tuple[i
     return count, f" a day, mean of {count} dates"
 
 
-def name_shown(plan: Plan, study: Study | PointStudy) -> Plan:
+def name_shown(plan: Plan, study: Study) -> Plan:
     """Say how many of very many dates have a map."""
     shown, days = choose_panels(study), study.period.days
     return plan if len(shown) == len(days) else replace(plan, date=f"{len(shown)} of {plan.date}")

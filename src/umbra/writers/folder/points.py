@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from umbra.receivers.zenith import find_surface
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
-from umbra.study import PointStudy, run_study, split_dates, tell_dates
-from umbra.study.receivers import find_surface
+from umbra.study import Study, run_study, split_dates, tell_dates
 from umbra.sun import Site
 from umbra.writers.folder.captions import describe_method, describe_place, name_dates, name_files
 from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
@@ -64,14 +64,14 @@ def draw_surfaces(
 
 
 def draw_plan_of_points(
-    study: PointStudy, scene: Scene, options: dict[str, Any], painter: Any, folder: Path
+    study: Study, scene: Scene, options: dict[str, Any], painter: Any, folder: Path
 ) -> list[str]:
     """
     Have the points drawn on a plan of what stands about them, in the colours of their hours.
 
     Parameters
     ----------
-    study : PointStudy
+    study : Study
     scene : Scene
     options : dict
         Of the command.
@@ -120,13 +120,13 @@ def draw_plan_of_points(
     return [path.name]
 
 
-def describe_points(study: PointStudy, scene: Scene, options: dict[str, Any]) -> Plan:
+def describe_points(study: Study, scene: Scene, options: dict[str, Any]) -> Plan:
     """
     Say in words what a report of surfaces or points shows.
 
     Parameters
     ----------
-    study : PointStudy
+    study : Study
     scene : Scene
     options : dict
         Of the command.

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.level import has_terrain
+from umbra.receivers.view import COMPASS, Elevation
 from umbra.scene import Scene
 from umbra.study import Study, run_study, split_dates, tell_dates
-from umbra.study.terrain import has_terrain
-from umbra.study.views import COMPASS, Elevation
 from umbra.writers.edges import make_look
 from umbra.writers.elevations import arrange, find_pixel
 from umbra.writers.folder.captions import describe_making, place_elevation

@@ -4,19 +4,19 @@ from typing import Any
 
 import numpy as np
 
-from umbra.study import PointStudy, Study, split_dates, tell_dates
+from umbra.study import Study, split_dates, tell_dates
 from umbra.sun import find_daylight
 
 __all__ = ["sum_up"]
 
 
-def sum_up(study: Study | PointStudy) -> dict[str, Any]:
+def sum_up(study: Study) -> dict[str, Any]:
     """
     Sum a study up in a few numbers; of several dates those of each, too.
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
 
     Returns
     -------
@@ -24,7 +24,7 @@ def sum_up(study: Study | PointStudy) -> dict[str, Any]:
         Sizes, hours of the sun and of shadow [h], what a proposal takes from its
         neighbours, and the seconds that it took; what JSON can hold.
     """
-    if isinstance(study, PointStudy):
+    if not study.kind.is_raster:
         size: dict[str, Any] = {"samples": len(study.shadow_hours)}
     else:
         size = {"cols": len(study.x), "rows": len(study.y), "cell": [study.grid.dx, study.grid.dy]}
@@ -52,7 +52,7 @@ def sum_up(study: Study | PointStudy) -> dict[str, Any]:
     }
 
 
-def _find_hours(study: Study | PointStudy) -> dict[str, Any]:
+def _find_hours(study: Study) -> dict[str, Any]:
     """Give how long the sun was up, and the hours in shadow."""
     is_known = np.isfinite(study.shadow_hours) & getattr(study, "is_of_model", True)
     known = study.shadow_hours[is_known]
@@ -63,7 +63,7 @@ def _find_hours(study: Study | PointStudy) -> dict[str, Any]:
     }
 
 
-def _list_neighbours(study: Study | PointStudy) -> list[dict[str, Any]]:
+def _list_neighbours(study: Study) -> list[dict[str, Any]]:
     """Give who loses sun on a date, or on all dates together."""
     names = [name for name in study.more if name.startswith("neighbour_")]
     columns = [study.more[name][1].tolist() for name in ("neighbour", *names)]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from umbra.errors import write_for_shell
 from umbra.scene import Scene
-from umbra.study import PointStudy, Study
+from umbra.study import Study
 from umbra.writers.atomic import replace_results
 from umbra.writers.folder.outputs import Outputs
 from umbra.writers.folder.pictures import draw_pictures
@@ -28,7 +28,7 @@ Say = Callable[[str], object]
 
 
 def write_study(
-    study: Study | PointStudy,
+    study: Study,
     scene: Scene,
     folder: str | os.PathLike[str],
     outputs: Outputs,
@@ -40,7 +40,7 @@ def write_study(
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
     scene : Scene
         That was studied.
     folder : path
@@ -61,7 +61,7 @@ def write_study(
 
 
 def fill_folder(
-    study: Study | PointStudy,
+    study: Study,
     scene: Scene,
     folder: Path,
     outputs: Outputs,
@@ -79,7 +79,7 @@ def fill_folder(
     first, more : list of str
         Names of the files: the result and the pictures in every ending; further files.
     """
-    if isinstance(study, PointStudy):
+    if not study.kind.is_raster:
         pictures, more = _fill_points(study, scene, folder, outputs, options, painter)
     else:
         pictures, more = _fill_raster(study, scene, folder, outputs, options, painter, say)
@@ -114,7 +114,7 @@ def _fill_raster(
 
 
 def _fill_points(
-    study: PointStudy,
+    study: Study,
     scene: Scene,
     folder: Path,
     outputs: Outputs,
@@ -172,7 +172,7 @@ def _write_more(
 
 
 def _write_more_of_points(
-    study: PointStudy,
+    study: Study,
     scene: Scene,
     folder: Path,
     outputs: Outputs,
@@ -207,7 +207,7 @@ def _write_more_of_points(
     return names
 
 
-def _name_casters(study: Study | PointStudy, options: dict[str, Any]) -> list[str]:
+def _name_casters(study: Study, options: dict[str, Any]) -> list[str]:
     """Say how casters were chosen, as typed."""
     names = ("cast", "no_cast")
     casters = [f"{name}={pattern!r}" for name in names for pattern in options.get(name, ())]

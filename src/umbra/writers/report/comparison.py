@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from umbra.study import PointStudy, Study
+from umbra.study import Study
 from umbra.writers.report.markup import Table
 from umbra.writers.report.tables import join_dates
 
@@ -14,13 +14,13 @@ _MOST_ROWS = 40
 _SLACK = 1e-3  # of hours in float32 [h]
 
 
-def find_comparisons(study: Study | PointStudy) -> list[Table]:
+def find_comparisons(study: Study) -> list[Table]:
     """Lay out what proposed=, by= and who= have found; nothing where nothing was asked."""
     tables = (join_dates(study, make) for make in (_compare, _list_neighbours, _list_casters))
     return [table for table in tables if table is not None]
 
 
-def _compare(study: Study | PointStudy) -> Table | None:
+def _compare(study: Study) -> Table | None:
     counted = study.kind.find_counted(study)
     if "hours_lost" not in study.more or counted is None:
         return None
@@ -61,7 +61,7 @@ def _compare(study: Study | PointStudy) -> Table | None:
     )
 
 
-def _list_neighbours(study: Study | PointStudy) -> Table | None:
+def _list_neighbours(study: Study) -> Table | None:
     if "neighbour" not in study.more or not study.kind.belongs_to_parts:
         return None
     arrays = {n: np.asarray(array) for n, (_, array) in study.more.items() if "neighbour" in n}
@@ -94,7 +94,7 @@ def _list_neighbours(study: Study | PointStudy) -> Table | None:
     )
 
 
-def _list_casters(study: Study | PointStudy) -> Table | None:
+def _list_casters(study: Study) -> Table | None:
     counted = study.kind.find_counted(study)
     if "caster" not in study.more or counted is None:
         return None

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from umbra.study import PointStudy, Study
-from umbra.study.canopy import Canopy
+from umbra.casters.canopy import Canopy
+from umbra.study import Study
 
 __all__ = ["find_facts"]
 
@@ -23,7 +23,7 @@ _ACCURACY = (
 
 
 def find_facts(
-    study: Study | PointStudy, casters: Sequence[str] = (), notes: Sequence[str] = ()
+    study: Study, casters: Sequence[str] = (), notes: Sequence[str] = ()
 ) -> list[tuple[str, str]]:
     """
     List what the study assumed and how exact it is: headings, and what is to be said under each.
@@ -122,14 +122,14 @@ def _tell_canopies(canopy: Canopy) -> str:
     )
 
 
-def _tell_days(study: Study | PointStudy) -> str:
+def _tell_days(study: Study) -> str:
     days = study.period.days
     if len(days) <= 12:
         return ", ".join(map(str, days))
     return f"{len(days)} days from {days[0]} to {days[-1]}"
 
 
-def _tell_daylight_saving(study: Study | PointStudy) -> str:
+def _tell_daylight_saving(study: Study) -> str:
     zone = zoneinfo.ZoneInfo(study.site.zone)
 
     stamps = np.concatenate([steps.stamps for steps in study.period.steps])

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import PointStudy
-from umbra.study.surfaces import Samples
+from umbra.receivers.samples import Samples
+from umbra.study import Study
 from umbra.study.timeline import Instants
 from umbra.writers.facade_layout import lay_out_facades
 from umbra.writers.report.packed import (
@@ -25,7 +25,7 @@ _GROUND, _CONTEXT = -2, -1  # as a triangle's surface
 _MARGIN = 0.15  # of the model's size, by which the ground reaches farther
 
 
-def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
+def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
     """Gather what the script reads of surfaces or points."""
     scene = study.model.scene
     middle = np.round(scene.bounds().mean(0)) - scene.origin
@@ -60,7 +60,7 @@ def make_model_data(study: PointStudy, instants: Instants) -> dict[str, object]:
     }
 
 
-def tell_model(study: PointStudy, instants: Instants, data: dict[str, object]) -> str:
+def tell_model(study: Study, instants: Instants, data: dict[str, object]) -> str:
     """Say which receivers and instants the page shows."""
     what, count = ("points", "samples")[study.samples is not None], len(study.shadow_hours)
     shown = int(str(data["count"]))
@@ -94,7 +94,7 @@ def _pack_grids(
     }, kept
 
 
-def _list_surfaces(study: PointStudy) -> dict[str, object]:
+def _list_surfaces(study: Study) -> dict[str, object]:
     """Name parts and say how surfaces lie."""
     arrays = {name: array for name, (_, array) in study.more.items() if name != "in_shadow"}
     azimuth = np.round(arrays["surface_azimuth"], 1)
@@ -109,7 +109,7 @@ def _list_surfaces(study: PointStudy) -> dict[str, object]:
     }
 
 
-def _pack_triangles(study: PointStudy, middle: NDArray[np.float64]) -> dict[str, object]:
+def _pack_triangles(study: Study, middle: NDArray[np.float64]) -> dict[str, object]:
     """Pack the model: what is sampled, what stands around it, and a ground."""
     scene, soup = study.model.scene, study.model.soup
     around = np.ones(len(soup.faces), np.bool_)

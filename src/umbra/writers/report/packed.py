@@ -8,7 +8,7 @@ import zoneinfo
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import PointStudy, Study
+from umbra.study import Study
 from umbra.study.period import Period
 from umbra.study.timeline import Instants
 from umbra.writers.color import shade_ramp
@@ -42,7 +42,7 @@ def pack_hours(hours: NDArray[np.floating]) -> str:
 
 
 def make_common_data(
-    study: Study | PointStudy, instants: Instants, kept: NDArray[np.integer] | None = None
+    study: Study, instants: Instants, kept: NDArray[np.integer] | None = None
 ) -> dict[str, object]:
     """Gather what the script reads of any study, of the receivers ``kept`` if not of all."""
     return {
@@ -117,7 +117,7 @@ def _seconds(microseconds: NDArray[np.int64]) -> list[float]:
             for t in microseconds.tolist()]  # fmt: skip
 
 
-def tell_left_out(study: Study | PointStudy, instants: Instants, own_hours: bool) -> str:
+def tell_left_out(study: Study, instants: Instants, own_hours: bool) -> str:
     """Say which dates the page does not move through, and how to see them; else nothing."""
     days, every = study.period.days, instants.strides[0]
     if every == 1:
@@ -134,7 +134,7 @@ def tell_left_out(study: Study | PointStudy, instants: Instants, own_hours: bool
     )
 
 
-def tell_steps(study: Study | PointStudy, instants: Instants, own_hours: bool) -> str:
+def tell_steps(study: Study, instants: Instants, own_hours: bool) -> str:
     """Say which instants are shown, as the end of a sentence about the receivers."""
     _, steps = instants.strides
     words = ""

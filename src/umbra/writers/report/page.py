@@ -11,7 +11,7 @@ from pathlib import Path
 
 import orjson
 
-from umbra.study import PointStudy, Study, split_dates, tell_dates
+from umbra.study import Study, split_dates, tell_dates
 from umbra.study.timeline import (
     Instants,
     Timeline,
@@ -124,7 +124,7 @@ def write_report(
 
 def write_point_report(
     path: str | os.PathLike[str],
-    study: PointStudy,
+    study: Study,
     plan: Plan,
     sheets: Sequence[tuple[str, Path]] = (),
     *,
@@ -139,7 +139,7 @@ def write_point_report(
     Parameters
     ----------
     path : path
-    study : PointStudy
+    study : Study
     plan : Plan
         Title, place, date and note; its raster is not asked for.
     sheets, tables, casters, notes, show
@@ -172,7 +172,7 @@ def write_point_report(
 
 def _write(
     path: str | os.PathLike[str],
-    study: Study | PointStudy,
+    study: Study,
     plan: Plan,
     data: dict[str, object],
     parts: dict[str, str],
@@ -250,7 +250,7 @@ def _read_scripts(own: Sequence[str]) -> str:
     return "\n".join(_read(f"{name}.js") for name in (*COMMON, *own, *STAGE))
 
 
-def _sum_up(study: Study | PointStudy) -> list[tuple[str, str]]:
+def _sum_up(study: Study) -> list[tuple[str, str]]:
     """Give the figures at the top: of several dates the least and the most of one."""
     dates = split_dates(study)
     sums = f", {tell_dates(study)}" if len(dates) == 1 < len(study.period.days) else ""

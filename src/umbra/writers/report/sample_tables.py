@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import PointStudy, split_dates
+from umbra.study import Study, split_dates
 from umbra.study.ledger import MASKS
 from umbra.writers.report.markup import Table
 from umbra.writers.report.tables import NEVER, join_dates
@@ -17,7 +17,7 @@ MOST_ROWS = 2000
 """Of a table in the page, all dates together; the largest areas come first into it."""
 
 
-def list_receivers(study: PointStudy) -> list[Table]:
+def list_receivers(study: Study) -> list[Table]:
     """List the results of parts and surfaces, or of points."""
     most = MOST_ROWS // len(split_dates(study))
     makers = [_list_points] if study.samples is None else [_list_parts, _list_surfaces]
@@ -25,12 +25,12 @@ def list_receivers(study: PointStudy) -> list[Table]:
     return [table for table in tables if table is not None]
 
 
-def _find_arrays(study: PointStudy) -> dict[str, NDArray]:
+def _find_arrays(study: Study) -> dict[str, NDArray]:
     # In-shadow masks are packed, and large: nothing here asks for them.
     return {n: np.asarray(array) for n, (_, array) in study.more.items() if n not in MASKS}
 
 
-def _list_parts(study: PointStudy, most: int) -> Table:
+def _list_parts(study: Study, most: int) -> Table:
     arrays = _find_arrays(study)
     area = arrays["part_area"]
     which = _choose(area, most)
@@ -50,7 +50,7 @@ def _list_parts(study: PointStudy, most: int) -> Table:
     return Table("Part by part", columns, rows, _tell(len(area), len(which)), "part", which)
 
 
-def _list_surfaces(study: PointStudy, most: int) -> Table:
+def _list_surfaces(study: Study, most: int) -> Table:
     arrays = _find_arrays(study)
     area = arrays["surface_area"]
     which = _choose(area, most)
@@ -80,7 +80,7 @@ def _list_surfaces(study: PointStudy, most: int) -> Table:
 _HOURS = ("mean sun [h]", "least [h]", "most [h]")
 
 
-def _list_points(study: PointStudy, most: int) -> Table:
+def _list_points(study: Study, most: int) -> Table:
     arrays = _find_arrays(study)
     zone = zoneinfo.ZoneInfo(study.site.zone)
     names = arrays.get("name", np.array([f"point {k + 1}" for k in range(len(study.sun_hours))]))
@@ -133,7 +133,7 @@ def _round_hours(arrays: dict[str, NDArray], what: str, k: int) -> list[float]:
 
 
 def _find_share_without(
-    study: PointStudy, owner: NDArray[np.integer], area: NDArray[np.float64]
+    study: Study, owner: NDArray[np.integer], area: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Give how much of each never has sun [%]."""
     each = np.asarray(study.more["area"][1])

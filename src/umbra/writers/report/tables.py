@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from umbra.study import PointStudy, Study, split_dates, tell_dates
+from umbra.study import Study, split_dates, tell_dates
 from umbra.study.rules import Place, Rules, Verdict
 from umbra.sun import find_daylight
 from umbra.writers.report.markup import Pin, Table
@@ -18,14 +18,14 @@ NEVER = 1e-4
 
 
 def join_dates(
-    study: Study | PointStudy, make: Callable[[Study | PointStudy], Table | None]
+    study: Study, make: Callable[[Study], Table | None]
 ) -> Table | None:
     """
     Make a table of each of a study's dates, and put them under one another.
 
     Parameters
     ----------
-    study : Study or PointStudy
+    study : Study
     make : callable
         Makes the table of a study of one date, or of the sums of several.
 
@@ -54,7 +54,7 @@ def join_dates(
     )
 
 
-def find_figures(study: Study | PointStudy) -> list[tuple[str, float, str]]:
+def find_figures(study: Study) -> list[tuple[str, float, str]]:
     """Give a study's figures: what each is, its value, and its unit."""
     figures = [("sun above the horizon", study.up_hours, "h")]
     counted = study.kind.find_counted(study)
@@ -79,7 +79,7 @@ def find_figures(study: Study | PointStudy) -> list[tuple[str, float, str]]:
     ]
 
 
-def list_dates(study: Study | PointStudy) -> Table | None:
+def list_dates(study: Study) -> Table | None:
     """Give the figures of each of several dates, with sunrise and sunset; None of a single one."""
     dates = split_dates(study)
     if len(dates) == 1:
@@ -99,7 +99,7 @@ def list_dates(study: Study | PointStudy) -> Table | None:
     )
 
 
-def find_sun_areas(study: Study | PointStudy) -> Table | None:
+def find_sun_areas(study: Study) -> Table | None:
     """
     Tell how much of the open ground, or of all surfaces, gets at least so many hours of sun.
 
@@ -108,7 +108,7 @@ def find_sun_areas(study: Study | PointStudy) -> Table | None:
     return join_dates(study, _find_sun_areas)
 
 
-def _find_sun_areas(study: Study | PointStudy) -> Table | None:
+def _find_sun_areas(study: Study) -> Table | None:
     """Tell it of one date, or of sums."""
     whole = int(study.up_hours + 1e-6)
     counted = study.kind.find_counted(study)

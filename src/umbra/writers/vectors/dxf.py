@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.level import TERRAIN
 from umbra.study import Study
-from umbra.study.terrain import TERRAIN
 from umbra.writers.color import make_stamp_tints, shade_ramp
 from umbra.writers.vectors.layers import HourLine
 from umbra.writers.vectors.outlines import LATTICE, Outline, Polygon, gather

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import PointStudy, Study, split_dates, tell_dates
+from umbra.study import Study, split_dates, tell_dates
 from umbra.writers.tables import find_columns
 from umbra.writers.vectors.outlines import Outline
 
@@ -185,7 +185,7 @@ def make_seen_layer(lines: list[NDArray[np.float64]], receivers: str) -> Layer:
     )
 
 
-def make_point_layer(study: PointStudy) -> Layer:
+def make_point_layer(study: Study) -> Layer:
     """Make a layer of points, each with its results; instants are UTC as text."""
     import shapely  # noqa: PLC0415  (an extra)
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from umbra.cpu.plane import PlaneSweep
 from umbra.errors import InputError
+from umbra.receivers.layout import TILE
 from umbra.study import Study
-from umbra.study.layout import TILE
 from umbra.study.moments import Moment, find_moments
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouette_edges

@@ -1,4 +1,4 @@
-"""What a plan's shadows fall on: the ground, or whatever is topmost."""
+"""What is seen of a model from the zenith: the topmost surface of each cell."""
 
 from dataclasses import dataclass, field, replace
 
@@ -10,7 +10,7 @@ from umbra.rays.depth import NOTHING, DepthBuffer, rasterise_depth
 from umbra.scene import Triangles
 from umbra.scene.grid import ASIDE, Grid
 
-__all__ = ["Places", "Surface", "find_surface"]
+__all__ = ["Surface", "find_surface"]
 
 _INWARD = (2.0**-10, 0.618 * 2.0**-10)
 """
@@ -18,51 +18,6 @@ How far from its centre a cell on the rim is looked at [cells]: so far that a ra
 tells the neighbouring faces, which meet in the centre, from its own.
 """
 _AT_ONCE = 2**18  # faces whose bounds are held in memory
-
-
-@dataclass(frozen=True, eq=False)
-class Places:
-    """
-    Receivers as points.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        In the scene's local frame [m].
-    normals : (n, 3) float64
-        Of the side of the surface that is seen.
-    """
-
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64]
-
-    def find_reached(
-        self, low: NDArray[np.float64], high: NDArray[np.float64], suns: NDArray[np.float64]
-    ) -> NDArray[np.intp]:
-        """
-        Find the points that the shadow of a box can reach; rather too many than too few.
-
-        Parameters
-        ----------
-        low, high : (3,) float64
-            Corners of the box.
-        suns : (n, 3) float64
-            Above the horizon.
-
-        Returns
-        -------
-        which : (k,) int
-        """
-        margin = 1e-6 * (1.0 + np.abs([low, high]).max())
-        x, y, z = self.points.T
-        climb = high[2] - z
-        found = climb >= -margin
-        for at, k in ((x, 0), (y, 1)):
-            slope = suns[:, k] / suns[:, 2]
-            rise = np.maximum(climb, 0.0)
-            nearest, farthest = at + min(slope.min(), 0.0) * rise, at + max(slope.max(), 0.0) * rise
-            found &= (farthest >= low[k] - margin) & (nearest <= high[k] + margin)
-        return np.flatnonzero(found)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,5 @@
 """
-Studies of what a camera sees: elevations from any azimuth, and any other view.
+Pixels of a view as receivers.
 
 An elevation is seen from infinitely far, level. No point there is in shadow while the
 sun is up: a shadow that runs to infinity runs downward. So z-pass counts are right, and
@@ -8,149 +8,32 @@ hand counting starts at the eye's own count.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.casters.casting import Casting
 from umbra.cpu.frame import FrameCounter
-from umbra.errors import InputError
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.rays.visible import VisibleSurface
-from umbra.scene import Camera, Scene, directional_light
+from umbra.receivers.kind import Raster, Tile, Variables
+from umbra.scene import Camera, directional_light
 from umbra.scene.grid import Grid
-from umbra.study.model import Casting
-from umbra.study.receivers import Places
+from umbra.scene.places import Places
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Elevation", "ViewModel", "ViewTile", "find_direction"]
+if TYPE_CHECKING:
+    from umbra.study.result import Study
+    from umbra.study.setup import Setup
 
-COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
+__all__ = ["SeenRaster", "ViewModel", "ViewTile"]
+
 _FAR = 1e9  # where nothing is seen a point stands this high, out of every shadow [m]
-
-
-def find_direction(receivers: str) -> tuple[float, float]:
-    """
-    Read from where a view is seen.
-
-    Parameters
-    ----------
-    receivers : str
-        North, east, south, west, or degrees clockwise from true north; after a slash
-        how far the view looks down: ``215/35``.
-
-    Returns
-    -------
-    azimuth, tilt : float
-        [degrees]
-
-    Raises
-    ------
-    InputError
-        If it is none of these, or the view does not look level or down.
-    """
-    name, slash, down = receivers.partition("/")
-    try:
-        azimuth = COMPASS[name] if name in COMPASS else float(name)
-        tilt = float(down) if slash else 0.0
-    except ValueError:
-        azimuth = tilt = np.nan
-    if np.isfinite(azimuth) and not 0 <= azimuth <= 360:
-        msg = (
-            f"an elevation's azimuth lies between 0 and 360 degrees; got receivers '{receivers}'"
-            + (f" (the same as {azimuth % 360:g}?)" if abs(azimuth) < 1e4 else "")
-        )
-        raise InputError(msg, receivers=receivers)
-    if not (np.isfinite(azimuth) and 0 <= tilt < 90):
-        msg = (
-            f"unknown receivers '{receivers}'; choose ground or top, an elevation from north, "
-            "east, south, west or an azimuth in degrees, a view from above such as 215/35, "
-            "camera, surfaces or points"
-        )
-        raise InputError(msg, receivers=receivers)
-    return azimuth % 360, tilt
-
-
-@dataclass(frozen=True)
-class Elevation:
-    """
-    The frame of an orthographic view, level or from above.
-
-    Parameters
-    ----------
-    right, up, forward : (float, float, float)
-        Unit vectors in the model's axes: to the right, upward in the view, and away.
-    """
-
-    right: tuple[float, float, float]
-    up: tuple[float, float, float]
-    forward: tuple[float, float, float]
-
-    @classmethod
-    def of(cls, azimuth: float, true_north: float, tilt: float = 0.0) -> "Elevation":
-        """
-        Look at what faces an azimuth.
-
-        Parameters
-        ----------
-        azimuth : float
-            From where it is seen, clockwise from true north [degrees].
-        true_north : float
-            Azimuth of true north in the plan [degrees].
-        tilt : float
-            How far it looks down [degrees].
-        """
-        quarters, rest = divmod(azimuth + true_north, 90.0)
-        sine, cosine = np.sin(np.radians(rest)), np.cos(np.radians(rest))
-        for _ in range(int(quarters) % 4):  # exact for north, east, south and west
-            sine, cosine = cosine, -sine
-        level, down = (np.cos(np.radians(tilt)), np.sin(np.radians(tilt))) if tilt else (1.0, 0.0)
-        return cls(
-            (-cosine, sine, 0.0),
-            (-sine * down, -cosine * down, level),
-            (-sine * level, -cosine * level, -down),
-        )
-
-    @property
-    def is_level(self) -> bool:
-        """Whether up is z."""
-        return self.forward[2] == 0
-
-    def find_extent(self, scene: Scene, parts: list[int] | None = None) -> NDArray[np.float64]:
-        """Give the bounds of parts along the view and upward in it, (2, 2) [m]."""
-        soup = scene.triangles(parts)
-        used = soup.find_corners() + scene.origin
-        across = used @ np.array([self.right, self.up]).T
-        return np.stack([across.min(0), across.max(0)])
-
-    def make_camera(self, grid: Grid, bounds: NDArray[np.float64]) -> Camera:
-        """
-        Look at a raster of square cells, its axes along the view and upward in it.
-
-        Parameters
-        ----------
-        grid : Grid
-            Of distances along the view and upward, in the model's own coordinates [m].
-        bounds : (2, 3) float64
-            Of the model.
-        """
-        right, up, forward = (np.array(v) for v in (self.right, self.up, self.forward))
-        corners = np.array(
-            [[x, y, z] for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]]
-        )
-        depth = corners @ forward
-        room = 1.0 + np.ptp(depth)
-        along = grid.x0 + grid.dx * (grid.cols - 1) / 2
-        upward = grid.y0 + grid.dy * (grid.rows - 1) / 2
-        eye = along * right + upward * up + (depth.min() - room) * forward
-        return Camera(
-            eye, eye + forward, size=(grid.cols, grid.rows), height=grid.dy * grid.rows,
-            near=room / 2,
-        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,6 +135,11 @@ class ViewTile:
         """1 where anything is seen, so that outlines are drawn, (rows, cols) float64."""
         return self.is_seen.astype(np.float64)
 
+    @property
+    def drawn_heights(self) -> NDArray[np.float64]:
+        """0 where anything is seen, NaN elsewhere, (rows, cols)."""
+        return np.where(self.is_seen, 0.0, np.nan)
+
     @cached_property
     def places(self) -> Places:
         """The pixels' centres on the surface; far above everything where there is none."""
@@ -317,3 +205,34 @@ class ViewTile:
         """Give each pixel's part; -1 for the ground and where there is none."""
         part = self.frame.part[::-1]
         return np.where(part < 0, -1, part)
+
+
+@dataclass(eq=False)
+class SeenRaster(Raster):
+    """
+    The pixels of a view, seen at once.
+
+    Parameters
+    ----------
+    tile : ViewTile
+    """
+
+    casting: ViewModel
+    tile: ViewTile = field(kw_only=True)
+
+    def make_tiles(self, setup: "Setup") -> Sequence[tuple[Any, Callable[[], Tile]]]:
+        """Return the one tile that all pixels are."""
+        return [(..., lambda: self.tile)]
+
+    def finish(self) -> NDArray[np.bool_] | None:
+        """Return where nothing is seen."""
+        return ~self.tile.is_seen
+
+    def sum_up(self, study: "Study") -> Variables:
+        """Return where on which surface each pixel's centre lies."""
+        frame = self.tile.frame
+        return {
+            "position": ((*self.dims, "xyz"), frame.position[::-1].copy()),
+            "normal": ((*self.dims, "xyz"), frame.normal[::-1].copy()),
+            "part": (self.dims, frame.part[::-1].copy()),
+        }

@@ -20,9 +20,11 @@ from umbra.scene import Scene
 from umbra.volume.adjacency import make_caster
 from umbra.volume.weld import weld_vertices
 
-__all__ = ["Samples", "sample_surfaces"]
+__all__ = ["LEVEL", "Samples", "sample_surfaces"]
 
 _COS = 1.0 - 1e-6  # triangles within 0.08 degrees of each other lie in one plane
+LEVEL = 1e-6
+"""Of a unit normal: a surface whose normal leans less is level."""
 _RIM = 1e-9  # of a triangle's height: nearer to its edge a point is on it
 _MOST = 50_000_000
 
@@ -254,7 +256,7 @@ def _make_axes(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Give each surface's horizontal and upward axis, (n, 2, 3)."""
     along = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], 1)
     length = np.linalg.norm(along, axis=1)
-    level = length < 1e-6
+    level = length < LEVEL
     along[level] = (1.0, 0.0, 0.0)
     along /= np.where(level, 1.0, length)[:, None]
     return np.stack([along, np.cross(normals, along)], 1)

@@ -1,4 +1,4 @@
-"""The height of a level ground that no file and no option names: where the buildings stand."""
+"""What ground a model brings, and the height of a level one: where its buildings stand."""
 
 from dataclasses import dataclass
 
@@ -6,12 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.receivers.kind import ReceiverKind
 from umbra.scene import Scene
 from umbra.scene.mesh import find_standing
-from umbra.study.terrain import has_terrain
 
-__all__ = ["Level", "assume_level", "describe_level", "find_level"]
+__all__ = ["GAP", "TERRAIN", "Level", "assume_level", "find_level", "has_terrain"]
 
+TERRAIN = {
+    "Raster", "TINRelief", "LandUse", "Road", "Railway", "TransportSquare", "WaterBody",
+    "PlantCover", "IfcSite", "IfcGeographicElement",
+}  # fmt: skip
+"""Kinds of parts that lie on the ground, or are it."""
+RELIEF = {"Raster", "TINRelief"}
+"""Of these, what is a terrain however little it covers."""
+COVERED = 0.2
+"""Share of the model's plan, a rectangle, that ground of other kinds covers at least."""
 GROUND_SURFACE = "GroundSurface"
 STRAY = 0.02
 """Share of a thing's area, and of all things' plans, that may lie far too low by mistake."""
@@ -40,17 +49,29 @@ class Level:
     high: float
     things: int
 
+    def describe(self, level: float) -> dict[str, object]:
+        """Tell in attributes where things stand that do not stand on one level."""
+        if self.high - self.low <= GAP:
+            return {}
+        told = (
+            f"the ground is assumed level at z = {level:.6g} m; the model's {self.things} things "
+            f"that stand on no other do so from {self.low:.6g} to {self.high:.6g} m (ground= "
+            "sets it, receivers='top' shows the roofs, a terrain beside the model the land)"
+        )
+        return {"assumption": told}
 
-def find_level(scene: Scene, receivers: str, ground: float | None) -> tuple[float, Level | None]:
+
+def find_level(
+    scene: Scene, kind: ReceiverKind, ground: float | None
+) -> tuple[float, Level | None]:
     """
     Find the height of the ground.
 
     Parameters
     ----------
     scene : Scene
-    receivers : str
-        Where the plane itself receives it lies where the middle thing stands; elsewhere as low as
-        the lowest, so that it hides nothing.
+    kind : ReceiverKind
+        Of the receivers.
     ground : float or None
         As it was asked for.
 
@@ -69,55 +90,11 @@ def find_level(scene: Scene, receivers: str, ground: float | None) -> tuple[floa
     known = scene.ground if ground is None else float(ground)
     if known is None:
         assumed = assume_level(scene)
-        return assumed.middle if receivers == "ground" else assumed.low, assumed
+        return kind.choose_level(assumed), assumed
     if not np.isfinite(known):
         msg = f"the ground's height must be a finite number; got {known:g}"
         raise InputError(msg, ground=ground)
     return known, None
-
-
-def describe_level(
-    scene: Scene, receivers: str, level: float, assumed: Level | None, bare: float
-) -> dict[str, object]:
-    """
-    Say in attributes of a plan what was assumed of the ground.
-
-    Parameters
-    ----------
-    scene : Scene
-    receivers : {'ground', 'top'}
-    level : float
-    assumed : Level or None
-    bare : float
-        Share of the cells in which nothing of the model stands.
-
-    Returns
-    -------
-    facts : dict
-        ``assumption``, a line, and ``assumed_ground_share``, where there is any.
-    """
-    if receivers == "ground" and has_terrain(scene):
-        told = (
-            f"the model brings ground of its own, of which a plane at z = {level:.6g} m shows "
-            "nothing; receivers='top' shows the shadows on it"
-        )
-        return {"assumption": told}
-    if assumed is None:
-        return {}
-    if receivers == "top" and bare > 0:
-        told = (
-            f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground is "
-            f"assumed level at z = {level:.6g} m, where the lowest of its things stands (ground=)"
-        )
-        return {"assumption": told, "assumed_ground_share": float(bare)}
-    if assumed.high - assumed.low <= GAP:
-        return {}
-    told = (
-        f"the ground is assumed level at z = {level:.6g} m; the model's {assumed.things} things "
-        f"that stand on no other do so from {assumed.low:.6g} to {assumed.high:.6g} m (ground= "
-        "sets it, receivers='top' shows the roofs, a terrain beside the model the land)"
-    )
-    return {"assumption": told}
 
 
 def assume_level(scene: Scene) -> Level:
@@ -201,3 +178,23 @@ def _find_plans(
     np.minimum.at(low, thing, corners[..., :2].min(1))
     np.maximum.at(high, thing, corners[..., :2].max(1))
     return low, high
+
+
+def has_terrain(scene: Scene) -> bool:
+    """
+    Tell whether a model brings ground of its own, and not only a street or a pond.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    kinds = np.array([part.kind in TERRAIN for part in scene.parts])
+    if not kinds.any():
+        return False
+    if any(part.kind in RELIEF for part in scene.parts):
+        return True
+    soup = scene.triangles(np.flatnonzero(kinds).tolist())
+    a, b, c = (soup.vertices[soup.faces[:, k], :2] for k in range(3))
+    (x1, y1), (x2, y2) = (b - a).T, (c - a).T
+    covered = float(np.abs(x1 * y2 - x2 * y1).sum()) / 2
+    return covered >= COVERED * float(np.prod(np.ptp(scene.bounds(), axis=0)[:2]))

@@ -1,0 +1,132 @@
+"""What casts in a study, made ready for any receivers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.canopy import Canopy
+from umbra.rays.face_tree import FaceTree, make_face_tree
+from umbra.rays.hidden import find_hidden
+from umbra.scene import Scene, Triangles
+from umbra.scene.places import Places
+from umbra.volume.adjacency import Caster, make_caster
+
+__all__ = ["Casting", "prepare_casting"]
+
+
+@dataclass(frozen=True, eq=False)
+class Casting:
+    """
+    What casts in a study, whatever receives.
+
+    Parameters
+    ----------
+    scene : Scene
+    soup : Triangles
+        All that is seen.
+    caster : Caster
+        What casts, canopies as if they were solid.
+    threads : int
+    canopy : Canopy, optional
+        What of it lets light through.
+    """
+
+    scene: Scene
+    soup: Triangles
+    caster: Caster
+    threads: int
+    canopy: Canopy | None = field(default=None, kw_only=True)
+
+    @cached_property
+    def tree(self) -> FaceTree:
+        """Bounding volume hierarchy over all that casts."""
+        return make_face_tree(self.caster, self._farthest)
+
+    @property
+    def _farthest(self) -> float:
+        return float(np.abs(self.scene.bounds()).max())
+
+    @cached_property
+    def solid(self) -> Self:
+        """The same without the canopies."""
+        parts = () if self.canopy is None else self.canopy.solid
+        return self if self.canopy is None else self.with_casters(parts)
+
+    def with_casters(self, parts: Sequence[int]) -> Self:
+        """Let other parts cast, all of them solid."""
+        return replace(self, caster=_make_caster(self.scene, parts), canopy=None)
+
+    @cached_property
+    def _trees(self) -> dict[int, tuple[Caster, FaceTree]]:
+        return {}
+
+    def find_cast(
+        self, places: Places, caster: Caster, suns: NDArray[np.float64]
+    ) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
+        """
+        Find the shadows of one caster alone on some points, without attached shadow.
+
+        Parameters
+        ----------
+        places : Places
+        caster : Caster
+            One of ``make_casters``.
+        suns : (n, 3) float64
+
+        Returns
+        -------
+        which : (k,) int
+            Points that they can reach.
+        masks : (n, k) uint8
+            Of those.
+        """
+        corners = caster.vertices[caster.faces.ravel()]
+        which = places.find_reached(corners.min(0), corners.max(0), suns)
+        masks = find_hidden(
+            self.find_tree(caster), places.points[which], places.normals[which], suns,
+            self.threads, attached=False,
+        )  # fmt: skip
+        return which, masks
+
+    def find_tree(self, caster: Caster) -> FaceTree:
+        """Return the tree of one of ``make_casters``, made once."""
+        key = id(caster)  # which stays its own, since the caster is kept beside the tree
+        if key not in self._trees:
+            self._trees[key] = caster, make_face_tree(caster, self._farthest)
+        return self._trees[key][1]
+
+    def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
+        """Make casters of some parts each, as if they stood alone."""
+        return [_make_caster(self.scene, parts) for parts in pieces]
+
+
+def prepare_casting(
+    scene: Scene, casters: Sequence[int], threads: int, canopy: Canopy | None = None
+) -> Casting:
+    """
+    Find the adjacency of what casts, for any receivers.
+
+    Parameters
+    ----------
+    scene : Scene
+    casters : sequence of int
+        Indices of the parts that cast.
+    threads : int
+    canopy : Canopy, optional
+    """
+    soup = scene.triangles()
+    caster = _make_caster(scene, casters, soup if len(casters) == len(scene.parts) else None)
+    if canopy is not None:
+        seen = np.ones(len(scene.parts), np.bool_)
+        seen[list(canopy.parts)] = False
+        soup = scene.triangles(np.flatnonzero(seen).tolist())
+    return Casting(scene, soup, caster, threads, canopy=canopy)
+
+
+def _make_caster(scene: Scene, parts: Sequence[int], soup: Triangles | None = None) -> Caster:
+    soup = scene.triangles(parts) if soup is None else soup
+    return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])

@@ -1,0 +1,455 @@
+"""Plans: rasters that are seen from the zenith, and how shadows are counted on them."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import Casting, prepare_casting
+from umbra.cpu.height_field import HeightFieldSweep
+from umbra.cpu.plane import PlaneSweep
+from umbra.cpu.sweep import Sweep
+from umbra.rays.face_tree import FaceTree
+from umbra.rays.hidden import find_hidden
+from umbra.receivers.kind import Raster, ReceiverKind, Tile, Variables
+from umbra.receivers.layout import TILE, lay_out
+from umbra.receivers.level import Level, find_level
+from umbra.receivers.zenith import Surface, find_surface
+from umbra.scene.grid import ASIDE, Grid
+from umbra.scene.places import Places
+from umbra.volume.adjacency import Caster
+
+if TYPE_CHECKING:
+    from umbra.study.setup import Setup
+
+__all__ = ["PlanKind", "PlanModel", "PlanTile", "PlaneTile", "TopmostTile"]
+
+STREAMED_TILE = 1024
+"""Side of the tiles of a study whose instants pass in order: each cell holds more then."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanModel(Casting):
+    """
+    Casters and receivers of a plan.
+
+    Parameters
+    ----------
+    scene, soup, caster, threads, canopy
+        As in ``Casting``.
+    ground : float
+        z of the ground, local frame [m].
+    tile : type
+        What receives: the plane, or whatever is topmost.
+    has_end : bool
+        Whether nothing receives beside what is seen, as there is no ground plane.
+    """
+
+    ground: float
+    tile: "type[PlanTile]"
+    has_end: bool = field(default=False, kw_only=True)
+
+    def make_tile(self, grid: Grid) -> "PlanTile":
+        """Look at a raster of the local frame from above."""
+        surface = self.look_down(grid)
+        return self.tile(self, grid, surface, self.tile.find_covered(self, grid, surface))
+
+    def look_down(self, grid: Grid) -> Surface:
+        """Find what is topmost of all that is seen."""
+        return find_surface(self.soup, grid, self.floor, self.threads, has_end=self.has_end)
+
+    @property
+    def floor(self) -> float:
+        """From where upward things are seen: also what lies in the plane, if there is no plane."""
+        return self.ground - self.has_end
+
+
+@dataclass(frozen=True, eq=False)
+class PlanTile:
+    """
+    Receivers on a plan.
+
+    Parameters
+    ----------
+    model : PlanModel
+    grid : Grid
+        Local frame.
+    surface : Surface
+        Of the grid.
+    covered : (n,) int
+        Flat indices of the cells over which canopies hang, and of those on the surface's rim:
+        rays count them.
+    """
+
+    model: PlanModel
+    grid: Grid
+    surface: Surface
+    covered: NDArray[np.intp]
+    on_plane: ClassVar[bool]
+
+    @staticmethod
+    def find_covered(_model: PlanModel, _grid: Grid, surface: Surface) -> NDArray[np.intp]:
+        """Find the cells that a sweep cannot count."""
+        return surface.rim
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+        return self.grid.rows, self.grid.cols
+
+    @property
+    def tree(self) -> FaceTree:
+        """Bounding volume hierarchy over all that casts."""
+        return self.model.tree
+
+    @property
+    def nothing(self) -> NDArray[np.bool_]:
+        """Where nothing receives, (rows, cols) bool."""
+        return (self.surface.face < 0) & self.model.has_end
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """The directions of columns and rows, (2, 3) float64."""
+        return np.eye(3)[:2]
+
+    @property
+    def relief(self) -> NDArray[np.float64]:
+        """What stands above the ground, (rows, cols) float64 [m]."""
+        return np.maximum(self.surface.heights - self.model.ground, 0.0)
+
+    @property
+    def drawn_heights(self) -> NDArray[np.float64]:
+        """Heights above the ground for pictures, NaN where nothing receives, (rows, cols) [m]."""
+        return np.where(self.nothing, np.nan, self.relief)
+
+    @abstractmethod
+    def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
+        """Make ready to count one caster's shadows, on all cells or on a window of them."""
+
+    @abstractmethod
+    def find_z(self) -> NDArray[np.float64]:
+        """Return the height of each receiver, (rows, cols) float64 [m], local frame."""
+
+    def make_counter(self) -> "Sweep | CoveredSweep":
+        """Make ready to count all that casts, and attached shadow."""
+        return self.with_rays(self.make_sweep(self.model.caster))
+
+    def with_rays(self, sweep: Any) -> Any:
+        """Let rays count where a sweep, on any device, cannot."""
+        if not len(self.covered):
+            return sweep
+        places = self.places.pick(self.covered)
+        return CoveredSweep(sweep, self.covered, self.model.tree, places, self.model.threads)
+
+    def find_cast(
+        self, caster: Caster, suns: NDArray[np.float64]
+    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
+        """
+        Find the shadows of one caster alone, without attached shadow.
+
+        Parameters
+        ----------
+        caster : Caster
+        suns : (n, 3) float64
+
+        Returns
+        -------
+        window : tuple of slice
+            Rows and columns that hold all of them.
+        masks : (n, rows, cols) uint8
+            Of the window.
+        """
+        model = self.model
+        window, grid = _crop(self.grid, caster, suns, self.find_floor())
+        if grid.rows < 1 or grid.cols < 1:
+            return window, np.zeros((len(suns), max(grid.rows, 0), max(grid.cols, 0)), np.uint8)
+        sweep = self.make_sweep(caster, window)
+        inside = np.zeros(self.shape, np.bool_)
+        inside.ravel()[self.covered] = True
+        if not inside[window].any():
+            return window, sweep.masks(suns)
+        places = self.places.pick(np.flatnonzero(inside & _fill(self.shape, window)))
+        cells, tree = np.flatnonzero(inside[window]), model.find_tree(caster)
+        return window, CoveredSweep(
+            sweep, cells, tree, places, model.threads, attached=False
+        ).masks(suns)
+
+    @abstractmethod
+    def find_floor(self) -> float:
+        """Return the lowest receiver's height [m], local frame."""
+
+    @cached_property
+    def places(self) -> Places:
+        """The cells' centres on the receiver, as far beside them as it was looked at."""
+        x, y = np.meshgrid(self.grid.x, self.grid.y)
+        aside = self._find_aside()
+        x += (aside[:, 0] * self.grid.dx).reshape(x.shape)
+        y += (aside[:, 1] * self.grid.dy).reshape(x.shape)
+        normals = np.zeros((x.size, 3))
+        normals[:, 2] = 1.0
+        self._tilt(normals)
+        return Places(np.stack([x, y, self.find_z()], -1).reshape(-1, 3), normals)
+
+    def _find_aside(self) -> NDArray[np.float64]:
+        return np.tile(ASIDE, (self.grid.rows * self.grid.cols, 1))
+
+    def _tilt(self, normals: NDArray[np.float64]) -> None:
+        """Set the normals of what is not level."""
+
+    def with_casters(self, parts: Sequence[int] | None = None) -> "PlanTile":
+        """Return the same receivers with other parts casting; all but canopies by default."""
+        model = self.model.solid if parts is None else self.model.with_casters(parts)
+        return replace(self, model=model)
+
+    def find_canopies(self) -> NDArray[np.bool_]:
+        """Tell which cells canopies hang over, (rows, cols), whatever receives there."""
+        model = self.model
+        if model.canopy is None:
+            return np.zeros(self.shape, np.bool_)
+        crowns = model.scene.triangles(model.canopy.parts)
+        return find_surface(crowns, self.grid, model.ground, model.threads).face >= 0
+
+    def find_parts(self) -> NDArray[np.intp]:
+        """Return the part that is topmost in each cell, (rows, cols); -1 on the ground."""
+        face = self.surface.face
+        return np.where(face < 0, -1, self.model.soup.part[np.maximum(face, 0)])
+
+
+class PlaneTile(PlanTile):
+    """Cells of the ground plane."""
+
+    on_plane = True
+
+    def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
+        """Count by the crossings of a plane."""
+        grid = self.grid if window is None else self.grid.part(*window)
+        return PlaneSweep(caster, grid, self.model.ground, self.model.threads)
+
+    def find_z(self) -> NDArray[np.float64]:
+        """Return the ground's height everywhere."""
+        return np.full(self.shape, self.model.ground)
+
+    def find_floor(self) -> float:
+        """Return the ground's height."""
+        return self.model.ground
+
+
+class TopmostTile(PlanTile):
+    """Cells of whatever is topmost."""
+
+    on_plane = False
+
+    @staticmethod
+    def find_covered(model: PlanModel, grid: Grid, surface: Surface) -> NDArray[np.intp]:
+        """Find the cells on the rim, and those over which canopies hang."""
+        if model.canopy is None:
+            return surface.rim
+        crowns = model.scene.triangles(model.canopy.casting)
+        above = find_surface(crowns, grid, model.floor, model.threads)
+        return np.union1d(surface.rim, np.flatnonzero(above.heights > surface.heights))
+
+    def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
+        """Count over a height field by spans; attached shadow where all cells are counted."""
+        model, surface = self.model, self.surface
+        if window is None:
+            return HeightFieldSweep(
+                caster, self.grid, surface.heights, model.threads, surface.slopes
+            )
+        return HeightFieldSweep(
+            caster, self.grid.part(*window), surface.heights[window], model.threads
+        )
+
+    def find_z(self) -> NDArray[np.float64]:
+        """Return what is topmost."""
+        return self.surface.heights
+
+    def find_floor(self) -> float:
+        """Return the lowest of all heights."""
+        return float(self.surface.heights.min())
+
+    def _find_aside(self) -> NDArray[np.float64]:
+        aside = super()._find_aside()
+        aside[self.surface.rim] = self.surface.inward
+        return aside
+
+    def _tilt(self, normals: NDArray[np.float64]) -> None:
+        slopes = self.surface.slopes
+        normals[slopes.cells] = slopes.planes[:3, slopes.face].T
+
+
+class CoveredSweep:
+    """
+    Count shadows on a plan some of whose cells have casters right above them.
+
+    A plan's sweep takes its receivers to be topmost, and to lie a hair to the east and north
+    of the cells' centres. Where canopies, which are looked through, are above them, or there
+    is nothing on that side, the way to each sun is tried instead, with the same rules.
+
+    Parameters
+    ----------
+    sweep : Counter
+        Right in all other cells, on any device.
+    cells : (n,) int
+        Flat indices of the cells that rays count.
+    tree : FaceTree
+        Of what casts.
+    places : Places
+        Of these cells.
+    threads : int
+    attached : bool
+        Whether a cell that is turned from the sun is in shadow.
+    """
+
+    def __init__(
+        self, sweep: Any, cells: NDArray[np.intp], tree: FaceTree, places: Places, threads: int,
+        *, attached: bool = True,
+    ) -> None:  # fmt: skip
+        self.sweep, self.cells, self.tree, self.places = sweep, cells, tree, places
+        self.threads, self.attached = threads, attached
+
+    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Tell for each sun which cells are in shadow, (n, rows, cols) uint8."""
+        masks = self.sweep.masks(suns)
+        masks.reshape(len(suns), -1)[:, self.cells] = self._find(suns)
+        return masks
+
+    def add_steps(
+        self,
+        suns: NDArray[np.float64],
+        steps: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Count for each cell how many suns leave it in shadow."""
+        beneath = steps.ravel()[self.cells]
+        for first in range(0, len(suns), 64):
+            beneath += self._find(suns[first : first + 64]).sum(0, dtype=np.int32)
+        self.sweep.add_steps(suns, steps, progress)
+        steps.reshape(-1)[self.cells] = beneath
+
+    def _find(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
+        where = self.places
+        return find_hidden(
+            self.tree, where.points, where.normals, suns, self.threads,
+            attached=self.attached,
+        )  # fmt: skip
+
+
+@dataclass(eq=False)
+class PlanRaster(Raster):
+    """
+    The cells of a plan.
+
+    Parameters
+    ----------
+    assumed : Level, optional
+        From what the ground's height was taken, where nobody says it.
+    """
+
+    casting: PlanModel
+    kind: "PlanKind"
+    assumed: Level | None = field(kw_only=True)
+
+    def make_tiles(self, setup: "Setup") -> Sequence[tuple[Any, Callable[[], Tile]]]:
+        """Cut the plan into tiles, whose surface is found when they are made."""
+        self.nothing, self.bare = np.zeros((2, *self.shape), np.bool_)
+        side = setup.limit_tiles(min(TILE, STREAMED_TILE) if setup.wanted.is_streamed else TILE)
+        return [
+            ((rows, cols), partial(self._make_tile, (rows, cols), part))
+            for rows, cols, part in self.grid.tiles(side)
+        ]
+
+    def _make_tile(self, where: tuple[slice, slice], part: Grid) -> PlanTile:
+        tile = self.casting.make_tile(part)
+        self.heights[where] = tile.surface.heights + self.casting.scene.origin[2]
+        self.nothing[where] = tile.nothing
+        self.bare[where] = tile.surface.face < 0
+        return tile
+
+    def finish(self) -> NDArray[np.bool_] | None:
+        """Tell what was assumed of the ground."""
+        share = (self.bare & ~self.nothing).mean()
+        scene = self.casting.scene
+        self.facts |= self.kind.describe_level(scene, self.ground, self.assumed, share)
+        if not self.nothing.any():
+            return None
+        self.heights[self.nothing] = np.nan
+        return self.nothing
+
+    def variables(self) -> Variables:
+        """Return the height of each receiver."""
+        return {"receiver_z": (self.dims, self.kind.find_receiver_z(self.heights, self.ground))}
+
+
+class PlanKind(ReceiverKind):
+    """What ground and topmost surfaces have in common."""
+
+    is_plan = True
+    formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4")
+    tile: ClassVar[type[PlanTile]]
+
+    def check_judged(self, receivers: str) -> None:
+        """Let rules judge it."""
+
+    def has_end(self, setup: "Setup", *, is_assumed: bool) -> bool:
+        """Tell whether nothing receives beside what is seen."""
+        return False
+
+    def find_receiver_z(self, heights: NDArray[np.float64], ground: float) -> NDArray[np.float64]:
+        """Return the height of each receiver, from those of what is topmost [m]."""
+        raise NotImplementedError
+
+    def lay_out(self, setup: "Setup") -> PlanRaster:
+        """Choose the cells of the plan."""
+        scene, origin = setup.scene, setup.scene.origin
+        level, assumed = find_level(scene, self, setup.options.ground)
+        has_end = self.has_end(setup, is_assumed=assumed is not None)
+        cast = prepare_casting(scene, setup.casters, setup.threads, setup.canopy)
+        model = PlanModel(
+            scene, cast.soup, cast.caster, setup.threads, level - origin[2], self.tile,
+            canopy=setup.canopy, has_end=has_end,
+        )  # fmt: skip
+        corners = model.soup.find_corners() + origin
+        if setup.canopy is not None:
+            crowns = scene.triangles(setup.canopy.casting)
+            corners = np.concatenate([corners, crowns.find_corners() + origin])
+        # Where nothing receives beside a terrain no shadow has to be followed.
+        reaching = np.zeros((0, 3)) if has_end else setup.period.find_reaching_suns()
+        grid, x, y = lay_out(corners, reaching, level, **setup.find_room())
+        return PlanRaster(
+            self, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy,
+            {"ground_z": level}, x=x, y=y, ground=level, assumed=assumed,
+            grid=replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1]),
+            heights=np.zeros((grid.rows, grid.cols)),
+        )  # fmt: skip
+
+
+def _fill(shape: tuple[int, ...], window: tuple[slice, ...]) -> NDArray[np.bool_]:
+    """Return where a window lies among all cells."""
+    where = np.zeros(shape, np.bool_)
+    where[window] = True
+    return where
+
+
+def _crop(
+    grid: Grid, caster: Caster, suns: NDArray[np.float64], floor: float
+) -> tuple[tuple[slice, slice], Grid]:
+    """Find the part of a raster that a caster's shadows can reach, down to the lowest receiver."""
+    corners = caster.vertices[caster.faces.ravel()]
+    low, high = grid.to_cells(np.stack([corners.min(0), corners.max(0)]))
+    drop = max(high[2] - floor, 0.0)
+    reach = -suns[:, :2] / suns[:, 2:] * (drop / grid.dx, drop / grid.dy)
+    reach = np.concatenate([np.zeros((1, 2)), reach])
+    first = np.floor(low[:2] + reach.min(0)) - 1
+    last = np.ceil(high[:2] + reach.max(0)) + 2
+    col, row = (int(v) for v in np.clip(first, 0, (grid.cols, grid.rows)))
+    cols, rows = (int(v) for v in np.clip(last, 0, (grid.cols, grid.rows)))
+    if drop == 0.0:
+        cols, rows = col, row
+    part = Grid(
+        grid.x0 + col * grid.dx, grid.y0 + row * grid.dy, grid.dx, grid.dy, cols - col, rows - row
+    )
+    return (slice(row, max(rows, row)), slice(col, max(cols, col))), part

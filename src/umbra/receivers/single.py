@@ -1,0 +1,177 @@
+"""Single points as receivers: how they are counted, tile by tile."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import Casting
+from umbra.cpu.patch_count import PatchCounter
+from umbra.cpu.patches import make_patches
+from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
+from umbra.rays.face_tree import FaceTree
+from umbra.rays.hidden import find_hidden
+from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.receivers.samples import Samples
+from umbra.scene.places import Places
+from umbra.volume.adjacency import Caster
+
+if TYPE_CHECKING:
+    from umbra.study.setup import Setup
+
+__all__ = ["DIMS", "PointTile", "SingleReceivers"]
+
+DIMS = ("sample",)
+CHUNK = 65_536
+"""Points that are counted at a time."""
+_CHUNK_OF_SURFACES = 2_097_152  # samples: each time every sun's silhouettes are found anew
+_MANY_SUNS = 16  # that are worth laying surfaces out in patches; fewer are sooner asked by rays
+_BYTES = 300  # held for each point: place, normal, hours, and copies on the way to the file
+
+
+@dataclass(frozen=True, eq=False)
+class PointTile:
+    """
+    Some points as receivers.
+
+    Parameters
+    ----------
+    casting : Casting
+    places : Places
+        In the scene's local frame.
+    part : (n,) int
+        Of each point; -1 for none.
+    samples : Samples, optional
+        How the points lie on surfaces, where they do.
+    """
+
+    casting: Casting
+    places: Places
+    part: NDArray[np.signedinteger]
+    samples: Samples | None = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of points."""
+        return (len(self.places),)
+
+    @property
+    def tree(self) -> FaceTree:
+        """Bounding volume hierarchy over all that casts."""
+        return self.casting.tree
+
+    def make_counter(self) -> "PointTile | PatchCounter":
+        """Make ready to count: surfaces by the rims of shadows, other points by rays."""
+        if self.samples is None:
+            return self
+        casting = self.casting
+        patches = make_patches(self.samples, casting.tree)
+        return PatchCounter(patches, casting.caster, casting.tree, casting.threads)
+
+    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Tell for each sun which points are in shadow, cast or attached."""
+        where = self.places
+        return find_hidden(
+            self.casting.tree, where.points, where.normals, suns, self.casting.threads
+        )
+
+    def add_steps(
+        self,
+        suns: NDArray[np.float64],
+        steps: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Count for each point how many suns leave it in shadow."""
+        for first in range(0, len(suns), 64):
+            some = suns[first : first + 64]
+            steps += self.masks(some).sum(0, dtype=np.int32)
+            progress(len(some))
+
+    def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
+        """Find the shadows of one caster alone: where they can be, and the masks there."""
+        return self.casting.find_cast(self.places, caster, suns)
+
+    def with_casters(self, parts: Sequence[int] | None = None) -> "PointTile":
+        """Return the same receivers with other parts casting; all but canopies by default."""
+        casting = self.casting.solid if parts is None else self.casting.with_casters(parts)
+        return replace(self, casting=casting)
+
+    def find_parts(self) -> NDArray[np.signedinteger]:
+        """Return each point's part; -1 for none."""
+        return self.part
+
+
+@dataclass(eq=False, kw_only=True)
+class SingleReceivers(Receivers):
+    """
+    Receivers that are single points.
+
+    Parameters
+    ----------
+    local : Places
+        In the scene's local frame.
+    part : (n,) int
+        Of each; -1 for none.
+    samples : Samples, optional
+        How they lie on surfaces, where they do.
+    names : sequence of str
+        Of the points, where they have some.
+    """
+
+    local: Places
+    part: NDArray[np.signedinteger]
+    samples: Samples | None = None
+    names: Sequence[str] = ()
+
+    @cached_property
+    def places(self) -> Places:
+        """The receivers in the model's own coordinates."""
+        return Places(self.local.points + self.casting.scene.origin, self.local.normals)
+
+    def make_tiles(self, setup: "Setup") -> Sequence[tuple[Any, Callable[[], Tile]]]:
+        """
+        Cut them into runs; surfaces are laid out in patches where there are suns enough.
+
+        Raises
+        ------
+        InputError
+            If what is kept of each does not fit in memory.
+        """
+        count = len(self.local)
+        kept = count * (_BYTES + setup.bytes_kept + setup.bytes_of_masks)
+        if kept > find_memory():
+            msg = (
+                f"{count:,} samples need {kept / 1e9:.1f} GB and {name_memory(find_memory())}; "
+                "give a larger spacing=, or choose parts with on="
+            )
+            raise InputError(msg, samples=count)
+        samples = self.samples if setup.period.sun.is_up.sum() >= _MANY_SUNS else None
+        # Who casts is asked by rays, and holds a mask of each caster.
+        chunk = CHUNK if samples is None or setup.asked.groups else _CHUNK_OF_SURFACES
+        return self._cut(chunk, samples)
+
+    def look_again(self) -> Iterator[tuple[slice, PointTile]]:
+        """Return the receivers run by run, to be counted by rays, and where each run lies."""
+        return ((some, make()) for some, make in self._cut(CHUNK, None))
+
+    def _cut(
+        self, chunk: int, samples: Samples | None
+    ) -> list[tuple[slice, Callable[[], PointTile]]]:
+        pieces = [slice(at, at + chunk) for at in range(0, len(self.local), chunk)]
+        return [(some, partial(self._make_tile, samples, some)) for some in pieces]
+
+    def _make_tile(self, samples: Samples | None, some: slice) -> PointTile:
+        piece = None if samples is None else samples.piece(some)
+        return PointTile(self.casting, self.local.pick(some), self.part[some], piece)
+
+    def variables(self) -> Variables:
+        """Return where each lies, and its normal."""
+        return {
+            "receiver_z": (DIMS, self.places.points[:, 2].copy()),
+            "position": ((*DIMS, "xyz"), self.places.points),
+            "normal": ((*DIMS, "xyz"), self.places.normals),
+        }
