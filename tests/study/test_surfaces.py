@@ -14,7 +14,8 @@ import umbra
 from umbra.receivers import single as points_module
 from umbra.receivers.samples import sample_surfaces
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import read_points, run_study
+from umbra.receivers import read_points
+from umbra.study import run_study
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-06-05", "start": "06:15", "end": "19:15", "every": "70min", "masks": True}
