@@ -408,7 +408,7 @@ def test_slips_in_tables_are_told(tmp_path, text, says):
         ({"spacing": 0.0}, "larger than 0"),
         ({"spacing": 1e-4}, "or more"),
         ({"on": ["tower"]}, "matches no part"),
-        ({"receivers": "points"}, "--points"),
+        ({"receivers": "points"}, "points="),
     ],
 )
 def test_slips_are_told(block, options, says):
