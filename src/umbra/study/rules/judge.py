@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 from umbra.study.period import Period, make_period
-from umbra.study.points import Study
+from umbra.study.result import Study
 from umbra.study.rules.judge_samples import judge_parts, judge_points
 from umbra.study.rules.measure import (
     Verdict,

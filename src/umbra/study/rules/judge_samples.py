@@ -9,7 +9,7 @@ from umbra.errors import InputError
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.study.period import Period
-from umbra.study.points import Study
+from umbra.study.result import Study
 from umbra.study.rules.measure import (
     FindMasks,
     Verdict,
