@@ -16,8 +16,7 @@ from support.shapes import (
     torus_knot,
 )
 
-from umbra.volume.adjacency import make_caster
-from umbra.volume.weld import weld_vertices
+from umbra.volume.adjacency import make_caster, weld_vertices
 
 HOUSE = box((0, 0, 0), (4, 3, 5))
 

@@ -16,7 +16,7 @@ from umbra.volume.bounds import (
     is_in_range,
     is_outside,
 )
-from umbra.volume.frustum import find_near_rectangle, find_view_planes
+from umbra.volume.regions import find_near_rectangle, find_view_planes
 from umbra.volume.scissor import (
     find_box_scissors,
     find_depth_bounds,

@@ -12,11 +12,11 @@ from support.bench import borrow
 from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, terrain, torus_knot
 
 import umbra
+from umbra.cpu.plane import clip_above
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.volume import silhouette
 from umbra.volume.adjacency import make_caster
-from umbra.volume.clip import clip_above
 from umbra.volume.dual_tree import make_dual_tree
 from umbra.volume.hextree import make_hextree
 from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes, prepare_tree

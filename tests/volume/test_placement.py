@@ -10,10 +10,9 @@ from support.shapes import BOX_FACES, box, jumble, merge, rewound, sheet, soup
 
 from umbra.scene import Camera
 from umbra.volume.adjacency import make_caster
-from umbra.volume.frustum import find_near_rectangle
 from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements
 from umbra.volume.polygons import make_dark_cap, make_light_cap
-from umbra.volume.pyramid import make_regions, occlusion_pyramid
+from umbra.volume.regions import find_near_rectangle, make_regions, occlusion_pyramid
 
 # At the origin, looking north along +y: the near rectangle is 4 wide and 2 high at y = 1.
 AHEAD = Camera((0, 0, 0), (0, 1, 0), size=(200, 100), fov=90, near=1)

@@ -311,7 +311,7 @@ def _reach(frame: Any, shares: Sequence[NDArray], lights: list[Light]) -> list[N
 
 def _warn_of_view(scene: Scene, camera: Camera, frame: Any, threads: int, warn: Warn) -> None:
     """Tell where a picture shows nothing of the model, or looks into it past the near plane."""
-    from umbra.rays.depth import count_cut  # noqa: PLC0415
+    from umbra.rays.visible import count_cut  # noqa: PLC0415
 
     if (frame.part == NOTHING).all():
         middle = ", ".join(f"{v:g}" for v in scene.bounds().mean(0))

@@ -57,10 +57,7 @@ def _examine() -> dict[str, Any]:
     """Find out what the command prints."""
     import platform  # noqa: PLC0415
 
-    from umbra.gl.backends import (
-        BACKENDS,
-        probe,
-    )
+    from umbra.gl.backends import BACKENDS, probe  # noqa: PLC0415
     from umbra.gl.context import DRIVER, INSTALL  # noqa: PLC0415
     from umbra.machine import count_cores  # noqa: PLC0415
 

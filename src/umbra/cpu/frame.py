@@ -40,13 +40,8 @@ class _Surface:
     """
     The visible surface as volumes meet it.
 
-    Parameters
-    ----------
-    view : DepthBuffer
-    keys : (rows, cols + LANES) float64
-        Depth keys; nearer than everything where nothing is to be counted.
-    tiles : array
-        Of ``find_nearest_tiles``.
+    ``keys`` (rows, cols + LANES) are depth keys, nearer than everything where nothing is to be
+    counted; ``tiles`` those of ``find_nearest_tiles``.
     """
 
     view: DepthBuffer
@@ -176,24 +171,8 @@ class FrameCounter:
         """
         Find what share of lights with a size each visible point sees.
 
-        Parameters
-        ----------
-        view : DepthBuffer
-            Of this camera, from ``see``.
-        camera : Camera
-        lights : sequence of AreaLight
-        method : str
-            Of ``umbra.methods.SOFT``.
-
-        Returns
-        -------
-        visibility : list of (rows, cols) float32
-            For each light; 1 is fully lit, 0 umbra, 1 where nothing is seen.
-
-        Raises
-        ------
-        InputError
-            If there is no such method.
+        Returns (rows, cols) float32 for each light: 1 is fully lit, 0 umbra, 1 where nothing is
+        seen. ``method`` is of ``umbra.methods.SOFT``; `InputError` if it is none of these.
         """
         find = find_method(method)
         if self._seen is None or self._seen[0] is not view:
@@ -201,14 +180,7 @@ class FrameCounter:
         return [find(self, view, self._seen[1], camera, light) for light in lights]
 
     def with_caster(self, caster: Caster) -> "FrameCounter":
-        """
-        Return a counter of the same scene with another caster.
-
-        Parameters
-        ----------
-        caster : Caster
-            In the scene's local frame; its shadows are for ``count_undrawn``.
-        """
+        """Return a counter of the same scene and another caster, for ``count_undrawn``."""
         other = copy(self)
         other.caster, other.blocks, other.ends = caster, FaceBlocks.of(caster), caster.ends()
         return other
@@ -221,18 +193,6 @@ class FrameCounter:
 
         Their light caps are in no depth buffer, so they are tested like sides. What a view
         shows is counted alike, but for points on the casters, which are within their caps.
-
-        Parameters
-        ----------
-        view : DepthBuffer
-            Of this camera, from ``see``.
-        camera : Camera
-        light : Light
-
-        Returns
-        -------
-        counts : (rows, cols) int
-            0 where nothing is seen.
         """
         use_threads(self.threads)
         place = light.local(self.scene.origin)
@@ -258,7 +218,7 @@ class FrameCounter:
         return counts * (view.face != NOTHING)
 
     def _find_casting(self, light: NDArray[np.float64]) -> Caster:
-        """Return the caster for a light, (4,) in the scene's frame, without the faces it lies on."""
+        """Return the caster without the faces that a light, (4,) in its frame, lies on."""
         held = find_holders(self.caster, self.blocks, light, self.scene.origin)
         return self.caster.without(held)
 
@@ -282,7 +242,7 @@ class FrameCounter:
         return counts[:, :cols]
 
     def _find_floor(self, camera: Camera) -> float:
-        """Give the height below which neither receivers nor the eye lie; -inf if that is none."""
+        """Return the height below which neither receivers nor the eye lie; -inf if that is none."""
         apex = camera.apex(self.scene.origin)
         is_above = apex[2] >= self.floor if apex[3] else apex[2] >= 0
         return float(self.floor) if is_above else -np.inf

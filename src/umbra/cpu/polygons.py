@@ -21,23 +21,9 @@ def count_polygons(
     """
     Sum the multiplicities of polygons in front of a surface, or not in front of it.
 
-    Parameters
-    ----------
-    polygons : VolumePolygons
-    matrix : (4, 4) float64
-        ``Camera.matrix``.
-    keys : (rows, cols) float64, or float
-        Depth keys of the surface.
-    size : (int, int)
-        Columns and rows.
-    nearer : bool
-        Count where the polygon's key is greater than the surface's; else where it
-        is not (and the polygon is in front of the eye).
-
-    Returns
-    -------
-    sums : (rows, cols) int32
-        Polygons that face the eye count + their multiplicity, others -.
+    ``keys`` are the surface's depth keys, (rows, cols) or one for all; ``nearer`` counts where
+    a polygon's key is greater, else where it is not (and the polygon is in front of the eye).
+    Polygons that face the eye count + their multiplicity, others -.
     """
     cols, rows = size
     sums = np.zeros((rows, cols), np.int32)

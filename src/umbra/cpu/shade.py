@@ -1,17 +1,21 @@
-"""Colours of a frame: diffuse surfaces, shadows hard or soft, a quiet sky."""
+"""Colours of a frame: textures, smooth normals, diffuse surfaces, shadows hard or soft, a sky."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.surfaces import find_surfaces
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.visible import VisibleSurface
-from umbra.scene import Light, Material, Scene
+from umbra.scene import Light, Material, Part, Scene
+from umbra.scene.material import sample
+from umbra.scene.mesh import transform_points
 from umbra.scene.palette import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 
-__all__ = ["shade"]
+__all__ = ["find_surfaces", "shade"]
+
+
+_LINEAR = 0.0031308  # below, sRGB is a straight line
 
 
 def shade(
@@ -76,5 +80,95 @@ def shade(
 def _to_srgb(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Encode linear RGB as sRGB (IEC 61966-2-1)."""
     value = np.clip(linear, 0.0, 1.0)
-    encoded = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    encoded = np.where(value <= _LINEAR, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
     return np.round(255 * encoded).astype(np.uint8)
+
+
+def find_surfaces(
+    scene: Scene, frame: VisibleSurface, view: DepthBuffer | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Find reflectance (linear RGB) and unit normal of what is seen, (n, 3) each, row by row.
+
+    Without a view parts are of one colour and faces are flat. `InputError` if a texture cannot
+    be decoded (which).
+    """
+    seen = frame.part != NOTHING
+    part = frame.part[seen]
+    palette = np.array([part.color for part in scene.parts] + [GROUND_COLOR])
+    albedo = palette[np.where(part == GROUND, len(scene.parts), part)]
+    normal = frame.normal[seen]
+    if view is None:
+        return albedo, normal
+    faces, position = view.face[seen], frame.position[seen] - scene.origin
+    first = 0  # of a part's faces, in the order of `Scene.triangles`
+    for index, one in enumerate(scene.parts):
+        mesh = one.mesh
+        if one.material.image is not None or mesh.normals is not None or mesh.colors is not None:
+            at = np.flatnonzero(part == index)
+            if len(at):
+                corners = mesh.faces[faces[at] - first]
+                shares = _find_shares(one, corners, position[at])
+                albedo[at] *= _find_tint(one, corners, shares)
+                if mesh.normals is not None:
+                    normal[at] = _find_normals(one, corners, shares, normal[at])
+        first += one.triangles
+    return albedo, normal
+
+
+def _find_shares(
+    part: Part, corners: NDArray[np.int32], position: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return barycentric coordinates (n, 3) of places on triangles; they sum to 1."""
+    vertices = part.mesh.vertices
+    if part.transform is not None:
+        vertices = transform_points(part.transform, vertices)
+    a, b, c = (vertices[corners[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    area = np.maximum(np.einsum("ij,ij->i", across, across), np.finfo(np.float64).tiny)
+    second = np.einsum("ij,ij->i", np.cross(position - a, c - a), across) / area
+    third = np.einsum("ij,ij->i", np.cross(b - a, position - a), across) / area
+    # What a sliver's rounding throws outside comes back to its rim.
+    shares = np.clip(np.stack([1 - second - third, second, third], axis=1), 0.0, 1.0)
+    return shares / np.maximum(shares.sum(1, keepdims=True), np.finfo(np.float64).tiny)
+
+
+def _mix(
+    values: NDArray[np.float32], corners: NDArray[np.int32], shares: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return np.einsum("ij,ijk->ik", shares, values[corners].astype(np.float64))
+
+
+def _find_tint(
+    part: Part, corners: NDArray[np.int32], shares: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return what multiplies the material's colour, (n, 3): vertex colours, texture."""
+    mesh, image = part.mesh, part.material.image
+    tint = np.ones((len(corners), 3))
+    if mesh.colors is not None:
+        tint *= _mix(mesh.colors, corners, shares)
+    if image is not None:
+        # As on a graphics device: without coordinates all see the first corner's texel.
+        uv = np.zeros((len(corners), 2)) if mesh.uv is None else _mix(mesh.uv, corners, shares)
+        tint *= sample(image, uv)[:, :3]
+    return tint
+
+
+def _find_normals(
+    part: Part,
+    corners: NDArray[np.int32],
+    shares: NDArray[np.float64],
+    flat: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Mix normals and turn them to the side that is seen; the face's own where there is none."""
+    assert part.mesh.normals is not None
+    smooth = _mix(part.mesh.normals, corners, shares)
+    if part.transform is not None:
+        x, y, z = part.transform[:3, :3]
+        # The inverse transposed, but for its size and sign.
+        smooth = smooth @ np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)]).T
+    length = np.linalg.norm(smooth, axis=1, keepdims=True)
+    smooth = np.where(length > 0, smooth / np.where(length > 0, length, 1.0), flat)
+    away = np.einsum("ij,ij->i", smooth, flat) < 0
+    smooth[away] *= -1.0
+    return smooth

@@ -20,8 +20,8 @@ def overflows(load, deepest, counts):
     """
     Tell whether counts could exceed what their type holds, and clear ``load``.
 
-    ``deepest`` is the sum of all multiplicities. Only if that is too much is it worth
-    summing up ``load``: what begins (+) and ends (-) at each row or column.
+    Only if ``deepest``, the sum of all multiplicities, is too much is it worth summing up
+    ``load``: what begins (+) and ends (-) at each row or column.
     """
     limit = 32_767 if counts.itemsize == 2 else 2_147_483_647
     if deepest > limit:

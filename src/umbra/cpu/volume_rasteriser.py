@@ -24,17 +24,9 @@ _COLUMNS = 21  # (p, q) of 4 left and 4 right bounds, the key's 3 factors, first
 
 def find_nearest_tiles(keys: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Find the farthest surface in each tile of 32 x 32 pixels.
+    Find the lowest key, so the farthest surface, in each tile of 32 x 32 pixels.
 
-    Parameters
-    ----------
-    keys : (rows, cols + LANES) float64
-        Depth keys; infinite where nothing is to be counted.
-
-    Returns
-    -------
-    tiles : (ceil(rows / 32), ceil(cols / 32)) float64
-        The lowest key: a side nowhere above it adds nothing there.
+    A side nowhere above it adds nothing there; keys are infinite where nothing is counted.
     """
     rows, cols = keys.shape[0], keys.shape[1] - LANES
     strips = np.minimum.reduceat(keys[:, :cols], np.arange(0, rows, TILE), axis=0)
@@ -54,30 +46,11 @@ def add_sides(
     threads: int,
 ) -> bool:
     """
-    Add the sides in front of the visible surface.
+    Add the sides in front of the visible surface to ``counts``; False if they might not fit.
 
-    Parameters
-    ----------
-    counts : (rows, cols + LANES) int16 or int32
-        Added to.
-    keys : (rows, cols + LANES) float64
-    tiles : array
-        Of ``find_nearest_tiles``.
-    ends : (n_edges, 6) float64
-    codes : (n,) int32
-        The silhouette, as in ``Silhouettes``.
-    weight : (n_edges,) int8
-    matrix : (4, 4) float64
-        ``Camera.matrix``.
-    light : (4,) float64
-    floor : float
-        No receiver lies below, nor does the eye; -inf leaves sides infinite.
-    threads : int
-
-    Returns
-    -------
-    fits : bool
-        Whether no count can have exceeded its type; if not, nothing was added.
+    Nothing is added then. ``counts`` and ``keys`` are (rows, cols + LANES); ``ends`` (n_edges, 6),
+    ``codes`` a silhouette as in ``Silhouettes``; no receiver lies below ``floor``, nor does the
+    eye: -inf leaves sides infinite.
     """
     rows, cols = keys.shape[0], keys.shape[1] - LANES
     quads = np.zeros((len(codes), _COLUMNS))

@@ -14,9 +14,8 @@ from umbra.gl.projection import Projection
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene import Camera
 from umbra.volume.bounds import can_end_at_floor, find_visible_parts
-from umbra.volume.frustum import find_near_rectangle
 from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements
-from umbra.volume.pyramid import make_regions
+from umbra.volume.regions import find_near_rectangle, make_regions
 
 __all__ = [
     "LIGHT_CAP",

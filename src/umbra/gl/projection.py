@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from umbra.scene import Camera, Light
 from umbra.volume.bounds import find_box_points, is_outside
-from umbra.volume.frustum import find_view_planes
+from umbra.volume.regions import find_view_planes
 from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sphere_scissors
 
 __all__ = [

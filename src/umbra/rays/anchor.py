@@ -67,7 +67,7 @@ class Anchor:
     is_clean: bool
 
     def count(self, is_closed: NDArray[np.bool_]) -> int:
-        """Give the eye's shadow count under each component's rule."""
+        """Return the eye's shadow count under each component's rule."""
         return int(self.lit.sum() + self.unlit[~is_closed].sum())
 
     @property
@@ -112,7 +112,7 @@ def find_anchor(
 
 @njit(cache=True, nogil=True)
 def _side(a, b, start, way):
-    """Give on which side of the directed line the edge a to b passes (Pluecker)."""
+    """Tell on which side of the directed line the edge a to b passes (Pluecker)."""
     ax, ay, az = a[0] - start[0], a[1] - start[1], a[2] - start[2]
     bx, by, bz = b[0] - start[0], b[1] - start[1], b[2] - start[2]
     return (
@@ -220,7 +220,7 @@ def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, 
 
 @njit(cache=True, nogil=True)
 def _size_of_side(a, b, start, way):
-    """Give what rounding in ``_side`` is relative to."""
+    """Return what rounding in ``_side`` is relative to."""
     apart_a = 0.0
     apart_b = 0.0
     length = 0.0

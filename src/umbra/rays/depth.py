@@ -15,7 +15,6 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.machine import use_threads
-from umbra.scene import Camera, Scene
 
 __all__ = [
     "GROUND",
@@ -24,7 +23,6 @@ __all__ = [
     "DepthBuffer",
     "add_ground",
     "bound",
-    "count_cut",
     "rasterise_depth",
 ]
 
@@ -32,7 +30,7 @@ NOTHING = -1
 GROUND = -2
 STRIPE = 16
 """Rows that one thread takes at a time."""
-_CLOSEST = 1e-6  # of the near plane's distance: what is nearer to the eye is not looked for
+_EDGE_ON = 1e-300  # determinant of a plane that holds the eye
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,21 +93,11 @@ def add_ground(
     height: float,
     key_range: tuple[float, float] = (-np.inf, np.inf),
 ) -> None:
-    """
-    Let the plane z = height hide what lies behind it, in place.
-
-    Parameters
-    ----------
-    view : DepthBuffer
-    matrix : (4, 4) float64
-    height : float
-        In the frame that ``matrix`` maps [m].
-    key_range : (float, float)
-    """
+    """Let the plane z = height, in the frame of ``matrix``, hide what lies behind it, in place."""
     # The plane's key is affine in the picture: fix it at two of the plane's points
     # at infinity and one at hand.
     points = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, height, 1]], np.float64) @ matrix.T
-    if abs(np.linalg.det(points[:, :3])) < 1e-300:
+    if abs(np.linalg.det(points[:, :3])) < _EDGE_ON:
         return  # the eye lies in the plane
     slope = np.linalg.solve(points[:, :3], points[:, 3])
     rows, cols = view.key.shape
@@ -118,37 +106,6 @@ def add_ground(
     nearer = (key - 1e-9 * np.abs(key) > view.key) & (key <= key_range[1])
     view.key[nearer] = key[nearer]
     view.face[nearer] = GROUND
-
-
-def count_cut(scene: Scene, camera: Camera, threads: int = 1) -> int:
-    """
-    Count the pixels through which one looks past the near plane into the model.
-
-    Parameters
-    ----------
-    scene : Scene
-    camera : Camera
-    threads : int
-
-    Returns
-    -------
-    pixels : int
-        Where something lies between the eye and the near plane, which is not drawn.
-    """
-    soup = scene.triangles()
-    forward = camera.axes()[2]
-    ahead = soup.vertices @ forward - (camera.eye - scene.origin) @ forward
-    corners = ahead[soup.faces]
-    close = (corners.min(1) < camera.near) & (corners.max(1) > 0)
-    if not close.any():
-        return 0
-    if camera.is_perspective:
-        limits = (1 / camera.near, 1 / (_CLOSEST * camera.near))
-    else:
-        limits = (-camera.near, 0.0)
-    matrix = camera.matrix(scene.origin)
-    view = rasterise_depth(soup.vertices, soup.faces[close], matrix, camera.size, limits, threads)
-    return int((view.face != NOTHING).sum())
 
 
 @njit(cache=True, nogil=True)
@@ -202,9 +159,8 @@ def _place_edge(p, q, line, sign, edge, span):
     """
     Place a triangle's edge for its rows.
 
-    Writes its first corner (x, y), its slope dx/dy, its second corner (x, y) and
-    whether it bounds the left (1) or the right (-1) of the face into ``edge``; a level
-    edge (0) narrows ``span`` instead.
+    Writes its first corner, slope dx/dy, second corner and whether it bounds the left (1) or
+    the right (-1) of the face into ``edge``; a level edge (0) narrows ``span`` instead.
     """
     a, b, c = line
     sure = p[2] > 0.0 and q[2] > 0.0  # else a corner is not in the picture

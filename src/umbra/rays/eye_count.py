@@ -17,6 +17,7 @@ from umbra.volume.adjacency import Caster
 __all__ = ["EyeCount", "find_cut_open", "find_eye_count", "find_near_faces"]
 
 UP = np.array([0.0, 0.0, 1.0])
+_ALIKE = 1e-9  # places relative to their coordinates, directions as sines
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +25,8 @@ class EyeCount:
     """
     A view in which no ray starts in a volume's side.
 
-    Parameters
-    ----------
-    matrix : (4, 4) float64
-        As ``Camera.matrix``, from there.
-    start, end : Anchor
-        Where rays start and, in an orthographic view, where they end.
-    along : {1, 0, -1}
-        1 if rays start in the light, -1 if they run straight to it, else 0.
+    ``start`` and ``end`` tell of where rays start and, in an orthographic view, where they end;
+    ``along`` is 1 if rays start in the light, -1 if they run straight to it, else 0.
     """
 
     matrix: NDArray[np.float64]
@@ -48,25 +43,9 @@ def find_eye_count(
     light: NDArray[np.float64],
 ) -> EyeCount:
     """
-    Find how deep in shadow a camera stands.
+    Find how deep in shadow a camera stands, under a light (4,) in the caster's frame.
 
-    An eye in the side of a volume steps aside (or parallel rays tilt) until it is
-    in none.
-
-    Parameters
-    ----------
-    caster : Caster
-    blocks : FaceBlocks
-        Of the caster.
-    camera : Camera
-    origin : (3,) float64
-        Of the caster's frame [m].
-    light : (4,) float64
-        Homogeneous, in the caster's frame.
-
-    Returns
-    -------
-    eye : EyeCount
+    An eye in the side of a volume steps aside (or parallel rays tilt) until it is in none.
     """
     apex = camera.apex(origin)
     right, up, _ = camera.axes()
@@ -90,22 +69,7 @@ def find_eye_count(
 def find_near_faces(
     caster: Caster, blocks: FaceBlocks, camera: Camera, origin: NDArray[np.float64]
 ) -> NDArray[np.intp]:
-    """
-    Find the casting faces that reach in front of the near plane, where nothing is drawn.
-
-    Parameters
-    ----------
-    caster : Caster
-    blocks : FaceBlocks
-        Of the caster.
-    camera : Camera
-    origin : (3,) float64
-        Of the caster's frame [m].
-
-    Returns
-    -------
-    faces : (n,) int
-    """
+    """Find the casting faces that reach in front of the near plane, where nothing is drawn."""
     forward = camera.axes()[2]
     at = (camera.eye - origin) @ forward
     corner = np.where(forward > 0, [0, 1, 2], [3, 4, 5])  # of a box, the nearest
@@ -121,24 +85,10 @@ def find_cut_open(
     caster: Caster, blocks: FaceBlocks, near_faces: NDArray[np.intp], light: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
     """
-    Find components that the near plane opens to view and whose inside might mislead.
+    Find components, (n_components,) bool, that the near plane opens and whose inside might mislead.
 
     Past a wall that is not drawn the winding number is not the eye's. Lit faces
     alone still tell, unless the light is inside or the component is wound inward.
-
-    Parameters
-    ----------
-    caster : Caster
-    blocks : FaceBlocks
-        Of the caster.
-    near_faces : (n,) int
-        Of ``find_near_faces``.
-    light : (4,) float64
-        Homogeneous, in the caster's frame.
-
-    Returns
-    -------
-    opened : (n_components,) bool
     """
     opened = np.zeros(len(caster.is_closed), np.bool_)
     if not len(near_faces):
@@ -152,13 +102,13 @@ def find_cut_open(
 
 
 def _compare(apex: NDArray[np.float64], light: NDArray[np.float64]) -> int:
-    """Give 1 if rays start in the light, -1 if they run straight to it, else 0."""
+    """Return 1 if rays start in the light, -1 if they run straight to it, else 0."""
     if apex[3] and light[3]:
         apart = np.abs(apex - light).max()
-        return int(apart <= 1e-9 * (1.0 + np.abs(apex).max()))
+        return int(apart <= _ALIKE * (1.0 + np.abs(apex).max()))
     if apex[3] or light[3]:
         return 0
     a, b = (v[:3] / np.linalg.norm(v[:3]) for v in (apex, light))
-    if np.linalg.norm(np.cross(a, b)) > 1e-9:
+    if np.linalg.norm(np.cross(a, b)) > _ALIKE:
         return 0
     return 1 if a @ b > 0 else -1

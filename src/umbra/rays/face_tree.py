@@ -51,15 +51,10 @@ class FaceTree:
 
 def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     """
-    Build the tree of a caster's faces.
+    Build the tree of a caster's faces; those without area are left out, nothing hides behind them.
 
-    Parameters
-    ----------
-    caster : Caster
-        Faces without area are left out: nothing hides behind them.
-    farthest : float
-        Largest coordinate of the model's own frame [m], in which points are given: they are
-        as coarse as that.
+    ``farthest`` is the largest coordinate of the model's own frame [m], in which points are
+    given: they are as coarse as that.
     """
     planes = caster.planes[:3, :-1].T
     length = np.linalg.norm(planes, axis=1)

@@ -28,6 +28,7 @@ _LIFT = 16.0 * _ASIDE
 """Above a face on which its point lies it starts higher: there the surface's side decides."""
 _STEEP = 0.125  # cosine; faces that are steeper to a surface are not left by going above it
 _ROUNDING = 2.0**-48  # of a product of two lengths
+_TINY = 1e-200
 _NO, _YES, _UNSURE = 0, 1, 2
 _BLOCK = 64  # points that a thread takes at a time
 
@@ -107,23 +108,11 @@ def find_hidden_from(
 @njit(cache=True, nogil=True)
 def is_hidden(p, n, d, boxes, links, corners, ids, normals, last, light=None):
     """
-    Find a face between a point and the sun, or a lamp.
+    Find a face between a point and the light, in the tree's order; -1 where there is none.
 
-    Parameters
-    ----------
-    p, n, d : (3,) float64
-        Point, its surface's normal toward the viewer, direction toward the light.
-    boxes, links, corners, ids, normals : arrays
-        Of a ``FaceTree``.
-    last : int
-        A face to try first; negative for none.
-    light : (4,) float64, optional
-        A lamp with w = 1, beyond which nothing hides.
-
-    Returns
-    -------
-    face : int
-        In the tree's order; -1 where there is none.
+    ``p`` is the point, ``n`` its surface's normal toward the viewer, ``d`` the direction toward the
+    light, ``last`` a face to try first (negative for none); ``light``, if any, a lamp (4,) with
+    w = 1, beyond which nothing hides. The rest are arrays of a ``FaceTree``.
     """
     if last >= 0 and _hides(last, p, n, d, corners, ids, normals, light) == _YES:
         return last
@@ -189,9 +178,9 @@ def _search(p, n, d, boxes, links, corners, ids, normals, light, point=None, sca
 
 @njit(cache=True, nogil=True)
 def _invert(x):
-    """Give 1 / x, or a finite number as large for 0, which no box's corner makes NaN."""
-    if abs(x) < 1e-200:
-        return 1e200 if x >= 0.0 else -1e200
+    """Return 1 / x, or a finite number as large for 0, which no box's corner makes NaN."""
+    if abs(x) < _TINY:
+        return 1.0 / _TINY if x >= 0.0 else -1.0 / _TINY
     return 1.0 / x
 
 
@@ -242,7 +231,7 @@ def _hides(f, p, n, d, corners, ids, normals, light=None, point=None, scale=0.0)
 
 @njit(cache=True, nogil=True)
 def _height(x, y, z, c, m):
-    """Give how high a place lies above a face's plane [m]."""
+    """Return how high a place lies above a face's plane [m]."""
     return m[0] * (x - c[0]) + m[1] * (y - c[1]) + m[2] * (z - c[2])
 
 

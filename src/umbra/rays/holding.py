@@ -28,7 +28,7 @@ def find_holders(
     caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64], origin: ArrayLike
 ) -> NDArray[np.intp]:
     """
-    Find the faces that hold a light.
+    Find the faces that hold a light, ascending; none for a directional light.
 
     Parameters
     ----------
@@ -39,11 +39,6 @@ def find_holders(
         Homogeneous, in the caster's frame.
     origin : (3,) float64
         Of that frame in the model's own coordinates, which are rounded there [m].
-
-    Returns
-    -------
-    faces : (n,) int
-        Ascending; none for a directional light.
     """
     if light[3] == 0.0:
         return np.zeros(0, np.intp)
@@ -60,24 +55,7 @@ def find_holders(
 def find_near_faces(
     caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64], reach: float
 ) -> NDArray[np.intp]:
-    """
-    Find the faces within reach of a point light.
-
-    Parameters
-    ----------
-    caster : Caster
-    blocks : FaceBlocks
-        Of the caster.
-    light : (4,) float64
-        Homogeneous, in the caster's frame.
-    reach : float
-        [m].
-
-    Returns
-    -------
-    faces : (n,) int
-        The nearest first.
-    """
+    """Find the faces within reach of a point light in the caster's frame, the nearest first."""
     faces, apart, _ = _find_near(caster, blocks, light[:3] / light[3], np.array(reach))
     order = np.argsort(apart, kind="stable")
     return faces[order[: np.count_nonzero(apart <= reach)]]
@@ -104,7 +82,7 @@ def _dot(p, q):
 
 @njit(cache=True, nogil=True)
 def _to_segment(p, q):
-    """Give the distance from 0 to the segment between two points."""
+    """Return the distance from 0 to the segment between two points."""
     along = q - p
     square = _dot(along, along)
     t = 0.0 if square == 0.0 else min(1.0, max(0.0, -_dot(p, along) / square))
@@ -120,7 +98,7 @@ def _measure(vertices, faces, some, place, apart, largest):
         largest[i] = np.abs(corners).max()
         # Seen from the place, so that what is near it has all its digits.
         a, b, c = corners[0] - place, corners[1] - place, corners[2] - place
-        apart[i] = min(_to_segment(a, b), min(_to_segment(b, c), _to_segment(c, a)))
+        apart[i] = min(_to_segment(a, b), _to_segment(b, c), _to_segment(c, a))
         normal = np.cross(b - a, c - a)
         square = _dot(normal, normal)
         if (

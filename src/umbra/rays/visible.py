@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
-from umbra.scene import Camera, Light
+from umbra.rays.depth import GROUND, NOTHING, DepthBuffer, rasterise_depth
+from umbra.scene import Camera, Light, Scene
 from umbra.scene.scene import Triangles
 
-__all__ = ["VisibleSurface", "locate"]
+__all__ = ["VisibleSurface", "count_cut", "locate"]
 
+_CLOSEST = 1e-6  # of the near plane's distance: what is nearer to the eye is not looked for
 _GRAIN = 2.0**-42
 """Of the largest coordinate: how well the place of a visible point is known."""
 
@@ -118,3 +119,21 @@ def locate(
     part = view.face.copy()
     part[mesh] = triangles.part[view.face[mesh]]
     return VisibleSurface(position, normal, part)
+
+
+def count_cut(scene: Scene, camera: Camera, threads: int = 1) -> int:
+    """Count the pixels where something that is not drawn lies between eye and near plane."""
+    soup = scene.triangles()
+    forward = camera.axes()[2]
+    ahead = soup.vertices @ forward - (camera.eye - scene.origin) @ forward
+    corners = ahead[soup.faces]
+    close = (corners.min(1) < camera.near) & (corners.max(1) > 0)
+    if not close.any():
+        return 0
+    if camera.is_perspective:
+        limits = (1 / camera.near, 1 / (_CLOSEST * camera.near))
+    else:
+        limits = (-camera.near, 0.0)
+    matrix = camera.matrix(scene.origin)
+    view = rasterise_depth(soup.vertices, soup.faces[close], matrix, camera.size, limits, threads)
+    return int((view.face != NOTHING).sum())

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene import Scene
-from umbra.volume.adjacency import make_caster
-from umbra.volume.weld import weld_vertices
+from umbra.volume.adjacency import make_caster, weld_vertices
 
 __all__ = ["LEVEL", "Samples", "sample_surfaces"]
 

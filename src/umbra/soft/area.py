@@ -41,7 +41,7 @@ class AreaLight:
     edges: NDArray[np.float64] | None = None
 
     def moved(self, by: NDArray[np.float64]) -> "AreaLight":
-        """Give the light moved by (3,), in units of its radius."""
+        """Return the light moved by (3,), in units of its radius."""
         position = self._unit()
         position[:3] += self.radius * np.asarray(by)
         return replace(self, light=replace(self.light, position=position))
@@ -84,7 +84,7 @@ class AreaLight:
         return [replace(self.light, position=place) for place in places]
 
     def _unit(self) -> NDArray[np.float64]:
-        """Give the middle: a place, or a direction of length 1; a copy."""
+        """Return the middle: a place, or a direction of length 1; a copy."""
         position = self.light.position.copy()
         if not self.light.is_point:
             position[:3] /= np.linalg.norm(position[:3])

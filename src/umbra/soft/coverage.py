@@ -8,6 +8,8 @@ edge runs counter-clockwise about o, seen from behind the light, else -1. Then
 
     coverage = hard count - sum of s Q multiplicity / area of the light.
 
+An edge matters only to receivers in its penumbra wedge, which four planes bound.
+
 Akenine-Möller and Assarsson 2002; Assarsson and Akenine-Möller 2003. The closed forms
 are ours: they are exact, where the papers look them up in textures.
 """
@@ -15,10 +17,170 @@ are ours: they are exact, where the papers look them up in textures.
 import numpy as np
 from numba import njit, prange
 
-from umbra.soft.parts import find_disc_part, find_square_part
-from umbra.soft.planes import is_in
+__all__ = ["TILE", "add_wedges", "find_disc_part", "find_square_part", "is_in", "make_planes"]
 
-__all__ = ["TILE", "add_wedges"]
+
+@njit(cache=True, nogil=True)
+def make_planes(ends, light, radius, planes):
+    """
+    Bound the penumbra wedge of each edge by four planes.
+
+    Two hold the edge, two an end of it, and all touch the sphere of the light. With y
+    on the edge, x in the light and P behind y, all have n·(P - y) <= 0.
+
+    Parameters
+    ----------
+    ends : (n, 6) float64
+        Edges, in the light's frame [m].
+    light : (4,) float64
+        Middle of the light; for w = 0 of length 1.
+    radius : float
+        Of the sphere [m]; tangent of the angle of a disc in the sky.
+    planes : (n, 4, 4) float64
+        Written: unit normals, outward, and offsets; 0 where the edge's line meets the sphere.
+    """
+    e = np.empty(3)
+    t = np.empty(3)
+    a = np.empty(3)
+    b = np.empty(3)
+    is_point = light[3] > 0.0
+    far_sine = radius / np.sqrt(1.0 + radius * radius)
+    for i in range(ends.shape[0]):
+        length = 0.0
+        for k in range(3):
+            t[k] = ends[i, k + 3] - ends[i, k]
+            length += t[k] * t[k]
+        length = np.sqrt(length)
+        planes[i] = 0.0
+        if length == 0.0:
+            continue
+        along = 0.0
+        for k in range(3):
+            t[k] /= length
+            e[k] = light[k] - ends[i, k] if is_point else light[k]
+            along += t[k] * e[k]
+        apart = 0.0
+        for k in range(3):
+            e[k] -= along * t[k]
+            apart += e[k] * e[k]
+        apart = np.sqrt(apart)
+        limit = radius if is_point else far_sine
+        if apart <= limit * 1.0001:
+            continue
+        sine = limit / apart
+        cosine = np.sqrt(1.0 - sine * sine)
+        for k in range(3):
+            e[k] /= apart
+        b[0] = t[1] * e[2] - t[2] * e[1]
+        b[1] = t[2] * e[0] - t[0] * e[2]
+        b[2] = t[0] * e[1] - t[1] * e[0]
+        for k in range(3):
+            planes[i, 0, k] = cosine * b[k] + sine * e[k]
+            planes[i, 1, k] = -cosine * b[k] + sine * e[k]
+        for end in range(2):
+            away = 0.0
+            inward = 1.0 - 2.0 * end
+            for k in range(3):
+                a[k] = light[k] - ends[i, 3 * end + k] if is_point else light[k]
+                away += a[k] * a[k]
+            away = np.sqrt(away)
+            along = 0.0
+            for k in range(3):
+                a[k] /= away
+                along += a[k] * t[k] * inward
+            sine = radius / away if is_point else far_sine
+            cosine = np.sqrt(1.0 - sine * sine)
+            across = np.sqrt(max(1.0 - along * along, 0.0))
+            for k in range(3):
+                # The part of the edge's way inward that is across the way to the light.
+                planes[i, 2 + end, k] = (
+                    sine * a[k] - cosine * (t[k] * inward - along * a[k]) / across
+                )
+        for p in range(4):
+            first = 3 if p == 3 else 0
+            for k in range(3):
+                planes[i, p, 3] -= planes[i, p, k] * ends[i, first + k]
+
+
+@njit(cache=True, nogil=True)
+def is_in(planes, x, y, z, margin):
+    """Whether a place is in a wedge of ``make_planes``, or within a margin of it."""
+    for k in range(4):
+        p = planes[k]
+        if p[0] * x + p[1] * y + p[2] * z + p[3] > margin:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def find_disc_part(ax, ay, bx, by):
+    """
+    Find Q / area, 0 to 1/2, for a disc; the edge (a, b) in radii about its middle.
+
+    Where the line ab runs inside the disc, between the angles t0 and t1 from its foot
+    at the distance d: Q = (atan t1/d - atan t0/d) / 2 - d (t1 - t0) / 2.
+    """
+    wx, wy = bx - ax, by - ay
+    length = np.sqrt(wx * wx + wy * wy)
+    if length == 0.0:
+        return 0.0
+    wx /= length
+    wy /= length
+    d = abs(ax * wy - ay * wx)
+    if d >= 1.0:
+        return 0.0
+    half = np.sqrt(1.0 - d * d)
+    t0 = max(ax * wx + ay * wy, -half)
+    t1 = min(bx * wx + by * wy, half)
+    if t0 >= t1:
+        return 0.0
+    return 0.5 * (np.arctan2(t1, d) - np.arctan2(t0, d) - d * (t1 - t0)) / np.pi
+
+
+@njit(cache=True, nogil=True)
+def _clip(corners, n, fx, fy, f0, out):
+    """Keep the part of a convex polygon where fx x + fy y + f0 >= 0; give its corners."""
+    kept = 0
+    for i in range(n):
+        j = i + 1 if i + 1 < n else 0
+        here = fx * corners[i, 0] + fy * corners[i, 1] + f0
+        there = fx * corners[j, 0] + fy * corners[j, 1] + f0
+        if here >= 0.0:
+            out[kept, 0] = corners[i, 0]
+            out[kept, 1] = corners[i, 1]
+            kept += 1
+        if (here >= 0.0) != (there >= 0.0):
+            t = here / (here - there)
+            out[kept, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
+            out[kept, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
+            kept += 1
+    return kept
+
+
+@njit(cache=True, nogil=True)
+def find_square_part(ax, ay, bx, by, one, two):
+    """Find Q / area for the square [-1, 1]²; ``one`` and ``two`` (8, 2) are room to work in."""
+    cross = ax * by - ay * bx
+    if cross == 0.0:
+        return 0.0
+    side = 1.0 if cross > 0.0 else -1.0
+    # Beyond the line: side * ((b - a) x (p - a)) <= 0.
+    fx, fy, f0 = side * (by - ay), side * (ax - bx), -side * cross
+    if abs(fx) + abs(fy) + f0 <= 0.0:
+        return 0.0
+    one[0, 0], one[0, 1] = -1.0, -1.0
+    one[1, 0], one[1, 1] = 1.0, -1.0
+    one[2, 0], one[2, 1] = 1.0, 1.0
+    one[3, 0], one[3, 1] = -1.0, 1.0
+    n = _clip(one, 4, fx, fy, f0, two)
+    n = _clip(two, n, -side * ay, side * ax, 0.0, one)
+    n = _clip(one, n, side * by, -side * bx, 0.0, two)
+    area = 0.0
+    for i in range(n):
+        j = i + 1 if i + 1 < n else 0
+        area += two[i, 0] * two[j, 1] - two[i, 1] * two[j, 0]
+    return 0.125 * abs(area)
+
 
 TILE = 8
 """Pixels on a side of the squares for which a wedge is tried once."""
@@ -29,7 +191,7 @@ _AT_MIDDLE = 1e-6  # of the light's radius: an edge so near its middle is on bot
 @njit(cache=True, nogil=True)
 def _place_axes(x, y, z, light, radius, is_square, axes, out):
     """
-    Give the axes of the light's plane for a receiver; False if it is in that plane or light.
+    Write the axes of the light's plane for a receiver; False if it is in that plane or light.
 
     ``out`` becomes three rows: u and v, which map the plane to the unit light, and the way
     to the light over its square length, which gives the part of the way to it.
@@ -68,7 +230,7 @@ def _place_axes(x, y, z, light, radius, is_square, axes, out):
 
 @njit(cache=True, nogil=True)
 def _find_signed_part(v, x, y, z, light, is_square, axes, one, two):
-    """Give s Q / area of one edge for one receiver, and whether it runs through the middle."""
+    """Return s Q / area of one edge for one receiver, and whether it runs through the middle."""
     u0 = u1 = v0 = v1 = d0 = d1 = mx = my = 0.0
     is_point = light[3] > 0.0
     for k in range(3):

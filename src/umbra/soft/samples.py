@@ -34,26 +34,9 @@ def visibility(
     samples: int = SAMPLES,
 ) -> NDArray[np.float32]:
     """
-    Find what share of an area light's points each visible point sees.
+    Find what share of an area light's points each visible point sees, see `umbra.soft`.
 
-    Parameters
-    ----------
-    counter : FrameCounter
-    view, frame : DepthBuffer, VisibleSurface
-        Of this camera, from ``counter.see``.
-    camera : Camera
-    light : AreaLight
-    samples : int
-
-    Returns
-    -------
-    visibility : (rows, cols) float32
-        1 is fully lit, 0 umbra; 1 where nothing is seen.
-
-    Raises
-    ------
-    InputError
-        If there is no sample, or too many.
+    `InputError` if there is no sample, or too many.
     """
     dark = np.zeros(frame.part.shape, np.int32)
     for point in light.points(samples):

@@ -17,8 +17,7 @@ from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera
 from umbra.soft.area import AreaLight, make_axes
-from umbra.soft.coverage import add_wedges
-from umbra.soft.planes import make_planes
+from umbra.soft.coverage import add_wedges, make_planes
 from umbra.volume.silhouette import find_silhouette_edges
 
 if TYPE_CHECKING:
@@ -37,22 +36,7 @@ def visibility(
     camera: Camera,
     light: AreaLight,
 ) -> NDArray[np.float32]:
-    """
-    Find what share of an area light each visible point sees.
-
-    Parameters
-    ----------
-    counter : FrameCounter
-    view, frame : DepthBuffer, VisibleSurface
-        Of this camera, from ``counter.see``.
-    camera : Camera
-    light : AreaLight
-
-    Returns
-    -------
-    visibility : (rows, cols) float32
-        1 is fully lit, 0 umbra; 1 where nothing is seen.
-    """
+    """Find what share of an area light each visible point sees, see `umbra.soft`."""
     coverage = find_coverage(counter, view, frame, camera, light)
     return (1.0 - np.clip(coverage, 0.0, 1.0)).astype(np.float32)
 
@@ -65,17 +49,9 @@ def find_coverage(
     light: AreaLight,
 ) -> NDArray[np.float64]:
     """
-    Find how often the light is covered at each visible point, before clamping.
+    Find how often the light is covered at each visible point, before clamping, float64.
 
-    Parameters
-    ----------
-    counter, view, frame, camera, light
-        As in `visibility`.
-
-    Returns
-    -------
-    coverage : (rows, cols) float64
-        Hard count - sum of s Q multiplicity / area: above 1 where casters overlap.
+    It is hard count - sum of s Q multiplicity / area: above 1 where casters overlap.
     """
     seen = view.face != NOTHING
     coverage, unsure = _cover(counter, view, frame, camera, light, seen)
@@ -95,7 +71,7 @@ def _cover(
     light: AreaLight,
     where: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Give coverage, and where it may be on the wrong side of an edge."""
+    """Return coverage, and where it may be on the wrong side of an edge."""
     caster, origin = counter.caster, counter.scene.origin
     place = light.light.local(origin)
     edges, multiplicity = find_silhouette_edges(caster, place)
@@ -117,19 +93,11 @@ def _cover(
 
 def find_axes(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Find how a light's plane is mapped to the unit light.
+    Find how a light's plane is mapped to the unit light, (3, 3).
 
-    Parameters
-    ----------
-    light : AreaLight
-    place : (4,) float64
-        Its middle; a direction of length 1.
-
-    Returns
-    -------
-    axes : (3, 3) float64
-        Rows u and v, which map to the unit square or disc, and the plane's normal; 0 for a
-        ball, which turns its plane to each receiver.
+    Rows u and v map to the unit square or disc, the third is the plane's normal; all 0 for a
+    ball, which turns its plane to each receiver. ``place`` (4,) is its middle, a direction of
+    length 1.
     """
     if light.edges is not None:
         half_u, half_v = light.edges / 2

@@ -64,28 +64,10 @@ def visibility(
     gap: float = GAP,
 ) -> NDArray[np.float32]:
     """
-    Find how much light the stacked layers leave to each visible point.
+    Find how much light the stacked layers leave to each visible point, see `umbra.soft`.
 
-    Parameters
-    ----------
-    counter : FrameCounter
-    view, frame : DepthBuffer, VisibleSurface
-        Of this camera, from ``counter.see``.
-    camera : Camera
-    light : AreaLight
-        Only its middle matters.
-    length, gap : float
-        See the module; the paper recommends 2 to 3, and 0.3 to 0.5.
-
-    Returns
-    -------
-    visibility : (rows, cols) float32
-        1 is fully lit, 0 hard shadow; 1 where nothing is seen.
-
-    Raises
-    ------
-    InputError
-        If length and gap make no layer, or more than 1,000.
+    Only the light's middle matters; of ``length`` and ``gap`` the paper recommends 2 to 3, and 0.3
+    to 0.5. `InputError` if they make no layer, or more than 1,000.
     """
     opacities = find_opacities(count_layers(length, gap))
     left = np.ones(frame.part.shape, np.float32)
@@ -105,23 +87,11 @@ def visibility(
 
 def find_opacities(n: int, darkness: float = 1.0) -> NDArray[np.float64]:
     """
-    Find how much each layer darkens, so that the stack grows darker evenly.
+    Find how much the hard shadow and layers 1 to n darken, so that the stack does evenly.
 
     The darkness below layer m is to be S_m = D (n + 1 - m) / (n + 1); laid over the wider
     ones, layer m must then take a_m = (S_m - S_{m+1}) / (1 - S_{m+1})
-    = D / (n + 1 - D (n - m)).
-
-    Parameters
-    ----------
-    n : int
-        Layers, not counting the hard shadow.
-    darkness : float
-        D, of the hard shadow.
-
-    Returns
-    -------
-    opacities : (n + 1,) float64
-        Of the hard shadow, then of layers 1 to n, the widest.
+    = D / (n + 1 - D (n - m)), D being that of the hard shadow.
     """
     return darkness / (n + 1 - darkness * (n - np.arange(n + 1.0)))
 
@@ -129,18 +99,12 @@ def find_opacities(n: int, darkness: float = 1.0) -> NDArray[np.float64]:
 @dataclass(frozen=True, eq=False)
 class Layers:
     """
-    A caster with the centres about which its components grow, saved for all layers.
+    A caster with the centres about which its components grow, kept for all layers.
 
-    Parameters
-    ----------
-    caster : Caster
-        Whose components share no vertices.
-    centers, axes : (n_vertices, 3) float64
-        For each vertex, of its component: the centre of the silhouette, and the unit way
-        from there to the light; the axis is 0 where there is no silhouette to grow.
-    sunk : (n_vertices, 3) float64
-        A millionth of the component's radius away from the light: a cap that grows in
-        its own plane must not lie before the faces that it comes from.
+    Components share no vertices. For each vertex, of its component: ``centers`` of the
+    silhouette; ``axes``, the unit way from there to the light, 0 where there is no silhouette to
+    grow; ``sunk``, a millionth of the radius away from the light, as a cap that grows in its own
+    plane must not lie before the faces that it comes from.
     """
 
     caster: Caster
@@ -158,7 +122,7 @@ class Layers:
         return cls(parted, centers[of_vertex], axes[of_vertex], sunk)
 
     def scaled(self, factor: float) -> Caster:
-        """Give the caster enlarged across the way to the light."""
+        """Return the caster enlarged across the way to the light."""
         apart = self.caster.vertices - self.centers
         apart -= np.einsum("ij,ij->i", apart, self.axes)[:, None] * self.axes
         grows = (self.axes != 0).any(axis=1, keepdims=True)
@@ -217,15 +181,7 @@ def find_growth(
 
 
 def part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
-    """
-    Give each component vertices of its own, one component's after another's.
-
-    Returns
-    -------
-    parted : Caster
-    component : (n_vertices,) int64
-        Of each of its vertices, ascending.
-    """
+    """Give each component vertices of its own; return those components too, ascending by vertex."""
     width = np.int64(len(caster.vertices))
     of_corner = np.repeat(caster.component.astype(np.int64), 3)
     keys, faces = np.unique(of_corner * width + caster.faces.ravel(), return_inverse=True)
@@ -241,7 +197,7 @@ def part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
 
 
 def _find_components(counter: "FrameCounter", view: DepthBuffer) -> NDArray[np.int32]:
-    """Give the component that each pixel shows, (rows, cols) int32; -1 for none."""
+    """Return the component that each pixel shows, (rows, cols) int32; -1 for none."""
     caster, part = counter.caster, counter.triangles.part
     of_face = np.full(len(part), -1, np.int32)
     if counter.casters is None:
@@ -259,14 +215,7 @@ def _pair_off(
     Divide components so that each casts on all others but never on itself.
 
     Two numbers differ in some binary digit: those with a 0 there cast on those with a 1,
-    and the reverse, for each digit in turn.
-
-    Yields
-    ------
-    chosen : (n,) bool
-        Components that cast.
-    receives : (rows, cols) bool
-        Pixels that they cast on.
+    and the reverse, for each digit in turn. Yields what casts (n,), and on which pixels.
     """
     numbers = np.arange(n)
     for digit in range(max((n - 1).bit_length(), 1)):
@@ -297,14 +246,7 @@ def _choose(caster: Caster, chosen: NDArray[np.bool_]) -> Caster:
 
 
 def count_layers(length: float, gap: float) -> int:
-    """
-    Find how many layers a length and a gap make, see the module.
-
-    Raises
-    ------
-    InputError
-        If they make none, or more than 1,000.
-    """
+    """Find how many layers a length and a gap make; `InputError` if none, or more than 1,000."""
     if not (0 < gap < np.inf and 0 < length < np.inf and 1 <= round(length / gap) <= _MOST):
         msg = (
             f"length {length:g} and gap {gap:g} do not make 1 to {_MOST} layers; "

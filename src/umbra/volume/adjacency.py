@@ -24,9 +24,53 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from umbra.volume.weld import weld_vertices
+__all__ = ["Caster", "make_caster", "make_planes", "weld_vertices"]
 
-__all__ = ["Caster", "make_caster", "make_planes"]
+
+@njit(cache=True, nogil=True)
+def _first_at_place(bits, table, first):
+    """Fill ``first`` with the lowest index that has the same 192 bits (open addressing)."""
+    mask = np.uint64(table.size - 1)
+    for i in range(bits.shape[0]):
+        h = bits[i, 0] * np.uint64(0x9E3779B97F4A7C15)
+        h = (h ^ (h >> np.uint64(29)) ^ bits[i, 1]) * np.uint64(0xBF58476D1CE4E5B9)
+        h = (h ^ (h >> np.uint64(32)) ^ bits[i, 2]) * np.uint64(0x94D049BB133111EB)
+        slot = (h ^ (h >> np.uint64(31))) & mask
+        while True:
+            j = table[slot]
+            if j < 0:
+                table[slot] = i
+                first[i] = i
+                break
+            if bits[j, 0] == bits[i, 0] and bits[j, 1] == bits[i, 1] and bits[j, 2] == bits[i, 2]:
+                first[i] = j
+                break
+            slot = (slot + np.uint64(1)) & mask
+
+
+def weld_vertices(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
+    """
+    Find, for each vertex, the first one at exactly the same place.
+
+    Only equal coordinates weld (and -0 equals 0): a tolerance would move walls,
+    and the open rule keeps shadows exact across cracks anyway.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+        Finite.
+
+    Returns
+    -------
+    first : (n,) int32
+        ``first[i] <= i``, and ``first[first] == first``.
+    """
+    count = len(vertices)
+    bits = np.ascontiguousarray(vertices + 0.0).view(np.uint64).reshape(count, 3)
+    table = np.full(1 << max(4, int(2 * count).bit_length()), -1, np.int32)
+    first = np.zeros(count, np.int32)
+    _first_at_place(bits, table, first)
+    return first
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +126,7 @@ class Caster:
         return self.is_closed[self.component]
 
     def ends(self) -> NDArray[np.float64]:
-        """Give both end points of every edge, (n_edges, 6) float64."""
+        """Return both end points of every edge, (n_edges, 6) float64."""
         return self.vertices[self.edges.ravel()].reshape(-1, 6)
 
     def opened(self, components: NDArray[np.bool_]) -> "Caster":
@@ -91,11 +135,6 @@ class Caster:
 
         In a closed component every pair is consistently wound with weight 1, so
         letting its unlit faces add -1 doubles each multiplicity.
-
-        Parameters
-        ----------
-        components : (n_components,) bool
-            Closed components to open.
         """
         change = components & self.is_closed
         if not change.any():
@@ -110,10 +149,6 @@ class Caster:
 
         To every light they are exactly edge-on, and their components follow the open rule:
         the light is neither inside of them nor outside.
-
-        Parameters
-        ----------
-        faces : (n,) int
         """
         if not len(faces):
             return self
@@ -227,7 +262,7 @@ def _renumber(labels: NDArray) -> NDArray[np.int32]:
 
 
 def _join(half: _HalfEdges, n_faces: int) -> NDArray[np.int32]:
-    """Give each face the number of its component, which edges join, (n_faces,) int32."""
+    """Return each face's component, which edges join, (n_faces,) int32."""
     root = np.arange(n_faces, dtype=np.int32)
     _union_roots(half.face, half.start, root)
     return _renumber(root)
@@ -235,7 +270,7 @@ def _join(half: _HalfEdges, n_faces: int) -> NDArray[np.int32]:
 
 @njit(cache=True, nogil=True)
 def _union_roots(face, start, root):
-    """Give every face the lowest face of its component (union-find, path halving)."""
+    """Find the lowest face of every face's component (union-find, path halving)."""
     for i in range(1, face.size):
         if start[i]:
             continue
@@ -303,7 +338,7 @@ def _pair(
 
 
 def make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Give the faces' planes as a caster keeps them, (4, n_faces + 1) float64."""
+    """Return the faces' planes as a caster keeps them, (4, n_faces + 1) float64."""
     planes = np.full((4, len(faces) + 1), np.nan)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)

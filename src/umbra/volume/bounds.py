@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
-from umbra.volume.frustum import find_view_planes
+from umbra.volume.regions import find_view_planes
 
 __all__ = [
     "VisibleParts",
@@ -34,19 +34,7 @@ _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)])
 
 
 def find_box_points(bounds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Give the corners of boxes.
-
-    Parameters
-    ----------
-    bounds : (n, 2, 3) float64
-        Lowest and highest corner of each [m].
-
-    Returns
-    -------
-    points : (n, 8, 4) float64
-        Homogeneous; x changes fastest.
-    """
+    """Return the corners of boxes (n, 2, 3), homogeneous (n, 8, 4); x changes fastest."""
     bounds = np.asarray(bounds, np.float64)
     points = np.ones((len(bounds), 8, 4))
     points[..., :3] = bounds[:, _CORNERS, [0, 1, 2]]
@@ -55,19 +43,10 @@ def find_box_points(bounds: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def is_outside(planes: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
     """
-    Tell which shapes lie wholly beyond one of a region's planes.
+    Tell which shapes lie wholly beyond one of a region's planes, (n,) bool.
 
-    Parameters
-    ----------
-    planes : (k, 4) float64
-        Inward.
-    points : (n, m, 4) float64
-        What spans each of n shapes, homogeneous with w >= 0.
-
-    Returns
-    -------
-    outside : (n,) bool
-        True means surely outside; False that the shape may reach in.
+    True means surely outside; False that the shape may reach in. ``planes`` (k, 4) are inward,
+    ``points`` (n, m, 4) span each shape, homogeneous with w >= 0.
     """
     values = points @ planes.T
     # Of a shape that ends at infinity only its finite points must be truly beyond.
@@ -100,7 +79,7 @@ def is_in_range(
 
 
 def _find_distances(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give how far boxes are from a light, (n,) float64; 0 for a directional light [m]."""
+    """Return how far boxes are from a light, (n,) float64; 0 for a directional light [m]."""
     bounds = np.asarray(bounds, np.float64)
     if light[3] == 0:
         return np.zeros(len(bounds))
@@ -168,14 +147,12 @@ def find_shadow_points(
     reach: float = np.inf,
 ) -> NDArray[np.float64]:
     """
-    Find points whose hull holds the shadow volume of each box.
+    Find points whose hull holds the shadow volume of each box (n, 2, 3).
 
     Parameters
     ----------
     bounds : (n, 2, 3) float64
-        Lowest and highest corner of each [m].
     light : (4,) float64
-        Homogeneous, in the same frame.
     floor : float, optional
         z below which no receiver lies; boxes that reach up to the light ignore it [m].
     reach : float
@@ -217,8 +194,7 @@ def _add_feet(
     """
     Add to the far ends of boxes what stays where it is: that which lies below the floor.
 
-    Without the boxes' section at the floor the hull would miss what is thrown from just
-    above it.
+    Without their section at the floor the hull would miss what is thrown from just above it.
     """
     if floor is None:
         return ends
@@ -231,13 +207,9 @@ def _add_feet(
 @dataclass(frozen=True, eq=False)
 class VisibleParts:
     """
-    Which parts of shadow volumes may be in view.
+    Which parts of shadow volumes may be in view, (n,) bool each.
 
-    Parameters
-    ----------
-    volume : (n,) bool
-        The whole; if it is out of view, so are all parts. Sides are in view with it.
-    light_cap, dark_cap : (n,) bool
+    If the ``volume`` is out of view, so are all parts. Sides are in view with it.
     """
 
     volume: NDArray[np.bool_]

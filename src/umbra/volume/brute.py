@@ -43,21 +43,7 @@ class Silhouettes:
 def ask_every_edge(
     caster: Caster, lights: NDArray[np.float64]
 ) -> Iterator[tuple[slice, Silhouettes]]:
-    """
-    Find the silhouette edges for many lights, up to 64 lights at a time.
-
-    Parameters
-    ----------
-    caster : Caster
-    lights : (n_lights, 4) float64
-        Homogeneous, in the caster's frame.
-
-    Yields
-    ------
-    which : slice
-        Of ``lights``.
-    silhouettes : Silhouettes
-    """
+    """Find the silhouette edges for (n, 4) lights in the caster's frame, up to 64 at a time."""
     if len(lights) == 1:
         yield slice(0, 1), _ask_for_one(caster, lights)
         return

@@ -11,15 +11,41 @@ cell's wall.
 from dataclasses import dataclass
 
 import numpy as np
+from llvmlite import ir
 from numba import njit, prange
+from numba.core import cgutils, types
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
 from umbra.volume.duals import STRETCH, Duals, Plane, find_key, make_duals
-from umbra.volume.prefetch import prefetch
 from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
 
-__all__ = ["DualTree", "make_dual_tree"]
+__all__ = ["DualTree", "make_dual_tree", "prefetch"]
+
+
+@intrinsic
+def prefetch(_typing, array, place):
+    """
+    Ask for the cache line of one entry of a contiguous array, and go on at once.
+
+    ``place`` counts as if the array were flat. Only a hint: where processors or arrays know
+    nothing of it, nothing happens.
+    """
+
+    def generate(context, builder, signature, arguments):
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        byte = ir.IntType(8).as_pointer()
+        number = ir.IntType(32)
+        hint = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+        call = cgutils.get_or_insert_function(builder.module, hint, "llvm.prefetch.p0i8")
+        address = builder.bitcast(builder.gep(data, [arguments[1]]), byte)
+        read, keep, is_data = (ir.Constant(number, value) for value in (0, 3, 1))
+        builder.call(call, [address, read, keep, is_data])
+        return context.get_dummy_value()
+
+    return types.void(array, place), generate
+
 
 _AT_ONCE = STRETCH // WIDTH  # blocks that one thread takes at a time
 _AHEAD = 4  # blocks asked for before their turn: from memory they come in no order
@@ -61,17 +87,7 @@ class DualTree(Tree):
 
 
 def make_dual_tree(caster: Caster) -> DualTree:
-    """
-    Build the tree of a caster.
-
-    Parameters
-    ----------
-    caster : Caster
-
-    Returns
-    -------
-    tree : DualTree
-    """
+    """Build the tree of a caster."""
     duals = make_duals(caster)
     order = _sort_along_curve(caster, duals)
     numbers = np.full(((len(order) + WIDTH - 1) // WIDTH, WIDTH), -1, np.int32)

@@ -36,12 +36,8 @@ class Plane:
     """
     A light in dual space.
 
-    Parameters
-    ----------
-    normal : (4,) float32
-        Its largest part is 1 in size.
-    margin : float32
-        Where ``point @ normal`` is larger in size, float32 has its sign right.
+    The normal (4,) float32 has 1 as its largest part; where ``point @ normal`` is larger in size
+    than the margin, float32 has its sign right.
     """
 
     normal: NDArray[np.float32]
@@ -53,12 +49,7 @@ class Fit:
     """
     How a caster was fitted into the cube from -1 to 1.
 
-    Parameters
-    ----------
-    centre : (3,) float64
-        Middle of the vertices in use [m].
-    reach : float
-        No vertex is farther from it [m].
+    ``centre`` is the middle of the vertices in use, none is farther from it than ``reach`` [m].
     """
 
     centre: NDArray[np.float64]
@@ -66,21 +57,12 @@ class Fit:
 
     def place(self, light: NDArray[np.float64]) -> Plane | None:
         """
-        Give a light as a plane.
+        Return a light (4,) as a plane; None if products with it might vanish or overflow.
 
         Its margin bounds, for points in the cube, twice what rounding can do: some 16
         float32 roundings of numbers up to ``sum(abs(normal))``; and in float64 those of
         the sum of four products that decides whether a face is lit, perhaps far from
         the origin.
-
-        Parameters
-        ----------
-        light : (4,) float64
-
-        Returns
-        -------
-        plane : Plane, optional
-            None if products with the light might vanish or overflow.
         """
         size = float(np.abs(light).max())
         if not _LEAST < size < _MOST:
@@ -120,17 +102,7 @@ class Duals:
 
 
 def make_duals(caster: Caster) -> Duals:
-    """
-    Give a caster's faces as points.
-
-    Parameters
-    ----------
-    caster : Caster
-
-    Returns
-    -------
-    duals : Duals
-    """
+    """Return a caster's faces as points."""
     used = np.zeros(len(caster.vertices), np.bool_)
     used[caster.faces.ravel()] = True
     places = caster.vertices[used] if used.any() else np.zeros((1, 3))
@@ -154,7 +126,7 @@ def _place_points(planes, centre, reach, points):
         for face in range(stretch * STRETCH, min(points.shape[0], (stretch + 1) * STRETCH)):
             x, y, z = planes[0, face], planes[1, face], planes[2, face]
             length = np.sqrt(x * x + y * y + z * z)
-            if 1e-100 < length < 1e100:
+            if _LEAST < length < _MOST:
                 away = planes[3, face] + x * centre[0] + y * centre[1] + z * centre[2]
                 points[face, 0] = x / length
                 points[face, 1] = y / length
@@ -172,17 +144,10 @@ def _find_loose(has_no_point, edge_faces, loose):
 @njit(cache=True, nogil=True)
 def find_key(x, y, z, w):
     """
-    Find a point's place on the Morton curve through the cube.
+    Find a point's place on the Morton curve through the cube, uint64.
 
-    Parameters
-    ----------
-    x, y, z, w : float64
-
-    Returns
-    -------
-    key : uint64
-        16 digits of four bits, the highest first: bit i of a digit says in which half of
-        the cell along axis i the point lies, that of which cell the digits before say.
+    It has 16 digits of four bits, the highest first: bit i of a digit says in which half of
+    the cell along axis i the point lies, that of which cell the digits before say.
     """
     key = np.uint64(0)
     for axis, part in enumerate((x, y, z, w)):

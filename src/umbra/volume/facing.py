@@ -60,15 +60,7 @@ def find_sides(planes: NDArray[np.float64], light: NDArray[np.float64]) -> NDArr
 
     Summed up as ``find_lit`` does, to the last bit. A matrix product would round otherwise,
     and its caps would not fit the silhouette where a light is as good as in a face's plane.
-
-    Parameters
-    ----------
-    planes : (4, ...) float64
-    light : (4,) or (4, ...) float64
-
-    Returns
-    -------
-    sides : (...) float64
+    ``planes`` are (4, ...), the light (4,) or (4, ...).
     """
     sides = planes[0] * light[0]
     for k in (1, 2, 3):

@@ -47,19 +47,9 @@ class Follower:
 
     def find(self, caster: Caster, light: NDArray[np.float64]) -> NDArray[np.int32] | None:
         """
-        Find the silhouette of the next light.
+        Find the silhouette of the next light (4,); codes as from ``Tree.find``.
 
-        Parameters
-        ----------
-        caster : Caster
-            That the tree was made of, components opened or not.
-        light : (4,) float64
-            In the caster's frame.
-
-        Returns
-        -------
-        codes : (n,) int32, optional
-            As from ``Tree.find``.
+        The caster is the one that the tree was made of, components opened or not.
         """
         plane = self.tree.segments.fit.place(light)
         if plane is None:
@@ -88,7 +78,7 @@ class Follower:
 
 
 def _measure(one: Plane, two: Plane | None) -> float:
-    """Give how far apart planes are; infinite if there is only one."""
+    """Return how far apart planes are; infinite if there is only one."""
     if two is None:
         return np.inf
     return float(np.linalg.norm(one.normal.astype(np.float64) - two.normal))

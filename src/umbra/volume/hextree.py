@@ -59,15 +59,7 @@ def make_hextree(caster: Caster, depth: int = 4) -> Hextree:
     """
     Sort the edges of a caster into cells.
 
-    Parameters
-    ----------
-    caster : Caster
-    depth : int
-        How often the cube is cut at most, up to 15; 4 in the paper.
-
-    Returns
-    -------
-    tree : Hextree
+    The cube is cut ``depth`` times at most, up to 15; 4 in the paper.
     """
     duals = make_duals(caster)
     n = len(duals.edges)
@@ -96,7 +88,7 @@ def make_hextree(caster: Caster, depth: int = 4) -> Hextree:
 
 
 def _cut_short(keys: NDArray[np.uint64], level: int) -> NDArray[np.uint64]:
-    """Give the first digits of keys: the cells that they lie in."""
+    """Return the first digits of keys: the cells that they lie in."""
     return keys >> np.uint64(64 - 4 * level) if level else np.zeros_like(keys)
 
 
@@ -106,7 +98,7 @@ def _find_ranges(held: NDArray[np.uint64], wanted: NDArray[np.uint64]) -> NDArra
 
 
 def _find_centres(cells: NDArray[np.uint64], level: int) -> NDArray[np.float32]:
-    """Give the centres of cells from the digits of their keys, (n, 4) float32."""
+    """Return the centres of cells from the digits of their keys, (n, 4) float32."""
     centres = np.zeros((len(cells), 4), np.float32)
     for cut in range(1, level + 1):
         digit = cells >> np.uint64(4 * (level - cut))

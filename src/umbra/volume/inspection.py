@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Scene
-from umbra.volume.adjacency import make_caster
-from umbra.volume.weld import weld_vertices
+from umbra.volume.adjacency import make_caster, weld_vertices
 
 __all__ = ["Inspection", "PartReport", "inspect_scene"]
 

@@ -10,7 +10,8 @@ Which faces of a shadow volume a renderer must draw: McGuire's three cases.
 Case 1 is exact: z-pass is right for every pixel if and only if no casting triangle meets
 the occlusion pyramid, the hull of near rectangle and light (docs/papers.md, M6). It
 holds for volumes that are clipped at the near plane: draw z-pass without depth clamping.
-Bounds decide most casters, all at once; triangles decide the rest.
+Bounds decide most casters, all at once; triangles decide the rest, clipped as by Sutherland
+and Hodgman (1974), in terms of their corners' distances from planes.
 
 Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M3, M5 and M6.
 """
@@ -23,10 +24,18 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import Caster
 from umbra.volume.bounds import find_box_points, is_outside
-from umbra.volume.pair_traversal import CastingFaces, any_meets
-from umbra.volume.pyramid import Regions, make_regions
+from umbra.volume.facing import find_sides
+from umbra.volume.regions import Regions, make_regions
 
-__all__ = ["Placement", "Placements", "dark_cap_is_fan", "find_placement", "find_placements"]
+__all__ = [
+    "CastingFaces",
+    "Placement",
+    "Placements",
+    "any_meets",
+    "dark_cap_is_fan",
+    "find_placement",
+    "find_placements",
+]
 
 
 @dataclass(frozen=True)
@@ -60,17 +69,10 @@ class Placement:
 @dataclass(frozen=True, eq=False)
 class Placements:
     """
-    How the volumes of many casters are to be drawn: what their bounds can tell.
+    How the volumes of many casters are to be drawn: what their bounds can tell, (n,) each.
 
-    Every answer is right as it is; where ``undecided``, triangles may tell of less to
-    draw.
-
-    Parameters
-    ----------
-    case : (n,) int8
-    undecided : (n,) bool
-    needs_light_cap, needs_dark_cap, dark_cap_is_fan : (n,) bool
-        As in ``Placement``.
+    Every answer is right as it is; where ``undecided``, triangles may tell of less to draw.
+    The others are as in ``Placement``.
     """
 
     case: NDArray[np.int8]
@@ -121,20 +123,10 @@ def find_placements(
     is_drawn: NDArray[np.bool_] | bool = True,
 ) -> Placements:
     """
-    Place many casters at once by their bounds.
+    Place many casters at once by their bounds (n, 2, 3), in the frame of the regions [m].
 
-    Parameters
-    ----------
-    bounds : (n, 2, 3) float64
-        In the frame of the regions [m].
-    regions : Regions
-    is_drawn : (n,) bool or bool
-        Whether the casters are in the depth buffer. One that is not needs its light cap
-        counted in case 1, too, where it is in view.
-
-    Returns
-    -------
-    placements : Placements
+    Where ``is_drawn`` is False, a caster is not in the depth buffer: it needs its light cap
+    counted in case 1, too, where it is in view.
     """
     corners = find_box_points(bounds)
     blocks, sees_box = (
@@ -234,7 +226,7 @@ def find_placement(
 
 
 def _find_bounds(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the lowest and the highest corner, (2, 3) float64."""
+    """Return the lowest and the highest corner, (2, 3) float64."""
     # Numpy reduces long rows many times faster than rows of three.
     whole = len(vertices) // 64 * 64
     rows, rest = vertices[:whole].reshape(-1, 192), vertices[whole:]
@@ -244,7 +236,93 @@ def _find_bounds(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _away(points: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the points at infinity where the light throws points (..., 4)."""
+    """Return the points at infinity where the light throws points (..., 4)."""
     away = light[3] * points - points[..., 3:] * light
     away[..., 3] = 0.0
     return away
+
+
+_AT_ONCE = 8192  # vertices or triangles looked at in one go
+
+
+@dataclass(frozen=True, eq=False)
+class CastingFaces:
+    """Tells which faces cast: lit ones of closed components, all of open ones not edge-on."""
+
+    caster: Caster | None
+    light: NDArray[np.float64]
+
+    def among(self, faces: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Return the faces among the given ones that cast."""
+        if self.caster is None:
+            return faces
+        side = find_sides(self.caster.planes[:, faces], self.light)
+        is_closed = self.caster.is_closed[self.caster.component[faces]]
+        return faces[(side > 0) | ((side < 0) & ~is_closed)]
+
+
+def any_meets(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    planes: NDArray[np.float64],
+    casting: CastingFaces,
+    away: NDArray[np.float64] | None = None,
+) -> bool:
+    """
+    Tell whether any casting triangle, or its throw to infinity, meets a region.
+
+    Outcodes of the vertices decide most; what is left is clipped, in terms of its corners'
+    distances from ``planes`` (k, 4), inward and in the frame of the vertices. With ``away``, a
+    homogeneous light, what it throws to infinity is asked instead.
+    """
+    values = np.zeros((len(planes), len(vertices)))
+    codes = np.zeros(len(vertices), np.uint8)  # a bit for each plane that it is beyond
+    for start in range(0, len(vertices), _AT_ONCE):  # so short that BLAS starts no threads
+        some = slice(start, start + _AT_ONCE)
+        if away is None:
+            values[:, some] = planes[:, :3] @ vertices[some].T + planes[:, 3:]
+        else:
+            values[:, some] = planes[:, :3] @ (away[3] * vertices[some] - away[:3]).T
+            # Directions have no size: widen by an angle instead.
+            values[:, some] += 1e-9 * np.abs(values[:, some]).max()
+        for plane, row in enumerate(values[:, some]):
+            codes[some] |= (row < 0).view(np.uint8) << np.uint8(plane)
+    a, b, c = np.ascontiguousarray(np.take(codes, faces).T)
+    near = np.flatnonzero((a & b & c) == 0)
+    for start in range(0, len(near), _AT_ONCE):  # often the first few have the answer
+        asked = casting.among(near[start : start + _AT_ONCE])
+        if not (a[asked].all() and b[asked].all() and c[asked].all()):
+            return True
+        if len(asked) and _any_survives(values.T[faces[asked]]):
+            return True
+    return False
+
+
+def _any_survives(values: NDArray[np.float64]) -> bool:
+    """
+    Clip triangles, given as their corners' distances from planes (n, 3, k); True if any is left.
+
+    All at once; distances are linear along an edge, so they are all the clipper needs.
+    """
+    n_corners = np.full(len(values), 3)
+    for plane in range(values.shape[2]):
+        here = np.arange(values.shape[1])
+        after = np.where(here + 1 < n_corners[:, None], here + 1, 0)
+        ahead = np.take_along_axis(values, after[..., None], 1)
+        start, end = values[..., plane], ahead[..., plane]
+        real = here < n_corners[:, None]
+        kept = real & (start >= 0)
+        cut = real & ((start >= 0) != (end >= 0))
+        along = np.divide(start, start - end, out=np.zeros_like(start), where=cut)
+        points = values + along[..., None] * (ahead - values)
+        points[..., plane] = 0.0
+        both = np.stack([values, points], 2).reshape(len(values), -1, values.shape[2])
+        emit = np.stack([kept, cut], 2).reshape(len(values), -1)
+        n_corners = emit.sum(1)
+        alive = n_corners > 0
+        if not alive.any():
+            return False
+        order = np.argsort(~emit[alive], 1, kind="stable")[:, : values.shape[1] + 1]
+        values = np.take_along_axis(both[alive], order[..., None], 1)
+        n_corners = n_corners[alive]
+    return True

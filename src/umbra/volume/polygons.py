@@ -24,12 +24,8 @@ class VolumePolygons:
     """
     Equal polygons with multiplicities.
 
-    Parameters
-    ----------
-    corners : (n, 3 or 4, 4) float64
-        Homogeneous, wound counter-clockwise seen from outside the volume.
-    multiplicity : (n,) int64
-        How many times each one counts, above 0.
+    ``corners`` (n, 3 or 4, 4) are homogeneous, wound counter-clockwise seen from outside the
+    volume; ``multiplicity`` (n,) says how many times each one counts, above 0.
     """
 
     corners: NDArray[np.float64]
@@ -40,21 +36,10 @@ def make_light_cap(
     caster: Caster, light: NDArray[np.float64], among: NDArray[np.intp] | None = None
 ) -> VolumePolygons:
     """
-    Give the faces that cast, turned to face the light.
+    Return the faces that cast, turned to face the light: triangles with w = 1.
 
-    Lit faces of closed components; all faces of open ones but those seen edge-on.
-
-    Parameters
-    ----------
-    caster : Caster
-    light : (4,) float64
-    among : (n,) int, optional
-        Only these faces.
-
-    Returns
-    -------
-    cap : VolumePolygons
-        Triangles with w = 1.
+    Lit faces of closed components; all faces of open ones but those seen edge-on. Only faces
+    ``among`` some, if they are given.
     """
     some = np.arange(len(caster.faces)) if among is None else among
     side = find_sides(caster.planes[:, some], light)
@@ -66,19 +51,7 @@ def make_light_cap(
 
 
 def make_sides(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
-    """
-    Sweep the silhouette away from the light to infinity.
-
-    Parameters
-    ----------
-    caster : Caster
-    light : (4,) float64
-
-    Returns
-    -------
-    sides : VolumePolygons
-        Quads for a point light, triangles for a directional one.
-    """
+    """Sweep the silhouette to infinity: quads for a point light, triangles for a direction."""
     edges, multiplicity = find_silhouette_edges(caster, light)
     corners = np.ones((len(edges), 4 if light[3] else 3, 4))
     ends = caster.vertices[edges]
@@ -95,22 +68,12 @@ def make_sides(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
 
 def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
     """
-    Close the volume at infinity.
+    Close the volume at infinity: triangles with w = 0; none for a directional light.
 
     A fan over the extruded silhouette (McGuire et al. 2003) is enough, and cheap,
     where the light is outside the caster's bounds; a fan around an enclosed light
     closes the wrong way and shifts every z-fail count, so there the light cap's
     faces are extruded instead (docs/papers.md, M3).
-
-    Parameters
-    ----------
-    caster : Caster
-    light : (4,) float64
-
-    Returns
-    -------
-    cap : VolumePolygons
-        Triangles with w = 0; none for a directional light.
     """
     if light[3] == 0:
         return VolumePolygons(np.zeros((0, 3, 4)), np.zeros(0, np.int64))
@@ -133,7 +96,7 @@ def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
 
 
 def _extrude(points: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the points at infinity in whose direction the light throws points, (n, 4)."""
+    """Return the points at infinity in whose direction the light throws points, (n, 4)."""
     away = np.zeros((len(points), 4))
     away[:, :3] = light[3] * points - light[:3]
     return away

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.errors import InputError
 from umbra.scene.camera import Camera
 from umbra.volume.bounds import find_box_points
-from umbra.volume.frustum import find_view_planes
+from umbra.volume.regions import find_view_planes
 
 __all__ = [
     "DepthBounds",
@@ -141,7 +141,7 @@ def _make_scissors(
     y: tuple[NDArray[np.float64], NDArray[np.float64]],
     seen: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    """Give the pixels that spans of the picture touch, none where nothing is seen."""
+    """Return the pixels that spans of the picture touch, none where nothing is seen."""
     sides = []
     for (low, high), size in zip((x, y), camera.size, strict=True):
         first = np.floor(np.clip(low + 0.5 - _SLACK, 0, size))
@@ -157,19 +157,10 @@ def find_depths(
     camera: Camera, points: NDArray[np.float64], origin: ArrayLike = (0.0, 0.0, 0.0)
 ) -> NDArray[np.float64]:
     """
-    Find how near and how far shapes reach along the view axis.
+    Find how near and how far shapes reach along the view axis, (n, 2) [m].
 
-    Parameters
-    ----------
-    camera : Camera
-    points : (n, m, 4) float64
-        What spans each shape: homogeneous with w = 0 or 1, relative to the origin [m].
-    origin : (3,) float64
-
-    Returns
-    -------
-    depths : (n, 2) float64
-        Nearest and farthest; infinite where a shape is [m].
+    ``points`` (n, m, 4) span each shape: homogeneous with w = 0 or 1, relative to the origin.
+    Infinite where a shape is.
     """
     near = find_view_planes(camera, origin)[0]
     depths = points @ near + camera.near * points[..., 3]
@@ -185,23 +176,7 @@ def find_sphere_depths(
     radii: ArrayLike,
     origin: ArrayLike = (0.0, 0.0, 0.0),
 ) -> NDArray[np.float64]:
-    """
-    Find how near and how far spheres reach along the view axis.
-
-    Parameters
-    ----------
-    camera : Camera
-    centres : (n, 3) float64
-        Relative to the origin [m].
-    radii : (n,) float
-        May be infinite [m].
-    origin : (3,) float64
-
-    Returns
-    -------
-    depths : (n, 2) float64
-        Nearest and farthest [m].
-    """
+    """Find how near and how far spheres (n, 3), (n,) reach along the view axis, (n, 2) [m]."""
     apart = np.asarray(centres, np.float64).reshape(-1, 3) - camera.eye + np.asarray(origin)
     depth = apart @ camera.axes()[2]
     return np.stack([depth - radii, depth + radii], 1)
@@ -211,22 +186,8 @@ def find_window_depths(camera: Camera, depths: ArrayLike) -> NDArray[np.float64]
     """
     Turn distances along the view axis into window depths, (z/w + 1) / 2.
 
-    Parameters
-    ----------
-    camera : Camera
-        Its near and far say the projection; far may be infinite in perspective.
-    depths : (...) float64
-        Above 0 in perspective, perhaps infinite [m].
-
-    Returns
-    -------
-    window : (...) float64
-        0 at the near plane, 1 at the far plane.
-
-    Raises
-    ------
-    InputError
-        If an orthographic camera has no finite far plane.
+    0 is the near plane, 1 the far plane, which may be infinite in perspective; distances are
+    above 0 there. `InputError` if an orthographic camera has no finite far plane.
     """
     depths = np.asarray(depths, np.float64)
     near, far = camera.near, camera.far
@@ -244,13 +205,9 @@ class DepthBounds:
     """
     Between which window depths pixels can matter.
 
-    Parameters
-    ----------
-    bounds : (n, 2) float64
-        Lowest and highest, in 0 to 1; (0, 1) where empty.
-    is_empty : (n,) bool
-        Whether nothing is to be drawn at all. Never hand empty bounds to OpenGL: lowest
-        above highest is an error that leaves the old bounds in force.
+    ``bounds`` (n, 2) are lowest and highest, in 0 to 1; (0, 1) where ``is_empty``, so that nothing
+    is drawn at all. Never hand empty bounds to OpenGL: lowest above highest is an error that
+    leaves the old bounds in force.
     """
 
     bounds: NDArray[np.float64]

@@ -52,21 +52,7 @@ class Segments:
         codes: NDArray[np.int32],
         unsure: NDArray[np.int32],
     ) -> NDArray[np.int32]:
-        """
-        Ask what is not yet sure and what is no segment, and put all codes in order.
-
-        Parameters
-        ----------
-        caster : Caster
-        light : (4,) float64
-        codes : (n,) int32
-        unsure : (k,) int32
-
-        Returns
-        -------
-        codes : (m,) int32
-            Ascending.
-        """
+        """Ask what is not yet sure and what is no segment; return all codes, ascending."""
         rest = np.concatenate([unsure, self.always])
         asked = np.zeros(len(rest) + 1, np.int32)
         n = _ask_edges(
@@ -77,13 +63,7 @@ class Segments:
 
 
 class Tree(ABC):
-    """
-    What finds the segments that a plane cuts.
-
-    Parameters
-    ----------
-    segments : Segments
-    """
+    """What finds the segments that a plane cuts."""
 
     segments: Segments
 
@@ -111,18 +91,7 @@ class Tree(ABC):
         """
 
     def count_tested(self, light: NDArray[np.float64]) -> int | None:
-        """
-        Count the edges that are looked at to find the silhouette of one light.
-
-        Parameters
-        ----------
-        light : (4,) float64
-
-        Returns
-        -------
-        tested : int, optional
-            None if the light is out of the tree's range, so that all edges are.
-        """
+        """Count the edges looked at for a light's silhouette; None if it is out of range."""
         plane = self.segments.fit.place(light)
         if plane is None:
             return None
@@ -136,19 +105,10 @@ class Tree(ABC):
 
     def find(self, caster: Caster, light: NDArray[np.float64]) -> NDArray[np.int32] | None:
         """
-        Find the silhouette of one light.
+        Find the silhouette of one light (4,): codes as in ``Silhouettes``, ascending.
 
-        Parameters
-        ----------
-        caster : Caster
-            That the tree was made of, components opened or not.
-        light : (4,) float64
-
-        Returns
-        -------
-        codes : (n,) int32, optional
-            As in ``Silhouettes``, ascending: what is near each other in space lies near in
-            memory, too. None if the light is out of the tree's range.
+        What is near each other in space lies near in memory, too. None if the light is out of the
+        tree's range. The caster is the one that the tree was made of, components opened or not.
         """
         plane = self.segments.fit.place(light)
         if plane is None:
@@ -158,20 +118,7 @@ class Tree(ABC):
 
 
 def make_segments(caster: Caster, duals: Duals, numbers: NDArray[np.int32]) -> Segments:
-    """
-    Lay segments out in blocks.
-
-    Parameters
-    ----------
-    caster : Caster
-    duals : Duals
-    numbers : (n_blocks, 16) int32
-        The edge at each place, -1 for none.
-
-    Returns
-    -------
-    segments : Segments
-    """
+    """Lay segments out in blocks; ``numbers`` (n_blocks, 16) are edges, -1 for none."""
     blocks = np.full((len(numbers), 8, WIDTH), np.nan, np.float32)
     _lay_out(duals.points, numbers, caster.edge_faces, caster.turn, blocks)
     return Segments(duals.fit, duals.always, numbers, blocks)
@@ -202,30 +149,9 @@ def sift_block(block, numbers, low, high, normal, margin, inside, lit, codes, n,
 
     With m and h the plane's distances of middle and half, the ends lie at m + h and
     m - h, on different sides if abs(h) > abs(m), and h tells on which the first one is.
-
-    Parameters
-    ----------
-    block : (8, 16) float32
-    numbers : (16,) int32
-    low, high : int
-        Only the places from low up to high.
-    normal : (4,) float32
-    margin : float32
-    inside : (16,) float32
-        Scratch.
-    lit : (16,) int32
-        Scratch.
-    codes : (n_codes,) int32
-        Written from n on, as in ``Silhouettes``; one place more than is kept.
-    n : int
-    unsure : (n_unsure,) int32
-        Edges, written from k on; as long.
-    k : int
-
-    Returns
-    -------
-    n, k : int
-        Moved on.
+    Only places from ``low`` up to ``high`` are asked; ``inside`` and ``lit`` (16,) are scratch.
+    ``codes`` are written from n on, as in ``Silhouettes`` (one place more than is kept), edges
+    that are ``unsure`` from k on; returns n and k moved on.
     """
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]
     close = 0
@@ -248,24 +174,10 @@ def sift_block(block, numbers, low, high, normal, margin, inside, lit, codes, n,
 @njit(cache=True, nogil=True, boundscheck=False)
 def _ask_edges(edges, light, planes, edge_faces, turn, component, is_closed, codes):
     """
-    Ask edges one by one whether they are in the silhouette, as brute force does.
+    Ask edges one by one whether they are in the silhouette; return how many codes were written.
 
     The sums must be formed as in ``find_lit``, and edge-on faces of open components
     left out as in brute force, for answers to be the same to the last bit.
-
-    Parameters
-    ----------
-    edges : (n,) int32
-    light : (4,) float64
-    planes, edge_faces, turn, component, is_closed : array
-        Of the caster.
-    codes : (n + 1,) int32
-        Written, as in ``Silhouettes``.
-
-    Returns
-    -------
-    m : int
-        How many codes were written.
     """
     l0, l1, l2, l3 = light[0], light[1], light[2], light[3]
     m = 0

@@ -168,7 +168,7 @@ def find_silhouette_edges(
 
 
 def _choose(caster: Caster, lights: NDArray[np.float64], method: str) -> Tree | None:
-    """Give the tree to search; None for brute force."""
+    """Return the tree to search; None for brute force."""
     if method not in METHODS:
         msg = f"there is no method '{method}' for silhouettes; there are {', '.join(METHODS)}"
         raise InputError(msg, method=method)
@@ -190,7 +190,7 @@ def _choose(caster: Caster, lights: NDArray[np.float64], method: str) -> Tree | 
 
 
 def _think_again(caster: Caster, found: Silhouettes, n_lights: int, done: int) -> Tree | None:
-    """Give the tree that would find the lights that are left sooner, now that some are."""
+    """Return the tree that would find the lights that are left sooner, now that some are."""
     n_edges = len(caster.edges)
     if n_edges < _EDGES:
         return None

@@ -80,17 +80,7 @@ def open_tree(
 
 
 def write_tree(path: str | os.PathLike[str], caster: Caster, tree: Tree) -> None:
-    """
-    Store a tree; a file that exists is replaced when the new one is complete.
-
-    Parameters
-    ----------
-    path : path
-        Ends in ``.npz``.
-    caster : Caster
-        That the tree was made of.
-    tree : Tree
-    """
+    """Store a caster's tree as ``.npz``; an old file is replaced when the new one is complete."""
     target = Path(path)
     segments = tree.segments
     own = {f.name: getattr(tree, f.name) for f in fields(tree) if f.name != "segments"}  # type: ignore[arg-type]
@@ -116,21 +106,9 @@ def write_tree(path: str | os.PathLike[str], caster: Caster, tree: Tree) -> None
 
 def read_tree(path: str | os.PathLike[str], caster: Caster) -> Tree:
     """
-    Read a tree that was stored.
+    Read the tree of a caster that was stored.
 
-    Parameters
-    ----------
-    path : path
-    caster : Caster
-
-    Returns
-    -------
-    tree : Tree
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, no tree, or that of another caster.
+    `InputError` if the file is missing, damaged, no tree, or that of another caster.
     """
     arrays = _load(Path(path))
     fault = _find_fault(arrays, caster, str(arrays.get("kind")))
@@ -141,7 +119,7 @@ def read_tree(path: str | os.PathLike[str], caster: Caster) -> Tree:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    """Give the arrays of a tree's file, of whatever caster and version."""
+    """Return the arrays of a tree's file, of whatever caster and version."""
     try:
         with path.open("rb") as file:
             found = np.load(file, allow_pickle=False)

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.shapes import SCENES, box, jumble, rewound, sheet
 
+from umbra.cpu.plane import clip_above
 from umbra.volume.adjacency import make_caster
-from umbra.volume.clip import clip_above
 from umbra.volume.silhouette import find_silhouette_edges
 
 

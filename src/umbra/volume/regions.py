@@ -1,5 +1,5 @@
 """
-The occlusion pyramid, and the other region that placements of a camera and a light share.
+Regions of a camera and a light: what a picture sees, and the occlusion pyramid.
 
 A caster that leaves the hull of near rectangle and light free leaves the viewport lit.
 Regions are inward planes, widened a little, in any caster's own frame.
@@ -13,9 +13,61 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
-from umbra.volume.frustum import find_near_rectangle, find_view_planes
 
-__all__ = ["Regions", "make_regions", "occlusion_pyramid"]
+__all__ = [
+    "Regions",
+    "find_near_rectangle",
+    "find_view_planes",
+    "make_regions",
+    "occlusion_pyramid",
+]
+
+
+def find_near_rectangle(
+    camera: Camera, origin: ArrayLike = (0.0, 0.0, 0.0), scissor: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """
+    Find where the picture, or a scissor's part of it, lies in the near plane.
+
+    Returns (4, 3) float64: top left, bottom left, bottom right, top right, relative to the origin
+    [m]. A scissor is left, top, right, bottom [pixels].
+    """
+    cols, rows = camera.size
+    left, top, right, bottom = (0, 0, cols, rows) if scissor is None else np.asarray(scissor)
+    across, up, forward = camera.axes()
+    if camera.height is None:
+        pixel = camera.near * 2.0 * np.tan(np.radians(camera.fov) / 2.0) / rows
+    else:
+        pixel = camera.height / rows
+    x = pixel * (np.array([left, left, right, right]) - cols / 2.0)
+    y = pixel * (rows / 2.0 - np.array([top, bottom, bottom, top]))
+    middle = camera.eye - np.asarray(origin, np.float64) + camera.near * forward
+    return middle + x[:, None] * across + y[:, None] * up
+
+
+def find_view_planes(
+    camera: Camera, origin: ArrayLike = (0.0, 0.0, 0.0), scissor: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """
+    Find the planes of what is seen through the picture, or a scissor's part of it.
+
+    Returns (5, 4) float64: near, left, bottom, right, top; inward, with unit normals, for points
+    relative to the origin. There is no far plane: with depth clamping, z-fail needs volumes to
+    infinity.
+    """
+    corners = find_near_rectangle(camera, origin, scissor)
+    forward = camera.axes()[2]
+    if camera.height is None:
+        rays = corners - (camera.eye - np.asarray(origin, np.float64))
+    else:
+        rays = np.broadcast_to(forward, (4, 3))
+    normals = np.cross(rays, np.roll(corners, -1, 0) - corners)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    # Corners run counter-clockwise seen from the eye, so ray x edge points outward.
+    normals = np.concatenate([forward[None], -normals])
+    on = np.concatenate([corners[:1], corners])
+    return np.column_stack([normals, -np.einsum("ij,ij->i", normals, on)])
+
 
 MARGIN = 1e-6
 """By how much regions are widened, relative to the near rectangle's coordinates."""
@@ -26,14 +78,8 @@ class Regions:
     """
     What placements of one camera and one light share.
 
-    Parameters
-    ----------
-    pyramid : (n, 4) float64
-        Inward planes of the occlusion pyramid, a little widened.
-    view : (5, 4) float64
-        Inward planes of what is seen, to infinity, a little widened.
-    light : (4,) float64
-        Homogeneous, in the frame of the planes.
+    ``pyramid`` (n, 4) and ``view`` (5, 4) are inward planes, a little widened, of the occlusion
+    pyramid and of what is seen, to infinity; ``light`` (4,) is in their frame.
     """
 
     pyramid: NDArray[np.float64]
@@ -41,14 +87,7 @@ class Regions:
     light: NDArray[np.float64]
 
     def within(self, transform: NDArray[np.float64]) -> "Regions":
-        """
-        Give the same regions in a caster's own frame.
-
-        Parameters
-        ----------
-        transform : (4, 4) float64
-            Affine, from the caster's frame to that of these regions.
-        """
+        """Return the regions in a caster's own frame, from which ``transform`` leads here."""
         light = np.asarray(np.linalg.solve(transform, self.light), np.float64)
         light[3] = self.light[3]
         return Regions(self.pyramid @ transform, self.view @ transform, light)
@@ -61,27 +100,14 @@ def occlusion_pyramid(
     scissor: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
     """
-    Find the planes around all ways from the near rectangle to the light.
+    Find the planes (n, 4) around all ways from the near rectangle to a light (4,).
 
     A directional light gives a prism without end. Each plane holds an edge of the
     rectangle and the homogeneous light; it is turned to the rectangle's centre, the near
     plane to the light. A light in the near plane leaves no volume: there a slab around
     the near plane is returned, so that what touches that plane near the rectangle counts
-    as in the way. Planes that rounding might have spoilt are left out or moved outward.
-
-    Parameters
-    ----------
-    camera : Camera
-    light : (4,) float64
-        Homogeneous, relative to the origin [m].
-    origin : (3,) float64
-    scissor : (4,) int, optional
-        Left, top, right, bottom [pixels]: the part of the picture that is drawn.
-
-    Returns
-    -------
-    planes : (n, 4) float64
-        Inward, with unit normals; n is 5, or 2 to 6 for a light in the near plane.
+    as in the way. Planes that rounding might have spoilt are left out or moved outward, so n is
+    5, or 2 to 6 for a light in the near plane.
     """
     corners = find_near_rectangle(camera, origin, scissor)
     light = np.asarray(light, np.float64)

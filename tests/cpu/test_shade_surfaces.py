@@ -5,8 +5,7 @@ import pytest
 from support.shapes import sheet
 
 from umbra.cpu.frame import FrameCounter
-from umbra.cpu.shade import shade
-from umbra.cpu.surfaces import find_surfaces
+from umbra.cpu.shade import find_surfaces, shade
 from umbra.errors import InputError
 from umbra.scene import (
     Camera,
