@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
+from umbra.scene.exchange import Exchange
 from umbra.scene.lights import Light
 from umbra.scene.mesh import Mesh, Part, transform_points
 from umbra.scene.rig import Animation
@@ -58,7 +59,7 @@ class Triangles:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(Exchange):
     """
     What a file holds.
 
