@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.calls.inputs import check_scene
+from umbra.casters.casting import prepare_casting
 from umbra.errors import InputError
 from umbra.machine import count_cores
 from umbra.rays.hidden import find_hidden_from
 from umbra.scene import Scene
-from umbra.study.model import prepare_casting
 
 __all__ = ["count"]
 
