@@ -282,3 +282,19 @@ def test_floats_and_stencil_count_the_same(device, monkeypatch):
         assert scene.counter.plan.statistics.counts_in == "float"
         for a, b in zip(found[: len(found) // 2], found[len(found) // 2 :]):
             np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("height", [None, 40.0])
+def test_cases_are_those_of_the_near_plane_that_was_asked_for(device, height):
+    # The tower, beside the view, shades the box from before it: its shadow volume meets the
+    # plane through the nearest thing in view, and is nowhere near the eye.
+    mesh = merge(box((-10, 0, 0), (10, 10, 12)), box((60, -50, 0), (64, -46, 60)))
+    camera = Camera((0, -100, 6), (0, 0, 6), size=SIZE, fov=24, height=height)
+    with Judge(device, mesh, ground=None) as scene:
+        verdicts, counts = scene.judge(camera, directional_light((1, -0.8, 0.3)), "auto", "z-pass")
+        plan = scene.counter.plan
+    verdicts.check(most_on_edges=0.005)
+    assert plan.projection.camera.near > 90
+    assert counts.max() == 1
+    assert plan.case.tolist() == [1, 1]
+    assert plan.statistics.sides_z_pass == plan.statistics.sides > 0

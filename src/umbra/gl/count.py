@@ -29,24 +29,20 @@ __all__ = ["Stack", "VolumeCounter", "mark_shadow"]
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
 
-# What lies before the near plane is before every visible point, and clipped: z-pass starts
-# with the count in that plane. z-fail must see all that is behind, to infinity: depth is
-# clamped there, which would turn off clipping at the near plane, too.
+# Depth is clamped: z-fail must see all that is behind, to infinity, and z-pass all that is
+# before, from the near plane that was asked for, where the shader clips, on: z-pass starts
+# with the count in that plane. The depth buffer's own begins at what is nearest.
+_VOLUME = Pass(depth_clamp=True, clip_near=True)
 IN_STENCIL = {
-    Z_PASS: Pass(depth_test="less", stencil=_BEFORE),
-    Z_FAIL: Pass(depth_test="less", stencil=_BEHIND, depth_clamp=True, clip_near=True),
-    LIGHT_CAP: Pass(depth_test="never", stencil=_BEHIND, depth_clamp=True, clip_near=True),
+    Z_PASS: replace(_VOLUME, depth_test="less", stencil=_BEFORE),
+    Z_FAIL: replace(_VOLUME, depth_test="less", stencil=_BEHIND),
+    LIGHT_CAP: replace(_VOLUME, depth_test="never", stencil=_BEHIND),
 }
 """Passes that count in the stencil."""
 
 IN_FLOATS = {
-    Z_PASS: Pass(depth_test="less", color_write=True, blend="add"),
-    Z_FAIL: Pass(
-        depth_test="gequal", color_write=True, blend="add", depth_clamp=True, clip_near=True
-    ),
-    LIGHT_CAP: Pass(
-        depth_test="always", color_write=True, blend="add", depth_clamp=True, clip_near=True
-    ),
+    kind: replace(_VOLUME, depth_test=test, color_write=True, blend="add")
+    for kind, test in ((Z_PASS, "less"), (Z_FAIL, "gequal"), (LIGHT_CAP, "always"))
 }
 """The same, adding to a float: what would fail the depth test there passes here."""
 
@@ -83,7 +79,6 @@ class VolumeCounter:
     ) -> None:
         self._device, self._geometry, self._indices = device, geometry, indices
         self._two_sided = two_sided
-        # Some drivers clip by gl_ClipDistance wherever it is written, though not enabled.
         self._needs = ("GROWS",) if grows else ()
         self._in_stencil, self._in_floats = (
             Programs(device, "volume.vert.glsl", fragment)
@@ -169,11 +164,7 @@ class VolumeCounter:
     def _prepare(self, programs: Programs, plan: VolumePlan, draw: Draw) -> Program:
         """Choose the program for a draw, and tell it where everything is."""
         nearby = self._indices.nearby
-        needs = [*self._needs]
-        if draw.kind != Z_PASS:
-            needs.append("CLIP_NEAR")
-        if nearby is not None:
-            needs.append("HAS_NEARBY")
+        needs = self._needs if nearby is None else (*self._needs, "HAS_NEARBY")
         program = programs.find(*needs)
         self._geometry.bind(program)
         if nearby is not None:

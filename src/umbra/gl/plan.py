@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from umbra.gl.projection import Projection
 from umbra.gl.volumes import BodyVolumes
-from umbra.scene import Camera
 from umbra.volume.bounds import can_end_at_floor, find_visible_parts
 from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements
 from umbra.volume.regions import find_near_rectangle, make_regions
@@ -97,7 +96,7 @@ class Selection:
 def select(
     volumes: list[BodyVolumes],
     bounds: NDArray[np.float64],
-    camera: Camera,
+    projection: Projection,
     origin: NDArray[np.float64],
     source: NDArray[np.float64],
     *,
@@ -115,8 +114,8 @@ def select(
     volumes : list of BodyVolumes
     bounds : (n_things, 2, 3) float64
         Relative to the origin [m].
-    camera : Camera
-        With the near plane that is drawn with.
+    projection : Projection
+        Cases are those of its ``asked`` near rectangle, at which volumes are clipped.
     origin : (3,) float64
     source : (4,) float64
         The light, relative to the origin.
@@ -134,12 +133,12 @@ def select(
     -------
     selection : Selection
     """
-    n = len(bounds)
+    n, camera, asked = len(bounds), projection.camera, projection.asked
     if scissor is not None and not (scissor[2:] > scissor[:2]).all():
         nothing = np.zeros(n, np.bool_)
         return Selection(nothing.astype(np.int8), *[nothing] * 6)
     # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
-    above = bool((find_near_rectangle(camera, origin)[:, 2] > floor).all())
+    above = bool((find_near_rectangle(asked, origin)[:, 2] > floor).all())
     may_cut = choices.cut and above
     is_cut = can_end_at_floor(bounds, source) if may_cut else np.zeros(n, np.bool_)
     is_fan = dark_cap_is_fan(bounds, source) & choices.fans
@@ -159,7 +158,7 @@ def select(
     # At infinity a directional light's volumes end in one point, and parallel rays too.
     dark_cap = dark_cap & (is_cut | (bool(source[3]) and camera.is_perspective))
 
-    regions = make_regions(camera, source, origin, scissor, margin=MARGIN)
+    regions = make_regions(asked, source, origin, scissor, margin=MARGIN)
     placements = find_placements(bounds, regions)
     case = np.where(sides, placements.case, 0).astype(np.int8)
     needs_cap = placements.needs_light_cap.copy()

@@ -185,7 +185,7 @@ class Planner:
         reach = light.range if choices.narrow else np.inf
         corners, depths = find_clip_range(camera, origin, source, reach)
         selection = select(
-            kept.volumes, self.bounds, camera, origin, source, method=method, choices=choices,
+            kept.volumes, self.bounds, projection, origin, source, method=method, choices=choices,
             floor=self.floor, reach=reach, scissor=corners,
         )  # fmt: skip
         if method == "z-pass" and (selection.case > 1).any():

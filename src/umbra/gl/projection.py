@@ -54,7 +54,7 @@ class Projection:
         The same camera with the near plane moved up to what is nearest: nothing drawn is
         lost, and the depth buffer has more digits left.
     asked : Camera
-        As it was given.
+        As it was given: its near plane clips volumes.
     """
 
     matrix: NDArray[np.float64]
@@ -78,6 +78,7 @@ class Projection:
             "projection": self.matrix,
             "eye_high": high,
             "eye_low": (self.eye - high).astype(np.float32),
+            "near_plane": np.append(self.asked.axes()[2], -self.asked.near),
         }
 
 

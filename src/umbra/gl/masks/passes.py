@@ -66,7 +66,7 @@ class MaskPainter:
     def __init__(self, device: Device, geometry: Geometry) -> None:
         self._device, self._geometry = device, geometry
         self._indices = Indices(device, 2 * geometry.n_points)
-        self._volume = Programs(device, "volume.vert.glsl", "tint.frag.glsl")
+        self._volume = Program(device, "volume.vert.glsl", "tint.frag.glsl")
         self._rectangle = Program(device, "picture.vert.glsl", "tint.frag.glsl")
         self._pieces: Pieces | None = None
         self.tally = Tally()
@@ -81,39 +81,29 @@ class MaskPainter:
         if self._pieces is not pieces:
             self._indices.write(pieces.numbers)
             self._pieces = pieces
-        programs = self._volume.find(), self._volume.find("CLIP_NEAR")
-        for program in programs:
-            self._geometry.bind(program)
-            program.set(**plan.uniforms())
+        self._geometry.bind(self._volume)
+        self._volume.set(**plan.uniforms())
         order = ("up", "down") if method.first == "up" else ("down", "up")
         for batch in pieces.batches:
             self.tally.batches += 1
             for way in order:
-                self._draw_batch(state, method, plan, batch, programs, way)
+                self._draw_batch(state, method, plan, batch, way)
 
     def _draw_batch(
-        self,
-        state: State,
-        method: Method,
-        plan: VolumePlan,
-        batch: VolumeBatch,
-        programs: tuple[Program, Program],
-        way: str,
+        self, state: State, method: Method, plan: VolumePlan, batch: VolumeBatch, way: str
     ) -> None:
         """Draw the faces of a batch at which volumes begin (up), or those where they end."""
         step = method.up if way == "up" else method.down
         for draw in batch.draws:
             side = _BEGINS[draw.kind] if way == "up" else _OTHER[_BEGINS[draw.kind]]
-            behind = draw.kind != Z_PASS
-            program = programs[behind]
-            program.set(is_cut=draw.is_cut, tint=np.full(4, step.brightness))
+            self._volume.set(is_cut=draw.is_cut, tint=np.full(4, step.brightness))
             state.use(
                 Pass(
                     depth_test=_DEPTH[draw.kind], color_write=method.write, blend=step.blend,
-                    cull=_OTHER[side], depth_clamp=behind, clip_near=behind, scissor=plan.scissor,
+                    cull=_OTHER[side], depth_clamp=True, clip_near=True, scissor=plan.scissor,
                 )
             )  # fmt: skip
-            self._indices.draw(program, draw.first, draw.count)
+            self._indices.draw(self._volume, draw.first, draw.count)
             self.tally.draws += 1
 
     def draw_rectangle(

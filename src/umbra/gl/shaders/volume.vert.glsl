@@ -2,14 +2,13 @@
 
 #include "place.glsl"
 
+uniform vec4 near_plane;  // that was asked for, while depth is clamped at another
+
 invariant gl_Position;
-#ifdef CLIP_NEAR
 out float gl_ClipDistance[1];
-#endif
 
 void main() {
-    gl_Position = projection * find_place(gl_VertexID);
-#ifdef CLIP_NEAR
-    gl_ClipDistance[0] = gl_Position.z + gl_Position.w;  // the near plane, while depth is clamped
-#endif
+    vec4 place = find_place(gl_VertexID);
+    gl_Position = projection * place;
+    gl_ClipDistance[0] = dot(near_plane, place);
 }

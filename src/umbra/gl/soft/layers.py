@@ -142,7 +142,7 @@ def list_layers(
     reach = light.range if choices.narrow else np.inf
     corners, _ = find_clip_range(projection.camera, origin, layers.source, reach)
     selection = select(
-        layers.volumes, layers.bounds, projection.camera, origin, layers.source, method="auto",
+        layers.volumes, layers.bounds, projection, origin, layers.source, method="auto",
         choices=replace(choices, ask_triangles=False), floor=floor, reach=reach, scissor=corners,
     )  # fmt: skip
     draws, lists = [], []
