@@ -189,7 +189,7 @@ def test_solved_hours_are_the_studys_own(page, tmp_path):
 
 def test_what_was_assumed_of_canopies_is_said(page, tmp_path):
     text = save(tmp_path / "report.html", make_study(cell=2.0))[0].read_text()
-    assert "2 parts: what is behind canopies and nothing else" in text
+    assert "2 parts: a receiver that only canopies shade" in text
     assert "3 % of the sun from 04-15 to 10-31 and 50 % on other dates" in text
     assert "36 of 36 triangles" in text
     bare, _ = save(

@@ -278,7 +278,7 @@ def test_what_was_assumed_is_said(study, tmp_path):
     assert "https:" not in text
     text = save(tmp_path / "p.html", make_points())[0].read_text()
     assert "at each point and step" in text
-    assert "turned to every sun" in text
+    assert "faces the sun at all times" in text
 
 
 def test_hours_are_the_study_s_own_when_instants_are_solved(page, tmp_path):

@@ -48,7 +48,7 @@ class GroundPlane(PlanKind):
 
     def describe_receivers(self, study: "Study") -> str:
         """Say where the ground lies."""
-        return f"the level ground at z = {study.ground:.6g} m, also under buildings"
+        return f"the level ground at z = {study.ground:.6g} m, including under buildings"
 
     def find_open(self, study: "Study") -> NDArray[np.bool_]:
         """Tell which cells lie under no roof."""

@@ -47,14 +47,14 @@ class GivenPoints(SampleKind):
 
     def describe_receivers(self, study: "Study") -> str:
         """Say whose points they are."""
-        return "the points that were given"
+        return "the given points"
 
     def describe_places(self, study: Any) -> tuple[str, str]:
         """Say how many points there are, and how many of them have a normal."""
         count = len(study.shadow_hours)
         free = int(np.isnan(study.places.normals).any(1).sum())
         words = f"{count:,}, {count - free:,} with a normal" if free else f"{count:,}, with normals"
-        return "Points", words + ("; the others are turned to every sun" if free else "")
+        return "Points", words + ("; the others face the sun at all times" if free else "")
 
     def find_counted(self, study: "Study") -> Counted:
         """Count each point once."""

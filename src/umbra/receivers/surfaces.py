@@ -48,8 +48,8 @@ class SampledSurfaces(SampleKind):
         surfaces, parts = len(study.more["surface_part"][1]), len(study.more["part"][1])
         return (
             f"{surfaces:,} surface{'s' if surfaces > 1 else ''} of {parts:,} "
-            f"part{'s' if parts > 1 else ''}: walls and roofs, on the side that their winding "
-            "calls outward; what faces straight down never sees the sun and is left out"
+            f"part{'s' if parts > 1 else ''}: walls and roofs, on their outward side by "
+            "their winding; surfaces that face straight down get no sun and are left out"
         )
 
     def describe_places(self, study: Any) -> tuple[str, str]:

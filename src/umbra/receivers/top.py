@@ -49,4 +49,4 @@ class TopmostSurface(PlanKind):
 
     def describe_receivers(self, study: "Study") -> str:
         """Say what is topmost."""
-        return f"whatever is topmost: roofs, terrain, and the ground at z = {study.ground:.6g} m"
+        return f"the topmost surface: roofs, terrain, and the ground at z = {study.ground:.6g} m"

@@ -87,8 +87,8 @@ class Job:
         kind = self.study.kind
         if not kind.is_level:
             self.say(
-                "note: shadow outlines are exact on level ground only; of "
-                f"{kind.name if kind.is_plan else 'views'} there are lines of equal hours"
+                "note: shadow outlines are exact on level ground only; for receivers "
+                f"{kind.name!r} lines of equal hours are written instead"
             )
             return []
         moments = find_moments(self.study, self.at, every=EVERY, most=MOST)

@@ -57,7 +57,7 @@ def _compare(study: Study) -> Table | None:
         "Before and after",
         (counted.what.partition(",")[0], "before", "after", "change"),
         rows,
-        f"Of {both.whole:,.0f} {unit} that are there before and after.",
+        f"Of the {both.whole:,.0f} {unit} that exist before and after.",
     )
 
 
@@ -90,7 +90,7 @@ def _list_neighbours(study: Study) -> Table | None:
         "Who loses sun",
         ("neighbour", *columns),
         rows,
-        f"Those first who lose most hours over most of their area {where}.{more}",
+        f"Parts that lose the most hours over most of their area {where} come first.{more}",
     )
 
 
@@ -109,6 +109,6 @@ def _list_casters(study: Study) -> Table | None:
         "Who casts the shadow",
         ("caster", "mean cast [h]", "mean of it alone [h]", "most cast [h]"),
         rows,
-        f"Over {what}. Alone: hours that would be sun without this "
-        "caster; hours that several cast count for each, but for none alone.",
+        f"Over {what}. Alone: hours that would be in the sun without this caster. An hour in the "
+        "shadow of several casters counts for each of them, but for none alone.",
     )

@@ -14,11 +14,11 @@ __all__ = ["find_facts"]
 _PENUMBRA = 0.0093  # the sun's disc of 0.53 degrees [rad]: a blur per length
 _ACCURACY = (
     "at each {spot} and step's midpoint the answer is exact for these triangles and this "
-    "sun, but for rounding (some 10⁻⁹ m at a shadow's edge). A first or last hour is known to half "
-    "a step each way, and hours may be off by part of {step} min each time a shadow's edge passes. "
-    "The sun's true disc blurs edges by 0.9 % of the distance to what casts them: {blur:.2g} m "
-    "from {tall:.3g} m overhead, more where the sun is low. {left_out} are "
-    "not counted."
+    "sun, except for rounding (some 10⁻⁹ m at a shadow's edge). First and last sun are known to "
+    "half a step, and hours may be off by part of {step} min each time a shadow's edge passes. "
+    "The real sun is a disc and blurs shadow edges by 0.9 % of the distance to the caster: "
+    "{blur:.2g} m from {tall:.3g} m overhead, more where the sun is low. {left_out} are "
+    "not modelled."
 )
 
 
@@ -59,19 +59,20 @@ def find_facts(
         ),
         (
             "The sun",
-            "its centre, a point, by NREL's Solar Position Algorithm (0.0003°); "
+            "a point source at the centre of its disc, by NREL's Solar Position Algorithm "
+            "(to 0.0003°), "
             + (
-                "raised by the refraction of air of 12 °C and 1010 hPa at sea level"
+                "raised by refraction in air of 12 °C and 1010 hPa at sea level"
                 if study.refraction == "standard"
-                else "without refraction, where it is and not where it is seen"
+                else "at its true position, without refraction"
             ),
         ),
-        ("What receives", study.kind.describe_receivers(study)),
+        ("Receivers", study.kind.describe_receivers(study)),
         (
-            "What casts",
-            (f"the parts chosen by {' '.join(casters)}: " if casters else "every part: ")
+            "Casters",
+            (f"the parts chosen by {' '.join(casters)}: " if casters else "all parts: ")
             + f"{n_cast:,} of {n_all:,} triangles, as the file has them, "
-            + ("opaque" if canopy is None else "opaque but for canopies"),
+            + ("opaque" if canopy is None else "opaque except for canopies"),
         ),
         *([] if canopy is None else [("Canopies", _tell_canopies(canopy))]),
         study.kind.describe_places(study),
@@ -79,7 +80,7 @@ def find_facts(
             "Steps",
             f"{len(study.period.hours):,} of {step} min, judged at their midpoints"
             + (
-                f"; between them beginnings and ends are solved to {tolerance:g} s"
+                f"; beginnings and ends of shadow are solved to {tolerance:g} s"
                 if (tolerance := facts.get("exact_tolerance_seconds"))
                 else ""
             ),
@@ -111,14 +112,14 @@ def find_facts(
 def _tell_canopies(canopy: Canopy) -> str:
     """Say what lets light through, and how much."""
     season, count = canopy.season, len(canopy.casting)
-    words = f"{count:,} part{'s' if count > 1 else ''}: what is behind canopies and nothing else "
+    words = f"{count:,} part{'s' if count > 1 else ''}: a receiver that only canopies shade "
     words += f"gets {100 * season.with_leaves:.3g} % of the sun"
     if season.first is not None and season.last is not None:
         first, last = ("{:02}-{:02}".format(*day) for day in (season.first, season.last))
         words += f" from {first} to {last} and {100 * season.without:.3g} % on other dates"
     return words + (
-        ", once, however many stand in its way; an hour there counts so much sun, and the rest of "
-        "it shadow. Canopies receive nothing and are not drawn"
+        ", however many canopies stand in the way; that share of the hour counts as sun and the "
+        "rest as shadow. Canopies are not receivers and are not drawn"
     )
 
 
@@ -131,7 +132,6 @@ def _tell_days(study: Study) -> str:
 
 def _tell_daylight_saving(study: Study) -> str:
     zone = zoneinfo.ZoneInfo(study.site.zone)
-
     stamps = np.concatenate([steps.stamps for steps in study.period.steps])
     states = {
         bool(dt.datetime.fromtimestamp(t, dt.UTC).astimezone(zone).dst())

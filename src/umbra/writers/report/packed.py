@@ -147,7 +147,7 @@ def tell_steps(study: Study, instants: Instants, own_hours: bool) -> str:
             words += f", solved to {study.facts['exact_tolerance_seconds']:g} s"
     if instants.behind is not None:
         words += (
-            ". What is behind canopies alone counts its share of sun; spells, first and last "
+            ". What only canopies shade counts its share of sun; spells, first and last "
             "are of sun that nothing weakens"
         )
     return words + ". First, last and longest sun are rounded to steps."

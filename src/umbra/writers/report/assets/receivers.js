@@ -35,7 +35,7 @@ const readReceivers = async () => {
     } else {
       words.unshift(data.names[k]);
       const own = normal(k);
-      if (!own) words.push("turned to every sun");
+      if (!own) words.push("faces the sun at all times");
       else {
         const azimuth = Math.atan2(own[0], own[1]) / RADIANS - data.north;
         const tilt = Math.acos(Math.max(-1, Math.min(1, own[2]))) / RADIANS;
