@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from umbra.errors import InputError
-from umbra.receivers import find_kind
 
 if TYPE_CHECKING:
     from umbra.study.rules import Rules
@@ -90,19 +89,20 @@ class Outputs:
             from umbra.study.rules import read_rules  # noqa: PLC0415
 
             read = read_rules(Path(rules))
+        from umbra.receivers import find_kind  # noqa: PLC0415  (it loads numpy)
+
         kind = find_kind(receivers)
         if sheet and not kind.is_plan:
             msg = "sheet=True shows a plan and its elevations; choose receivers='ground' or 'top'"
             raise InputError(msg)
-        _check_formats(receivers, others)
+        _check_formats(receivers, kind.formats, others)
         if read is not None:
             kind.check_judged(receivers)
         return cls(report, others, read, sheet, endings, show, tuple(at))
 
 
-def _check_formats(receivers: str, formats: tuple[str, ...]) -> None:
+def _check_formats(receivers: str, written: tuple[str, ...], formats: tuple[str, ...]) -> None:
     """Refuse the formats in which such receivers are not written."""
-    written = find_kind(receivers).formats
     refused = [name for name in formats if name not in written]
     if refused:
         there = f"{', '.join(written)} can be, the others are" if written else "all files are"
