@@ -55,7 +55,9 @@ def make_study(**options):
     parts = [Part(name, "Wall", Mesh(*mesh)) for name, mesh in HOUSES.items()]
     scene = make_scene(parts, ground=0.0)
     chosen = {"date": "2026-09-18", "start": "06:00", "end": "20:00", "every": "30min",
-              "spacing": 1.0, "masks": True, "receivers": "surfaces"} | options  # fmt: skip
+              "masks": True, "receivers": "surfaces"} | options  # fmt: skip
+    if chosen["receivers"] == "surfaces":
+        chosen = {"spacing": 1.0} | chosen
     return run_study(scene, VIENNA, **chosen)
 
 
