@@ -14,10 +14,9 @@ from support.model_files import save_city, save_glb, save_obj
 from support.shapes import box, moved
 
 import umbra
+from umbra import cache as cache_folder
 from umbra import readers
-from umbra.cache import folder as cache_folder
-from umbra.cache import keep_scene, load_scene, measure
-from umbra.cache.scenes import _PLACE, _WIDTHS, _sum
+from umbra.cache import _PLACE, _WIDTHS, _sum, keep_scene, load_scene, measure
 from umbra.errors import InputError
 from umbra.readers import cache as readers_cache
 from umbra.scene import Material, Mesh, Part, Scene, Source, make_scene
@@ -71,7 +70,7 @@ def check_same(one, two):
 
 
 def test_nothing_of_a_scene_is_forgotten():
-    """A field that is new must be kept, too: teach `umbra.cache.scenes` and add it here."""
+    """A field that is new must be kept, too: teach `umbra.cache` and add it here."""
     names = {"parts", "origin", "crs", "sources", "notes", "lights", *_PLACE}
     assert {field.name for field in fields(Scene)} == names
     names = {"name", "kind", "mesh", "transform", "material", "binding", "layer", "tags"}

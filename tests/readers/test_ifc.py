@@ -442,7 +442,7 @@ def write_trap(tmp_path, *, hangs):
 def test_what_ends_or_hangs_the_engine_is_named_and_the_rest_is_read(
     tmp_path, measure, monkeypatch, hangs, why
 ):
-    monkeypatch.setattr("umbra.readers.ifc_child.SECONDS", 1.0)
+    monkeypatch.setattr("umbra.readers.ifc.SECONDS", 1.0)
     scene = umbra.read(write_trap(tmp_path, hangs=hangs))
     assert [part.name for part in scene.parts] == ["first", "last"]
     assert measure.volume(scene) == pytest.approx(1 + 2)
@@ -452,8 +452,8 @@ def test_what_ends_or_hangs_the_engine_is_named_and_the_rest_is_read(
 
 
 def test_elements_after_too_many_losses_are_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr("umbra.readers.ifc_child.SECONDS", 1.0)
-    monkeypatch.setattr("umbra.readers.ifc_child.LOSSES", 1)
+    monkeypatch.setattr("umbra.readers.ifc.SECONDS", 1.0)
+    monkeypatch.setattr("umbra.readers.ifc.LOSSES", 1)
     scene = umbra.read(write_trap(tmp_path, hangs=True))
     assert [part.name for part in scene.parts] == ["first"]
     assert len(scene.notes) == 2

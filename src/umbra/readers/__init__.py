@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import check_soup, describe_damage
+from umbra.readers.checks import check_soup, describe_damage, errors_of
 from umbra.readers.companions import read_bounded
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate
@@ -164,19 +164,15 @@ def _pause_collection() -> Iterator[None]:
 
 def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
     notes = [note for layer in layers for note in layer.model.notes]
-    try:
+    places = {show_name(layer.path): layer.model.place for layer in layers}
+    with errors_of(f"{', '.join(str(layer.path) for layer in layers)}: "):
         parts, lights, crs, remarks = combine(layers)
         scene = make_scene(
             parts, crs=crs, sources=sources, notes=(*notes, *remarks), lights=lights
         )  # fmt: skip
         bounds = scene.bounds()
         _check_size(bounds)
-        places = {show_name(layer.path): layer.model.place for layer in layers}
         return settle(locate(scene, bounds), places)
-    except InputError as error:
-        names = ", ".join(str(layer.path) for layer in layers)
-        msg = f"{names}: {error}"
-        raise InputError(msg, **error.data) from error
 
 
 def _check_size(bounds: NDArray[np.float64]) -> None:
@@ -221,13 +217,10 @@ def _make_refusal(path: Path, error: OSError | ValueError) -> InputError:
 
 def _load(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
+        with path.open("rb") as file, errors_of(f"{path}: ", path=path):
             data = read_bounded(file)
     except OSError as error:
         raise _make_refusal(path, error) from error
-    except InputError as error:
-        msg = f"{path}: {error}"
-        raise InputError(msg, path=path, **error.data) from error
     if not data.strip():
         msg = f"{path}: is empty; export the model again"
         raise InputError(msg, path=path)
@@ -236,12 +229,12 @@ def _load(path: Path) -> bytes:
 
 def _read_one(path: Path, data: bytes, choices: ReadChoices) -> tuple[FileModel, Source]:
     try:
-        model = find_reader(data, path)(data, path, choices)
-        _check_triangles(model)
-        check_soup(model.parts)
-    except InputError as error:
-        msg = f"{path}: {error}"
-        raise InputError(msg, path=path, **error.data) from error
+        with errors_of(f"{path}: ", path=path):
+            model = find_reader(data, path)(data, path, choices)
+            _check_triangles(model)
+            check_soup(model.parts)
+    except InputError:
+        raise
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         # Readers name the damage they know; this is for what no one foresaw.
         msg = f"{path}: is damaged ({describe_damage(error)}); export it again"

@@ -81,10 +81,12 @@ def _are_current(beside: Beside, files: Files, choices: ReadChoices) -> bool:
 def _find_versions() -> str:
     """Name what reads: umbra, the files of its readers as they stand, and packages."""
     words = [__version__]
-    for room in ("readers", "scene", "cache"):
-        for path in sorted((Path(__file__).parents[1] / room).glob("*.py")):
-            status = path.stat()
-            words.append(f"{path.name} {status.st_size} {status.st_mtime_ns}")
+    house = Path(__file__).parents[1]
+    for path in sorted(
+        [*house.glob("readers/*.py"), *house.glob("scene/*.py"), house / "cache.py"]
+    ):
+        status = path.stat()
+        words.append(f"{path.name} {status.st_size} {status.st_mtime_ns}")
     for package in _PACKAGES:
         try:
             words.append(version(package))

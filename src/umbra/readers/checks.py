@@ -1,6 +1,7 @@
 """What readers check alike: packages that are missing, damage, and the memory a file may take."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -13,9 +14,21 @@ __all__ = [
     "Budget",
     "check_soup",
     "describe_damage",
+    "errors_of",
+    "list_counts",
     "need",
     "require",
 ]
+
+
+@contextmanager
+def errors_of(what: str, **data: object) -> Iterator[None]:
+    """Begin the message of an `InputError` with what it is about, and add facts."""
+    try:
+        yield
+    except InputError as error:
+        msg = f"{what}{error}"
+        raise InputError(msg, **{**error.data, **data}) from error
 
 
 def need(module: str, extra: str, what: str) -> Any:
@@ -42,6 +55,11 @@ def _miss(package: str, extra: str, what: str, reason: str) -> InputError:
         f"install it with: pip install 'umbra-shadows[{extra}]'"
     )
     return InputError(msg, package=package, extra=extra)
+
+
+def list_counts(counts: Mapping[str, int]) -> tuple[str, ...]:
+    """Give notes on what was left out, from the number of each."""
+    return tuple(f"{what}: {count}" for what, count in counts.items() if count)
 
 
 def describe_damage(error: BaseException) -> str:

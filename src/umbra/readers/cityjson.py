@@ -6,6 +6,7 @@ solid rather than loose surfaces. A solid without semantics takes them from loos
 surfaces of the same level that have the same corners.
 """
 
+from collections import Counter
 from functools import cache
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.checks import list_counts
 from umbra.readers.cityjson_choice import (
     DAMAGE,
     Choice,
@@ -22,7 +24,7 @@ from umbra.readers.cityjson_choice import (
     flatten,
 )
 from umbra.readers.georeference import name_crs
-from umbra.readers.model import FileModel, UniqueNames
+from umbra.readers.model import FileModel, ReadChoices, UniqueNames
 from umbra.readers.placement import turn_up
 from umbra.readers.triangulate import triangulate
 from umbra.scene import Material, Mesh, Part
@@ -36,7 +38,7 @@ __all__ = [
 ]
 
 
-def read_cityjson(documents: list[Any], up: str | None = None) -> FileModel:
+def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:
     """Read parsed CityJSON: one object, or a sequence's header and its features."""
     head = documents[0]
     if head["type"] != "CityJSON":
@@ -47,7 +49,7 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> FileModel:
         msg = f"is CityJSON {version}; upgrade it (cjio FILE upgrade save OUT)"
         raise InputError(msg, version=version)
 
-    counts: dict[str, int] = {}
+    counts: Counter[str] = Counter()
     surfaces = SurfaceList()
     templates = Templates(None)
     arrays: list[NDArray[np.float64]] = []
@@ -66,8 +68,8 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> FileModel:
             templates = Templates(document.get("geometry-templates"))
         raw = document.get("vertices", [])
         vertices = _place_vertices(raw, transform, where)
-        choices = choose_geometries(objects, templates.shapes, raw, counts, where)
-        for name, choice in choices.items():
+        chosen = choose_geometries(objects, templates.shapes, raw, counts, where)
+        for name, choice in chosen.items():
             try:
                 kind, own = str(objects[name]["type"]), unique.add(name)
                 tags[own] = (kind,) if own == name else (kind, name)
@@ -91,10 +93,12 @@ def read_cityjson(documents: list[Any], up: str | None = None) -> FileModel:
     metadata = head.get("metadata")
     crs = metadata.get("referenceSystem") if isinstance(metadata, dict) else None
     counts["objects whose id is another's, numbered"] = unique.numbered
-    notes = tuple(f"{what}: {n}" for what, n in counts.items() if n)
     form = "CityJSONSeq" if len(documents) > 1 else "CityJSON"
     return FileModel(
-        f"{form} {version}".strip(), turn_up((*parts, *instances), up), name_crs(crs), notes
+        f"{form} {version}".strip(),
+        turn_up((*parts, *instances), choices.up),
+        name_crs(crs),
+        list_counts(counts),
     )
 
 
@@ -185,7 +189,7 @@ class SurfaceList:
         return next(name for (name, _), index in self._parts.items() if index == part)
 
     def cut(
-        self, vertices: NDArray[np.float64], counts: dict[str, int]
+        self, vertices: NDArray[np.float64], counts: Counter[str]
     ) -> dict[tuple[str, str], Mesh]:
         """Cut all surfaces into triangles of shared vertices (n, 3): a mesh by (name, kind)."""
         corners = np.concatenate(self._closed) if self._closed else np.zeros(0, np.int64)
@@ -195,11 +199,7 @@ class SurfaceList:
             np.array(self._ring_lengths, np.int64),
             np.array(self._rings, np.int64),
         )
-        for what, number in (
-            ("polygons with fewer than three distinct corners left out", result.degenerate),
-            ("polygons whose rings cross themselves, so that triangles overlap", result.crossed),
-        ):
-            counts[what] = counts.get(what, 0) + number
+        counts.update(result.losses)
         part = np.array(self._part, np.int64)[result.polygon]
         order = np.argsort(part, kind="stable")
         faces = result.faces[order]
@@ -227,7 +227,7 @@ class Templates:
         kind: str,
         instance: dict[str, Any],
         vertices: NDArray[np.float64],
-        counts: dict[str, int],
+        counts: Counter[str],
     ) -> list[Part]:
         """Place a template at a vertex (n, 3) of the document; the parts share its meshes."""
         index = instance["template"]
@@ -245,7 +245,7 @@ class Templates:
             for surface, mesh in self._meshes[index].items()
         ]
 
-    def _cut(self, index: int, counts: dict[str, int]) -> dict[str, Mesh]:
+    def _cut(self, index: int, counts: Counter[str]) -> dict[str, Mesh]:
         if self._vertices is None:
             self._vertices = np.array(self._raw, np.float64).reshape(-1, 3)
         vertices = self._vertices

@@ -1,5 +1,6 @@
 """Which geometry of each CityJSON object to take: the best, once."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -43,7 +44,7 @@ def choose_geometries(
     objects: dict[str, Any],
     templates: Sequence[dict[str, Any]],
     vertices: Sequence[Any],
-    counts: dict[str, int],
+    counts: Counter[str],
     where: str = "",
 ) -> dict[str, Choice]:
     """Choose the geometry of each object that has surfaces; leave out what repeats a relative's."""
@@ -57,8 +58,7 @@ def choose_geometries(
         if choice is not None:
             choices[name] = choice
         elif geometries:
-            what = "objects without surfaces (points or lines) left out"
-            counts[what] = counts.get(what, 0) + 1
+            counts["objects without surfaces (points or lines) left out"] += 1
     places = _Places(vertices)
     for name in list(choices):
         try:
@@ -67,8 +67,7 @@ def choose_geometries(
             raise damaged(name, error, where) from error
         for other in repeated:
             del choices[other]
-            what = "geometries left out that repeat those of a parent or of its parts"
-            counts[what] = counts.get(what, 0) + 1
+            counts["geometries left out that repeat those of a parent or of its parts"] += 1
     return choices
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.machine import find_memory
+from umbra.readers.checks import errors_of
 from umbra.scene import Image
 
 __all__ = [
@@ -89,14 +90,14 @@ class Companions:
         """Read a file of at most so many bytes, by default a share of the memory."""
         real = self.find(name)
         try:
-            with open(os.open(real, _FLAGS), "rb") as file:  # noqa: PTH123 - a descriptor
+            with (
+                open(os.open(real, _FLAGS), "rb") as file,  # noqa: PTH123 - a descriptor
+                errors_of(f"'{real.name[:80]}' ", companion=name),
+            ):
                 data = read_bounded(file, most)
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             msg = f"'{real.name[:80]}' cannot be read ({reason}); check its permissions"
-            raise InputError(msg, companion=name) from error
-        except InputError as error:
-            msg = f"'{real.name[:80]}' {error}"
             raise InputError(msg, companion=name) from error
         self.record[name] = sha256(data).hexdigest()
         return data
@@ -168,11 +169,12 @@ def _decode(name: str, fetch: Callable[[], bytes]) -> NDArray[np.uint8]:
     import PIL.Image  # noqa: PLC0415 - only where a texture is drawn
 
     try:
-        with PIL.Image.open(io.BytesIO(fetch()), formats=FORMATS) as picture:
+        with errors_of("texture ", texture=name):
+            data = fetch()
+        with PIL.Image.open(io.BytesIO(data), formats=FORMATS) as picture:
             return np.array(picture.convert("RGBA"))
-    except InputError as error:
-        msg = f"texture {error}"
-        raise InputError(msg, texture=name, **error.data) from error
+    except InputError:
+        raise
     except (OSError, ValueError, SyntaxError, EOFError, PIL.Image.DecompressionBombError) as error:
         reason = " ".join(str(error).replace("<_io.BytesIO object at ", "<").split())[:100]
         if isinstance(error, PIL.UnidentifiedImageError):

@@ -1,6 +1,7 @@
 """Files of footprints: GeoJSON, and GeoPackage and Shapefile through pyogrio."""
 
 import math
+from collections import Counter
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.readers.checks import need
+from umbra.readers.checks import list_counts, need
 from umbra.readers.companions import Companions
 from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings
 from umbra.readers.footprints import extrude_table
@@ -29,7 +30,7 @@ def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
     features: list[Any] = []
     for document in documents:
         features += _list_features(document)
-    left: dict[str, int] = {}
+    left: Counter[str] = Counter()
     polygons: list[Any] = []
     owner: list[int] = []
     for row, feature in enumerate(features):
@@ -46,7 +47,6 @@ def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
         owner += [row] * len(found)
     rings = _flatten(polygons, owner)
     crs, note = _find_crs(documents[0], rings)
-    notes = tuple(f"{what} left out: {n}" for what, n in left.items())
     return extrude_table(
         FootprintTable(
             "GeoJSON",
@@ -54,7 +54,7 @@ def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
             [_name(feature) for feature in features],
             _gather_columns(features),
             crs,
-            (*notes, *note),
+            (*list_counts(left), *note),
         ),
         choices,
     )
@@ -71,10 +71,10 @@ def _list_features(document: Any) -> list[Any]:
     return [document] if kind == "Feature" else [{"type": "Feature", "geometry": document}]
 
 
-def _list_polygons(geometry: Any, left: dict[str, int]) -> list[Any]:
+def _list_polygons(geometry: Any, left: Counter[str]) -> list[Any]:
     """Give the polygons of a geometry; count what is none."""
     if geometry is None:
-        left["features without a geometry"] = left.get("features without a geometry", 0) + 1
+        left["features without a geometry left out"] += 1
         return []
     kind = geometry["type"]
     if kind == "Polygon":
@@ -84,8 +84,7 @@ def _list_polygons(geometry: Any, left: dict[str, int]) -> list[Any]:
         return [rings for rings in geometry["coordinates"] if rings]
     if kind == "GeometryCollection":
         return list(chain.from_iterable(_list_polygons(g, left) for g in geometry["geometries"]))
-    what = f"{'points' if 'Point' in str(kind) else 'lines'} among the footprints"
-    left[what] = left.get(what, 0) + 1
+    left[f"{'points' if 'Point' in str(kind) else 'lines'} among the footprints left out"] += 1
     return []
 
 

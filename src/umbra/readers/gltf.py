@@ -9,7 +9,7 @@ import numpy as np
 import orjson
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget
+from umbra.readers.checks import Budget, list_counts
 from umbra.readers.gltf_buffers import Buffers, find_item, split_glb
 from umbra.readers.gltf_materials import Materials
 from umbra.readers.gltf_meshes import Piece, read_mesh
@@ -22,7 +22,7 @@ from umbra.readers.gltf_nodes import (
 )
 from umbra.readers.model import FileModel, ReadChoices, UniqueNames
 from umbra.readers.placement import turning
-from umbra.scene import Light, Mesh, Part
+from umbra.scene import Mesh, Part
 from umbra.scene.pose import place_part
 from umbra.scene.rig import RigBinding, Shape, Skin
 
@@ -82,11 +82,12 @@ def read_gltf_tree(
     list_instances(tree, buffers)
     rig, slots, shown = read_nodes(tree, turning(choices.up or "y"))
     nodes = tree.get("nodes", [])
+    places = [(nodes[index], index, slot) for index, slot in list(slots.items())[:shown]]
     meshes: dict[int, list[Piece]] = {}
     pieces: dict[int, list[Piece]] = {}  # by place in the rig
-    for index, slot in list(slots.items())[:shown]:
-        if "mesh" in nodes[index]:
-            mesh = nodes[index]["mesh"]
+    for node, _, slot in places:
+        if "mesh" in node:
+            mesh = node["mesh"]
             if mesh not in meshes:
                 meshes[mesh] = read_mesh(tree, mesh, buffers, materials, counts)
             pieces[slot] = meshes[mesh]
@@ -103,35 +104,33 @@ def read_gltf_tree(
     shapes = _Shapes(tree, slots, buffers)
     bent: dict[tuple[int, int], Mesh] = {}
     parts: list[Part] = []
-    lights: list[Light] = []
     unique = UniqueNames()
-    for index, slot in list(slots.items())[:shown]:
-        node = nodes[index]
-        word = name = ""
-        for piece in pieces.get(slot, ()):
-            if not word:
-                mesh_name = find_item(tree, "meshes", node["mesh"]).get("name")
-                word = str(node.get("name") or mesh_name or f"node {index}")
-                name = unique.add(word)
-            surface, place = piece.surface, placed[0][slot]
-            tags = (word,) if name != word else ()
-            part = Part(name, surface.kind, piece.mesh, place, surface.material, tags=tags)
+    for node, index, slot in places:
+        if not pieces.get(slot):
+            continue
+        mesh_name = find_item(tree, "meshes", node["mesh"]).get("name")
+        word = str(node.get("name") or mesh_name or f"node {index}")
+        name = unique.add(word)
+        tags = (word,) if name != word else ()
+        for piece in pieces[slot]:
+            surface = piece.surface
+            part = Part(
+                name, surface.kind, piece.mesh, placed[0][slot], surface.material, tags=tags
+            )
             shape = shapes.find(node, piece)
             if shape is not None or rig.animations:
                 binding = RigBinding(rig, slot, shape=shape)
                 part = place_part(part, binding, placed, bent)
                 part = replace(part, binding=binding) if rig.animations else part
             parts.append(part)
-        if "extensions" in node:
-            lights += read_lights(tree, node, rig, slot, placed[0])
-    if unique.numbered:
-        counts["nodes whose name is another's, numbered"] = unique.numbered
-    notes = tuple(f"{what}: {count}" for what, count in counts.items())
-    form = "GLB" if binary is not None else "glTF"
+    lights = [
+        light for node, _, slot in places for light in read_lights(tree, node, rig, slot, placed[0])
+    ]
+    counts["nodes whose name is another's, numbered"] += unique.numbered
     return FileModel(
-        f"{form} {version}",
+        f"{'GLB' if binary is not None else 'glTF'} {version}",
         tuple(parts),
-        notes=notes,
+        notes=list_counts(counts),
         companions=buffers.sources,
         lights=tuple(lights),
     )

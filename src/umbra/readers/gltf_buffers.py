@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, need
+from umbra.readers.checks import Budget, errors_of, need
 from umbra.readers.companions import Companions
 from umbra.scene import Source
 
@@ -203,11 +203,8 @@ class Buffers:
                 msg = f"buffer {index} is not base64 ({error}); export it again"
                 raise InputError(msg) from error
         name = unquote(uri)
-        try:
+        with errors_of("buffer ", buffer=uri):
             data = self._companions.read(name)
-        except InputError as error:
-            msg = f"buffer {error}"
-            raise InputError(msg, buffer=uri, **error.data) from error
         self.budget.grow(len(data))
         self._sources.append(Source(name, str(self._companions.record[name]), "glTF buffer"))
         return data

@@ -4,28 +4,83 @@ IFC: every element that has a shape becomes parts, one for each of its surface s
 A part bears the name and the class of the whole it belongs to, so that a curtain wall
 or a stair is chosen as one; what it is itself (own name and class, storey, type,
 materials, styles) are its tags. Openings are cut by ifcopenshell's geometry engine.
+
+The file is read in a child process: what the child sent before it ends or hangs is kept.
+ifcopenshell may end its process on a damaged file, and at a few real elements its geometry
+engine never comes back, deaf to Ctrl-C. The element at work is then told, and another child
+goes on without it.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.children import HOME, make_command
+from umbra.errors import InputError
+from umbra.machine import find_memory
+from umbra.readers.checks import require
 from umbra.readers.georeference import find_plan_unit, to_metres
-from umbra.readers.ifc_child import IfcHarvest, harvest
-from umbra.readers.ifc_engine import IfcFacts, IfcShape, check_whole, find_schema
+from umbra.readers.ifc_engine import (
+    ENGINES,
+    IfcAttempt,
+    IfcFacts,
+    IfcShape,
+    IfcWork,
+    check_whole,
+    find_schema,
+    read_pieces,
+)
 from umbra.readers.ifc_facts import IfcWords
-from umbra.readers.model import FileModel, FilePlace
-from umbra.readers.placement import turn_up
+from umbra.readers.model import FileModel, FilePlace, ReadChoices
+from umbra.readers.placement import LEVEL, turn_up
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.mesh import transform_points
 
-__all__ = ["read_ifc"]
+__all__ = ["IfcHarvest", "harvest", "read_ifc", "serve"]
 
 
-def read_ifc(data: bytes, path: Path, up: str | None = None) -> FileModel:
+SECONDS = 16.0
+"""Processor time that one element may take in one engine [s]; half of it after one hung, ..."""
+
+LEAST = 0.25
+"""... and half of that, and no less."""
+
+PARSING = 2e-6
+"""Processor time that the parser may take beside [s/byte]; it needs a twentieth of it."""
+
+STRIKES = 2
+"""An engine that hangs so often is not tried for what is left, if there is another."""
+
+LOSSES = 8
+"""So many times a child may hang, and ten times as often end; what is left then is not read."""
+
+CHILD = "from umbra.readers.ifc import serve; serve({seconds})"
+
+
+@dataclass(eq=False)
+class IfcHarvest:
+    """What came of a file."""
+
+    facts: IfcFacts | None = None  # none until a child has sent them
+    shapes: dict[int, IfcShape] = field(default_factory=dict)  # by place among the facts' elements
+    # Elements at which an engine ended its process, or took too long
+    ended: set[int] = field(default_factory=set)
+    # Elements at which an engine ended its process, or took too long
+    hung: set[int] = field(default_factory=set)
+    is_whole: bool = True  # whether every element was tried
+
+
+def read_ifc(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read an IFC file in metres: 2x3, 4, 4x3 and its drafts; on the map if it has one."""
     find_schema(data)
     check_whole(data)
@@ -44,7 +99,7 @@ def read_ifc(data: bytes, path: Path, up: str | None = None) -> FileModel:
         place = FilePlace(place.latitude, place.longitude, place.elevation)
     place = replace(place, ground=_find_ground(parts))
     notes = (*facts.notes, *_tell_losses(facts, found))
-    return FileModel(f"IFC ({facts.schema})", turn_up(parts, up), crs, notes, place=place)
+    return FileModel(f"IFC ({facts.schema})", turn_up(parts, choices.up), crs, notes, place=place)
 
 
 def _tell_losses(facts: IfcFacts, found: IfcHarvest) -> list[str]:
@@ -99,7 +154,7 @@ def _find_ground(parts: Sequence[Part]) -> float | None:
     if not (level | upright | (length == 0)).all() or not upper.any():
         return None
     heights = corners[upper][..., 2]
-    area = length[upper][np.abs(heights - top).max(1) < 0.01].sum()
+    area = length[upper][np.abs(heights - top).max(1) < LEVEL].sum()
     return top if area > 0.5 * length[upper].sum() else None
 
 
@@ -109,3 +164,128 @@ def _move(part: Part, matrix: NDArray[np.float64]) -> Part:
         part.name, part.kind, mesh.moved(transform_points(matrix, mesh.vertices)),
         material=part.material, tags=part.tags,
     )  # fmt: skip
+
+
+def harvest(path: str) -> tuple[IfcFacts, IfcHarvest]:
+    """Read an IFC file in child processes."""
+    require("ifcopenshell", "ifc", "IFC")
+    found = IfcHarvest()
+    work = IfcWork(path)
+    hangs: Counter[str] = Counter()
+    ends = 0
+    while (loss := _gather(work, found, SECONDS * max(0.5 ** hangs.total(), LEAST))) is not None:
+        attempt, has_hung = loss
+        if attempt is None or found.facts is None:
+            what = "does not end" if has_hung else "ends its process"
+            msg = f"is IFC at which the parser {what}; it is damaged: export it again"
+            raise InputError(msg)
+        (found.hung if has_hung else found.ended).add(attempt.element)
+        hangs[attempt.engine] += has_hung
+        ends += not has_hung
+        if hangs.total() >= LOSSES or ends >= 10 * LOSSES:
+            found.is_whole = False
+            break
+        engines = tuple(one for one in ENGINES[:-1] if hangs[one] < STRIKES) + ENGINES[-1:]
+        work = replace(
+            work, engines=engines, made=frozenset(found.shapes), skip=work.skip | {attempt}
+        )
+    if found.facts is None:
+        msg = "is IFC of which nothing could be read; export it again"
+        raise InputError(msg)
+    return found.facts, found
+
+
+def _gather(
+    work: IfcWork, found: IfcHarvest, seconds: float
+) -> tuple[IfcAttempt | None, bool] | None:
+    """Run one child to its end; if it was early, give the attempt at work and whether it hung."""
+    attempt = None
+    pieces = _Child(work, seconds) if sys.executable else None
+    for piece in read_pieces(work) if pieces is None else pieces:
+        if isinstance(piece, IfcFacts):
+            found.facts = piece
+        elif isinstance(piece, IfcAttempt):
+            attempt = piece
+        elif attempt is not None:
+            found.shapes[attempt.element] = piece
+    if pieces is None or pieces.is_done:
+        return None
+    return attempt, pieces.has_hung
+
+
+class _Child:
+    """Iterate over what a child reads; tells afterwards whether that was all."""
+
+    is_done = False
+    has_hung = False
+
+    def __init__(self, work: IfcWork, seconds: float) -> None:
+        self._work = work
+        self._seconds = seconds
+
+    def __iter__(self) -> Iterator[IfcFacts | IfcAttempt | IfcShape]:
+        command = make_command(CHILD.format(seconds=self._seconds))
+        child = subprocess.Popen(command, cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        asked, answers = child.stdin, child.stdout
+        assert asked is not None and answers is not None  # noqa: PT018
+        try:
+            with suppress(EOFError, BrokenPipeError, pickle.UnpicklingError):
+                pickle.dump(self._work, asked)
+                asked.close()
+                while (piece := pickle.load(answers)) is not None:
+                    if isinstance(piece, BaseException):
+                        raise piece
+                    yield piece
+                self.is_done = True
+        finally:
+            if not self.is_done:
+                child.kill()
+            answers.close()
+            self.has_hung = child.wait() == -getattr(signal, "SIGPROF", 0)
+
+
+def serve(seconds: float) -> None:
+    """
+    Read what standard input asks for, and write its pieces to standard output.
+
+    Parameters
+    ----------
+    seconds : float
+        Processor time after which this process ends if no piece came [s].
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # What the engine prints must not mix with the pieces.
+    answers = os.fdopen(os.dup(1), "wb")
+    silence = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silence, 1)
+    os.dup2(silence, 2)
+    _limit_memory()
+    work = pickle.load(sys.stdin.buffer)
+    _start_timer(seconds + PARSING * Path(work.path).stat().st_size)
+    with suppress(BrokenPipeError):
+        last: object = None
+        try:
+            for piece in read_pieces(work):
+                _start_timer(seconds)
+                pickle.dump(piece, answers, protocol=5)
+                answers.flush()
+        except Exception as error:  # noqa: BLE001 - the parent raises it again
+            last = error
+        pickle.dump(last, answers)
+        answers.flush()
+    os._exit(0)  # what the engine leaves behind is not to be tidied
+
+
+def _start_timer(seconds: float) -> None:
+    # By its default the signal ends the process, also in the midst of C++. Windows has none.
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def _limit_memory() -> None:
+    """Have the engine fail at what does not fit rather than the machine."""
+    with suppress(ImportError, ValueError, OSError):
+        import resource  # noqa: PLC0415 - not on Windows
+
+        memory = int(find_memory())
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))

@@ -1,7 +1,7 @@
 """
 ifcopenshell on one IFC file: what the file says, then one shape after another.
 
-This runs in a child process (`umbra.readers.ifc_child`), because the parser and the geometry
+This runs in a child process (`umbra.readers.ifc`), because the parser and the geometry
 engine may end the process, or never end, on files that are otherwise fine. Everything that
 is yielded here can be pickled.
 """
@@ -21,6 +21,7 @@ from umbra.readers.checks import need
 from umbra.readers.ifc_facts import IfcWords, count_names, describe, find_map, find_place
 from umbra.readers.model import FilePlace
 from umbra.scene import Material
+from umbra.scene.material import find_linear
 
 __all__ = [
     "ENGINES",
@@ -233,8 +234,7 @@ def _find_material(
     clear = min(max(clear, 0.0), 1.0) if np.isfinite(clear) else 0.0
     key = (name, *srgb.tolist(), clear)
     if key not in looks:
-        linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-        red, green, blue = np.nan_to_num(linear, nan=0.7).tolist()
+        red, green, blue = np.nan_to_num(find_linear(srgb), nan=0.7).tolist()
         looks[key] = (name, Material((red, green, blue), opacity=1 - clear))
     return looks[key]
 

@@ -72,7 +72,7 @@ def find_map(
     # Scale leads from the project's unit to the map's; metres stand on both sides here.
     scale = float(conversion.get("Scale") or 1.0) * unit / project
     notes: list[str] = []
-    if not 0.9 < scale < 1.1:
+    if not LEAST < scale < MOST:
         # Many exporters leave Scale out where the project is in millimetres.
         notes.append(f"the map conversion scales metres by {scale:g}; 1 is taken instead")
         scale = 1.0
@@ -164,6 +164,9 @@ def _true_north(file: Any) -> float | None:
             # Rounded, because exporters write cos 90° as 6e-17.
             return round(math.degrees(math.atan2(x, y)), 9) + 0.0
     return None
+
+
+LEAST, MOST = 0.9, 1.1  # scales of a map projection
 
 
 @dataclass(frozen=True)

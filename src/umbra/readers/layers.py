@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from umbra.errors import InputError
+from umbra.readers.checks import errors_of
 from umbra.readers.georeference import (
     assumes_height_unit,
     bring_to,
@@ -78,47 +79,10 @@ def combine(
     CRS, and notes on what was converted, set on a terrain, or stands where it should not.
     """
     notes: list[str] = []
-    target: tuple[str, str, Path] | None = None  # the CRS in metres, the file's own, the file
-    moved: list[tuple[Part, ...]] = []
-    unique: dict[str, UniqueNames] = {}  # files that share a layer's name hold things of their own
-    for layer in layers:
-        crs, parts, metric = layer.model.crs, layer.model.parts, layer.model.is_high_in_metres
-        if crs is not None and target is None:
-            parts, own = to_metres(parts, crs, is_high_in_metres=metric)
-            target = (own or crs, crs, layer.path)
-        elif crs is not None and target is not None and not is_same_plan(crs, target[0]):
-            if not is_known(crs) or not is_known(target[0]):
-                msg = (
-                    f"{target[2]} is in {show_crs(target[1])} but {layer.path} is in "
-                    f"{show_crs(crs)}; "
-                    "convert them to one coordinate reference system"
-                )
-                raise InputError(msg, crs=(target[1], crs))
-            parts = bring_to(parts, crs, target[0], is_high_in_metres=metric)
-        if crs is not None and target is not None and parts is not layer.model.parts:
-            whose = f"{show_name(layer.path)}: " if len(layers) > 1 else ""
-            notes.append(
-                f"{whose}coordinates were converted from {show_crs(crs)} to {show_crs(target[0])}"
-            )
-            if assumes_height_unit(crs):
-                unit = "metres" if metric else "feet, as the plan is"
-                notes.append(
-                    f"{whose}{show_crs(crs)} does not say the unit of heights: taken as {unit} "
-                    "(a CRS with a height system says it, as EPSG:2263+5703)"
-                )
-        if layer.name:
-            before = unique.setdefault(layer.name, UniqueNames())
-            parts, count = _place_in_layer(parts, layer.name, before)
-            if count:
-                notes.append(
-                    f"{show_name(layer.path)}: names that another file of layer '{layer.name}' "
-                    f"has, numbered: {count}"
-                )
-        moved.append(parts)
-
+    moved, crs = _bring_together(layers, notes)
     # The first raster is the terrain: another may be trees, or roofs.
     terrains = ((one.name, parts) for one, parts in zip(layers, moved) if one.model.is_terrain)
-    terrain_name, ground = next(terrains, ("", ()))
+    terrain, ground = next(terrains, ("", ()))
     for index, layer in enumerate(layers):
         if layer.model.is_afloat and ground:
             moved[index], missed = stand_on(moved[index], ground)
@@ -130,24 +94,79 @@ def combine(
             moved[index], note = _stand(layer, moved[index], ground, others)
             notes.append(f"{show_name(layer.path)}: {note}")
     if len(layers) > 1:
-        groups: dict[str, list[Part]] = {}
-        told: dict[str, str] = {}
-        for layer, parts in zip(layers, moved):
-            groups.setdefault(layer.name, []).extend(parts)
-            crs = layer.model.crs
-            word = f"{show_name(layer.path)} {f'is in {show_crs(crs)}' if crs else 'names no CRS'}"
-            told[layer.name] = f"{told[layer.name]}; {word}" if layer.name in told else word
-        notes += find_far(groups, told)
-        for layer, parts in zip(layers, moved):
-            model = layer.model
-            if ground and parts and not (model.is_terrain or model.is_afloat or model.crowns):
-                notes += find_gaps(layer.name, parts, terrain_name, ground)
-        for layer in layers:
-            if layer.model.crowns is not None:  # trees stand among all the rest
-                groups.pop(layer.name, None)
-        notes += find_overlaps(groups)
+        notes += _check_together(layers, moved, terrain, ground)
     lights = tuple(light for layer in layers for light in layer.model.lights)
-    return tuple(p for parts in moved for p in parts), lights, target[0] if target else None, notes
+    return tuple(part for parts in moved for part in parts), lights, crs, notes
+
+
+def _bring_together(
+    layers: Sequence[FileLayer], notes: list[str]
+) -> tuple[list[tuple[Part, ...]], str | None]:
+    """Bring layers into the CRS, in metres, of the first that names one; name their parts."""
+    target, first = None, layers[0]  # the CRS, and who named it
+    moved: list[tuple[Part, ...]] = []
+    unique: dict[str, UniqueNames] = {}  # files that share a layer's name hold things of their own
+    for layer in layers:
+        crs, parts, metric = layer.model.crs, layer.model.parts, layer.model.is_high_in_metres
+        if crs is not None and target is None:
+            parts, own = to_metres(parts, crs, is_high_in_metres=metric)
+            target, first = own or crs, layer
+        elif crs is not None and target is not None and not is_same_plan(crs, target):
+            if not is_known(crs) or not is_known(target):
+                named = first.model.crs or ""
+                msg = (
+                    f"{first.path} is in {show_crs(named)} but {layer.path} is in {show_crs(crs)}; "
+                    "convert them to one coordinate reference system"
+                )
+                raise InputError(msg, crs=(named, crs))
+            parts = bring_to(parts, crs, target, is_high_in_metres=metric)
+        if crs is not None and target is not None and parts is not layer.model.parts:
+            whose = f"{show_name(layer.path)}: " if len(layers) > 1 else ""
+            notes += [f"{whose}{note}" for note in _tell_conversion(crs, target, metric)]
+        if layer.name:
+            before = unique.setdefault(layer.name, UniqueNames())
+            parts, count = _place_in_layer(parts, layer.name, before)
+            if count:
+                notes.append(
+                    f"{show_name(layer.path)}: names that another file of layer '{layer.name}' "
+                    f"has, numbered: {count}"
+                )
+        moved.append(parts)
+    return moved, target
+
+
+def _tell_conversion(crs: str, target: str, is_high_in_metres: bool) -> list[str]:
+    notes = [f"coordinates were converted from {show_crs(crs)} to {show_crs(target)}"]
+    if assumes_height_unit(crs):
+        unit = "metres" if is_high_in_metres else "feet, as the plan is"
+        notes.append(
+            f"{show_crs(crs)} does not say the unit of heights: taken as {unit} "
+            "(a CRS with a height system says it, as EPSG:2263+5703)"
+        )
+    return notes
+
+
+def _check_together(
+    layers: Sequence[FileLayer],
+    moved: Sequence[tuple[Part, ...]],
+    terrain: str,
+    ground: Sequence[Part],
+) -> list[str]:
+    """Note layers that lie far apart, over or under the terrain, or in each other's place."""
+    groups: dict[str, list[Part]] = {}
+    told: dict[str, list[str]] = {}
+    for layer, parts in zip(layers, moved):
+        groups.setdefault(layer.name, []).extend(parts)
+        crs = layer.model.crs
+        word = f"is in {show_crs(crs)}" if crs else "names no CRS"
+        told.setdefault(layer.name, []).append(f"{show_name(layer.path)} {word}")
+    notes = find_far(groups, {name: "; ".join(words) for name, words in told.items()})
+    for layer, parts in zip(layers, moved):
+        model = layer.model
+        if ground and parts and not (model.is_terrain or model.is_afloat or model.crowns):
+            notes += find_gaps(layer.name, parts, terrain, ground)
+    trees = {layer.name for layer in layers if layer.model.crowns is not None}
+    return notes + find_overlaps({n: parts for n, parts in groups.items() if n not in trees})
 
 
 def _place_in_layer(
@@ -181,11 +200,8 @@ def _stand(
         lowest = float(Scene(tuple(solid), np.zeros(3)).bounds()[0, 2]) if solid else 0.0
         heights, missed = np.full(len(centres), lowest), 0
         note = f"a canopy on the level ground of z = {lowest:.6g}, for there is no terrain raster"
-    try:
+    with errors_of(f"{show_name(layer.path)} "):
         body, left_out = stand_crowns(part, crowns, heights)
-    except InputError as error:
-        msg = f"{show_name(layer.path)} {error}"
-        raise InputError(msg, **error.data) from error
     note += f", {len(centres) - left_out} cells up to {float(crowns.tops.max()):.3g} m"
     if left_out:
         note += f"; cells without a crown above the trunk zone left out: {left_out}"

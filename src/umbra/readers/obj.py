@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.checks import list_counts
 from umbra.readers.model import FileModel, ReadChoices
 from umbra.readers.obj_materials import read_materials, read_texture_corners
 from umbra.readers.placement import turn_up
-from umbra.readers.triangulate import triangulate
+from umbra.readers.triangulate import cut_faces
 from umbra.scene import Mesh, Part
 
 __all__ = ["read_obj"]
@@ -30,6 +31,22 @@ class _Statements:
     # First face, object or group name, material; at each change.
     states: list[tuple[int, str, str]] = field(default_factory=list)
     libraries: list[str] = field(default_factory=list)
+    _object: str = ""
+    _group: str = ""
+    _material: str = ""
+
+    def switch(self, key: bytes, text: str) -> None:
+        """Begin an object, a group or a material, or name a library of materials."""
+        if key == b"mtllib":
+            self.libraries.append(text)
+            return
+        if key == b"o":
+            self._object, self._group = text, ""
+        elif key == b"g":
+            self._group = text
+        else:
+            self._material = text
+        self.states.append((len(self.faces), self._group or self._object, self._material))
 
 
 def read_obj(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
@@ -38,16 +55,16 @@ def read_obj(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     statements = _sort_lines(lines, data)
     vertices = _parse_vertices(statements, data)
     corners, lengths = _parse_faces(statements, len(vertices), data)
-    faces, face_line, degenerate, crossed = _cut(vertices, corners, lengths)
+    cut = cut_faces(vertices, corners, lengths)
 
     # Parts in the order in which the file first names them.
     starts = [start for start, _, _ in statements.states]
-    state = np.searchsorted(starts, face_line, "right") - 1
+    state = np.searchsorted(starts, cut.polygon, "right") - 1
     keys: dict[tuple[str, str], int] = {}
     key_of_state = [keys.setdefault(s[1:], len(keys)) for s in statements.states]
     part = np.array(key_of_state, np.int64)[state]
     order = np.argsort(part, kind="stable")
-    faces, face_line = faces[order], face_line[order]
+    faces, face_line = cut.faces[order], cut.polygon[order]
     ends = np.cumsum(np.bincount(part, minlength=len(keys))).tolist()
     spans = {key: slice(start, end) for key, start, end in zip(keys, [0, *ends], ends)}
     spans = {key: span for key, span in spans.items() if span.stop > span.start}
@@ -68,10 +85,7 @@ def read_obj(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         Part(name or path.stem, kind, mesh, None, materials[kind])
         for (name, kind), mesh in meshes.items()
     ]
-    if degenerate:
-        notes += (f"polygons with fewer than three distinct corners left out: {degenerate}",)
-    if crossed:
-        notes += (f"polygons whose rings cross themselves, so that triangles overlap: {crossed}",)
+    notes += list_counts(cut.losses)
     return FileModel("OBJ", turn_up(tuple(parts), choices.up), notes=notes)
 
 
@@ -86,7 +100,6 @@ def _sort_lines(lines: list[bytes], data: bytes) -> _Statements:
     vertices, faces, seen = found.vertices, found.faces, found.seen
     # An index from the end depends on the vertices so far.
     relative = b" -" in data
-    name, group, material = "", "", ""
     for line in lines:
         start = line[:2]
         if start == b"v ":
@@ -105,17 +118,8 @@ def _sort_lines(lines: list[bytes], data: bytes) -> _Statements:
                 if relative:
                     seen.append(len(vertices))
             elif key in {b"o", b"g", b"usemtl", b"mtllib"}:
-                text = words[1].strip().decode("utf-8", "replace") if len(words) > 1 else ""
-                if key == b"mtllib":
-                    found.libraries.append(text)
-                    continue
-                if key == b"o":
-                    name, group = text, ""
-                elif key == b"g":
-                    group = text
-                else:
-                    material = text
-                found.states.append((len(faces), group or name, material))
+                text = words[1].strip() if len(words) > 1 else b""
+                found.switch(key, text.decode("utf-8", "replace"))
     return found
 
 
@@ -231,26 +235,3 @@ def _find_line(data: bytes, key: bytes, index: int) -> int:
             index -= 1
         continued = line.endswith(b"\\")
     return 0
-
-
-def _cut(
-    vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
-) -> tuple[NDArray[np.int32], NDArray[np.int64], int, int]:
-    """Cut faces into triangles; a triangle stays as the file has it, degenerate or not."""
-    if (lengths == 3).all():
-        return corners.reshape(-1, 3).astype(np.int32), np.arange(len(lengths)), 0, 0
-    is_triangle = lengths == 3
-    of_triangle = np.repeat(is_triangle, lengths)
-    triangles = corners[of_triangle].reshape(-1, 3).astype(np.int32)
-    cut = triangulate(
-        vertices,
-        corners[~of_triangle],
-        lengths[~is_triangle],
-        np.ones(int((~is_triangle).sum()), np.int64),
-    )
-    source = np.concatenate(
-        [np.flatnonzero(is_triangle), np.flatnonzero(~is_triangle)[cut.polygon]]
-    )
-    order = np.argsort(source, kind="stable")
-    faces = np.concatenate([triangles, cut.faces])
-    return faces[order], source[order], cut.degenerate, cut.crossed

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.checks import list_counts
 from umbra.readers.companions import Companions, OutsideError, image_beside
 from umbra.scene import Material, Mesh
 from umbra.scene.material import GREY, Color
@@ -64,8 +65,7 @@ def read_materials(
         kind: _make(entries.get(kind, _Entry()), companions, counts)
         for kind in dict.fromkeys(kinds)
     }
-    notes += [f"{what}: {count}" for what, count in counts.items()]
-    return materials, tuple(notes)
+    return materials, (*notes, *list_counts(counts))
 
 
 def _make(entry: _Entry, companions: Companions, counts: Counter[str]) -> Material:

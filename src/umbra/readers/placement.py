@@ -20,6 +20,7 @@ __all__ = [
 
 APART = 0.05
 """Places farther apart than this [degrees] are not one; the sun moves as much."""
+LEVEL = 0.01  # heights that differ by less [m] are one
 TURNED = 1.0  # True norths that differ by more [degrees] are said
 
 
@@ -74,7 +75,7 @@ def _find_ground(places: Mapping[str, FilePlace], notes: list[str]) -> float | N
     if not levels or len(places) > len(levels):
         return None
     (name, ground), *others = levels.items()
-    if all(abs(other - ground) < 0.01 for _, other in others):
+    if all(abs(other - ground) < LEVEL for _, other in others):
         notes.append(
             f"{name}: the ground is taken at z = {ground:g} m, the top of its site (ground=)"
         )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.model import FileModel
+from umbra.readers.model import FileModel, ReadChoices
 from umbra.readers.triangle_soup import make_model
 
 __all__ = ["read_ply"]
@@ -49,7 +49,7 @@ class _Element:
     properties: list[_Property] = field(default_factory=list)
 
 
-def read_ply(data: bytes, path: Path, up: str | None = None) -> FileModel:
+def read_ply(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read a PLY file as one part, without colours."""
     order, elements, start = _parse_header(data)
     source: _Binary | _Text = _Binary(data, start, order) if order else _Text(data, start)
@@ -73,7 +73,7 @@ def read_ply(data: bytes, path: Path, up: str | None = None) -> FileModel:
     for name in ("vertex_indices", "vertex_index"):
         if ("face", name) in columns:
             corners, lengths = columns["face", name]
-            return make_model("PLY", path, points, corners, lengths, up)
+            return make_model("PLY", path, points, corners, lengths, choices)
     msg = "holds points but no faces; export it as a mesh"
     raise InputError(msg)
 

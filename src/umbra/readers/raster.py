@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import need
+from umbra.readers.checks import errors_of, need
 from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
 from umbra.readers.model import RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
 from umbra.scene import Mesh, Part
@@ -249,11 +249,8 @@ def _read_trunk(
     text = str(trunk).strip()
     if text.lower().endswith(RASTERS):
         notes: list[str] = []
-        try:
+        with errors_of(f"trunk zone {text}: "):
             zone = open_raster(Path(text), choices, notes)
-        except InputError as error:
-            msg = f"trunk zone {text}: {error}"
-            raise InputError(msg, **error.data) from error
         is_same = zone.heights.shape == raster.heights.shape and np.allclose(
             zone.matrix, raster.matrix, rtol=1e-9, atol=1e-6
         )

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.model import FileModel
+from umbra.readers.checks import list_counts
+from umbra.readers.model import FileModel, ReadChoices
 from umbra.readers.placement import turn_up
-from umbra.readers.triangulate import triangulate
+from umbra.readers.triangulate import cut_faces, triangulate
 from umbra.scene import Mesh, Part
 
 __all__ = [
@@ -27,7 +28,7 @@ def make_model(
     vertices: NDArray[np.float64],
     corners: NDArray[np.int64],
     lengths: NDArray[np.int64],
-    up: str | None,
+    choices: ReadChoices,
 ) -> FileModel:
     """Make a model of one part, named like the file, from polygons, corner after corner."""
     wrong = np.flatnonzero((corners < 0) | (corners >= len(vertices)))
@@ -38,26 +39,13 @@ def make_model(
             f"vertices ({len(wrong)} such corners in all); repair the file"
         )
         raise InputError(msg, face=face, count=len(wrong))
-    notes: tuple[str, ...] = ()
-    if (lengths == 3).all():
-        # Kept as they are: inspect tells degenerate ones.
-        faces = corners.reshape(-1, 3).astype(np.int32)
-    else:
-        cut = triangulate(vertices, corners, lengths, np.ones(len(lengths), np.int64))
-        faces = cut.faces
-        if cut.degenerate:
-            notes += (
-                f"polygons with fewer than three distinct corners left out: {cut.degenerate}",
-            )
-        if cut.crossed:
-            notes += (
-                f"polygons whose rings cross themselves, so that triangles overlap: {cut.crossed}",
-            )
-    part = Part(path.stem, "", Mesh(vertices, faces))
-    return FileModel(form, turn_up((part,), up), notes=notes)
+    # Triangles alone are kept as they are: inspect tells degenerate ones.
+    cut = (cut_faces if (lengths == 3).all() else triangulate)(vertices, corners, lengths)
+    part = Part(path.stem, "", Mesh(vertices, cut.faces))
+    return FileModel(form, turn_up((part,), choices.up), notes=list_counts(cut.losses))
 
 
-def read_stl(data: bytes, path: Path, up: str | None = None) -> FileModel:
+def read_stl(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read an STL file, binary or text."""
     count = int.from_bytes(data[80:STL_HEADER], "little")
     size = STL_HEADER + count * STL_FACET.itemsize
@@ -74,7 +62,7 @@ def read_stl(data: bytes, path: Path, up: str | None = None) -> FileModel:
         facets = np.frombuffer(data, STL_FACET, count, STL_HEADER)
         points = facets["corners"].reshape(-1, 3).astype(np.float64)
     corners = np.arange(len(points), dtype=np.int64)
-    return make_model("STL", path, points, corners, np.full(len(points) // 3, 3), up)
+    return make_model("STL", path, points, corners, np.full(len(points) // 3, 3), choices)
 
 
 def _read_stl_text(data: bytes) -> NDArray[np.float64]:
@@ -104,7 +92,7 @@ def _are_numbers(words: list[bytes]) -> bool:
         return False
 
 
-def read_off(data: bytes, path: Path, up: str | None = None) -> FileModel:
+def read_off(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     """Read an OFF file in text."""
     lines = [line.partition(b"#")[0].split() for line in data.splitlines()]
     rows = [(number, words) for number, words in enumerate(lines, 1) if words]
@@ -137,7 +125,7 @@ def read_off(data: bytes, path: Path, up: str | None = None) -> FileModel:
         np.array(points, np.float64).reshape(-1, 3),
         np.array([corner for face in faces for corner in face], np.int64),
         np.array([len(face) for face in faces], np.int64),
-        up,
+        choices,
     )
 
 

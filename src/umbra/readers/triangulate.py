@@ -6,17 +6,14 @@ the signed sum of the triangles' edges is the ring, so a closed solid of polygon
 gives a closed solid of triangles. Corners are neither moved nor dropped.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.readers.ear_clipping import clip_ears
 
-__all__ = [
-    "Triangulation",
-    "triangulate",
-]
+__all__ = ["Triangulation", "cut_faces", "triangulate"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +24,14 @@ class Triangulation:
     polygon: NDArray[np.int64]  # (n_faces,): index of the polygon that each triangle came from
     degenerate: int  # polygons with fewer than three distinct corners: they gave no triangle
     crossed: int  # polygons whose rings cross themselves: their triangles overlap
+
+    @property
+    def losses(self) -> dict[str, int]:
+        """How many polygons did not come out right, by what is wrong."""
+        return {
+            "polygons with fewer than three distinct corners left out": self.degenerate,
+            "polygons whose rings cross themselves, so that triangles overlap": self.crossed,
+        }
 
 
 def triangulate(
@@ -113,6 +118,24 @@ def triangulate(
         int(len(usable) - usable.sum()),
         crossed,
     )
+
+
+def cut_faces(
+    vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
+) -> Triangulation:
+    """Cut faces of one ring; a triangle stays as the file has it, degenerate or not."""
+    is_triangle = lengths == 3
+    of_triangle = np.repeat(is_triangle, lengths)
+    triangles = corners[of_triangle].reshape(-1, 3).astype(np.int32)
+    if is_triangle.all():
+        return Triangulation(triangles, np.arange(len(lengths)), 0, 0)
+    cut = triangulate(vertices, corners[~of_triangle], lengths[~is_triangle])
+    source = np.concatenate(
+        [np.flatnonzero(is_triangle), np.flatnonzero(~is_triangle)[cut.polygon]]
+    )
+    order = np.argsort(source, kind="stable")
+    faces = np.concatenate([triangles, cut.faces])
+    return replace(cut, faces=faces[order], polygon=source[order])
 
 
 def _drop_repeats(

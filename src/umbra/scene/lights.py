@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["Light", "directional_light", "point_light", "spot_light"]
 
 WHITE = (1.0, 1.0, 1.0)
+_ALONG = 1e-9  # sine of the angle between two ways that are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,11 +224,10 @@ class Light:
         if self.axis is None:
             msg = "only a spot light has axes"
             raise InputError(msg)
-        right = np.cross(self.axis, self.up)
-        if np.linalg.norm(right) < 1e-9:  # it shines along its up: let y be up
-            right = np.cross(self.axis, (0.0, 1.0, 0.0))
-        if np.linalg.norm(right) < 1e-9:
-            right = np.cross(self.axis, (1.0, 0.0, 0.0))
+        for up in (self.up, (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
+            right = np.cross(self.axis, up)
+            if np.linalg.norm(right) >= _ALONG:  # else it shines along its up: let another be up
+                break
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(right, self.axis), self.axis])
 

@@ -164,9 +164,15 @@ class Material:
         return self.opacity < 1 or self.alpha_mode == "blend"
 
 
-_LEVELS = np.arange(256) / 255
-# sRGB as in IEC 61966-2-1.
-_LINEAR = np.where(_LEVELS <= 0.04045, _LEVELS / 12.92, ((_LEVELS + 0.055) / 1.055) ** 2.4)
+_DARK = 0.04045  # up to here sRGB is straight
+
+
+def find_linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn sRGB levels in 0 to 1 into linear light, as in IEC 61966-2-1."""
+    return np.where(srgb <= _DARK, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+_LINEAR = find_linear(np.arange(256) / 255)
 
 
 def to_linear(pixels: NDArray[np.uint8]) -> NDArray[np.float64]:

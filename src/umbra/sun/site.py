@@ -15,6 +15,7 @@ __all__ = ["Site", "find_site", "find_zone"]
 
 # Names that the database holds and that are no civil time of a place: the copies
 # with and without leap seconds, and aliases that depend on the machine.
+_ALIKE = 0.6  # names that share more may be meant
 _NO_PLACE = ("posix/", "right/", "Factory", "localtime", "posixrules")
 
 
@@ -145,7 +146,7 @@ def _nearest_zones(name: str, known: set[str]) -> list[str]:
         words = {zone.casefold(), zone.casefold().rpartition("/")[2]}
         scores[zone] = max(difflib.SequenceMatcher(None, word, wanted).ratio() for word in words)
     best = sorted(scores, key=lambda zone: (-scores[zone], zone))[:3]
-    return [zone for zone in best if scores[zone] > 0.6]
+    return [zone for zone in best if scores[zone] > _ALIKE]
 
 
 def _zone_at(latitude: float, longitude: float) -> str:
