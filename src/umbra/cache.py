@@ -55,7 +55,7 @@ def keep_scene(key: str, scene: Scene, beside: Beside | None = None) -> None:
 
 
 def load_scene(key: str, is_current: Callable[[Beside], bool] = lambda _: True) -> Scene | None:
-    """Give the scene kept by a key, or None; ``is_current`` judges what it depends on besides."""
+    """Return the scene kept by a key, or None; ``is_current`` judges what it depends on besides."""
     arrays = load(key)
     if arrays is None:
         return None
@@ -78,7 +78,7 @@ class _Pool:
         self._numbers: dict[int, int] = {}
 
     def add(self, thing: Any) -> int:
-        """Give the thing's number; -1 of None."""
+        """Return the thing's number; -1 of None."""
         if thing is None:
             return _NONE
         number = self._numbers.setdefault(id(thing), len(self.things))
@@ -170,7 +170,7 @@ def _unpack(arrays: dict[str, NDArray], words: dict[str, Any]) -> Scene:
 
 
 def _cut(array: NDArray, lengths: NDArray[np.int64]) -> list[NDArray]:
-    """Give the pieces of an array, without copying."""
+    """Return the pieces of an array, without copying."""
     if (lengths < 0).any() or lengths.sum() != len(array):
         msg = "pieces that do not make up their array"
         raise ValueError(msg)
@@ -204,7 +204,7 @@ _ABANDONED = 3600.0  # a file that was not finished in so long is of a run that 
 
 
 def find_folder() -> Path:
-    """Give the folder: what ``UMBRA_CACHE`` says, else the user's cache folder of this system."""
+    """Return the folder: what ``UMBRA_CACHE`` says, else the user's cache folder of this system."""
     given = os.environ.get("UMBRA_CACHE")
     if given:
         return Path(given).absolute()
@@ -214,7 +214,7 @@ def find_folder() -> Path:
 
 
 def load(name: str) -> dict[str, NDArray] | None:
-    """Give the arrays that were kept by a name; None if there are none, or not whole (CRC-32)."""
+    """Return the arrays that were kept by a name; None if there are none, or not whole (CRC-32)."""
     try:
         with _find_path(name).open("rb") as file, np.load(file, allow_pickle=False) as found:
             arrays = {key: found[key] for key in found.files}
@@ -261,7 +261,7 @@ def drop(name: str) -> None:
 
 
 def measure() -> tuple[int, int]:
-    """Give the number of files, and what they take [byte]."""
+    """Return the number of files, and what they take [byte]."""
     sizes = [size for _, size, _ in _list(find_folder())]
     return len(sizes), sum(sizes)
 
@@ -271,7 +271,7 @@ def _find_path(name: str) -> Path:
 
 
 def _list(folder: Path) -> list[tuple[float, int, Path]]:
-    """Give when each file was last used, its bytes and its path."""
+    """Return when each file was last used, its bytes and its path."""
     found = []
     with suppress(OSError):
         for path in folder.glob(f"*{_ENDING}"):

@@ -34,7 +34,7 @@ def make_command(code: str, *arguments: str) -> list[str]:
 
 
 def _is_here(entry: str) -> bool:
-    """Tell whether an entry of ``sys.path`` is the current folder."""
+    """Return whether an entry of ``sys.path`` is the current folder."""
     try:
         return Path(entry).samefile(os.curdir)
     except OSError:  # it is not there, or the current folder is not

@@ -165,7 +165,7 @@ def test_material_libraries_are_part_of_the_key(tmp_path, reads):
     for _ in range(2):
         scene = umbra.read(path, cache=True)
     assert len(reads.files) == 4
-    assert scene.notes == ("town.obj: textures that are not there, drawn plain: 1",)
+    assert scene.notes == ("town.obj: missing textures left out: 1",)
     (tmp_path / "brick.png").write_bytes(b"there now")
     umbra.read(path, cache=True)
     assert len(reads.files) == 5

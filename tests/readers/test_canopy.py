@@ -175,10 +175,10 @@ def test_shadows_of_crowns_on_a_slope_are_right_by_rays(write):
     ("heights", "options", "match"),
     [
         ([[0, 0], [0, 0]], {}, "no cell with a canopy"),
-        ([[0, 512], [0, 0]], {}, "trees of 512 m.*--canopy-heights absolute"),
+        ([[0, 512], [0, 0]], {}, "trees of 512 m.*canopy_heights='absolute'"),
         ([[0, 9], [0, 0]], {"trunk": "2"}, "share of the height from 0 to below 1"),
         ([[0, 9], [0, 0]], {"trunk": "no.tif"}, r"trunk zone no\.tif"),
-        ([[0, 9], [0, 0]], {"canopy_heights": "absolute"}, "leave --canopy-heights absolute out"),
+        ([[0, 9], [0, 0]], {"canopy_heights": "absolute"}, "leave canopy_heights='absolute' out"),
         ([[0, 9], [0, 0]], {"canopy_heights": "relative"}, "above-ground or absolute"),
         ([[0, 9], [0, 0]], {"canopy": [], "trunk": "0.3"}, "trunk= is for canopy rasters"),
         ([[0, 9], [0, 0]], {"canopy": ["d"], "canopy_heights": "absolute"}, "none of the files"),

@@ -435,4 +435,4 @@ def test_objects_of_one_id_in_two_lines_are_two(tmp_path, box):
     assert [part.name for part in scene.parts] == ["b", "b (2)"]
     assert [part.bounds[0, 0] for part in scene.parts] == [0, 20]
     assert scene.select(["b"]) == [0, 1]
-    assert "two.city.jsonl: objects whose id is another's, numbered: 1" in scene.notes
+    assert "two.city.jsonl: objects with a repeated id, numbered: 1" in scene.notes

@@ -128,7 +128,7 @@ def test_a_texture_is_looked_at_again_when_it_is_drawn(folder):
 
 def test_pictures_that_are_programs_are_none():
     script = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\nshowpage\n%%EOF\n"
-    with pytest.raises(InputError, match="it is no picture that is known"):
+    with pytest.raises(InputError, match="its image format is unknown"):
         _ = encoded_image("a.eps", lambda: script).pixels
 
 

@@ -81,7 +81,7 @@ def test_the_minimum_height_of_openstreetmap_counts_from_the_ground(write):
 def test_columns_of_heights_are_known_by_name_and_said(write, column):
     scene = umbra.read(write(feature(SQUARE, properties={"floors": 2, column: 7})))
     assert scene.bounds()[1, 2] == 7
-    assert f"heights are those of the column '{column}'" in scene.notes[0]
+    assert f"heights come from the column '{column}'" in scene.notes[0]
 
 
 def test_a_column_can_be_chosen(write):
@@ -290,15 +290,15 @@ def test_features_that_share_an_id_stay_apart_and_take_their_names(write):
     assert [part.name for part in scene.parts] == ["Town hall", "Church", "Church (2)", "4"]
     assert len(set(scene.groups().tolist())) == 4
     assert (
-        "f.geojson: names are those of the column 'name' (name_column=); footprints without one, "
-        "named by their order: 1; footprints whose name is another's, numbered: 1"
+        "f.geojson: names come from the column 'name' (name_column=); footprints without one, "
+        "named by their order: 1; footprints with a repeated name, numbered: 1"
     ) in scene.notes
 
 
 @pytest.mark.parametrize(
     ("properties", "ids", "names", "of"),
     [
-        ([{"Id": 0}, {"Id": 0}], None, ["1", "2"], "for the column 'Id' tells none apart"),
+        ([{"Id": 0}, {"Id": 0}], None, ["1", "2"], "for the column 'Id' is the same for all"),
         ([{"Id": 7}, {"Id": 9}], None, ["7", "9"], "the column 'Id'"),
         ([{"NAME": "a"}, {"NAME": "b"}], [5, 6], ["a", "b"], "the column 'NAME'"),
         ([{"name": "a"}, {}], [5, 6], ["5", "6"], "the features' own ids"),

@@ -240,4 +240,4 @@ def test_nodes_of_one_name_are_two_things(made, save):
     assert [part.name for part in scene.parts] == ["Tower", "Tower", "Tower (2)", "Tower (2)"]
     assert scene.groups().tolist() == [0, 0, 1, 1]
     assert scene.select(["Tower"]) == [0, 1, 2, 3]
-    assert "m.glb: nodes whose name is another's, numbered: 1" in scene.notes
+    assert "m.glb: nodes with a repeated name, numbered: 1" in scene.notes

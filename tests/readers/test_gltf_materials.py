@@ -14,7 +14,7 @@ from umbra.readers import companions
 from umbra.scene.material import sample
 
 PIXELS = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 0]]], np.uint8)
-LOST = "m.glb: textures that are not there or in no format that is read, drawn plain: 1"
+LOST = "m.glb: textures that are missing or in an unknown format, left out: 1"
 
 
 def encode(form="PNG", pixels=PIXELS):
@@ -201,7 +201,7 @@ def test_glow_and_unlit(made, read):
     made.material |= {"extensions": {}, "emissiveTexture": {"index": 0}}
     scene = read(made)
     assert scene.parts[0].material.emission == (0, 0, 0)
-    assert scene.notes == ("m.glb: materials whose glow is a picture, drawn without it: 1",)
+    assert scene.notes == ("m.glb: emissive textures left out: 1",)
 
 
 def test_colours_of_older_files(made, read):

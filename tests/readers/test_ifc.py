@@ -255,7 +255,7 @@ def test_an_opening_that_is_not_there_is_counted(tmp_path, measure):
     path.write_text(text)
     scene = umbra.read(path)
     assert measure.volume(scene) == pytest.approx(6)
-    assert "openings that are not in the file left out: 1" in " ".join(scene.notes)
+    assert "openings left out that are missing from the file: 1" in " ".join(scene.notes)
 
 
 def test_lines_that_are_not_understood_are_counted(tmp_path):
@@ -399,7 +399,7 @@ def test_an_opening_of_the_wrong_class_is_left_out(tmp_path, measure):
         (tmp_path / "b.ifc").write_text(broken)
         scene = umbra.read(tmp_path / "b.ifc")
         assert measure.volume(scene) == pytest.approx(6 + 1)
-        assert scene.notes == ("b.ifc: openings that are not in the file left out: 1",)
+        assert scene.notes == ("b.ifc: openings left out that are missing from the file: 1",)
 
 
 def test_an_opening_in_what_is_no_element_is_left_out(tmp_path, measure):
@@ -414,7 +414,7 @@ def test_an_opening_in_what_is_no_element_is_left_out(tmp_path, measure):
         (tmp_path / "b.ifc").write_text(broken)
         scene = umbra.read(tmp_path / "b.ifc")
         assert measure.volume(scene) == pytest.approx(6)
-        assert scene.notes == ("b.ifc: openings that are not in the file left out: 1",)
+        assert scene.notes == ("b.ifc: openings left out that are missing from the file: 1",)
 
 
 def write_trap(tmp_path, *, hangs):

@@ -1,6 +1,7 @@
 """Several files in one scene: their names, their CRSs, and where they stand."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -126,7 +127,7 @@ def test_an_unknown_crs_beside_a_known_one_is_refused_by_name(houses):
 def test_layers_far_apart_are_said(houses, obj):
     scene = umbra.read(houses("a.geojson", "EPSG:31256", (2500, 340500)), f"new={obj('b.obj')}")
     assert (
-        "layer 'new' lies 340 km from layer 'a', so their coordinates are hardly of one system "
+        "layer 'new' lies 340 km from layer 'a', so their coordinates cannot be of one system "
         "(b.obj names no CRS; a.geojson is in EPSG:31256); export one in the coordinates of the "
         "other, or study each alone"
     ) in scene.notes
@@ -135,10 +136,10 @@ def test_layers_far_apart_are_said(houses, obj):
 @pytest.mark.parametrize(
     ("base", "said"),
     [
-        (196.0, "is sunk in the terrain 't': half of 3 things that stand on no other begin 4.0 m"),
+        (196.0, "is sunk in the terrain 't': half of 3 objects .* begin 4.0 m"),
         (198.0, ""),  # a cellar
         (200.5, ""),
-        (203.5, "floats over the terrain 't': half of 3 things that stand on no other are 3.5 m"),
+        (203.5, "floats over the terrain 't': half of 3 objects .* are 3.5 m"),
     ],
 )
 def test_a_block_over_or_under_the_terrain_is_said(tmp_path, base, said):
@@ -160,7 +161,7 @@ def test_a_block_over_or_under_the_terrain_is_said(tmp_path, base, said):
     scene = umbra.read(tmp_path / "t.tif", tmp_path / "b.obj")
     heights = [note for note in scene.notes if "terrain" in note]
     assert len(heights) == bool(said)
-    assert all(said in note and "layer 'b'" in note for note in heights)
+    assert all(re.search(f"layer 'b' {said}", note) for note in heights)
 
 
 def test_layers_that_stand_in_one_place_are_said(houses):

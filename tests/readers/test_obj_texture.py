@@ -87,7 +87,7 @@ def test_coordinates_that_change_at_a_place_split_it_and_the_weld_joins_it(save)
 def test_coordinates_that_are_not_there_are_noted(save):
     scene = umbra.read(save("usemtl brick\nf 1/1 2/99 3/-7\n"))
     assert corners(scene.parts[0]) == [(0, 0, 0, 1), (1, 0, 0, 0), (1, 1, 0, 0)]
-    assert scene.notes == ("wall.obj: corners with texture coordinates that are not there: 2",)
+    assert scene.notes == ("wall.obj: corners without their texture coordinates: 2",)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_textures_that_are_not_there_are_noted_and_plain(save):
     assert part.material.image is None
     assert part.mesh.uv is None
     assert part.color == (0.5, 0.25, 0)
-    assert scene.notes == ("wall.obj: textures that are not there, drawn plain: 1",)
+    assert scene.notes == ("wall.obj: missing textures left out: 1",)
 
 
 def test_a_damaged_picture_is_named_when_it_is_drawn(save, tmp_path):

@@ -51,8 +51,8 @@ def test_content_goes_before_the_ending(save):
     [
         ("a.obj", "", "is empty"),
         ("a.json", " \n ", "is empty"),
-        ("a.xyz", "hello", "in no format that is read"),
-        ("noending", b"\x00\x01\x02", "in no format that is read"),
+        ("a.xyz", "hello", "its format is unknown"),
+        ("noending", b"\x00\x01\x02", "its format is unknown"),
         ("a.ifc", "ISO-10303-21;\nHEADER;", "is IFC that ends too early"),
         ("a.gml", "<?xml version='1.0'?><CityModel/>", "CityGML"),
         ("a.json.gz", b"\x1f\x8b\x08\x00", "gzip"),

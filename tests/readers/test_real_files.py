@@ -8,7 +8,7 @@ import pytest
 
 import umbra
 from umbra.readers import cityjson as cityjson_module
-from umbra.readers import obj as obj_module
+from umbra.readers import triangulate as triangulate_module
 from umbra.readers.triangulate import triangulate
 
 CITYJSON = [
@@ -52,7 +52,7 @@ def test_every_polygon_keeps_its_edges(real_file, monkeypatch, name):
         return result
 
     monkeypatch.setattr(cityjson_module, "triangulate", watched)
-    monkeypatch.setattr(obj_module, "triangulate", watched)
+    monkeypatch.setattr(triangulate_module, "triangulate", watched)
     umbra.read(real_file(name))
     ((vertices, corners, lengths, rings, result),) = calls
     assert find_changed_boundaries(vertices, corners, lengths, rings, result).tolist() == []

@@ -44,7 +44,7 @@ HBJSON = {"type": "Model", "identifier": "a", "properties": {}, "rooms": []}
         ("a.zip", b"PK\x03\x04...", "ZIP archive"),
         ("a.obj.gz", b"\x1f\x8b\x08", "gzip"),
         ("a.obj", b"version https://git-lfs.github.com/spec/v1", "git lfs pull"),
-        ("a.xyz", b"1 2 3\n", "in no format that is read"),
+        ("a.xyz", b"1 2 3\n", "its format is unknown"),
     ],
 )
 def test_a_file_that_is_not_read_is_called_by_its_name(tmp_path, name, content, words):

@@ -133,7 +133,7 @@ def _find_crowns(
     trunk: str | float | None,
     heights: str | None,
 ) -> Crowns | None:
-    """Tell which files are canopy rasters, and how they are read; None if there is none."""
+    """Return which files are canopy rasters, and how they are read; None if there is none."""
     if heights is not None and heights not in HEIGHTS:
         msg = f"canopy heights are {' or '.join(HEIGHTS)}; got '{heights}'"
         raise InputError(msg, canopy_heights=heights)

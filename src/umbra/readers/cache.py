@@ -47,7 +47,7 @@ def read_kept(
 
 
 def _find_key(files: Files, choices: ReadChoices) -> str | None:
-    """Give the key of the scene that files make; None if it is not to be kept."""
+    """Return the key of the scene that files make; None if it is not to be kept."""
     if any(path.suffix.lower() not in _ENDINGS for _, path, _ in files):
         return None
     if sum(len(data) for *_, data in files) < LEAST:
@@ -61,7 +61,7 @@ def _find_key(files: Files, choices: ReadChoices) -> str | None:
 
 
 def _record(files: Files, choices: ReadChoices) -> Beside:
-    """Give each file that a model named: whose, its name, whether it was read, how it is."""
+    """Return each file that a model named: whose, its name, whether it was read, how it is."""
     number = {path: n for n, (_, path, _) in enumerate(files)}
     return [
         [number[one.path], name, found is not None, found or one.look(name, is_read=False)]
@@ -71,7 +71,7 @@ def _record(files: Files, choices: ReadChoices) -> Beside:
 
 
 def _are_current(beside: Beside, files: Files, choices: ReadChoices) -> bool:
-    """Tell whether the files that models named are as they were."""
+    """Return whether the files that models named are as they were."""
     return all(
         choices.companions_of(files[number][1]).look(name, is_read=is_read) == word
         for number, name, is_read, word in beside

@@ -58,18 +58,18 @@ def _miss(package: str, extra: str, what: str, reason: str) -> InputError:
 
 
 def list_counts(counts: Mapping[str, int]) -> tuple[str, ...]:
-    """Give notes on what was left out, from the number of each."""
+    """Return notes on what was left out, from the number of each."""
     return tuple(f"{what}: {count}" for what, count in counts.items() if count)
 
 
 def describe_damage(error: BaseException) -> str:
     """Say in a line what an error in walking a file's values means for the file."""
     if isinstance(error, KeyError):
-        return f"{str(error.args[0] if error.args else '')[:60]!r} is missing or of no known kind"
+        return f"{str(error.args[0] if error.args else '')[:60]!r} is missing or unknown"
     if isinstance(error, IndexError):
-        return "a number names what is not there, or a list is too short"
+        return "an index is out of range, or a list is too short"
     if isinstance(error, (AttributeError, TypeError)):
-        return "a value is of another kind than the format says"
+        return "a value has the wrong type"
     return " ".join(str(error).split())[:120] or "it breaks off"
 
 

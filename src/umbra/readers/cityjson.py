@@ -92,7 +92,7 @@ def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:
     ]
     metadata = head.get("metadata")
     crs = metadata.get("referenceSystem") if isinstance(metadata, dict) else None
-    counts["objects whose id is another's, numbered"] = unique.numbered
+    counts["objects with a repeated id, numbered"] = unique.numbered
     form = "CityJSONSeq" if len(documents) > 1 else "CityJSON"
     return FileModel(
         f"{form} {version}".strip(),
@@ -103,7 +103,7 @@ def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:
 
 
 def _place_vertices(raw: Any, transform: Any, where: str) -> NDArray[np.float64]:
-    """Give vertices (n, 3) in the file's own coordinates, scaled and moved in float64."""
+    """Return vertices (n, 3) in the file's own coordinates, scaled and moved in float64."""
     try:
         vertices = np.array(raw, np.float64).reshape(len(raw), 3)
     except (TypeError, ValueError) as error:
@@ -277,5 +277,5 @@ COLORS = {
 
 @cache
 def find_material(kind: str) -> Material:
-    """Give the material of a CityJSON object type or surface type; grey for others."""
+    """Return the material of a CityJSON object type or surface type; grey for others."""
     return Material(COLORS.get(kind, GREY))

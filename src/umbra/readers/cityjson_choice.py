@@ -103,7 +103,7 @@ def _choose(
 
 
 def _level(geometry: dict[str, Any]) -> float:
-    """Give the level of detail as a number: "2.2" > 2 > "1.3"; -1 if there is none."""
+    """Return the level of detail as a number: "2.2" > 2 > "1.3"; -1 if there is none."""
     try:
         return float(geometry["lod"])
     except (KeyError, TypeError, ValueError):
@@ -111,7 +111,7 @@ def _level(geometry: dict[str, Any]) -> float:
 
 
 def flatten(shape: dict[str, Any]) -> list[Any]:
-    """Give all surfaces of a shape, each a list of rings; of a solid, all shells."""
+    """Return all surfaces of a shape, each a list of rings; of a solid, all shells."""
     surfaces = shape["boundaries"]
     for _ in range(DEPTHS[shape["type"]]):
         surfaces = [inner for outer in surfaces for inner in outer]

@@ -82,7 +82,7 @@ class Companions:
             msg = f"'{shown}' is not beside the file; keep both together"
             raise InputError(msg, companion=name) from error
         if not stat.S_ISREG(mode):
-            msg = f"'{shown}' is no regular file (a folder, a device or a pipe); export it again"
+            msg = f"'{shown}' is not a regular file (a folder, a device or a pipe); export it again"
             raise InputError(msg, companion=name)
         return real
 
@@ -178,6 +178,6 @@ def _decode(name: str, fetch: Callable[[], bytes]) -> NDArray[np.uint8]:
     except (OSError, ValueError, SyntaxError, EOFError, PIL.Image.DecompressionBombError) as error:
         reason = " ".join(str(error).replace("<_io.BytesIO object at ", "<").split())[:100]
         if isinstance(error, PIL.UnidentifiedImageError):
-            reason = "it is no picture that is known"
+            reason = "its image format is unknown"
         msg = f"texture '{name}' cannot be read ({reason}); export it as PNG or JPEG"
         raise InputError(msg, texture=name) from error

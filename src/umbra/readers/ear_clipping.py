@@ -97,7 +97,7 @@ def _cut(flat: list[Point], lengths: Sequence[int], ends: list[int]) -> list[Cor
 
 
 def _find_normal(ring: list[list[float]]) -> tuple[float, float, float]:
-    """Give Newell's normal, twice the ring's area long."""
+    """Return Newell's normal, twice the ring's area long."""
     x = y = z = 0.0
     x0, y0, z0 = ring[-1]
     for x1, y1, z1 in ring:
@@ -109,7 +109,7 @@ def _find_normal(ring: list[list[float]]) -> tuple[float, float, float]:
 
 
 def _find_area(flat: list[Point], ring: Sequence[int]) -> float:
-    """Give the signed area of a ring of corners [m²]."""
+    """Return the signed area of a ring of corners [m²]."""
     x0, y0 = flat[ring[0]]
     area = 0.0
     xa, ya = 0.0, 0.0

@@ -65,14 +65,14 @@ def _list_features(document: Any) -> list[Any]:
     if kind == "FeatureCollection":
         features = document.get("features")
         if not isinstance(features, list) or not all(isinstance(f, dict) for f in features):
-            msg = "is GeoJSON whose features are no list of objects; export it again"
+            msg = "is GeoJSON whose features are not a list of objects; export it again"
             raise InputError(msg)
         return features
     return [document] if kind == "Feature" else [{"type": "Feature", "geometry": document}]
 
 
 def _list_polygons(geometry: Any, left: Counter[str]) -> list[Any]:
-    """Give the polygons of a geometry; count what is none."""
+    """Return the polygons of a geometry; count what is none."""
     if geometry is None:
         left["features without a geometry left out"] += 1
         return []
@@ -108,7 +108,7 @@ def _flatten(polygons: list[Any], owner: list[int]) -> Rings:
         array = np.array(points, np.float64).reshape(len(points), 2)
     except (TypeError, ValueError) as error:
         wrong = next((p for p in points if not all(isinstance(v, int | float) for v in p)), None)
-        msg = f"has a corner that is no pair of numbers ({str(wrong)[:60]}); export it again"
+        msg = f"has a corner that is not a pair of numbers ({str(wrong)[:60]}); export it again"
         raise InputError(msg) from error
     return Rings(
         array, np.array(lengths, np.int64), np.array(polygon, np.int64), np.array(owner, np.int64)
@@ -116,7 +116,7 @@ def _flatten(polygons: list[Any], owner: list[int]) -> Rings:
 
 
 def _find_crs(head: dict[str, Any], rings: Rings) -> tuple[str | None, tuple[str, ...]]:
-    """Give the CRS: as named, else degrees as the standard has it, if they can be."""
+    """Return the CRS: as named, else degrees as the standard has it, if they can be."""
     named = head.get("crs")
     if isinstance(named, dict):
         properties = named.get("properties")
@@ -131,7 +131,7 @@ def _find_crs(head: dict[str, Any], rings: Rings) -> tuple[str | None, tuple[str
 
 
 def _gather_columns(features: list[Any]) -> dict[str, list[Any]]:
-    """Give the properties column by column."""
+    """Return the properties column by column."""
     rows = [feature.get("properties") for feature in features]
     filled = [row if isinstance(row, dict) else {} for row in rows]
     names = dict.fromkeys(chain.from_iterable(filled))
@@ -221,7 +221,7 @@ def _may_hold_polygons(kind: str | None) -> bool:
 
 
 def _find_polygons(shapely: Any, shapes: Any, there: Any, notes: list[str]) -> tuple[Any, Any]:
-    """Give all polygons, flat, and the row of each; count what is none."""
+    """Return all polygons, flat, and the row of each; count what is none."""
     rows = np.flatnonzero(there)
     parts, index = shapely.get_parts(shapes[rows], return_index=True)
     while (shapely.get_type_id(parts) > 3).any():  # collections in collections
@@ -234,12 +234,12 @@ def _find_polygons(shapely: Any, shapes: Any, there: Any, notes: list[str]) -> t
 
 
 def _plain(values: Any) -> list[Any]:
-    """Give Python's own values, None for what a database calls null."""
+    """Return Python's own values, None for what a database calls null."""
     return [None if isinstance(v, float) and math.isnan(v) else v for v in values.tolist()]
 
 
 def _find_companions(path: Path, companions: Companions) -> tuple[Source, ...]:
-    """Give the files beside a Shapefile that hold its columns and its CRS."""
+    """Return the files beside a Shapefile that hold its columns and its CRS."""
     if path.suffix.lower() != ".shp":
         return ()
     found = []

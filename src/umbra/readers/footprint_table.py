@@ -34,6 +34,35 @@ class Rings:
     polygon: NDArray[np.int64]
     feature: NDArray[np.int64]  # (n_polygons,): row of the table that each polygon belongs to
 
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """First corner of each ring, (n_rings,)."""
+        return np.cumsum(self.lengths) - self.lengths
+
+    @property
+    def following(self) -> NDArray[np.int64]:
+        """The next corner in each corner's ring, (n_points,)."""
+        following = np.arange(1, len(self.points) + 1)
+        following[np.cumsum(self.lengths) - 1] = self.starts
+        return following
+
+    @property
+    def is_outer(self) -> NDArray[np.bool_]:
+        """Which rings are a polygon's outside, (n_rings,)."""
+        return np.diff(self.polygon, prepend=-1) != 0
+
+    def select(
+        self, polygons: NDArray[np.bool_], rings: NDArray[np.bool_] | None = None
+    ) -> "Rings":
+        """Keep some polygons, and of those some rings."""
+        kept = polygons[self.polygon] if rings is None else polygons[self.polygon] & rings
+        return Rings(
+            self.points[np.repeat(kept, self.lengths)],
+            self.lengths[kept],
+            (np.cumsum(polygons) - 1)[self.polygon[kept]],
+            self.feature[polygons],
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class FootprintTable:
@@ -91,7 +120,7 @@ def find_column(columns: dict[str, list[Any]], chosen: str | None, names: tuple[
         if name in lower:
             return lower[name]
     msg = (
-        f"says no heights: no column is called {names[0]} or the like; the file has "
+        f"has no heights: no column is called {names[0]} or similar; the file has "
         f"{_list(columns)}; name one with height_column="
     )
     raise InputError(msg, columns=list(columns))
@@ -168,18 +197,18 @@ def name_features(table: FootprintTable, chosen: str | None = None) -> tuple[lis
         twice += bool(words[row]) and names[row] != words[row]
     if title is None:
         return names, []
-    note = f"names are those of {title} (name_column=)"
+    note = f"names come from {title} (name_column=)"
     if empty and empty < len(rows):
         note += f"; footprints without one, named by their order: {empty}"
     if twice:
-        note += f"; footprints whose name is another's, numbered: {twice}"
+        note += f"; footprints with a repeated name, numbered: {twice}"
     return names, [note]
 
 
 def _choose(
     table: FootprintTable, rows: Sequence[int], chosen: str | None
 ) -> tuple[str | None, list[str]]:
-    """Give what the names are of, None for nothing, and the words of all rows."""
+    """Return what the names are of, None for nothing, and the words of all rows."""
     own = [name or "" for name in table.names]
     if chosen is not None:
         try:
@@ -203,7 +232,7 @@ def _choose(
         return None, nothing
     best = candidates[apart.index(most)]
     if most == 1 and len(rows) > 1:  # such as an Id of 0 on each
-        return f"their order in the file, for {best[0]} tells none apart", nothing
+        return f"their order in the file, for {best[0]} is the same for all", nothing
     return best
 
 

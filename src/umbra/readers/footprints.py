@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.readers.checks import list_counts
 from umbra.readers.footprint_table import (
     HEIGHTS,
     ColumnNumbers,
@@ -59,10 +60,10 @@ def extrude_table(table: FootprintTable, choices: ReadChoices) -> FileModel:
     if not usable.any():
         msg = f"no footprint has a height ({'; '.join(notes)}); name another height_column="
         raise InputError(msg)
-    rings, remarks = repair(_keep(table.rings, usable[table.rings.feature]))
+    rings, remarks = repair(table.rings.select(usable[table.rings.feature]))
     notes += remarks
-    vertices, faces, feature, remarks = make_prisms(rings, extent.low, extent.high)
-    notes += remarks
+    vertices, faces, feature, losses = make_prisms(rings, extent.low, extent.high)
+    notes += losses
 
     labels = [table.columns[key] for key in _present(table.columns, LABELS)]
     order = np.argsort(feature, kind="stable")
@@ -103,7 +104,7 @@ def _find_extent(
     columns = table.columns
     column = find_column(columns, choices.height_column, HEIGHTS)
     if choices.height_column is None:
-        notes.append(f"heights are those of the column '{column}' (height_column=)")
+        notes.append(f"heights come from the column '{column}' (height_column=)")
     heights = parse_numbers(columns[column])
     _note_text(heights, column, names, notes)
     low = np.zeros(len(heights.values))
@@ -132,7 +133,7 @@ def _note_text(numbers: ColumnNumbers, column: str, names: list[str], notes: lis
     if numbers.odd:
         row, text = numbers.odd[0]
         notes.append(
-            f"values of '{column}' that are no number of metres: {len(numbers.odd)} "
+            f"values of '{column}' that are not numbers of metres: {len(numbers.odd)} "
             f"(first: {text[:30]!r} of '{names[row]}')"
         )
     if numbers.from_text:
@@ -159,17 +160,6 @@ def _tags(labels: list[list[Any]], row: int) -> tuple[str, ...]:
     return tuple(dict.fromkeys(word for word in words if isinstance(word, str) and word))
 
 
-def _keep(rings: Rings, chosen: NDArray[np.bool_]) -> Rings:
-    """Keep the chosen polygons."""
-    kept = chosen[rings.polygon]
-    return Rings(
-        rings.points[np.repeat(kept, rings.lengths)],
-        rings.lengths[kept],
-        (np.cumsum(chosen) - 1)[rings.polygon[kept]],
-        rings.feature[chosen],
-    )
-
-
 CROSSED = (
     "footprints whose rings cross themselves, so that triangles overlap "
     "(pip install 'umbra-shadows[gis]' repairs them)"
@@ -178,7 +168,7 @@ CROSSED = (
 
 def make_prisms(
     rings: Rings, low: NDArray[np.float64], high: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int64], list[str]]:
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int64], tuple[str, ...]]:
     """
     Extrude polygons of any winding from ``low`` to ``high``, (n_features,) [m].
 
@@ -200,10 +190,7 @@ def make_prisms(
         np.bincount(rings.polygon, minlength=len(rings.feature)),
     )
     # A wall for each edge of the plan, from a corner to the next of its ring.
-    starts = np.cumsum(rings.lengths) - rings.lengths
-    here = np.arange(n)
-    there = here + 1
-    there[starts + rings.lengths - 1] = starts
+    here, there = np.arange(n), rings.following
     # What left no roof has no walls either: a prism is whole or not there.
     covered = np.zeros(len(rings.feature), np.bool_)
     covered[cut.polygon] = True
@@ -219,33 +206,21 @@ def make_prisms(
     ).astype(np.int32)
     roofs = rings.feature[cut.polygon]
     walls = feature[walled]
-    notes = [
-        f"{what}: {number}"
-        for what, number in (
-            ("footprints with fewer than three distinct corners left out", cut.degenerate),
-            (
-                CROSSED,
-                cut.crossed,
-            ),
-        )
-        if number
-    ]
+    short = "footprints with fewer than three distinct corners left out"
+    notes = list_counts({short: cut.degenerate, CROSSED: cut.crossed})
     return vertices, faces, np.concatenate([roofs, roofs, walls, walls]), notes
 
 
 def _wind(rings: Rings) -> Rings:
     """Wind outer rings counter-clockwise and holes clockwise."""
-    starts = np.cumsum(rings.lengths) - rings.lengths
+    starts = rings.starts
     ring = np.repeat(np.arange(len(starts)), rings.lengths)
     place = np.arange(len(rings.points)) - starts[ring]
-    following = starts[ring] + (place + 1) % rings.lengths[ring]
     # About each ring's first corner, so that a far origin costs no digits.
     a = rings.points - rings.points[starts[ring]]
-    b = rings.points[following] - rings.points[starts[ring]]
+    b = rings.points[rings.following] - rings.points[starts[ring]]
     area = np.bincount(ring, a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], minlength=len(starts))
-    outer = np.ones(len(starts), np.bool_)
-    outer[1:] = rings.polygon[1:] != rings.polygon[:-1]
-    turn = (area < 0) == outer
+    turn = (area < 0) == rings.is_outer
     order = np.where(
         turn[ring], starts[ring] + rings.lengths[ring] - 1 - place, starts[ring] + place
     )

@@ -25,7 +25,7 @@ READERS = {
     "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
     "off": ("umbra.readers.triangle_soup", "read_off"),
-    "ply": ("umbra.readers.ply", "read_ply"),
+    "ply": ("umbra.readers.triangle_soup", "read_ply"),
     "stl": ("umbra.readers.triangle_soup", "read_stl"),
     "tiff": ("umbra.readers.raster", "read_raster"),
     "vector": ("umbra.readers.footprint_files", "read_vectors"),
@@ -84,7 +84,7 @@ def find_reader(data: bytes, path: Path) -> Reader:
             msg = f"{unread}; umbra reads {FORMATS}"
             raise InputError(msg)
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
-        msg = f"is in no format that is read (by its content and {ending}); umbra reads {FORMATS}"
+        msg = f"its format is unknown (by its content and {ending}); umbra reads {FORMATS}"
         raise InputError(msg)
     if kind in BY_CONTENT.values() and told is None and kind in {"ifc", "tiff", "vector"}:
         msg = f"is named {path.suffix} but does not begin as such a file does; export it again"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part, Scene
+from umbra.scene.making import move_parts
 
 if TYPE_CHECKING:
     from pyproj import CRS
@@ -40,7 +41,7 @@ MARGIN = 1.0
 
 def name_crs(text: object) -> str | None:
     """
-    Give a CRS a short name.
+    Return a CRS a short name.
 
     Parameters
     ----------
@@ -66,25 +67,25 @@ def name_crs(text: object) -> str | None:
 
 
 def show_crs(crs: str) -> str:
-    """Give a CRS's name for people: of one in well-known text its title alone."""
+    """Return a CRS's name for people: of one in well-known text its title alone."""
     title = TITLE.match(crs)
     return title[1] if title else crs
 
 
 def is_known(crs: str) -> bool:
-    """Tell whether PROJ knows a CRS by this name, and it is one of places on earth."""
+    """Return whether PROJ knows a CRS by this name, and it is one of places on earth."""
     found = _find_crs(crs)
     return found is not None and (found.is_projected or found.is_geographic)
 
 
 def is_degrees(crs: str) -> bool:
-    """Tell whether a CRS is of degrees, which become metres of a UTM zone."""
+    """Return whether a CRS is of degrees, which become metres of a UTM zone."""
     found = _find_crs(crs)
     return found is not None and found.is_geographic
 
 
 def is_same_plan(one: str, other: str) -> bool:
-    """Tell whether two CRSs differ in their heights at most."""
+    """Return whether two CRSs differ in their heights at most."""
     a, b = _find_crs(one), _find_crs(other)
     return one == other or (a is not None and b is not None and a.to_2d() == b.to_2d())
 
@@ -103,7 +104,7 @@ def bring_to(
 
 
 def find_plan_unit(crs: str) -> float:
-    """Give the metres in a unit of a projected CRS's plan; 1 for any other CRS."""
+    """Return the metres in a unit of a projected CRS's plan; 1 for any other CRS."""
     found = _find_crs(crs)
     return _metres_per_unit(found)[0] if found is not None and found.is_projected else 1.0
 
@@ -193,7 +194,7 @@ def _find_crs(crs: str | None) -> "CRS | None":
 
 
 def assumes_height_unit(crs: str) -> bool:
-    """Tell whether a CRS in feet does not say in what heights are; then they are in feet, too."""
+    """Return whether a CRS in feet does not say in what heights are; then they are in feet, too."""
     found = _find_crs(crs)
     if found is None or not found.is_projected:
         return False
@@ -202,7 +203,7 @@ def assumes_height_unit(crs: str) -> bool:
 
 
 def _metres_per_unit(crs: "CRS") -> tuple[float, float]:
-    """Give metres per plan unit and per height unit."""
+    """Return metres per plan unit and per height unit."""
     axes = crs.axis_info
     up = [axis.unit_conversion_factor for axis in axes if axis.direction == "up"]
     plan = axes[0].unit_conversion_factor
@@ -244,26 +245,21 @@ def _move_plan(
 
     flat = CRS.from_user_input(target).to_2d()
     transformer = Transformer.from_crs(found.to_2d(), flat, always_xy=True)
-    arrays: dict[int, NDArray[np.float64]] = {}
-    moved = []
-    for part in parts:
-        mesh = part.mesh
-        if part.transform is not None:
-            corners = np.arange(3 * part.triangles, dtype=np.int32)
-            uv = None if mesh.uv is None else mesh.uv[mesh.faces.ravel()]
-            mesh = Mesh(_corners(part), corners, uv=uv)
-        key = id(mesh.vertices)
-        if key not in arrays or part.transform is not None:
-            x, y, z = mesh.vertices.T
-            east, north = transformer.transform(x, y)
-            arrays[key] = np.stack([east, north, z * height], axis=1)
-        moved.append(replace(part, mesh=mesh.moved(arrays[key]), transform=None, binding=None))
-    return tuple(moved)
 
+    def move(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+        x, y, z = vertices.T
+        east, north = transformer.transform(x, y)
+        return np.stack([east, north, z * height], axis=1)
 
-def _corners(part: Part) -> NDArray[np.float64]:
-    """Give the corners of a part's triangles, in place."""
-    return Scene((part,), np.zeros(3)).triangles().vertices[part.mesh.faces.ravel()]
+    def place(part: Part) -> Part:
+        """Return an instance as a mesh of its own, each corner moved by itself."""
+        mesh, used = part.mesh, part.mesh.faces.ravel()
+        corners = Scene((part,), np.zeros(3)).triangles().vertices[used]
+        faces = np.arange(len(used), dtype=np.int32)
+        mesh = Mesh(move(corners), faces, uv=None if mesh.uv is None else mesh.uv[used])
+        return replace(part, mesh=mesh, transform=None, binding=None)
+
+    return move_parts(parts, move, place)
 
 
 def _find_utm(crs: "CRS", lon: float, lat: float) -> str:

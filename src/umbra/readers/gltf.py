@@ -78,7 +78,7 @@ def read_gltf_tree(
     materials = Materials(tree, buffers, companions, counts)
     for name in tree.get("extensionsRequired", ()):
         if not name.startswith(KNOWN):
-            counts[f"what the extension {name} says, left out"] += 1
+            counts[f"properties of the extension {name} left out"] += 1
     list_instances(tree, buffers)
     rig, slots, shown = read_nodes(tree, turning(choices.up or "y"))
     nodes = tree.get("nodes", [])
@@ -126,7 +126,7 @@ def read_gltf_tree(
     lights = [
         light for node, _, slot in places for light in read_lights(tree, node, rig, slot, placed[0])
     ]
-    counts["nodes whose name is another's, numbered"] += unique.numbered
+    counts["nodes with a repeated name, numbered"] += unique.numbered
     return FileModel(
         f"{'GLB' if binary is not None else 'glTF'} {version}",
         tuple(parts),
@@ -147,7 +147,7 @@ class _Shapes:
         self._shapes: dict[tuple[int, int | None, tuple[float, ...]], Shape] = {}
 
     def find(self, node: dict[str, Any], piece: Piece) -> Shape | None:
-        """Give a primitive's shape at a node; None if it moves as a whole."""
+        """Return a primitive's shape at a node; None if it moves as a whole."""
         number = node.get("skin") if piece.joints is not None else None
         if number is None and piece.offsets is None:
             return None
@@ -173,7 +173,7 @@ class _Shapes:
         if wrong.any():
             vertex, column = np.argwhere(wrong)[0]
             msg = (
-                f"{piece.where}: {int(wrong.any(1).sum())} vertices hang on joints that skin "
+                f"{piece.where}: {int(wrong.any(1).sum())} vertices use joints that skin "
                 f"{number} does not have (first: vertex {vertex} on joint "
                 f"{piece.joints[vertex, column]} of {len(skin.joints)}); export it again"
             )

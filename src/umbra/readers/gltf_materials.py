@@ -17,8 +17,8 @@ from umbra.scene import Image, Material
 __all__ = ["GltfSurface", "Materials"]
 
 WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
-LOST = "textures that are not there or in no format that is read, drawn plain"
-OUTSIDE = "textures outside the model's folder, drawn plain (allow_outside=True reads them)"
+LOST = "textures that are missing or in an unknown format, left out"
+OUTSIDE = "textures outside the model's folder left out (allow_outside=True reads them)"
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 
@@ -70,7 +70,7 @@ class Materials:
         self._images: dict[int, Image | None] = {}
 
     def find(self, index: int | None) -> GltfSurface:
-        """Give a material by its number; a plain one for None."""
+        """Return a material by its number; a plain one for None."""
         if index is None:
             return GltfSurface()
         if index not in self._surfaces:
@@ -92,7 +92,7 @@ class Materials:
         is_unlit = "KHR_materials_unlit" in extensions
         emission = (0.0, 0.0, 0.0)
         if given.get("emissiveTexture") is not None:
-            self._counts["materials whose glow is a picture, drawn without it"] += 1
+            self._counts["emissive textures left out"] += 1
         elif not is_unlit:
             strength = extensions.get("KHR_materials_emissive_strength", {})
             glow = max(float(strength.get("emissiveStrength", 1.0)), 0.0)

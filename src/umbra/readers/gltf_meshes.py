@@ -173,7 +173,7 @@ def _read_influences(
 
 
 def _join_corners(corners: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
-    """Give triangles (n, 3) of a list, a strip or a fan of corners."""
+    """Return triangles (n, 3) of a list, a strip or a fan of corners."""
     if mode == TRIANGLES:
         return corners[: len(corners) // 3 * 3].reshape(-1, 3)
     if len(corners) < 3:

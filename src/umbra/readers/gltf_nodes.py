@@ -111,7 +111,7 @@ def read_animations(
     buffers: Buffers,
     counts: Counter[str],
 ) -> Rig:
-    """Give the rig with its animations; ``targets`` are the morph targets at places in the rig."""
+    """Return the rig with its animations; ``targets`` are the morph targets at its places."""
     found = []
     for number, given in enumerate(tree.get("animations", ())):
         tracks = []

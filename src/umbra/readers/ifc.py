@@ -20,10 +20,10 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from umbra.children import HOME, make_command
 from umbra.errors import InputError
@@ -44,6 +44,7 @@ from umbra.readers.ifc_facts import IfcWords
 from umbra.readers.model import FileModel, FilePlace, ReadChoices
 from umbra.readers.placement import LEVEL, turn_up
 from umbra.scene import Material, Mesh, Part
+from umbra.scene.making import move_parts
 from umbra.scene.mesh import transform_points
 
 __all__ = ["IfcHarvest", "harvest", "read_ifc", "serve"]
@@ -94,7 +95,8 @@ def read_ifc(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
     if facts.matrix is not None and crs is not None:
         # The map's plan may be in feet; heights are metres.
         scale = np.diag([1 / find_plan_unit(crs)] * 2 + [1, 1])
-        moved = tuple(_move(part, scale @ facts.matrix) for part in parts)
+        move = partial(transform_points, scale @ facts.matrix)
+        moved = move_parts(parts, move, lambda part: part)
         parts, crs = to_metres(moved, crs, is_high_in_metres=True)
         place = FilePlace(place.latitude, place.longitude, place.elevation)
     place = replace(place, ground=_find_ground(parts))
@@ -109,9 +111,9 @@ def _tell_losses(facts: IfcFacts, found: IfcHarvest) -> list[str]:
     useless = missing - hung - ended
     unread = set() if found.is_whole else useless
     reasons = [
-        ("elements at which the geometry engine ends left out", ended),
-        ("elements that take the geometry engine too long left out", hung),
-        ("elements after those not read any more", unread),
+        ("elements left out because the geometry engine crashed", ended),
+        ("elements left out because the geometry engine took too long", hung),
+        ("elements not read after those", unread),
         ("elements without a usable shape left out", useless - unread),
     ]
     return [
@@ -139,7 +141,7 @@ def _make_parts(words: IfcWords, shape: IfcShape) -> list[Part]:
 
 
 def _find_ground(parts: Sequence[Part]) -> float | None:
-    """Give the height of the site's own body, if its top is level and it has no other slope."""
+    """Return the height of the site's own body, if its top is level and it has no other slope."""
     site = [part for part in parts if part.kind == "IfcSite"]
     if not site:
         return None
@@ -156,14 +158,6 @@ def _find_ground(parts: Sequence[Part]) -> float | None:
     heights = corners[upper][..., 2]
     area = length[upper][np.abs(heights - top).max(1) < LEVEL].sum()
     return top if area > 0.5 * length[upper].sum() else None
-
-
-def _move(part: Part, matrix: NDArray[np.float64]) -> Part:
-    mesh = part.mesh
-    return Part(
-        part.name, part.kind, mesh.moved(transform_points(matrix, mesh.vertices)),
-        material=part.material, tags=part.tags,
-    )  # fmt: skip
 
 
 def harvest(path: str) -> tuple[IfcFacts, IfcHarvest]:
@@ -190,7 +184,7 @@ def harvest(path: str) -> tuple[IfcFacts, IfcHarvest]:
             work, engines=engines, made=frozenset(found.shapes), skip=work.skip | {attempt}
         )
     if found.facts is None:
-        msg = "is IFC of which nothing could be read; export it again"
+        msg = "holds no IFC that could be read; export it again"
         raise InputError(msg)
     return found.facts, found
 

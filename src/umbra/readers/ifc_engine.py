@@ -101,10 +101,10 @@ def read_pieces(work: IfcWork) -> Iterator[IfcFacts | IfcAttempt | IfcShape]:
     file, notes = _open(work.path)
     products, words, unnamed = _find_elements(file)
     if unnamed:
-        notes.append(f"elements that name what is not in the file left out: {unnamed}")
+        notes.append(f"elements left out that refer to missing entities: {unnamed}")
     broken = _drop_broken_openings(file)
     if broken:
-        notes.append(f"openings that are not in the file left out: {broken}")
+        notes.append(f"openings left out that are missing from the file: {broken}")
     place, remarks = find_place(file)
     notes += remarks
     matrix, crs, remarks = find_map(file, place)
@@ -144,7 +144,7 @@ def _open(path: str) -> tuple[Any, list[str]]:
 
 
 def _decode(data: bytes) -> str:
-    """Give a file's text; its norm is ASCII, and many write UTF-8 or Latin-1."""
+    """Return a file's text; its norm is ASCII, and many write UTF-8 or Latin-1."""
     try:
         return data.decode()
     except UnicodeDecodeError:
@@ -152,7 +152,7 @@ def _decode(data: bytes) -> str:
 
 
 def _find_elements(file: Any) -> tuple[list[Any], list[IfcWords], int]:
-    """Give what casts with its words, in the order of their numbers, and how many are broken."""
+    """Return what casts with its words, in the order of their numbers, and how many are broken."""
     products = [
         product
         for product in sorted(file.by_type("IfcProduct"), key=lambda product: product.id())
@@ -224,7 +224,7 @@ def _copy(geometry: Any, file: Any, looks: dict[tuple[Any, ...], tuple[str, Mate
 def _find_material(
     style: Any, file: Any, looks: dict[tuple[Any, ...], tuple[str, Material]]
 ) -> tuple[str, Material]:
-    """Give a style's name, and its colour in linear RGB."""
+    """Return a style's name, and its colour in linear RGB."""
     number = style.instance_id()
     entity = file.by_id(number) if number else None
     name = getattr(entity, "Name", None) or ""
@@ -277,7 +277,7 @@ def find_schema(data: bytes) -> tuple[str, str, slice]:
 
 
 def is_draft(name: str) -> bool:
-    """Tell whether a schema was never published as it is."""
+    """Return whether a schema was never published as it is."""
     return not any(names.fullmatch(name) for names in SCHEMAS.values())
 
 
@@ -304,10 +304,10 @@ ERROR = re.compile(r"^\[error\](?: *\[[^\]]*\])* *(.*)$", re.IGNORECASE | re.MUL
 
 
 def list_errors(log: str) -> list[str]:
-    """Give the errors in ifcopenshell's log, without their time."""
+    """Return the errors in ifcopenshell's log, without their time."""
     return [" ".join(found.split())[:200] for found in ERROR.findall(log)]
 
 
 def one_line(error: BaseException) -> str:
-    """Give an error's kind and words in a line."""
+    """Return an error's kind and words in a line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:200]

@@ -119,7 +119,7 @@ def _read_conversion(file: Any) -> tuple[dict[str, Any] | None, dict[str, Any]]:
 
 
 def _metres(unit: Any, project: float) -> float:
-    """Give the metres of a map's unit, an IFC entity or a word; the project's by default."""
+    """Return the metres of a map's unit, an IFC entity or a word; the project's by default."""
     if unit is None:
         return project
     if isinstance(unit, str):
@@ -132,7 +132,7 @@ def _metres(unit: Any, project: float) -> float:
 
 
 def _unit_scale(file: Any) -> float:
-    """Give the metres of the project's length unit."""
+    """Return the metres of the project's length unit."""
     units = need("ifcopenshell.util.unit", "ifc", "IFC")
     return float(units.calculate_unit_scale(file))
 
@@ -156,7 +156,7 @@ def _elevation(file: Any, site: Any, notes: list[str]) -> float | None:
 
 
 def _true_north(file: Any) -> float | None:
-    """Give the azimuth of true north in the file's plan, clockwise from +y [degrees]."""
+    """Return the azimuth of true north in the file's plan, clockwise from +y [degrees]."""
     for context in file.by_type("IfcGeometricRepresentationContext", include_subtypes=False):
         direction = context.TrueNorth
         if direction is not None and context.ContextType != "Plan":

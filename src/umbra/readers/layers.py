@@ -65,7 +65,7 @@ def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path
 
 
 def show_name(path: Path) -> str:
-    """Give a file's name for people and files; one that is no Unicode with � for what is not."""
+    """Return a file's name for people and files; one that is no Unicode with � for what is not."""
     return os.fsencode(path.name).decode("utf-8", "replace")
 
 

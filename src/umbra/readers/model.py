@@ -39,7 +39,7 @@ class Crowns:
     heights: str = HEIGHTS[0]
 
     def matches(self, layer: str, path: Path) -> bool:
-        """Tell whether a file is a canopy raster."""
+        """Return whether a file is a canopy raster."""
         words = (layer, path.stem)
         return path.suffix.lower() in RASTERS and any(
             fnmatchcase(word, pattern) for word in words for pattern in self.patterns
@@ -76,7 +76,7 @@ class ReadChoices:
     opened: list[Companions] = field(default_factory=list, repr=False, compare=False)
 
     def companions_of(self, path: Path) -> Companions:
-        """Give what opens the files that a model names."""
+        """Return what opens the files that a model names."""
         self.opened.append(Companions(path, allow_outside=self.allow_outside))
         return self.opened[-1]
 
@@ -132,7 +132,7 @@ class UniqueNames:
         self.numbered = 0
 
     def add(self, word: str) -> str:
-        """Give the word, numbered if it was given before."""
+        """Return the word, numbered if it was given before."""
         name, count = word, self._counts.get(word, 1)
         while name in self._used:
             count += 1

@@ -81,7 +81,7 @@ def _link(
 
 @njit(cache=True)
 def _turn(x, y, a, b, c):
-    """Give twice the signed area of the corners a, b, c: positive if c is left of a to b."""
+    """Return twice the signed area of the corners a, b, c: positive if c is left of a to b."""
     return (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a])
 
 
@@ -269,7 +269,7 @@ TESTS = 500  # pairs of edges for each edge that are looked at
 
 def is_tangled(points: NDArray[np.float64], following: NDArray[np.int64]) -> bool:
     """
-    Tell whether edges cross or touch more than half as often as there are corners (n, 2).
+    Return whether edges cross or touch more than half as often as there are corners (n, 2).
 
     Also true where too many pairs of edges are near each other to tell.
     """

@@ -80,7 +80,7 @@ def read_obj(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         for key in textured:
             meshes[key] = texture.split(vertices, faces[spans[key]], face_line[spans[key]])
         if lost:
-            notes += (f"corners with texture coordinates that are not there: {lost}",)
+            notes += (f"corners without their texture coordinates: {lost}",)
     parts = [
         Part(name or path.stem, kind, mesh, None, materials[kind])
         for (name, kind), mesh in meshes.items()
@@ -168,7 +168,7 @@ def _bad_vertex(rows: list[list[bytes]], data: bytes) -> InputError:
 def _parse_faces(
     statements: _Statements, n_vertices: int, data: bytes
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Give all faces' corners, checked and from 0, and how many each face has."""
+    """Return all faces' corners, checked and from 0, and how many each face has."""
     corner_blocks = [np.zeros(0, np.int64)]
     length_blocks = [np.zeros(0, np.int64)]
     for first in range(0, len(statements.faces), BLOCK):

@@ -20,7 +20,7 @@ __all__ = [
     "read_texture_corners",
 ]
 
-OUTSIDE = "textures outside the model's folder, drawn plain (allow_outside=True reads them)"
+OUTSIDE = "textures outside the model's folder left out (allow_outside=True reads them)"
 LARGEST = 1 << 26  # [byte] of a library
 
 # Words that each option of a texture takes; those of -o, -s and -t are 1 to 3 numbers.
@@ -79,7 +79,7 @@ def _make(entry: _Entry, companions: Companions, counts: Counter[str]) -> Materi
         except OutsideError:
             counts[OUTSIDE] += 1
         except InputError:
-            counts["textures that are not there, drawn plain"] += 1
+            counts["missing textures left out"] += 1
     color = entry.color or ((1.0, 1.0, 1.0) if image else GREY)
     if image is not None and not any(color):
         color = (1.0, 1.0, 1.0)  # some exporters say black and mean the texture
@@ -208,7 +208,7 @@ def _read_pair(line: bytes) -> tuple[float, float]:
 
 
 def _read_index(word: bytes) -> int:
-    """Give a corner's texture index as the file has it; 0 if it has none."""
+    """Return a corner's texture index as the file has it; 0 if it has none."""
     parts = word.split(b"/", 2)
     try:
         return int(parts[1]) if len(parts) > 1 and parts[1] else 0

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from umbra.readers.georeference import show_crs
 from umbra.readers.model import FilePlace
 from umbra.scene import Part, Scene
+from umbra.scene.making import move_parts
 
 __all__ = [
     "APART",
@@ -96,7 +98,7 @@ TURNS = {
 
 
 def turning(up: str) -> NDArray[np.float64]:
-    """Give the rotation (4, 4) that brings the axis ``up`` to z: y gives (x, -z, y)."""
+    """Return the rotation (4, 4) that brings the axis ``up`` to z: y gives (x, -z, y)."""
     return TURNS[up]
 
 
@@ -105,19 +107,10 @@ def turn_up(parts: tuple[Part, ...], up: str | None) -> tuple[Part, ...]:
     if up is None or up == "z":
         return parts
     matrix = TURNS[up]
-    arrays: dict[int, NDArray[np.float64]] = {}
-    turned = []
-    for part in parts:
-        if part.transform is not None:
-            turned.append(replace(part, transform=matrix @ part.transform))
-            continue
-        array, normals = part.mesh.vertices, part.mesh.normals
-        if id(array) not in arrays:
-            arrays[id(array)] = _turn(array, matrix)
-        if normals is not None:
-            normals = _turn(normals, matrix)
-        turned.append(replace(part, mesh=part.mesh.moved(arrays[id(array)], normals)))
-    return tuple(turned)
+    turn = partial(_turn, matrix=matrix)
+    return move_parts(
+        parts, turn, lambda part: replace(part, transform=matrix @ part.transform), turn
+    )
 
 
 def _turn(array: NDArray[Any], matrix: NDArray[np.float64]) -> NDArray[Any]:

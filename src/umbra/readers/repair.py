@@ -61,9 +61,7 @@ def _leave_tangled(
         return wrong, large
     from umbra.readers.monotone import is_tangled  # noqa: PLC0415 - it compiles a kernel
 
-    starts = np.cumsum(rings.lengths) - rings.lengths
-    following = np.arange(1, len(rings.points) + 1)
-    following[starts + rings.lengths - 1] = starts
+    starts, following = rings.starts, rings.following
     first = np.searchsorted(rings.polygon, large)
     tangled = []
     for polygon, ring in zip(large.tolist(), first.tolist(), strict=True):
@@ -85,8 +83,7 @@ def from_shapes(shapely: Any, shapes: NDArray[Any], feature: NDArray[np.int64]) 
 
 
 def _to_shapes(shapely: Any, rings: Rings) -> NDArray[Any]:
-    starts = np.cumsum(rings.lengths) - rings.lengths
-    order = np.insert(np.arange(len(rings.points)), starts + rings.lengths, starts)
+    order = np.insert(np.arange(len(rings.points)), np.cumsum(rings.lengths), rings.starts)
     index = np.repeat(np.arange(len(rings.lengths)), rings.lengths + 1)
     loops = shapely.linearrings(rings.points[order], indices=index)
     return shapely.polygons(loops, indices=rings.polygon)
@@ -97,18 +94,7 @@ def _drop_short(rings: Rings) -> tuple[Rings, list[str]]:
     short = rings.lengths < 3
     if not short.any():
         return rings, []
-    outer = np.ones(len(short), np.bool_)
-    outer[1:] = rings.polygon[1:] != rings.polygon[:-1]
     gone = np.zeros(len(rings.feature), np.bool_)
-    gone[rings.polygon[short & outer]] = True
-    kept = ~short & ~gone[rings.polygon]
+    gone[rings.polygon[short & rings.is_outer]] = True
     notes = [f"rings with fewer than three corners left out: {int(short.sum())}"]
-    return (
-        Rings(
-            rings.points[np.repeat(kept, rings.lengths)],
-            rings.lengths[kept],
-            (np.cumsum(~gone) - 1)[rings.polygon[kept]],
-            rings.feature[~gone],
-        ),
-        notes,
-    )
+    return rings.select(~gone, ~short), notes

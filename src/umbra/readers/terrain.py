@@ -46,7 +46,7 @@ def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part
 def find_ground(
     terrain: Sequence[Part], plan: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Give the height (n,) [m] of the terrain's vertex nearest to places, and which lie in it."""
+    """Return the height (n,) [m] of the terrain's vertex nearest to places, and which lie in it."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
     ground = Scene(tuple(terrain), np.zeros(3)).triangles()
@@ -76,7 +76,7 @@ def find_far(layers: Mapping[str, Sequence[Part]], told: Mapping[str, str]) -> l
         if gap > FAR:
             notes.append(
                 f"layer '{name}' lies {gap / 1000:.0f} km from layer '{names[0]}', so their "
-                f"coordinates are hardly of one system ({told[name]}; {told[names[0]]}); export "
+                f"coordinates cannot be of one system ({told[name]}; {told[names[0]]}); export "
                 "one in the coordinates of the other, or study each alone"
             )
     return notes
@@ -84,9 +84,9 @@ def find_far(layers: Mapping[str, Sequence[Part]], told: Mapping[str, str]) -> l
 
 def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[Part]) -> list[str]:
     """
-    Tell whether a layer floats over a terrain or is sunk in it.
+    Return whether a layer floats over a terrain or is sunk in it.
 
-    Counted are things that stand on no other. Of most of them, the foot lies above all
+    Counted are objects that stand on nothing else. Of most of them, the foot lies above all
     the terrain that is below their corners, or far below all of it.
     """
     boxes = _boxes(parts)[1]
@@ -100,7 +100,7 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
         return []
     over, under = float(np.median(feet - height.max(1))), float(np.median(height.min(1) - feet))
     asked = "do both count heights from one zero?"
-    things = f"half of {len(feet)} things that stand on no other"
+    things = f"half of {len(feet)} objects that stand on nothing else"
     if over > FLOATS:
         what = f"floats over the terrain '{ground}': {things} are {over:.1f} m above it or more"
     elif under > SUNK:
@@ -129,7 +129,7 @@ def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
 
 
 def _boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
-    """Give the names of things and their boxes (n, 2, 3)."""
+    """Return the names of things and their boxes (n, 2, 3)."""
     found: dict[str, NDArray[np.float64]] = {}
     for part in parts:
         if part.triangles:
@@ -175,12 +175,12 @@ def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int
 
 
 def _find_cells(boxes: NDArray[np.float64], kind: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Give the cells of lower corners, (n, 2), on a grid wider than boxes of that class."""
+    """Return the cells of lower corners, (n, 2), on a grid wider than boxes of that class."""
     return np.floor(boxes[:, 0, :2] / np.exp2(kind + 1.0)).astype(np.int64)
 
 
 def _hash(kind: NDArray[np.int64], cells: NDArray[np.int64]) -> NDArray[np.uint64]:
-    """Give a number to each class and cell; two may have the same, for boxes are compared."""
+    """Return a number to each class and cell; two may have the same, for boxes are compared."""
     mixed = np.zeros(len(kind), np.uint64)
     for column in (*kind.T, *cells.T):
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -189,7 +189,7 @@ def _hash(kind: NDArray[np.int64], cells: NDArray[np.int64]) -> NDArray[np.uint6
 
 
 def _share_most(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which pairs of boxes share more than half of what they fill together."""
+    """Return which pairs of boxes share more than half of what they fill together."""
     common = np.minimum(a[:, 1], b[:, 1]) - np.maximum(a[:, 0], b[:, 0])
     shared = np.maximum(common, 0).prod(1)
     union = (a[:, 1] - a[:, 0]).prod(1) + (b[:, 1] - b[:, 0]).prod(1) - shared

@@ -90,7 +90,7 @@ class Camera:
 
     def axes(self) -> NDArray[np.float64]:
         """
-        Give the camera's axes.
+        Return the camera's axes.
 
         Returns
         -------
@@ -111,7 +111,7 @@ class Camera:
 
     def matrix(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
         """
-        Give the homogeneous map from the world to pixels.
+        Return the homogeneous map from the world to pixels.
 
         A point p maps to (X, Y, W, K): its pixel is (X/W, Y/W), where pixel
         centres are whole numbers, columns run right and rows run down; its depth
@@ -145,14 +145,14 @@ class Camera:
         return np.stack([across, down, weight, key])
 
     def key_range(self) -> tuple[float, float]:
-        """Give the depth keys (far, near): a visible point's key lies between them."""
+        """Return the depth keys (far, near): a visible point's key lies between them."""
         if self.height is None:
             return 1.0 / self.far, 1.0 / self.near
         return -self.far, -self.near
 
     def apex(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
         """
-        Give the homogeneous point where all rays start, relative to an origin.
+        Return the homogeneous point where all rays start, relative to an origin.
 
         Returns
         -------

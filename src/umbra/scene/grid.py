@@ -38,7 +38,7 @@ class Grid:
         return self.y0 + self.dy * np.arange(self.rows, dtype=np.float64)
 
     def part(self, rows: slice, cols: slice) -> "Grid":
-        """Give the raster of some rows and columns."""
+        """Return the raster of some rows and columns."""
         return Grid(
             self.x0 + self.dx * cols.start,
             self.y0 + self.dy * rows.start,
@@ -57,7 +57,7 @@ class Grid:
                 yield rows, cols, self.part(rows, cols)
 
     def coarser(self, longest: int) -> "Grid":
-        """Give a raster of the same extent with larger cells, at most ``longest`` a side."""
+        """Return a raster of the same extent with larger cells, at most ``longest`` a side."""
         times = max(self.cols, self.rows) / longest
         if times <= 1:
             return self
@@ -66,7 +66,7 @@ class Grid:
         return Grid(self.x0 + (dx - self.dx) / 2, self.y0 + (dy - self.dy) / 2, dx, dy, cols, rows)
 
     def finer(self, times: int) -> "Grid":
-        """Give a raster of the same extent, each cell cut into ``times`` a side."""
+        """Return a raster of the same extent, each cell cut into ``times`` a side."""
         dx, dy = self.dx / times, self.dy / times
         return Grid(
             self.x0 + (dx - self.dx) / 2, self.y0 + (dy - self.dy) / 2, dx, dy,
@@ -74,7 +74,7 @@ class Grid:
         )  # fmt: skip
 
     def to_cells(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give x and y of points (..., 3) in cells, where centres are whole numbers; z stays."""
+        """Return x and y of points (..., 3) in cells, where centres are whole numbers; z stays."""
         placed = np.array(points, np.float64)
         placed[..., 0] = (placed[..., 0] - self.x0) / self.dx
         placed[..., 1] = (placed[..., 1] - self.y0) / self.dy

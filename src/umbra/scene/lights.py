@@ -130,7 +130,7 @@ class Light:
 
     def local(self, origin: ArrayLike) -> NDArray[np.float64]:
         """
-        Give the homogeneous position relative to an origin.
+        Return the homogeneous position relative to an origin.
 
         Parameters
         ----------
@@ -150,7 +150,7 @@ class Light:
 
     def is_within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """
-        Tell which places are in the light's range and cone.
+        Return which places are in the light's range and cone.
 
         Parameters
         ----------
@@ -213,7 +213,7 @@ class Light:
 
     def axes(self) -> NDArray[np.float64]:
         """
-        Give the axes of a spot light's picture.
+        Return the axes of a spot light's picture.
 
         Returns
         -------
@@ -232,7 +232,7 @@ class Light:
         return np.stack([right, np.cross(right, self.axis), self.axis])
 
     def _project(self, way: NDArray[np.float64], image: Image) -> NDArray[np.float64]:
-        """Give the picture's linear RGB in the directions ``way`` from the light."""
+        """Return the picture's linear RGB in the directions ``way`` from the light."""
         across, upward, ahead = np.moveaxis(way @ self.axes().T, -1, 0)
         reach = np.maximum(ahead, np.finfo(np.float64).tiny) * np.tan(np.radians(self.half_angle))
         with np.errstate(over="ignore"):

@@ -57,7 +57,7 @@ class Image:
     @cached_property
     def pixels(self) -> NDArray[np.uint8]:
         """
-        Give the pixels, (rows, cols, 4) uint8.
+        Return the pixels, (rows, cols, 4) uint8.
 
         sRGB and a linear alpha; row 0 is the top, where v is 0.
         """
@@ -202,7 +202,7 @@ def sample(
 def _find_texels(
     place: NDArray[np.float64], count: int, wrap: str
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Give the texels on both sides of places, (2, ...), and how far to the second."""
+    """Return the texels on both sides of places, (2, ...), and how far to the second."""
     at = place * count - 0.5
     first = np.floor(at)
     share = at - first

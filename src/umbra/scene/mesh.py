@@ -97,7 +97,7 @@ class Mesh:
         self, vertices: NDArray[np.float64], normals: NDArray[np.floating] | None = None
     ) -> "Mesh":
         """
-        Give the same faces on other places.
+        Return the same faces on other places.
 
         Parameters
         ----------
@@ -110,7 +110,7 @@ class Mesh:
 
     def with_vertices(self, is_kept: NDArray[np.bool_], vertices: NDArray[np.float64]) -> "Mesh":
         """
-        Give the same triangles on some of the vertices.
+        Return the same triangles on some of the vertices.
 
         Parameters
         ----------
@@ -174,7 +174,7 @@ class Part:
 
     def matches(self, pattern: str) -> bool:
         """
-        Tell whether a shell pattern matches its name, kind, layer, ``layer/name`` or a tag.
+        Return whether a shell pattern matches its name, kind, layer, ``layer/name`` or a tag.
 
         Parameters
         ----------

@@ -24,13 +24,13 @@ AMBIENT = 0.20
 
 
 def find_exposure(n_lights: int) -> float:
-    """Give what one of so many lights of intensity 1 adds to a white surface that faces it."""
+    """Return what one of so many lights of intensity 1 adds to a white surface that faces it."""
     return 0.8 / max(n_lights, 1) ** 0.5
 
 
 def expose_lights(scene: Scene) -> tuple[Light, ...]:
     """
-    Give a file's own lights, scaled together so that a picture is neither black nor white.
+    Return a file's own lights, scaled together so that a picture is neither black nor white.
 
     Files state candela and lux and leave the exposure to who shows them. Here the light
     that is brightest at the middle of the model has the intensity 1 there, whatever its

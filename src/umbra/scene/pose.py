@@ -18,7 +18,7 @@ Placed = tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]]
 
 def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
     """
-    Give a scene at a time of one of its animations.
+    Return a scene at a time of one of its animations.
 
     Parts keep their number and order. One that moves as a whole keeps its very mesh
     and gets another ``transform``; one that bends (a skin, morph targets) gets a mesh
@@ -75,7 +75,7 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
 def place_part(
     part: Part, binding: RigBinding, placed: Placed, bent: dict[tuple[int, int], Mesh]
 ) -> Part:
-    """Give a part where a rig's nodes, as from `Rig.place`, put it."""
+    """Return a part where a rig's nodes, as from `Rig.place`, put it."""
     places, weights = placed
     shape, mesh = binding.shape, part.mesh
     if shape is not None:
@@ -93,7 +93,7 @@ def place_part(
 
 
 def place_light(light: Light, binding: RigBinding, places: NDArray[np.float64]) -> Light:
-    """Give a light where its node is: it shines along the node's -z."""
+    """Return a light where its node is: it shines along the node's -z."""
     place = places[binding.node]
     toward = place[:3, 2]
     if not light.is_point:

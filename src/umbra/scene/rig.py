@@ -115,7 +115,7 @@ class Track:
 def _turn_between(
     first: NDArray[np.float64], second: NDArray[np.float64], share: float
 ) -> NDArray[np.float64]:
-    """Give the quaternion at a share of the shorter way between two."""
+    """Return the quaternion at a share of the shorter way between two."""
     cosine = float(first @ second)
     if cosine < 0:  # the same rotation, on the near side
         second, cosine = -second, -cosine
@@ -245,7 +245,7 @@ def _apply(matrices: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArr
 
 
 def _find_cofactors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give what turns normals, (n, 3, 3): the inverse transposed, but for its size."""
+    """Return what turns normals, (n, 3, 3): the inverse transposed, but for its size."""
     cofactors = np.zeros((len(matrices), 3, 3))
     for i in range(3):
         one, other = matrices[:, i - 2, :3], matrices[:, i - 1, :3]  # the next two, in a ring

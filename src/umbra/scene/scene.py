@@ -5,19 +5,23 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, cast
+from html import escape
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.printable import fit_names, make_printable
 from umbra.scene.exchange import Exchange
 from umbra.scene.lights import Light
-from umbra.scene.mesh import Mesh, Part, transform_points
+from umbra.scene.mesh import Part, transform_points
 from umbra.scene.rig import Animation
-from umbra.scene.summary import show_scene, show_scene_as_html
 
-__all__ = ["Scene", "Source", "Triangles", "make_scene"]
+__all__ = ["Scene", "Source", "Triangles"]
+
+
+_MOST = 6  # parts that are listed
+_WIDTH = 40  # letters of a name
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ class Triangles:
     part: NDArray[np.int32]
 
     def find_corners(self) -> NDArray[np.float64]:
-        """Give the vertices that a face uses, each once, (n, 3): what a pose bends has more."""
+        """Return the vertices that a face uses, each once, (n, 3): what a pose bends has more."""
         is_used = np.zeros(len(self.vertices), np.bool_)
         is_used[self.faces.ravel()] = True
         return self.vertices if is_used.all() else self.vertices[is_used]
@@ -100,14 +104,14 @@ class Scene(Exchange):
     lights: tuple[Light, ...] = ()
 
     def __repr__(self) -> str:
-        return show_scene(self)
+        return _show(self)
 
     def _repr_html_(self) -> str:
         """Show it in a notebook."""
-        return show_scene_as_html(self)
+        return _show_as_html(self)
 
     def __len__(self) -> int:
-        """Give the number of parts."""
+        """Return the number of parts."""
         return len(self.parts)
 
     def __iter__(self) -> Iterator[Part]:
@@ -116,7 +120,7 @@ class Scene(Exchange):
 
     def __getitem__(self, name: str) -> "Scene":
         """
-        Give the parts of one name as a scene, in the same place on earth.
+        Return the parts of one name as a scene, in the same place on earth.
 
         A building may have several: its walls, its roof. ``layer/name`` means those of a layer.
         """
@@ -185,7 +189,7 @@ class Scene(Exchange):
         )
 
     def groups(self) -> NDArray[np.int32]:
-        """Give a number to each name in a layer: parts of one thing share it, (n_parts,) int32."""
+        """Count up the names in each layer: parts of one thing share a number, (n_parts,) int32."""
         numbers: dict[tuple[str, str], int] = {}
         keys = ((part.layer, part.name) for part in self.parts)
         return np.array([numbers.setdefault(key, len(numbers)) for key in keys], np.int32)
@@ -203,7 +207,7 @@ class Scene(Exchange):
 
     def bounds(self) -> NDArray[np.float64]:
         """
-        Give the smallest box around the triangles.
+        Return the smallest box around the triangles.
 
         Returns
         -------
@@ -275,123 +279,47 @@ def _find_alike(pattern: str, words: Sequence[str]) -> str | None:
     return folded[near[0]] if near else None
 
 
-def make_scene(
-    parts: Sequence[Part] | ArrayLike,
-    faces: ArrayLike | None = None,
-    *,
-    name: str = "mesh",
-    **facts: Any,
-) -> Scene:
-    """
-    Make a scene from parts, or from one triangle soup.
-
-    Coordinates are the model's own; a local origin is chosen and subtracted, so
-    that nothing far from zero loses digits later.
-
-    Parameters
-    ----------
-    parts : sequence of Part, or (n, 3) float64
-        Parts, or the vertices of one mesh when ``faces`` is given.
-    faces : (m, 3) int, optional
-    name : str
-        Of the one part, when ``faces`` is given.
-    **facts
-        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north``, ``ground``,
-        ``sources``, ``notes``, ``lights``.
-
-    Raises
-    ------
-    InputError
-        If there is no triangle, or a used vertex is not finite.
-    """
-    if faces is not None:
-        given: tuple[Part, ...] = (Part(name, "", Mesh(np.asarray(parts), np.asarray(faces))),)
-    else:
-        given = tuple(cast("Sequence[Part]", parts))
-        other = next((one for one in given if not isinstance(one, Part)), None)
-        if other is not None:
-            msg = (
-                f"a scene is made of parts, or of vertices and faces; got a {type(other).__name__} "
-                "(umbra.read reads files)"
-            )
-            raise InputError(msg)
-    kept = tuple(part for part in given if part.triangles)
-    if not kept:
-        msg = "there are no triangles; export the model with its surfaces"
-        raise InputError(msg)
-    scene = Scene(_drop_unused(kept), np.zeros(3))
-    if not np.isfinite(scene.bounds()).all():
-        _refuse_infinite(kept)
-    kept = scene.parts
-    bounds = scene.bounds()
-    # Whole metres, so that adding the origin back gives the file's own digits.
-    far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
-    origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
-    if origin.any():
-        kept = _shift(kept, origin)
-    return replace(scene, parts=kept, origin=origin, **facts)
+def _show(scene: Scene) -> str:
+    """Return a scene's size and its first parts as a table, ten lines at most."""
+    listed = scene.parts[:_MOST]
+    names = fit_names([make_printable(part.name) for part in listed], _WIDTH)
+    kinds = fit_names([make_printable(part.kind) for part in listed], _WIDTH // 2)
+    wide, wider = (max(map(len, [*column, "name"])) for column in (names, kinds))
+    rows = [f"{'name':{wide}}  {'kind':{wider}}  triangles"]
+    rows += [
+        f"{name:{wide}}  {kind:{wider}}  {part.triangles:9,}"
+        for name, kind, part in zip(names, kinds, listed, strict=True)
+    ]
+    return "\n".join([*_sum_up(scene), *rows, *_tell_more(scene)])
 
 
-def _refuse_infinite(parts: tuple[Part, ...]) -> None:
-    """Name the first vertex that is not finite as the file counts it, with unused ones."""
-    soup = Scene(parts, np.zeros(3)).triangles()
-    finite = np.asarray(np.isfinite(soup.vertices).all(1))
-    wrong = ~finite[soup.faces]
-    face, corner = np.argwhere(wrong)[0]
-    count = len(np.unique(soup.faces[wrong]))
-    msg = (
-        f"caster '{parts[soup.part[face]].name}' has vertices that are not finite: "
-        f"{count} in all (first: vertex {soup.faces[face, corner]}); remove or repair them"
+def _show_as_html(scene: Scene) -> str:
+    """Return the same as HTML."""
+    rows = "".join(
+        f"<tr><td>{escape(make_printable(part.name))}</td>"
+        f"<td>{escape(make_printable(part.kind))}</td>"
+        f"<td style='text-align:right'>{part.triangles:,}</td></tr>"
+        for part in scene.parts[:_MOST]
     )
-    raise InputError(msg, count=count, vertex=int(soup.faces[face, corner]))
+    return (
+        f"<p>{'<br>'.join(map(escape, _sum_up(scene)))}</p>"
+        "<table><thead><tr><th>name</th><th>kind</th><th>triangles</th></tr></thead>"
+        f"<tbody>{rows}</tbody></table><p>{'<br>'.join(map(escape, _tell_more(scene)))}</p>"
+    )
 
 
-def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
-    """
-    Leave out the vertices that no face uses, so that only what is drawn counts as the model.
-
-    A mesh that bends keeps its own: its shape has rows for each of them.
-    """
-    bends = {id(p.mesh.vertices) for p in parts if p.binding is not None and p.binding.shape}
-    used: dict[int, NDArray[np.bool_]] = {}  # by vertex arrays, which parts share
-    for part in parts:
-        array = part.mesh.vertices
-        if id(array) not in bends:
-            is_used = used.setdefault(id(array), np.zeros(len(array), np.bool_))
-            is_used[part.mesh.faces.ravel()] = True
-    arrays = {
-        id(part.mesh.vertices): part.mesh.vertices
-        for part in parts
-        if not used.get(id(part.mesh.vertices), np.ones(1, np.bool_)).all()
-    }
-    if not arrays:
-        return parts
-    shorter = {key: array[used[key]] for key, array in arrays.items()}
-    meshes: dict[int, Mesh] = {}
-    dropped = []
-    for part in parts:
-        mesh, key = part.mesh, id(part.mesh.vertices)
-        if key in shorter and id(mesh) not in meshes:
-            meshes[id(mesh)] = mesh.with_vertices(used[key], shorter[key])
-        dropped.append(replace(part, mesh=meshes.get(id(mesh), mesh)))
-    return tuple(dropped)
+def _sum_up(scene: Scene) -> list[str]:
+    triangles = sum(part.triangles for part in scene.parts)
+    head = f"Scene: {len(scene.parts):,} parts, {triangles:,} triangles"
+    if not scene.parts:
+        return [head]
+    low, high = scene.bounds()
+    size = " x ".join(f"{length:.2f}" for length in np.subtract(high, low))
+    place = ", ".join(f"{value:.2f}" for value in low)
+    crs = f" ({make_printable(scene.crs)[:60]})" if scene.crs else ""
+    return [head, f"{size} m, from {place}{crs}"]
 
 
-def _shift(parts: tuple[Part, ...], origin: NDArray[np.float64]) -> tuple[Part, ...]:
-    arrays: dict[int, NDArray[np.float64]] = {}
-    moved = []
-    for part in parts:
-        if part.transform is not None:
-            transform, binding = part.transform.copy(), part.binding
-            transform[:3, 3] -= origin
-            if binding is not None:
-                base = binding.base.copy()
-                base[:3, 3] -= origin
-                binding = replace(binding, base=base)
-            moved.append(replace(part, transform=transform, binding=binding))
-            continue
-        array = part.mesh.vertices
-        if id(array) not in arrays:
-            arrays[id(array)] = array - origin
-        moved.append(replace(part, mesh=part.mesh.moved(arrays[id(array)])))
-    return tuple(moved)
+def _tell_more(scene: Scene) -> list[str]:
+    more = len(scene.parts) - _MOST
+    return [f"and {more:,} more in scene.parts"] if more > 0 else []

@@ -93,7 +93,7 @@ class Stamps:
         return [f"UTC{when.isoformat()[len(_clock_text(when)) :]}" for when in self.local()]
 
     def local(self) -> list[dt.datetime]:
-        """Give the stamps by the local clock."""
+        """Return the stamps by the local clock."""
         zone = zoneinfo.ZoneInfo(self.zone)
         return [when.replace(tzinfo=dt.UTC).astimezone(zone) for when in self.stamps.tolist()]
 

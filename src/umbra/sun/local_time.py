@@ -238,7 +238,7 @@ def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.d
 
 
 def _find_days(word: Date, every_days: int) -> list[dt.date]:
-    """Give the dates that one word names."""
+    """Return the dates that one word names."""
     if not isinstance(word, str):
         return [parse_date(word)]
     text = word.strip()
