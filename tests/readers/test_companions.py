@@ -81,9 +81,9 @@ def test_a_link_that_leads_out_is_elsewhere(folder):
 def test_neither_pipes_nor_folders_nor_devices_are_opened(folder):
     os.mkfifo(folder / "pipe.bin")  # reading it would wait for ever
     for name in ("pipe.bin", "deep"):
-        with pytest.raises(InputError, match="is no regular file"):
+        with pytest.raises(InputError, match="is not a regular file"):
             umbra.read(gltf(folder, name))
-    with pytest.raises(InputError, match="is no regular file"):
+    with pytest.raises(InputError, match="is not a regular file"):
         umbra.read(gltf(folder, "/dev/zero"), allow_outside=True)
 
 

@@ -124,7 +124,7 @@ def test_what_has_no_height_is_left_out_and_counted(write):
     scene = umbra.read(path)
     assert [part.name for part in scene.parts] == ["1", "4"]
     notes = " | ".join(scene.notes)
-    assert "no number of metres: 1 (first: 'tall' of '3')" in notes
+    assert "not numbers of metres: 1 (first: 'tall' of '3')" in notes
     assert "written as text: 1" in notes
     assert "without a height in 'height' left out: 2 (first: '2')" in notes
     assert "not above 0 in 'height' left out: 2 (first: '5')" in notes
@@ -132,7 +132,7 @@ def test_what_has_no_height_is_left_out_and_counted(write):
 
 def test_no_heights_at_all_name_the_columns(write):
     path = write(feature(SQUARE, properties={"hight": 5, "use": "flat"}))
-    with pytest.raises(InputError, match=r"says no heights.*hight, use.*height_column=") as caught:
+    with pytest.raises(InputError, match=r"has no heights.*hight, use.*height_column=") as caught:
         umbra.read(path)
     assert caught.value.columns == ["hight", "use"]
     with pytest.raises(InputError, match=r"no column 'higt'.*did you mean 'hight'"):

@@ -146,7 +146,7 @@ def test_a_texture_that_is_not_there_is_noted_and_drawn_plain(made, read):
 def test_a_picture_that_is_damaged_is_named_when_it_is_drawn(made, read):
     noise = np.random.default_rng(0).integers(0, 255, (40, 40, 3), np.uint8)
     half = encode(pixels=noise)[:2000]
-    for data, reason in ((half, "truncated"), (b"no picture at all", "no picture that is known")):
+    for data, reason in ((half, "truncated"), (b"no picture at all", "format is unknown")):
         made.paint({"bufferView": made.view(data), "name": "bricks"})
         scene = read(made)  # shadows do without it
         with pytest.raises(InputError, match=f"'m.glb: image 0, bricks' cannot be read.*{reason}"):

@@ -195,4 +195,4 @@ def test_what_an_unknown_extension_says_is_noted(read):
     document = plain()
     document.tree["extensionsRequired"] = ["KHR_gaussian_splatting", "KHR_mesh_quantization"]
     notes = read(document).notes
-    assert notes == ("m.glb: what the extension KHR_gaussian_splatting says, left out: 1",)
+    assert notes == ("m.glb: properties of the extension KHR_gaussian_splatting left out: 1",)

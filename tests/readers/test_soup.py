@@ -142,7 +142,7 @@ def test_cut_files_are_named(box, triangles, save):
         ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", "line 6: the face"),
         ("a.off", "OFF\nthree\n", "line of counts"),
         ("a.off", "OFF\n", "damaged"),
-        ("a.off", "OFF BINARY\n", "no OFF file in text"),
+        ("a.off", "OFF BINARY\n", "not an OFF file in text"),
         ("a.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", "no triangles"),
         ("a.ply", "ply\nformat ascii 1.0\n", "header does not end"),
         ("a.ply", "ply\nend_header\n", "no format"),
