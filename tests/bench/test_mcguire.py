@@ -12,6 +12,7 @@ from umbra_benchmarks.cases import DrawnTriangles, find_growth
 from umbra_benchmarks.command import command
 from umbra_benchmarks.measure import Timing
 from umbra_benchmarks.method_frames import CONTENDERS, Viewed
+from umbra_benchmarks.report import BenchmarkRun
 
 
 def run(*arguments):
@@ -22,7 +23,7 @@ def run(*arguments):
 
 @pytest.fixture
 def no_opengl(monkeypatch):
-    def refuse(**_):
+    def refuse(_):
         msg = "there is no OpenGL here"
         raise UmbraError(msg)
 
@@ -103,7 +104,7 @@ def make_view(lengyel, triangles=10):
 
 def test_the_papers_claim_is_judged_by_view():
     views = [make_view(0.02), make_view(0.0102, 5), make_view(0.005), make_view(0.0101)]
-    found = mcguire.McGuire([], views, "brush", False, 3, False)
+    found = mcguire.McGuire(BenchmarkRun(3, False), [], views, "brush", False)
     text = found.to_table()
     assert "fewer triangles than lengyel in 3 of 4 views" in text
     assert "faster in 1, slower in 1, within 3 % in 2" in text
@@ -112,4 +113,4 @@ def test_the_papers_claim_is_judged_by_view():
     by_processor = replace(found, is_software=True).to_table()
     assert "faster in 4, slower in 0, within 3 % in 0 (of processor)" in by_processor
     assert "--quick" not in text
-    assert "--quick" in replace(found, quick=True).to_table()
+    assert "--quick" in replace(found, run=BenchmarkRun(3, quick=True)).to_table()

@@ -42,10 +42,12 @@ def test_the_tables_have_the_papers_shape():
 
 def test_ratios_stand_beside_the_papers():
     from umbra_benchmarks.measure import Timing  # noqa: PLC0415
+    from umbra_benchmarks.report import BenchmarkRun  # noqa: PLC0415
     from umbra_benchmarks.roettger import Roettger  # noqa: PLC0415
 
+    run = BenchmarkRun(repeat=1, quick=False)
     times = {1024: {"alpha": Timing(0.2, 0.1), "stencil": Timing(0.1, 0.1)}}
-    text = Roettger("brush", "a sphere", {"alpha": ((2, 4), (1, 4))}, times, 1, False).to_table()
+    text = Roettger(run, "brush", "a sphere", {"alpha": ((2, 4), (1, 4))}, times).to_table()
     assert "| 1024²  | alpha   | 5.0      | 0.50       | 10.2             | 1.15 " in text
     assert "| alpha | 2/4     | 2/4   | 1/4        | 1/4   |" in text
     assert "--quick" not in text

@@ -26,7 +26,7 @@ SUNNY = f"""
 import os, sys
 sys.path.insert(0, {str(TOOLS["umep"].script.parent)!r})
 import numpy as np
-from block import Took, serve_tool
+from block import PeerSeconds, serve_tool
 
 class Sunny:
     name = "Sunny 3"
@@ -42,7 +42,7 @@ class Sunny:
     def run(self):
         self.runs += 1
         os.write(1, b"noise")
-        return Took(0.25 * self.runs, 0.5 * self.runs)
+        return PeerSeconds(0.25 * self.runs, 0.5 * self.runs)
     def find_masks(self):
         return np.zeros((len(self.suns), *self.block.heights.shape), bool)
 

@@ -8,7 +8,8 @@ from click.testing import CliRunner
 
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.command import command
-from umbra_benchmarks.weng import find_errors, make_ball
+from umbra_benchmarks.scenes import make_ball
+from umbra_benchmarks.weng import find_errors
 
 
 def run(*arguments):

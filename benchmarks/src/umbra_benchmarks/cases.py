@@ -1,7 +1,7 @@
 """How many triangles each of McGuire's three cases draws, over sizes of one shape."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from umbra.scene.camera import Camera
 from umbra.volume.adjacency import make_caster
 from umbra.volume.placement import find_placement
 from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
+from umbra_benchmarks.report import BenchmarkRun
 from umbra_benchmarks.scenes import SquareModel, make_boulder
 
 __all__ = ["CAMERAS", "LAMP", "DrawnTriangles", "count_cases", "find_growth"]
@@ -56,20 +57,11 @@ class DrawnTriangles:
     placing: tuple[float, float, float]
 
 
-def count_cases(
-    *, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
-) -> list[DrawnTriangles]:
+def count_cases(run: BenchmarkRun) -> list[DrawnTriangles]:
     """
     Count what each case draws of a ball and of a boulder, from 1k to 1M triangles.
 
     There is a camera for each case; that it gets the case it is meant for is checked.
-
-    Parameters
-    ----------
-    repeat : int
-    quick : bool
-    say : callable
-        Told what is measured next.
 
     Returns
     -------
@@ -82,9 +74,9 @@ def count_cases(
         If a camera gets another case.
     """
     return [
-        _measure(shape, make(splits), repeat, say)
+        _measure(shape, make(splits), run)
         for shape, make in (("ball", _make_ball), ("boulder", make_boulder))
-        for splits in ((2, 3) if quick else range(3, 9))
+        for splits in ((2, 3) if run.quick else range(3, 9))
     ]
 
 
@@ -100,15 +92,13 @@ def find_growth(drawn: Sequence[DrawnTriangles], shape: str) -> tuple[float, flo
     return (float(slopes[0]), float(slopes[1]), float(slopes[2]))
 
 
-def _measure(
-    shape: str, model: SquareModel, repeat: int, say: Callable[[str], object]
-) -> DrawnTriangles:
-    say(f"{shape}, {len(model.faces):,} triangles")
+def _measure(shape: str, model: SquareModel, run: BenchmarkRun) -> DrawnTriangles:
+    run.say(f"{shape}, {len(model.faces):,} triangles")
     caster = make_caster(model.vertices, model.faces)
     placing = []
     for case, camera in enumerate(CAMERAS, 1):
         seconds = []
-        for _ in range(repeat):
+        for _ in range(run.repeat):
             begun = time.perf_counter()
             placement = find_placement(caster, camera, LAMP)
             seconds.append(time.perf_counter() - begun)

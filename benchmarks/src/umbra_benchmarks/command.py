@@ -1,12 +1,12 @@
 """``umbra bench``: times umbra against its peers."""
 
-from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import click
 
 from umbra.cli.terminal import echo, echo_json
+from umbra_benchmarks.report import BenchmarkRun
 
 __all__ = ["command"]
 
@@ -125,40 +125,16 @@ def command(
     def say(text: str) -> None:
         echo(text, err=True)
 
-    runs = repeat or (2 if quick else 5)
-    if name == "startup":
-        from umbra_benchmarks.startup import bench_startup  # noqa: PLC0415
-
-        result: Any = bench_startup(repeat=runs, quick=quick)
-    elif device == "gl":
-        from umbra_benchmarks.gl_frame import bench_gl_frame  # noqa: PLC0415
-
-        chosen = [peer for peer in PEERS if peer in peers] if peers else None
-        result = bench_gl_frame(
-            repeat=runs, quick=quick, peers=chosen, pythons=pythons, pictures=pictures, say=say
-        )
-    elif name == "tools":
-        from umbra_benchmarks.tools import bench_tools  # noqa: PLC0415
-
-        wanted = [peer for peer in TOOLS if peer in peers] if peers else None
-        turns = repeat or (2 if quick else 3)
-        result = bench_tools(repeat=turns, quick=quick, peers=wanted, pythons=pythons, say=say)
-    elif name == "wallner":
-        result = _find(name)(repeat=runs, quick=quick, models=models, say=say)
-    elif name in ("mcguire", "roettger"):
-        result = _find(name)(repeat=runs, quick=quick, say=say)
-    else:
-        result = _find(name)(threads=threads, repeat=runs, quick=quick, say=say)
+    chosen = [peer for peer in TOOLS + PEERS if peer in peers] if peers else None
+    default = 2 if quick else 3 if name == "tools" else 5
+    run = BenchmarkRun(
+        repeat or default, quick, threads=threads, peers=chosen, pythons=pythons,
+        pictures=pictures, models=models, say=say,
+    )  # fmt: skip
+    # Load only the benchmark that is wanted.
+    module = "gl_frame" if device == "gl" else name
+    result = getattr(import_module(f"umbra_benchmarks.{module}"), f"bench_{module}")(run)
     if as_json:
         echo_json(result.to_dict())
     else:
         echo(result.to_table())
-
-
-def _find(name: str) -> Callable[..., Any]:
-    """Load only the benchmark that is wanted."""
-    from importlib import import_module  # noqa: PLC0415
-
-    module = import_module(f"umbra_benchmarks.{name}")
-    benchmark: Callable[..., Any] = getattr(module, f"bench_{name}")
-    return benchmark

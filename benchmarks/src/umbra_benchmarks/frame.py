@@ -11,7 +11,7 @@ from umbra.scene import Camera, make_scene, point_light
 from umbra.volume.silhouette import prepare_tree
 from umbra_benchmarks.embree import OFFSET, Embree
 from umbra_benchmarks.measure import run_in_turn, timed
-from umbra_benchmarks.report import Report, Row, name_version
+from umbra_benchmarks.report import BenchmarkRun, Report, Row, name_version
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_town
 
 __all__ = ["bench_frame"]
@@ -61,40 +61,23 @@ _QUICK = (
 )  # fmt: skip
 
 
-def bench_frame(
-    *, threads: int, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
-) -> Report:
-    """
-    Measure frames over a ground plane, what is visible known to both sides.
-
-    Parameters
-    ----------
-    threads : int
-        Also run umbra on so many.
-    repeat : int
-    quick : bool
-    say : callable
-        Told what is measured next.
-
-    Returns
-    -------
-    report : Report
-    """
+def bench_frame(run: BenchmarkRun) -> Report:
+    """Measure frames over a ground plane; both sides know the visible surface."""
     rows = []
-    for case in _QUICK if quick else _CASES:
+    for case in _QUICK if run.quick else _CASES:
         work = f"{case.name}, {case.pixels}²"
-        say(work)
-        rows.append(_compare(work, case, threads, repeat))
-    return Report("frame", f"embreex {name_version('embreex')}", threads, repeat, quick, rows)
+        run.say(work)
+        rows.append(_compare(work, case, run))
+    return Report(run, "frame", f"embreex {name_version('embreex')}", rows)
 
 
-def _compare(work: str, case: _FrameCase, threads: int, repeat: int) -> Row:
+def _compare(work: str, case: _FrameCase, run: BenchmarkRun) -> Row:
     model = case.make()
     scene = make_scene(model.vertices, model.faces)
     camera = Camera(np.array(case.eye), np.array(case.target), size=(case.pixels, case.pixels))
     light = point_light(case.light)
     alone = FrameCounter(scene, ground=0.0)
-    together = FrameCounter(scene, ground=0.0, threads=threads)
+    together = FrameCounter(scene, ground=0.0, threads=run.threads)
     view, frame = alone.see(camera)
     if len(alone.caster.faces) >= _LARGE:  # as in a run of frames, and as Embree's tree is
         for counter in (alone, together):
@@ -116,7 +99,7 @@ def _compare(work: str, case: _FrameCase, threads: int, repeat: int) -> Row:
             "peer": timed(lambda: embree.find_occluded(origins, directions, reach), _TURN),
             "threads": timed(lambda: together.count(view, camera, light), _TURN),
         },
-        repeat,
+        run.repeat,
     )
     in_shadow = alone.count(view, camera, light)[seen] != 0
     occluded = embree.find_occluded(origins, directions, reach) == 0

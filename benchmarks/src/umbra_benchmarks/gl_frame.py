@@ -6,7 +6,7 @@ frame, light added where no shadow volume is counted. Each side draws the same p
 the lamp in its turn, and waits for each frame to be finished.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,8 +17,14 @@ from numpy.typing import NDArray
 
 from umbra_benchmarks.measure import Spent, Timing, run_in_turn
 from umbra_benchmarks.ours_gl import OursGl
-from umbra_benchmarks.peer import PEERS, Peer, PeerKind, find_python, is_installed
-from umbra_benchmarks.report import describe_machine, lay_out_table, name_version, show_timing
+from umbra_benchmarks.peer import PEERS, Peer, PeerKind, find_peers
+from umbra_benchmarks.report import (
+    BenchmarkReport,
+    BenchmarkRun,
+    describe_machine,
+    lay_out_table,
+    show_timing,
+)
 from umbra_benchmarks.scenes import Spheres, make_spheres
 
 __all__ = ["CALLS_MARK", "GlReport", "GlRow", "PeerTiming", "bench_gl_frame"]
@@ -32,16 +38,7 @@ _PICTURED = 8  # the place of the lamp in saved pictures: beside the spheres, sh
 
 @dataclass(frozen=True)
 class PeerTiming:
-    """
-    How long a peer took.
-
-    Parameters
-    ----------
-    kind : PeerKind
-    name, driver : str
-        Product and version; what drew for it.
-    timing : Timing
-    """
+    """The time of a peer, its product and version, and the driver that drew for it."""
 
     kind: PeerKind
     name: str
@@ -122,40 +119,32 @@ class GlRow:
 
 
 @dataclass(frozen=True)
-class GlReport:
+class GlReport(BenchmarkReport):
     """
     The benchmark's result.
 
     Parameters
     ----------
-    repeat, frames : int
-        Turns behind each median; frames in a turn, whose mean counts.
-    quick : bool
-        Whether sizes are too small to mean anything.
+    frames : int
+        Frames in a turn, whose mean counts.
     rows : sequence of GlRow
     missing : sequence of PeerKind
-        Not installed, and so not measured.
+        Peers that are not installed, and so not measured.
     """
 
-    repeat: int
     frames: int
-    quick: bool
     rows: Sequence[GlRow]
     missing: Sequence[PeerKind] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the JSON object."""
-        return {
-            "benchmark": "frame",
-            "device": "gl",
-            "umbra": name_version("umbra-shadows"),
-            "machine": describe_machine(),
-            "repeat": self.repeat,
-            "frames": self.frames,
-            "quick": self.quick,
-            "rows": [row.to_dict() for row in self.rows],
-            "missing": [{"peer": kind.name, "install": kind.install} for kind in self.missing],
-        }
+        """Return the JSON object."""
+        return self.head(
+            "frame",
+            device="gl",
+            frames=self.frames,
+            rows=[row.to_dict() for row in self.rows],
+            missing=[{"peer": kind.name, "install": kind.install} for kind in self.missing],
+        )
 
     def to_table(self) -> str:
         """Give a Markdown table that can be read as it stands."""
@@ -178,13 +167,12 @@ class GlReport:
                 ratios = [f"{ratio:.2f}" for ratio in row.compare(peer).values()]
                 mark = "" if peer.kind.mark is None else f"{peer.kind.mark:g}"
                 lines.append(["", peer.name, *_show(peer.timing), *ratios, mark])
-        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         drivers = {row.driver for row in self.rows}
         drivers |= {peer.driver for row in self.rows for peer in row.peers}
         return (
             f"umbra bench frame --device gl: {describe_machine()}; {', '.join(sorted(drivers))}. "
-            f"Medians of {self.repeat} turns of {self.frames} frames, each finished.{small}\n\n"
-            f"{lay_out_table(head, lines)}"
+            f"Medians of {self.run.repeat} turns of {self.frames} frames, each finished."
+            f"{self.small}\n\n{lay_out_table(head, lines)}"
             + "".join(f"\n\n{_explain_missing(kind)}." for kind in self.missing)
         )
 
@@ -208,34 +196,9 @@ def _explain_missing(kind: PeerKind) -> str:
     )
 
 
-def bench_gl_frame(
-    *,
-    repeat: int,
-    quick: bool,
-    peers: Iterable[str] | None = None,
-    pythons: Mapping[str, Path] | None = None,
-    pictures: Path | None = None,
-    say: Callable[[str], object] = lambda _: None,
-) -> GlReport:
+def bench_gl_frame(run: BenchmarkRun) -> GlReport:
     """
     Measure frames against renderers in processes of their own.
-
-    Parameters
-    ----------
-    repeat : int
-    quick : bool
-    peers : iterable of str, optional
-        Names of ``PEERS``; by default all that are installed or named in ``pythons``.
-    pythons : dict of Path, optional
-        Interpreters that have a peer's package, by the peer's name.
-    pictures : Path, optional
-        A folder for what each side draws.
-    say : callable
-        Told what is measured next.
-
-    Returns
-    -------
-    report : GlReport
 
     Raises
     ------
@@ -244,31 +207,20 @@ def bench_gl_frame(
     UmbraError
         If there is no OpenGL, or a peer fails.
     """
-    pythons = pythons or {}
-    asked = list(PEERS) if peers is None else list(peers)
-    missing = [
-        PEERS[name]
-        for name in asked
-        if peers is None and name not in pythons and not is_installed(PEERS[name])
-    ]
+    found, missing = find_peers(PEERS, run)
     for kind in missing:
-        say(_explain_missing(kind))
-    found = {
-        PEERS[name]: find_python(PEERS[name], pythons)
-        for name in asked
-        if PEERS[name] not in missing
-    }
-    scene = make_spheres(3, 8, 12) if quick else make_spheres()
-    frames = 2 if quick else _FRAMES
+        run.say(_explain_missing(kind))
+    scene = make_spheres(3, 8, 12) if run.quick else make_spheres()
+    frames = 2 if run.quick else _FRAMES
     balls, faces = len(scene.centres), len(scene.faces)
-    if pictures is not None:
-        pictures.mkdir(parents=True, exist_ok=True)
+    if run.pictures is not None:
+        run.pictures.mkdir(parents=True, exist_ok=True)
     rows = []
-    for size in (64,) if quick else _SIZES:
+    for size in (64,) if run.quick else _SIZES:
         work = f"{balls} spheres of {faces} triangles, {size}²"
-        say(work)
-        rows.append(_compare(work, scene, size, found, repeat, frames, pictures))
-    return GlReport(repeat, frames, quick, rows, missing)
+        run.say(work)
+        rows.append(_compare(work, scene, size, found, run, frames))
+    return GlReport(run, frames, rows, missing)
 
 
 def _compare(
@@ -276,9 +228,8 @@ def _compare(
     scene: Spheres,
     size: int,
     found: Mapping[PeerKind, Path],
-    repeat: int,
+    run: BenchmarkRun,
     frames: int,
-    pictures: Path | None,
 ) -> GlRow:
     with ExitStack() as stack:
         ours = stack.enter_context(OursGl(scene, size))
@@ -294,13 +245,13 @@ def _compare(
         }
         timings = {
             name: replace(timing, processor=turns[name].processor)
-            for name, timing in run_in_turn(turns, repeat).items()
+            for name, timing in run_in_turn(turns, run.repeat).items()
         }
-        if pictures is not None:
+        if run.pictures is not None:
             place = scene.path[_PICTURED]
-            ours.save(place, pictures / f"umbra_{size}.png")
+            ours.save(place, run.pictures / f"umbra_{size}.png")
             for peer in peers:
-                peer.save(place, pictures / f"{peer.kind.name}_{size}.png")
+                peer.save(place, run.pictures / f"{peer.kind.name}_{size}.png")
         return GlRow(
             work, size, ours.driver,
             timings["ours"], timings["no_shadows"], timings["moving"], timings["still"],

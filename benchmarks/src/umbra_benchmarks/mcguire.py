@@ -6,14 +6,19 @@ cases (section 7), 6 bytes a triangle in place of 36, and frames "strictly faste
 Lengyel's algorithm; each is measured here.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from umbra.errors import UmbraError
 from umbra_benchmarks.cases import DrawnTriangles, count_cases, find_growth
 from umbra_benchmarks.method_frames import CONTENDERS, Viewed, draw_views
-from umbra_benchmarks.report import describe_machine, lay_out_table, name_version, show_timing
+from umbra_benchmarks.report import (
+    BenchmarkReport,
+    BenchmarkRun,
+    describe_machine,
+    lay_out_table,
+    show_timing,
+)
 
 __all__ = ["McGuire", "bench_mcguire"]
 
@@ -25,7 +30,7 @@ _ALIKE = 0.03  # times nearer to each other than this say nothing
 
 
 @dataclass(frozen=True)
-class McGuire:
+class McGuire(BenchmarkReport):
     """
     What was counted and timed.
 
@@ -39,18 +44,12 @@ class McGuire:
         What drew, or why nothing did.
     is_software : bool
         Whether it drew on processors, so that their time is that of the frame.
-    repeat : int
-        Runs behind each median.
-    quick : bool
-        Whether sizes are too small to mean anything.
     """
 
     drawn: list[DrawnTriangles]
     views: list[Viewed]
     driver: str
     is_software: bool
-    repeat: int
-    quick: bool
 
     def shapes(self) -> list[str]:
         """Name the shapes of the cases, each once."""
@@ -58,13 +57,7 @@ class McGuire:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the JSON object."""
-        return {
-            "benchmark": "mcguire",
-            "umbra": name_version("umbra-shadows"),
-            "machine": describe_machine(),
-            "driver": self.driver,
-            "repeat": self.repeat,
-            "quick": self.quick,
+        return self.head("mcguire", driver=self.driver) | {
             "cases": [
                 {
                     "shape": row.shape,
@@ -105,10 +98,10 @@ class McGuire:
 
     def to_table(self) -> str:
         """Give Markdown tables that can be read as they stand."""
-        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         text = (
-            f"umbra bench mcguire: {describe_machine()}, {self.driver}. Medians of {self.repeat} "
-            f"runs in turn.{small}\n\nTriangles of one shadow volume in each case (the paper: in "
+            f"umbra bench mcguire: {describe_machine()}, {self.driver}. Medians of "
+            f"{self.run.repeat} runs in turn.{self.small}\n\n"
+            "Triangles of one shadow volume in each case (the paper: in "
             f"the order of s, s and f; Lengyel's s, f, f):\n\n{self._lay_out_cases()}"
         )
         if not self.views:
@@ -203,30 +196,15 @@ class McGuire:
         )
 
 
-def bench_mcguire(
-    *, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
-) -> McGuire:
-    """
-    Count triangles by case, and draw frames by each method; those only where there is OpenGL.
-
-    Parameters
-    ----------
-    repeat : int
-    quick : bool
-    say : callable
-        Told what is measured next.
-
-    Returns
-    -------
-    mcguire : McGuire
-    """
-    drawn = count_cases(repeat=repeat, quick=quick, say=say)
+def bench_mcguire(run: BenchmarkRun) -> McGuire:
+    """Count triangles by case and, where there is OpenGL, draw frames by each method."""
+    drawn = count_cases(run)
     try:
-        driver, is_software, views = draw_views(repeat=repeat, quick=quick, say=say)
+        driver, is_software, views = draw_views(run)
     except UmbraError as error:
         driver, is_software, views = f"no frames: {error}", False, []
-        say(driver)
-    return McGuire(drawn, views, driver, is_software, repeat, quick)
+        run.say(driver)
+    return McGuire(run, drawn, views, driver, is_software)
 
 
 def _find_bytes(row: Viewed) -> float:

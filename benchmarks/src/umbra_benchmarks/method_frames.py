@@ -1,7 +1,7 @@
 """Frames on OpenGL by McGuire's method, Lengyel's, z-fail and z-pass, over scenes and views."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -15,7 +15,8 @@ from umbra.scene import Camera, Light, Mesh, Part, Scene, make_scene, point_ligh
 from umbra_benchmarks.cases import CAMERAS, LAMP
 from umbra_benchmarks.measure import Timing, run_in_turn, timed
 from umbra_benchmarks.ours_gl import make_part_scene
-from umbra_benchmarks.scenes import BOX, make_boulder, make_spheres
+from umbra_benchmarks.report import BenchmarkRun
+from umbra_benchmarks.scenes import make_boulder, make_boxes, make_spheres
 
 __all__ = ["CONTENDERS", "Viewed", "draw_views"]
 
@@ -80,18 +81,9 @@ View = tuple[str, Camera, list[list[Light]]]
 """What it shows, from where, and the lights of each frame."""
 
 
-def draw_views(
-    *, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
-) -> tuple[str, bool, list[Viewed]]:
+def draw_views(run: BenchmarkRun) -> tuple[str, bool, list[Viewed]]:
     """
     Draw each view by all contenders in turn.
-
-    Parameters
-    ----------
-    repeat : int
-    quick : bool
-    say : callable
-        Told what is measured next.
 
     Returns
     -------
@@ -106,19 +98,19 @@ def draw_views(
         If there is no OpenGL.
     """
     device = open_device()
-    size = 64 if quick else 512
+    size = 64 if run.quick else 512
     try:
         viewed = []
         for name, scene, casters, views in (
-            _make_hall(2 if quick else 4),
-            _make_balls(3 if quick else 10),
-            _make_boulder(3 if quick else 5),
+            _make_hall(2 if run.quick else 4),
+            _make_balls(3 if run.quick else 10),
+            _make_boulder(3 if run.quick else 5),
         ):
-            say(f"{name}, {size}²")
+            run.say(f"{name}, {size}²")
             ground = 0.0 if casters is None else None  # the spheres bring their own
             with Renderer(scene, ground, casters=casters, device=device) as renderer:
                 for view in views:
-                    viewed.append(_measure(renderer, name, view, size, repeat))
+                    viewed.append(_measure(renderer, name, view, size, run.repeat))
         return device.renderer, device.is_software, viewed
     finally:
         device.release()
@@ -234,12 +226,9 @@ def _look(eye: ArrayLike, target: ArrayLike) -> Camera:
 
 def _make_boxes(boxes: Sequence[Sequence[float]], *, inward: bool = False) -> Mesh:
     """Make boxes of a middle and half sizes each."""
-    low = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]], float)
-    corners = np.concatenate([low, low * [1, 1, -1]])
-    table = np.array(boxes, float)
-    vertices = table[:, None, :3] + corners * table[:, None, 3:]
-    faces = (BOX[:, ::-1] if inward else BOX) + 8 * np.arange(len(table))[:, None, None]
-    return Mesh(vertices.reshape(-1, 3), faces.reshape(-1, 3).astype(np.int32))
+    middle, half = np.hsplit(np.array(boxes, float), 2)
+    vertices, faces = make_boxes(middle, half)
+    return Mesh(vertices, faces[:, ::-1].copy() if inward else faces)
 
 
 def _place(middle: Sequence[float], size: Sequence[float] = (1, 1, 1)) -> NDArray[np.float64]:

@@ -14,9 +14,10 @@ from typing import Any, Self
 
 from umbra.errors import InputError, UmbraError
 from umbra_benchmarks.measure import Spent
+from umbra_benchmarks.report import BenchmarkRun
 from umbra_benchmarks.scenes import Spheres
 
-__all__ = ["PEERS", "Child", "Peer", "PeerKind", "find_python", "is_installed"]
+__all__ = ["PEERS", "Child", "Peer", "PeerKind", "find_peers", "find_python"]
 
 _PATIENCE = 120.0
 """Seconds until a child that does not answer is given up."""
@@ -68,25 +69,33 @@ PEERS = {
 """The peers by name."""
 
 
-def is_installed(kind: PeerKind) -> bool:
-    """Tell whether this interpreter has a peer's package."""
+def find_peers(
+    kinds: Mapping[str, PeerKind], run: BenchmarkRun
+) -> tuple[dict[PeerKind, Path], list[PeerKind]]:
+    """
+    Find the interpreters of the peers to measure, and the peers that are not installed.
+
+    Raises
+    ------
+    InputError
+        If a peer that was asked for by name has no interpreter.
+    """
+    missing = [
+        kind
+        for name, kind in kinds.items()
+        if run.peers is None and name not in run.pythons and not _is_installed(kind)
+    ]
+    asked = [kind for name, kind in kinds.items() if run.peers is None or name in run.peers]
+    return {kind: find_python(kind, run.pythons) for kind in asked if kind not in missing}, missing
+
+
+def _is_installed(kind: PeerKind) -> bool:
     return find_spec(kind.module) is not None
 
 
 def find_python(kind: PeerKind, pythons: Mapping[str, Path]) -> Path:
     """
-    Find an interpreter that has a peer's package.
-
-    Parameters
-    ----------
-    kind : PeerKind
-    pythons : dict of Path
-        Interpreters that were named, by peer.
-
-    Returns
-    -------
-    python : Path
-        The one named, or this one if it can import the package.
+    Find the interpreter of a peer: the one that was named, or this one if it has the package.
 
     Raises
     ------
@@ -99,7 +108,7 @@ def find_python(kind: PeerKind, pythons: Mapping[str, Path]) -> Path:
             msg = f"--peer-python {kind.name}={named}: there is no interpreter at that path"
             raise InputError(msg, path=named)
         return named
-    if is_installed(kind):
+    if _is_installed(kind):
         return Path(sys.executable)
     msg = (
         f"this benchmark compares with {kind.title}, which is not installed; {kind.install} and "

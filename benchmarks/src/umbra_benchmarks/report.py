@@ -2,8 +2,8 @@
 
 import os
 import platform
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,74 @@ from typing import Any
 from umbra.machine import count_cores
 from umbra_benchmarks.measure import Timing
 
-__all__ = ["Report", "Row", "describe_machine", "lay_out_table", "name_version", "show_timing"]
+__all__ = [
+    "BenchmarkReport",
+    "BenchmarkRun",
+    "Report",
+    "Row",
+    "describe_machine",
+    "lay_out_table",
+    "name_version",
+    "show_timing",
+]
+
+
+@dataclass(frozen=True)
+class BenchmarkRun:
+    """
+    How to run a benchmark: ``bench_NAME(run)`` of module ``NAME`` returns its report.
+
+    Parameters
+    ----------
+    repeat : int
+        Runs behind each median.
+    quick : bool
+        Whether to take small sizes, which only show that it runs.
+    threads : int
+        Threads of umbra's runs on more than one.
+    peers : sequence of str, optional
+        The peers to measure; by default all that are installed or named in ``pythons``.
+    pythons : dict of Path
+        Interpreters that have a peer's package, by the peer's name.
+    pictures : Path, optional
+        A folder for the pictures of each side.
+    models : sequence of Path
+        Files to measure besides the benchmark's own scenes.
+    say : callable
+        Told what is measured next, and what cannot be.
+    """
+
+    repeat: int
+    quick: bool
+    threads: int = 2
+    peers: Sequence[str] | None = None
+    pythons: Mapping[str, Path] = field(default_factory=dict)
+    pictures: Path | None = None
+    models: Sequence[Path] = ()
+    say: Callable[[str], object] = lambda _: None
+
+
+@dataclass(frozen=True)
+class BenchmarkReport:
+    """What the reports of all benchmarks share."""
+
+    run: BenchmarkRun
+
+    def head(self, benchmark: str, **facts: Any) -> dict[str, Any]:
+        """Return the first entries of the JSON object."""
+        return {
+            "benchmark": benchmark,
+            "umbra": name_version("umbra-shadows"),
+            "machine": describe_machine(),
+            "repeat": self.run.repeat,
+            "quick": self.run.quick,
+            **facts,
+        }
+
+    @property
+    def small(self) -> str:
+        """A warning that the sizes are small, if they are."""
+        return " Sizes are too small to mean anything (--quick)." if self.run.quick else ""
 
 
 @dataclass(frozen=True)
@@ -69,47 +136,21 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Report:
-    """
-    A benchmark's result.
-
-    Parameters
-    ----------
-    benchmark : str
-    peer : str
-        Name and version.
-    threads : int
-        Of umbra's runs on more than one.
-    repeat : int
-        Runs behind each median.
-    quick : bool
-        Whether sizes are too small to mean anything.
-    rows : sequence of Row
-    """
+class Report(BenchmarkReport):
+    """The result of a benchmark against one peer, ``peer`` being its name and version."""
 
     benchmark: str
     peer: str
-    threads: int
-    repeat: int
-    quick: bool
     rows: Sequence[Row]
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the JSON object."""
-        return {
-            "benchmark": self.benchmark,
-            "umbra": name_version("umbra-shadows"),
-            "peer": self.peer,
-            "machine": describe_machine(),
-            "threads": self.threads,
-            "repeat": self.repeat,
-            "quick": self.quick,
-            "rows": [row.to_dict() for row in self.rows],
-        }
+        """Return the JSON object."""
+        rows = [row.to_dict() for row in self.rows]
+        return self.head(self.benchmark, peer=self.peer, threads=self.run.threads, rows=rows)
 
     def to_table(self) -> str:
         """Give a Markdown table that can be read as it stands."""
-        mine = f"umbra {self.threads} threads"
+        mine = f"umbra {self.run.threads} threads"
         head = [
             "work", "umbra ms (min)", f"{self.peer} ms (min)", "ratio", "of minima", "mark",
             f"{mine} ms (min)", "speed-up", "differ",
@@ -128,10 +169,10 @@ class Report:
             ]
             for row in self.rows
         ]
-        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         return (
-            f"umbra bench {self.benchmark}: {describe_machine()}. Medians of {self.repeat} runs in "
-            f"turn, one thread on both sides unless said.{small}\n\n{lay_out_table(head, lines)}"
+            f"umbra bench {self.benchmark}: {describe_machine()}. Medians of {self.run.repeat} "
+            f"runs in turn, one thread on both sides unless said.{self.small}\n\n"
+            f"{lay_out_table(head, lines)}"
         )
 
 

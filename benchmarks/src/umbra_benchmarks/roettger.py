@@ -13,7 +13,12 @@ from umbra.gl.masks.methods import PRINTED, Method
 from umbra.gl.masks.picture import MaskPicture
 from umbra.scene import Camera, Material, Mesh, Part, Scene, make_scene, point_light
 from umbra_benchmarks.measure import Timing, run_in_turn, timed
-from umbra_benchmarks.report import describe_machine, lay_out_table, name_version
+from umbra_benchmarks.report import (
+    BenchmarkReport,
+    BenchmarkRun,
+    describe_machine,
+    lay_out_table,
+)
 from umbra_benchmarks.scenes import make_town
 
 __all__ = ["Roettger", "bench_roettger"]
@@ -64,7 +69,7 @@ _OURS: dict[str, tuple[Method | str, int, str | None]] = {
 
 
 @dataclass(frozen=True)
-class Roettger:
+class Roettger(BenchmarkReport):
     """
     Both tables as measured.
 
@@ -77,18 +82,12 @@ class Roettger:
         By column of Table 1: passes and rectangles with an ambient term, and attenuated.
     times : dict
         By pixels a side and column of Table 2: of one frame.
-    repeat : int
-        Runs behind each median.
-    quick : bool
-        Whether sizes are too small to mean anything.
     """
 
     driver: str
     scene: str
     issued: Mapping[str, tuple[tuple[int, int], tuple[int, int]]]
     times: Mapping[int, Mapping[str, Timing]]
-    repeat: int
-    quick: bool
 
     def ratio(self, size: int, column: str) -> float:
         """How many times as many frames as by the stencil."""
@@ -96,14 +95,7 @@ class Roettger:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the JSON object."""
-        return {
-            "benchmark": "roettger",
-            "umbra": name_version("umbra-shadows"),
-            "machine": describe_machine(),
-            "driver": self.driver,
-            "scene": self.scene,
-            "repeat": self.repeat,
-            "quick": self.quick,
+        return self.head("roettger", driver=self.driver, scene=self.scene) | {
             "table_1": [
                 {
                     "mask": name,
@@ -154,53 +146,39 @@ class Roettger:
                 for name, timing in row.items()
             ],
         )
-        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         return (
             f"umbra bench roettger: {describe_machine()}, {self.driver}. {self.scene}; medians of "
-            f"{self.repeat} turns of {_FRAMES} frames.{small}\n\n"
+            f"{self.run.repeat} turns of {_FRAMES} frames.{self.small}\n\n"
             f"Passes / rectangles issued (Table 1):\n\n{first}\n\n"
             f"Frames per second (Table 2), shadows attenuated:\n\n{second}"
         )
 
 
-def bench_roettger(
-    *, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
-) -> Roettger:
+def bench_roettger(run: BenchmarkRun) -> Roettger:
     """
     Measure masks in turn, and count what they issue.
 
     A lamp goes around among blocks, so that shadow volumes fill the window many times over,
     and the viewer may be inside one.
 
-    Parameters
-    ----------
-    repeat : int
-    quick : bool
-    say : callable
-        Told what is measured next.
-
-    Returns
-    -------
-    tables : Roettger
-
     Raises
     ------
     UmbraError
         If there is no OpenGL.
     """
-    blocks = 9 if quick else 49
+    blocks = 9 if run.quick else 49
     scene = _make_scene(blocks)
-    sizes = (64,) if quick else _SIZES
+    sizes = (64,) if run.quick else _SIZES
     device = open_device()
     try:
-        say("Table 1")
+        run.say("Table 1")
         issued = {name: _issue(device, scene, name) for name in _OF_TABLE_1}
         times = {}
         for size in sizes:
-            say(f"Table 2, {size}²")
-            times[size] = _measure(device, scene, size, repeat)
+            run.say(f"Table 2, {size}²")
+            times[size] = _measure(device, scene, size, run.repeat)
         shape = f"{blocks} blocks and a lamp among them"
-        return Roettger(device.renderer, shape, issued, times, repeat, quick)
+        return Roettger(run, device.renderer, shape, issued, times)
     finally:
         device.release()
 

@@ -4,21 +4,29 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from umbra.sun import Site, find_sun, make_steps
 
 __all__ = [
-    "BOX",
+    "Soup",
     "Spheres",
     "SquareModel",
+    "make_ball",
     "make_boulder",
+    "make_boxes",
     "make_spheres",
     "make_suns",
     "make_town",
 ]
 
-BOX = np.array(
+Soup = tuple[NDArray[np.float64], NDArray[np.int32]]
+"""Vertices (n, 3) and faces (m, 3)."""
+_CORNERS = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1],
+     [-1, 1, 1]], float,
+)  # fmt: skip
+_BOX = np.array(
     [
         [0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4],
         [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7],
@@ -122,8 +130,62 @@ def make_town(boxes: int, side: float, seed: int) -> SquareModel:
     vertices[:, :4, 1] = vertices[:, 4:, 1] = centre[:, 1:] + x * sin + y * cos
     vertices[:, :4, 2] = -1.0
     vertices[:, 4:, 2] = height[:, None]
-    faces = BOX + 8 * block[:, None, None]
+    faces = _BOX + 8 * block[:, None, None]
     return SquareModel(_round(vertices.reshape(-1, 3)), faces.reshape(-1, 3).astype(np.int32), side)
+
+
+def make_boxes(
+    centres: ArrayLike, half: ArrayLike, frame: NDArray[np.float64] | None = None
+) -> Soup:
+    """
+    Make closed boxes.
+
+    Parameters
+    ----------
+    centres, half : (n, 3) float64
+        Centres, and half sizes along the boxes' axes [m].
+    frame : (n, 3, 3) float64, optional
+        Right-handed axes of each box in rows; x, y and z by default.
+    """
+    middle = np.asarray(centres, float)
+    axes = np.broadcast_to(np.eye(3), (len(middle), 3, 3)) if frame is None else frame
+    size = np.asarray(half, float)
+    corners = np.einsum("kc,nc,nci->nki", _CORNERS, size, axes) + middle[:, None]
+    faces = _BOX + 8 * np.arange(len(middle))[:, None, None]
+    return corners.reshape(-1, 3), faces.reshape(-1, 3).astype(np.int32)
+
+
+def make_ball(around: int, bands: int) -> Soup:
+    """Make a closed ball of radius 1 in bands of latitude, 2 * around * (bands - 1) triangles."""
+    # Rings of latitude between the two poles, which are the first and the last vertex.
+    rings = bands - 1
+    latitude = np.pi * np.arange(1, bands)[:, None] / bands
+    longitude = 2 * np.pi * np.arange(around) / around
+    round_ = np.stack(
+        np.broadcast_arrays(
+            np.sin(latitude) * np.cos(longitude),
+            np.sin(latitude) * np.sin(longitude),
+            np.cos(latitude),
+        ),
+        -1,
+    ).reshape(-1, 3)
+    vertices = np.concatenate([[[0.0, 0.0, 1.0]], round_, [[0.0, 0.0, -1.0]]])
+
+    step = np.arange(around)
+    right = (step + 1) % around
+    last = len(vertices) - 1
+    upper = 1 + around * np.arange(rings - 1)[:, None]
+    a, b = upper + step, upper + right
+    south = 1 + around * (rings - 1)
+    faces = np.concatenate(
+        [
+            np.stack([np.zeros_like(step), 1 + step, 1 + right], -1),
+            np.stack([a, a + around, b + around], -1).reshape(-1, 3),
+            np.stack([a, b + around, b], -1).reshape(-1, 3),
+            np.stack([np.full_like(step, last), south + right, south + step], -1),
+        ]
+    )
+    return vertices, faces.astype(np.int32)
 
 
 def make_boulder(splits: int, side: float = 500.0, seed: int = 3) -> SquareModel:
@@ -163,35 +225,7 @@ def make_spheres(across: int = 10, around: int = 32, frames: int = 96) -> Sphere
     frames : int
         Of one round of the lamp.
     """
-    # Rings of latitude between the two poles, which are the first and the last vertex.
-    rings = around // 2 - 1
-    latitude = np.pi * np.arange(1, rings + 1)[:, None] / (rings + 1)
-    longitude = 2 * np.pi * np.arange(around) / around
-    round_ = np.stack(
-        np.broadcast_arrays(
-            np.sin(latitude) * np.cos(longitude),
-            np.sin(latitude) * np.sin(longitude),
-            np.cos(latitude),
-        ),
-        -1,
-    ).reshape(-1, 3)
-    vertices = np.concatenate([[[0.0, 0.0, 1.0]], round_, [[0.0, 0.0, -1.0]]])
-
-    step = np.arange(around)
-    right = (step + 1) % around
-    last = len(vertices) - 1
-    upper = 1 + around * np.arange(rings - 1)[:, None]
-    a, b = upper + step, upper + right
-    south = 1 + around * (rings - 1)
-    faces = np.concatenate(
-        [
-            np.stack([np.zeros_like(step), 1 + step, 1 + right], -1),
-            np.stack([a, a + around, b + around], -1).reshape(-1, 3),
-            np.stack([a, b + around, b], -1).reshape(-1, 3),
-            np.stack([np.full_like(step, last), south + right, south + step], -1),
-        ]
-    )
-
+    vertices, faces = make_ball(around, around // 2)
     random = np.random.default_rng(4)
     place = 4.0 * (np.arange(across) - (across - 1) / 2)
     x, y = (axis.ravel() for axis in np.meshgrid(place, place))
@@ -200,7 +234,7 @@ def make_spheres(across: int = 10, around: int = 32, frames: int = 96) -> Sphere
     angle = 2 * np.pi * np.arange(frames) / frames
     path = np.column_stack([11 * np.cos(angle), 11 * np.sin(angle), np.full(frames, 14.0)])
     return Spheres(
-        _round(vertices), faces.astype(np.int32), _round(centres), 1.0, 40.0,
+        _round(vertices), faces, _round(centres), 1.0, 40.0,
         (0.0, -42.0, 38.0), (0.0, -3.0, 0.0), 55.0, path,
     )  # fmt: skip
 

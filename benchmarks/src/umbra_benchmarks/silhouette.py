@@ -7,8 +7,9 @@ tree gains over the first is what it gains for frames, and over the second for s
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from umbra.machine import use_threads
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.silhouette import find_silhouettes, prepare_tree
 from umbra_benchmarks.measure import Contender, run_in_turn, timed
-from umbra_benchmarks.report import Report, Row, name_version
+from umbra_benchmarks.report import BenchmarkRun, Report, Row, name_version
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
 
 __all__ = ["bench_silhouette"]
@@ -34,47 +35,30 @@ _QUICK = (
 )
 
 
-def bench_silhouette(
-    *, threads: int, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
-) -> Report:
+def bench_silhouette(run: BenchmarkRun) -> Report:
     """
     Measure finding the silhouettes of one sun and of 33, the sweep of a day.
 
     The peer of one light is VTK's ``vtkPolyDataSilhouette`` if package vtk is
-    installed, else brute force in numpy. Adjacency and trees are built before the
-    clock starts, VTK's too; how long the trees take is in the JSON object.
-
-    Parameters
-    ----------
-    threads : int
-        Also run umbra on so many.
-    repeat : int
-    quick : bool
-    say : callable
-        Told what is measured next.
-
-    Returns
-    -------
-    report : Report
+    installed, else brute force in numpy. Adjacency and trees, VTK's too, are built before
+    the clock starts; the JSON object has the time that the trees take.
     """
     vtk = _find_vtk()
     if vtk is None:
-        say(
+        run.say(
             "the peer of one light is numpy; to compare with VTK: "
             "pip install 'umbra-benchmarks[vtk]'"
         )
     suns = np.append(make_suns(), np.zeros((33, 1)), 1)
     rows = []
-    for name, make, brute_mark, vtk_mark in _QUICK if quick else _CASES:
-        say(name)
+    for name, make, brute_mark, vtk_mark in _QUICK if run.quick else _CASES:
+        run.say(name)
         model = make()
         caster = make_caster(model.vertices, model.faces)
-        facts = {"edges": len(caster.edges), "build_ms": _build(caster, threads)}
-        rows.append(
-            _compare_one(name, caster, model, suns[16], vtk, vtk_mark, threads, repeat, facts)
-        )
-        rows += _compare_sweeps(name, caster, suns, brute_mark, threads, repeat, facts)
-    return Report("silhouette", "other", threads, repeat, quick, rows)
+        facts = {"edges": len(caster.edges), "build_ms": _build(caster, run.threads)}
+        rows.append(_compare_one(name, caster, model, suns[16], vtk, vtk_mark, run, facts))
+        rows += _compare_sweeps(name, caster, suns, brute_mark, run, facts)
+    return Report(run, "silhouette", "other", rows)
 
 
 def _build(caster: Caster, threads: int) -> dict[str, float]:
@@ -94,19 +78,18 @@ def _compare_one(
     caster: Caster,
     model: SquareModel,
     sun: NDArray[np.float64],
-    vtk: "_VtkNames | None",
+    vtk: SimpleNamespace | None,
     mark: float | None,
-    threads: int,
-    repeat: int,
+    run: BenchmarkRun,
     facts: dict[str, Any],
 ) -> Row:
     """Compare the tree with VTK, or numpy, for one light."""
     reference = _Numpy(caster, sun[None])
     rival = reference if vtk is None else _Vtk(vtk, model, sun[None])
     peer = f"numpy {name_version('numpy')}" if vtk is None else f"vtk {name_version('vtk')}"
-    search = {n: _search(caster, sun[None], n, "tree") for n in (1, threads)}
+    search = {n: _search(caster, sun[None], n, "tree") for n in (1, run.threads)}
     timings = run_in_turn(
-        {"ours": search[1], "peer": timed(rival.run), "threads": search[threads]}, repeat
+        {"ours": search[1], "peer": timed(rival.run), "threads": search[run.threads]}, run.repeat
     )
     (expected,) = reference.run()
     (codes,) = _list_codes(caster, sun[None], "tree")
@@ -125,8 +108,7 @@ def _compare_sweeps(
     caster: Caster,
     suns: NDArray[np.float64],
     mark: float | None,
-    threads: int,
-    repeat: int,
+    run: BenchmarkRun,
     facts: dict[str, Any],
 ) -> list[Row]:
     """Compare the ways to find many suns' silhouettes with each other, all in turn."""
@@ -134,13 +116,13 @@ def _compare_sweeps(
     contenders = {
         f"{way} {n}": _search(caster, suns, n, method)
         for way, method in methods.items()
-        for n in (1, threads)
+        for n in (1, run.threads)
     }
     alone = [_search(caster, suns[k : k + 1], 1, "brute") for k in range(len(suns))]
     contenders["brute force, one by one 1"] = timed(lambda: [search() for search in alone])
     reference = _Numpy(caster, suns)
     contenders["numpy, one by one 1"] = timed(reference.run)
-    timings = run_in_turn(contenders, repeat)
+    timings = run_in_turn(contenders, run.repeat)
     expected = reference.run()
     rows = []
     for ours, peer, to_reach in (
@@ -154,7 +136,7 @@ def _compare_sweeps(
         rows.append(
             Row(
                 f"{name}, {len(suns)} lights: {ours} against {peer}",
-                timings[f"{ours} 1"], timings[f"{peer} 1"], timings[f"{ours} {threads}"],
+                timings[f"{ours} 1"], timings[f"{peer} 1"], timings[f"{ours} {run.threads}"],
                 to_reach, differ, sum(map(len, expected)), {**facts, "lights": len(suns)},
             )
         )  # fmt: skip
@@ -226,16 +208,8 @@ class _Vtk:
         return self._filter.GetOutput().GetNumberOfLines()
 
 
-@dataclass(frozen=True)
-class _VtkNames:
-    as_vtk: Callable[..., Any]
-    points: Any
-    cells: Any
-    mesh: Any
-    silhouette: Any
-
-
-def _find_vtk() -> _VtkNames | None:
+def _find_vtk() -> SimpleNamespace | None:
+    """Return what VTK's filter needs, or None if VTK is not installed."""
     try:
         from vtkmodules.util.numpy_support import numpy_to_vtk  # noqa: PLC0415
         from vtkmodules.vtkCommonCore import vtkPoints  # noqa: PLC0415
@@ -243,5 +217,7 @@ def _find_vtk() -> _VtkNames | None:
         from vtkmodules.vtkFiltersHybrid import vtkPolyDataSilhouette  # noqa: PLC0415
     except ImportError:
         return None
-    as_vtk = lambda array: numpy_to_vtk(array, deep=True)  # noqa: E731
-    return _VtkNames(as_vtk, vtkPoints, vtkCellArray, vtkPolyData, vtkPolyDataSilhouette)
+    return SimpleNamespace(
+        as_vtk=partial(numpy_to_vtk, deep=True), points=vtkPoints, cells=vtkCellArray,
+        mesh=vtkPolyData, silhouette=vtkPolyDataSilhouette,
+    )  # fmt: skip

@@ -14,7 +14,12 @@ import numpy as np
 
 from umbra.children import HOME, make_command
 from umbra.errors import UmbraError
-from umbra_benchmarks.report import describe_machine, lay_out_table
+from umbra_benchmarks.report import (
+    BenchmarkReport,
+    BenchmarkRun,
+    describe_machine,
+    lay_out_table,
+)
 from umbra_benchmarks.scenes import SquareModel, make_town
 
 __all__ = ["Startup", "bench_startup"]
@@ -30,7 +35,7 @@ print(time.perf_counter() - begun)
 
 
 @dataclass(frozen=True)
-class Startup:
+class Startup(BenchmarkReport):
     """
     The medians of whole processes with warm caches.
 
@@ -47,7 +52,6 @@ class Startup:
     read_bytes : int
         Most memory of a process that reads the file and ends.
     large : int
-    quick : bool
     """
 
     study_seconds: float
@@ -57,7 +61,6 @@ class Startup:
     peak_bytes: int
     read_bytes: int
     large: int
-    quick: bool
 
     @property
     def rest_seconds(self) -> float:
@@ -71,10 +74,7 @@ class Startup:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the JSON object."""
-        return {
-            "benchmark": "startup",
-            "machine": describe_machine(),
-            "quick": self.quick,
+        return self.head("startup") | {
             "study_seconds": self.study_seconds,
             "study_cpu_seconds": self.cpu_seconds,
             "read_seconds": self.read_seconds,
@@ -102,35 +102,26 @@ class Startup:
         )
 
 
-def bench_startup(*, repeat: int, quick: bool) -> Startup:
+def bench_startup(run: BenchmarkRun) -> Startup:
     """
-    Run ``umbra study`` as a user does, and see what it takes.
-
-    Parameters
-    ----------
-    repeat : int
-    quick : bool
-
-    Returns
-    -------
-    startup : Startup
+    Run ``umbra study`` as a user does, and measure its time and memory.
 
     Raises
     ------
     UmbraError
         If a study fails.
     """
-    large = 128 if quick else 2048
+    large = 128 if run.quick else 2048
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "town.obj"
-        _write_obj(path, make_town(30 if quick else 300, 500.0, 1))
+        _write_obj(path, make_town(30 if run.quick else 300, 500.0, 1))
         fixed = ["study", str(path), "--lat", "48.2", "--lon", "16.37", "--tz", "Europe/Vienna",
                  "--date", "2026-09-18", "--extent", "0,0,500,500", "--ground", "0", "--up", "z",
                  "--receivers", "top", "--json", "--out", str(Path(folder) / "out")]  # fmt: skip
-        small = [*fixed, "--size", "64x64" if quick else "512x512"]
+        small = [*fixed, "--size", "64x64" if run.quick else "512x512"]
         _run(_STUDY, small)  # compiles, where that was not done before
         studies, busy, reads, counts = [], [], [], []
-        for _ in range(repeat):
+        for _ in range(run.repeat):
             study = _run(_STUDY, small)
             studies.append(study.seconds)
             busy.append(study.cpu_seconds)
@@ -139,6 +130,7 @@ def bench_startup(*, repeat: int, quick: bool) -> Startup:
             reads.append(float(reader.text))
         peak = _run(_STUDY, [*fixed, "--size", f"{large}x{large}"]).peak_bytes
     return Startup(
+        run,
         study_seconds=float(np.median(studies)),
         cpu_seconds=float(np.median(busy)),
         read_seconds=float(np.median(reads)),
@@ -146,7 +138,6 @@ def bench_startup(*, repeat: int, quick: bool) -> Startup:
         peak_bytes=peak,
         read_bytes=reader.peak_bytes,
         large=large,
-        quick=quick,
     )
 
 

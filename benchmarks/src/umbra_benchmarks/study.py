@@ -16,7 +16,7 @@ from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster, make_caster
 from umbra_benchmarks.embree import OFFSET, Embree
 from umbra_benchmarks.measure import Contender, run_in_turn, timed
-from umbra_benchmarks.report import Report, Row, name_version
+from umbra_benchmarks.report import BenchmarkRun, Report, Row, name_version
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
 
 __all__ = ["bench_study"]
@@ -56,47 +56,32 @@ _QUICK = (
 )
 
 
-def bench_study(
-    *, threads: int, repeat: int, quick: bool, say: Callable[[str], object] = lambda _: None
-) -> Report:
+def bench_study(run: BenchmarkRun) -> Report:
     """
     Measure studies on planes and on topmost surfaces.
 
-    What is prepared once a study (adjacency, the surface, ray origins, Embree's
+    Everything that a study prepares once (adjacency, the surface, ray origins, Embree's
     tree) is done before the clock starts; finding silhouettes is not.
-
-    Parameters
-    ----------
-    threads : int
-        Also run umbra on so many.
-    repeat : int
-    quick : bool
-    say : callable
-        Told what is measured next.
-
-    Returns
-    -------
-    report : Report
     """
     suns = make_suns()
     rows = []
-    for case in _QUICK if quick else _CASES:
+    for case in _QUICK if run.quick else _CASES:
         model = case.make()
         soup = make_scene(model.vertices, model.faces).triangles()
         caster = make_caster(soup.vertices, soup.faces)
         embree = Embree(soup.vertices, soup.faces)
         for receivers, cells, mark in case.works:
             work = f"{receivers}, {case.name}, {cells}²"
-            say(work)
+            run.say(work)
             cell = model.side / cells
             grid = Grid(cell / 2, cell / 2, cell, cell, cells, cells)
             surface = find_surface(soup, grid, 0.0)
             rays = _Rays(embree, *_place_points(grid, surface, receivers), suns)
             alone = _make_sweep(caster, grid, surface, receivers, 1)
-            together = _make_sweep(caster, grid, surface, receivers, threads)
+            together = _make_sweep(caster, grid, surface, receivers, run.threads)
             timings = run_in_turn(
                 {"ours": _count(alone, suns), "peer": rays.run, "threads": _count(together, suns)},
-                repeat,
+                run.repeat,
             )
             rows.append(
                 Row(
@@ -105,7 +90,7 @@ def bench_study(
                     {"suns": len(suns), "cells": cells**2},
                 )
             )  # fmt: skip
-    return Report("study", f"embreex {name_version('embreex')}", threads, repeat, quick, rows)
+    return Report(run, "study", f"embreex {name_version('embreex')}", rows)
 
 
 @dataclass(frozen=True, eq=False)

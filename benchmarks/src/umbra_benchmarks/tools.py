@@ -6,7 +6,7 @@ held against float64 rays: what differs near a shadow's edge is sampling, all el
 """
 
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,8 +26,14 @@ from umbra.sun import Site, make_steps
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.exact import Exact, Mistakes, find_exact
 from umbra_benchmarks.measure import Timing, timed
-from umbra_benchmarks.peer import Child, PeerKind, find_python, is_installed
-from umbra_benchmarks.report import describe_machine, lay_out_table, name_version, show_timing
+from umbra_benchmarks.peer import Child, PeerKind, find_peers
+from umbra_benchmarks.report import (
+    BenchmarkReport,
+    BenchmarkRun,
+    describe_machine,
+    lay_out_table,
+    show_timing,
+)
 from umbra_benchmarks.scenes import SquareModel, make_suns, make_town
 
 __all__ = ["TOOLS", "ToolReport", "ToolRow", "bench_tools"]
@@ -104,18 +110,14 @@ class ToolRow:
 
 
 @dataclass(frozen=True)
-class ToolReport:
+class ToolReport(BenchmarkReport):
     """
-    The benchmark's result.
+    The benchmark's result; tools that take a minute ran once.
 
     Parameters
     ----------
     work : str
     cells, suns : int
-    repeat : int
-        Runs behind each median, but those that take a minute run once.
-    quick : bool
-        Whether sizes are too small to mean anything.
     rows : sequence of ToolRow
         The first two are umbra's: the ground, and the topmost surfaces.
     missing : dict of str
@@ -125,8 +127,6 @@ class ToolReport:
     work: str
     cells: int
     suns: int
-    repeat: int
-    quick: bool
     rows: Sequence[ToolRow]
     missing: Mapping[str, str] = field(default_factory=dict)
 
@@ -143,16 +143,12 @@ class ToolReport:
 
     def to_dict(self) -> dict[str, Any]:
         """Give numbers for programs; times in ms."""
-        return {
-            "benchmark": "tools",
-            "umbra": name_version("umbra-shadows"),
-            "machine": describe_machine(),
-            "work": self.work,
-            "cells": self.cells,
-            "suns": self.suns,
-            "repeat": self.repeat,
-            "quick": self.quick,
-            "rows": [
+        return self.head(
+            "tools",
+            work=self.work,
+            cells=self.cells,
+            suns=self.suns,
+            rows=[
                 {
                     "peer": row.peer,
                     "name": row.name,
@@ -172,8 +168,8 @@ class ToolReport:
                 }
                 for row in self.rows
             ],
-            "missing": dict(self.missing),
-        }
+            missing=dict(self.missing),
+        )
 
     def to_table(self) -> str:
         """Give a Markdown table that can be read as it stands."""
@@ -207,15 +203,16 @@ class ToolReport:
         of_errors = [
             "who", "wrong", "near an edge", "hours off, mean", "most", "suns off by",
         ]  # fmt: skip
-        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         compared = self.rows[0].mistakes.of
-        runs = ", ".join(f"{row.name} {row.runs}" for row in self.rows if row.runs != self.repeat)
+        runs = ", ".join(
+            f"{row.name} {row.runs}" for row in self.rows if row.runs != self.run.repeat
+        )
         missing = "".join(
             f"\nNot measured: {TOOLS[name].title}; {how}." for name, how in self.missing.items()
         )
         return (
-            f"umbra bench tools: {self.work}; {describe_machine()}. Medians of {self.repeat} runs "
-            f"in turn{f' ({runs})' if runs else ''}, one thread each.{small}\n\n"
+            f"umbra bench tools: {self.work}; {describe_machine()}. Medians of {self.run.repeat} "
+            f"runs in turn{f' ({runs})' if runs else ''}, one thread each.{self.small}\n\n"
             f"{lay_out_table(of_times, times)}\n\n"
             f"Answers that differ from float64 rays, of {compared:,} on open ground:\n\n"
             f"{lay_out_table(of_errors, errors)}\n{missing}"
@@ -232,31 +229,9 @@ def _hours(error: float) -> str:
     return f"{error:.3g}" if error >= 1e-3 or not error else "below 0.001"
 
 
-def bench_tools(
-    *,
-    repeat: int,
-    quick: bool,
-    peers: Iterable[str] | None = None,
-    pythons: Mapping[str, Path] | None = None,
-    say: Callable[[str], object] = lambda _: None,
-) -> ToolReport:
+def bench_tools(run: BenchmarkRun) -> ToolReport:
     """
     Measure a day's study of a town against other tools: time, and error.
-
-    Parameters
-    ----------
-    repeat : int
-    quick : bool
-    peers : iterable of str, optional
-        Names of ``TOOLS``; all that are installed if None.
-    pythons : dict of Path, optional
-        Interpreters that have a peer's package, by the peer's name.
-    say : callable
-        Told what is measured next, and what cannot be.
-
-    Returns
-    -------
-    report : ToolReport
 
     Raises
     ------
@@ -265,14 +240,18 @@ def bench_tools(
     UmbraError
         If a peer fails.
     """
-    found, missing = _find_tools(peers, pythons or {})
+    found, absent = find_peers(TOOLS, run)
+    missing = {
+        kind.name: f"{kind.install}, and name it with --peer-python {kind.name}=PATH"
+        for kind in absent
+    }
     for name, how in missing.items():
-        say(f"{TOOLS[name].title} is not installed and left out; {how}")
-    model = make_town(10, 90.0, 1) if quick else make_town(300, 500.0, 1)
-    cells = 64 if quick else 512
+        run.say(f"{TOOLS[name].title} is not installed and left out; {how}")
+    model = make_town(10, 90.0, 1) if run.quick else make_town(300, 500.0, 1)
+    cells = 64 if run.quick else 512
     ours = _Ours(model, cells)
     work = f"{len(model.vertices) // 8} boxes, {cells}² cells, {len(ours.suns)} suns"
-    say(f"{work}: the exact answer")
+    run.say(f"{work}: the exact answer")
     corners = model.vertices[model.faces]
     exact = find_exact(corners, ours.suns, ours.grid, ours.surface.heights == 0, _HOURS)
 
@@ -282,7 +261,7 @@ def bench_tools(
         tools = [stack.enter_context(_Tool(kind, python, folder)) for kind, python in found.items()]
         turns = {"ground": ours.run_ground, "top": ours.run_top}
         turns |= {tool.kind.name: tool.run for tool in tools}
-        took = _take_turns(turns, repeat, say)
+        took = _take_turns(turns, run.repeat, run.say)
         rows = [
             _make_row("ground", "umbra, ground", took, exact, ours.ground.masks(ours.suns), 0.0),
             _make_row("top", "umbra, topmost", took, exact, ours.top.masks(ours.suns), 0.0),
@@ -296,20 +275,7 @@ def bench_tools(
                     float(np.degrees(apart)), tool.kind.mark,
                 )
             )  # fmt: skip
-    return ToolReport(work, cells**2, len(ours.suns), repeat, quick, rows, missing)
-
-
-def _find_tools(
-    peers: Iterable[str] | None, pythons: Mapping[str, Path]
-) -> tuple[dict[PeerKind, Path], dict[str, str]]:
-    """Find interpreters; say how to install what was not asked for by name and is missing."""
-    found, missing = {}, {}
-    for kind in TOOLS.values():
-        if peers is None and kind.name not in pythons and not is_installed(kind):
-            missing[kind.name] = f"{kind.install}, and name it with --peer-python {kind.name}=PATH"
-        elif peers is None or kind.name in set(peers):
-            found[kind] = find_python(kind, pythons)
-    return found, missing
+    return ToolReport(run, work, cells**2, len(ours.suns), rows, missing)
 
 
 def _take_turns(

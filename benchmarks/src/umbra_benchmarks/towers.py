@@ -6,16 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra_benchmarks.scenes import BOX, SquareModel
+from umbra_benchmarks.scenes import Soup, SquareModel, make_boxes
 
 __all__ = ["Tower", "make_lattice_tower", "make_office_tower"]
-
-_CORNERS = np.array(
-    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1],
-     [-1, 1, 1]], float,
-)  # fmt: skip
-
-Soup = tuple[NDArray[np.float64], NDArray[np.int32]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +120,7 @@ def _make_beams(ends: NDArray[np.float64], thick: NDArray[np.float64]) -> Soup:
     aside /= np.linalg.norm(aside, axis=1, keepdims=True)
     frame = np.stack([aside, np.cross(up, aside), up], 1)
     size = np.column_stack([thick, thick, long[:, 0]]) / 2
-    return _make_boxes(ends.mean(1), frame, size)
+    return make_boxes(ends.mean(1), size, frame)
 
 
 def _make_upright(
@@ -146,14 +139,7 @@ def _make_upright(
         1,
     )
     centres = np.column_stack([where, np.full(n, 0.5 * (low + top))])
-    return _make_boxes(centres, frame, np.tile([*size, 0.5 * (top - low)], (n, 1)))
-
-
-def _make_boxes(centres: NDArray, frame: NDArray, half: NDArray) -> Soup:
-    """Make boxes by their centres, right-handed axes in rows, and half sizes."""
-    corners = np.einsum("kc,nc,nci->nki", _CORNERS, half, frame) + centres[:, None]
-    faces = BOX + 8 * np.arange(len(centres))[:, None, None]
-    return corners.reshape(-1, 3), faces.reshape(-1, 3).astype(np.int32)
+    return make_boxes(centres, np.tile([*size, 0.5 * (top - low)], (n, 1)), frame)
 
 
 def _make_prism(ring: NDArray[np.float64], low: float, high: float) -> Soup:

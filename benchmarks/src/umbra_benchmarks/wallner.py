@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +20,13 @@ from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster
 from umbra.volume.silhouette import find_silhouettes, prepare_tree
 from umbra_benchmarks.measure import Timing, counted, run_in_turn
-from umbra_benchmarks.report import describe_machine, lay_out_table, name_version, show_timing
+from umbra_benchmarks.report import (
+    BenchmarkReport,
+    BenchmarkRun,
+    describe_machine,
+    lay_out_table,
+    show_timing,
+)
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
 from umbra_benchmarks.towers import make_lattice_tower, make_office_tower
 
@@ -95,33 +100,23 @@ class Searched:
 
 
 @dataclass(frozen=True)
-class Wallner:
+class Wallner(BenchmarkReport):
     """
     Both tables as measured.
 
     Parameters
     ----------
     rows : list of Searched
-    suns, repeat : int
-        Asked in each run; runs behind each median.
-    quick : bool
-        Whether sizes are too small to mean anything.
+    suns : int
+        Searched for in each run.
     """
 
     rows: list[Searched]
     suns: int
-    repeat: int
-    quick: bool
 
     def to_dict(self) -> dict[str, Any]:
         """Give the JSON object."""
-        return {
-            "benchmark": "wallner",
-            "umbra": name_version("umbra-shadows"),
-            "machine": describe_machine(),
-            "suns": self.suns,
-            "repeat": self.repeat,
-            "quick": self.quick,
+        return self.head("wallner", suns=self.suns) | {
             "rows": [
                 {
                     "scene": row.scene,
@@ -183,43 +178,23 @@ class Wallner:
                 for row in self.rows
             ],
         )  # fmt: skip
-        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         differ = sum(row.differ for row in self.rows)
         return (
             f"umbra bench wallner: {describe_machine()}. Silhouettes of {self.suns} suns, one at a "
-            f"time on one thread: ms of the processor for one, medians of {self.repeat} runs in "
-            "turn, the fastest in brackets; ratios are of the fastest, which a busy machine "
-            f"disturbs least.{small}\n\n{times}\n\n{edges}\n\n"
+            f"time on one thread: ms of the processor for one, medians of {self.run.repeat} runs "
+            "in turn, the fastest in brackets; ratios are of the fastest, which a busy machine "
+            f"disturbs least.{self.small}\n\n{times}\n\n{edges}\n\n"
             f"{differ} edges are not those of brute force."
         )
 
 
-def bench_wallner(
-    *,
-    repeat: int,
-    quick: bool,
-    models: Sequence[Path] = (),
-    say: Callable[[str], object] = lambda _: None,
-) -> Wallner:
+def bench_wallner(run: BenchmarkRun) -> Wallner:
     """
     Measure brute force, the paper's hextree (depth 4) and the tree of boxes, in turn.
 
     The suns are those over Vienna on 18 September from 09:00 to 17:00, as in the paper's
-    figure 7. Adjacency and trees are built before the clock starts.
-
-    Parameters
-    ----------
-    repeat : int
-    quick : bool
-    models : sequence of path
-        Measured too. Parts of the first one, as many as have the triangles of the paper's
-        industry area, stand for it in place of boxes.
-    say : callable
-        Told what is measured next, and what stands for what.
-
-    Returns
-    -------
-    tables : Wallner
+    figure 7. Adjacency and trees are built before the clock starts. Parts of the first of the
+    run's models, with as many triangles as the paper's industry area, replace its boxes.
 
     Raises
     ------
@@ -228,15 +203,15 @@ def bench_wallner(
     """
     import umbra  # noqa: PLC0415
 
-    scenes = [(path.name, umbra.read(path)) for path in models]
+    scenes = [(path.name, umbra.read(path)) for path in run.models]
     if not scenes:
-        say("boxes stand for the paper's industry area; name a real city with --model FILE")
-    suns = np.append(make_suns(), np.zeros((33, 1)), 1)[:: 16 if quick else 1]
+        run.say("boxes stand for the paper's industry area; name a real city with --model FILE")
+    suns = np.append(make_suns(), np.zeros((33, 1)), 1)[:: 16 if run.quick else 1]
     rows = []
-    for name, printed, make in _list_casters(scenes, quick):
-        say(name)
-        rows.append(_measure(name, printed, make(), suns, repeat))
-    return Wallner(rows, len(suns), repeat, quick)
+    for name, printed, make in _list_casters(scenes, run.quick):
+        run.say(name)
+        rows.append(_measure(name, printed, make(), suns, run.repeat))
+    return Wallner(run, rows, len(suns))
 
 
 def _list_casters(

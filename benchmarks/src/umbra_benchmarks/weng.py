@@ -13,10 +13,16 @@ from umbra.rays.depth import GROUND
 from umbra.scene import Camera, Mesh, Part, make_scene, point_light
 from umbra.soft import ball_light, samples, wedges, weng
 from umbra.volume.silhouette import find_silhouette_edges
-from umbra_benchmarks.report import describe_machine, lay_out_table, name_version
+from umbra_benchmarks.report import (
+    BenchmarkReport,
+    BenchmarkRun,
+    describe_machine,
+    lay_out_table,
+)
+from umbra_benchmarks.scenes import make_ball, make_boxes
 from umbra_benchmarks.soft_gl import find_device_name, time_frames
 
-__all__ = ["PAPER", "Errors", "Soft", "SoftRow", "bench_weng", "find_errors", "make_ball"]
+__all__ = ["PAPER", "Errors", "Soft", "SoftRow", "bench_weng", "find_errors"]
 
 REFERENCE = 1024
 """Samples of the light that the methods are measured against."""
@@ -83,7 +89,7 @@ class SoftRow:
 
 
 @dataclass(frozen=True)
-class Soft:
+class Soft(BenchmarkReport):
     """
     Three methods over polygon counts.
 
@@ -91,29 +97,17 @@ class Soft:
     ----------
     rows : list of SoftRow
     size : (int, int)
-    threads, repeat : int
-    quick : bool
-        Whether sizes are too small to mean anything.
     gl_device : str, optional
         What draws with OpenGL, if there is any.
     """
 
     rows: list[SoftRow]
     size: tuple[int, int]
-    threads: int
-    repeat: int
-    quick: bool
     gl_device: str | None
 
     def to_dict(self) -> dict[str, Any]:
         """Give the JSON object."""
-        return {
-            "benchmark": "weng",
-            "umbra": name_version("umbra-shadows"),
-            "machine": describe_machine(),
-            "threads": self.threads,
-            "repeat": self.repeat,
-            "quick": self.quick,
+        return self.head("weng", threads=self.run.threads) | {
             "size": self.size,
             "samples": REFERENCE,
             "length": LENGTH,
@@ -161,48 +155,27 @@ class Soft:
             ]
             for row in self.rows
         ]
-        small = " Sizes are too small to mean anything (--quick)." if self.quick else ""
         cols, rows = self.size
         return (
             f"umbra bench weng: {describe_machine()}. {cols}x{rows} pixels, "
-            f"{self.threads} threads, medians of {self.repeat} runs. Errors of visibility on the "
-            f"floor against {REFERENCE:,} samples, where either is in penumbra; "
+            f"{self.run.threads} threads, medians of {self.run.repeat} runs. Errors of visibility "
+            f"on the floor against {REFERENCE:,} samples, where either is in penumbra; "
             f"length {LENGTH:g}, gap {GAP:g} ({round(LENGTH / GAP)} layers). "
-            f"gl: {self.gl_device or 'there is no OpenGL'}.{small}"
+            f"gl: {self.gl_device or 'there is no OpenGL'}.{self.small}"
             f"\n\n{lay_out_table(head, lines)}"
         )
 
 
-def bench_weng(
-    *,
-    threads: int,
-    repeat: int,
-    quick: bool,
-    say: Callable[[str], object] = lambda _: None,
-) -> Soft:
-    """
-    Time samples, wedges and layers, and measure their errors, for a cube and balls.
-
-    Parameters
-    ----------
-    threads : int
-    repeat : int
-    quick : bool
-    say : callable
-        Told what is measured next.
-
-    Returns
-    -------
-    soft : Soft
-    """
-    size = (96, 72) if quick else (800, 600)
+def bench_weng(run: BenchmarkRun) -> Soft:
+    """Time samples, wedges and layers, and measure their errors, for a cube and balls."""
+    size = (96, 72) if run.quick else (800, 600)
     eye, target = np.array([-4.5, -6.0, 5.0]), np.array([-0.6, -0.4, 0.6])
     camera = Camera(eye, target, size=size, fov=45.0)
     rows, gl_device = [], find_device_name()
-    for faces in (12, 48) if quick else (12, *_BALLS):
-        say(f"{faces:,} triangles")
-        rows.append(_measure(faces, camera, threads, repeat, has_gl=gl_device is not None))
-    return Soft(rows, size, threads, repeat, quick, gl_device)
+    for faces in (12, 48) if run.quick else (12, *_BALLS):
+        run.say(f"{faces:,} triangles")
+        rows.append(_measure(faces, camera, run.threads, run.repeat, has_gl=gl_device is not None))
+    return Soft(run, rows, size, gl_device)
 
 
 def find_errors(found: NDArray, truth: NDArray, where: NDArray[np.bool_]) -> Errors:
@@ -229,35 +202,11 @@ def find_errors(found: NDArray, truth: NDArray, where: NDArray[np.bool_]) -> Err
     )
 
 
-def make_ball(around: int, bands: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Make a ball of 2 around (bands - 1) triangles, of radius 1, closed."""
-    tilt = np.pi * np.arange(1, bands) / bands
-    turn = 2 * np.pi * np.arange(around) / around
-    ring = np.stack([np.cos(turn), np.sin(turn)], 1)
-    rings = np.concatenate([np.c_[np.sin(t) * ring, np.full(around, np.cos(t))] for t in tilt])
-    vertices = np.concatenate([rings, [(0, 0, 1), (0, 0, -1)]]) + _MIDDLE
-    here = np.arange(around)
-    onward = (here + 1) % around
-    top, bottom = (np.full(around, len(rings) + k) for k in range(2))
-    last = around * (bands - 2)
-    faces = [np.stack([top, here, onward], 1), np.stack([bottom, last + onward, last + here], 1)]
-    for band in range(bands - 2):
-        up, down = band * around, (band + 1) * around
-        faces.append(np.stack([up + here, down + here, down + onward], 1))
-        faces.append(np.stack([up + here, down + onward, up + onward], 1))
-    return vertices, np.concatenate(faces).astype(np.int32)
-
-
-def _make_cube() -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [(a, *pair) for a, b, c, d in quads for pair in ((b, c), (c, d))]
-    return 0.8 * corners + _MIDDLE, np.array(faces, np.int32)
-
-
 def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: bool) -> SoftRow:
-    mesh = _make_cube() if faces == 12 else make_ball(*_BALLS[faces])
-    scene = make_scene([Part("caster", "", Mesh(*mesh))])
+    vertices, triangles = (
+        make_boxes([[0, 0, 0]], [[0.8] * 3]) if faces == 12 else make_ball(*_BALLS[faces])
+    )
+    scene = make_scene([Part("caster", "", Mesh(vertices + _MIDDLE, triangles))])
     counter = FrameCounter(scene, ground=0.0, threads=threads)
     view, frame = counter.see(camera)
     seen = counter, view, frame, camera
@@ -291,7 +240,7 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: b
             scene, camera, _LIGHT, samples=REFERENCE, length=LENGTH, gap=GAP, repeat=repeat
         )
     return SoftRow(
-        faces=len(mesh[1]),
+        faces=len(triangles),
         silhouette=len(find_silhouette_edges(counter.caster, place)[0]),
         hard=seconds.pop("hard"),
         seconds=seconds,

@@ -5,6 +5,9 @@ The peer makes the town in its own objects, says when it is ready, and finds for
 cell of the ground in which instants it is in shadow.
 """
 
+import time
+from collections.abc import Callable
+from importlib.metadata import version
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -82,7 +85,45 @@ class PeerTool(Protocol):
         """Tell what was in shadow in the last run: (n_suns, rows, cols), row 0 in the south."""
 
 
-def serve_tool(make: type[Any]) -> None:
+class RasterTool:
+    """
+    A tool that finds which cells of a surface model are lit, for one sun at a time.
+
+    Parameters
+    ----------
+    package : str
+        Its package, whose name and version are told.
+    block : TownBlock
+    find_lit : callable
+        Takes the surface model, its first row in the north, and a sun's azimuth and altitude
+        [degrees]; returns 1 where cells are lit and 0 in shadow.
+    dtype : type
+        Of the surface model.
+    """
+
+    def __init__(
+        self, package: str, block: TownBlock, find_lit: Callable[..., Any], dtype: type = np.float64
+    ) -> None:
+        self.name = f"{package} {version(package)}"
+        self.suns = block.suns
+        self._angles = np.transpose(block.find_angles())
+        self._dsm: NDArray[Any] = block.heights[::-1].astype(dtype)
+        self._find_lit = find_lit
+        self._lit: list[NDArray[np.float64]] = []
+
+    def run(self) -> PeerSeconds:
+        """Find what is in the sun at each instant."""
+        begun = time.perf_counter()
+        self._lit = [self._find_lit(self._dsm, *angles) for angles in self._angles]
+        sum(self._lit)
+        return PeerSeconds(time.perf_counter() - begun)
+
+    def find_masks(self) -> NDArray[np.bool_]:
+        """Turn the last run's answers about."""
+        return np.array(self._lit)[:, ::-1] == 0
+
+
+def serve_tool(make: Callable[[TownBlock], PeerTool]) -> None:
     """
     Answer requests until the pipe is closed.
 

@@ -9,50 +9,23 @@ import os
 
 os.environ["RAYON_NUM_THREADS"] = "1"  # before it is imported
 
-import time
-from importlib.metadata import version
+from typing import Any
 
 import numpy as np
-from block import PeerSeconds, TownBlock, serve_tool
-from numpy.typing import NDArray
+from block import RasterTool, TownBlock, serve_tool
 from solweig.rustalgos import shadowing
 
 
-class SolweigShadows:
-    """
-    SOLWEIG's shadows of buildings at the block's suns.
+def _open(block: TownBlock) -> RasterTool:
+    shadowing.disable_gpu()
 
-    Parameters
-    ----------
-    block : TownBlock
-    """
+    def find_lit(dsm: Any, azimuth: float, altitude: float) -> Any:
+        height = float(np.ptp(dsm))
+        found = shadowing.calculate_shadows_wall_ht_25(azimuth, altitude, block.cell, height, dsm)
+        return found.bldg_sh
 
-    def __init__(self, block: TownBlock) -> None:
-        shadowing.disable_gpu()
-        self.name = f"solweig {version('solweig')}"
-        self.suns = block.suns
-        self._angles = np.transpose(block.find_angles())
-        self._scale = block.cell
-        self._dsm = block.heights[::-1].astype(np.float32)
-        self._lit: list[NDArray[np.float32]] = []
-
-    def run(self) -> PeerSeconds:
-        """Find what is in the sun at each instant."""
-        begun = time.perf_counter()
-        height = float(np.ptp(self._dsm))
-        self._lit = [
-            shadowing.calculate_shadows_wall_ht_25(
-                azimuth, altitude, self._scale, height, self._dsm
-            ).bldg_sh
-            for azimuth, altitude in self._angles
-        ]
-        sum(self._lit)
-        return PeerSeconds(time.perf_counter() - begun)
-
-    def find_masks(self) -> NDArray[np.bool_]:
-        """Turn the last run's answers about."""
-        return np.array(self._lit)[:, ::-1] == 0
+    return RasterTool("solweig", block, find_lit, np.float32)
 
 
 if __name__ == "__main__":
-    serve_tool(SolweigShadows)
+    serve_tool(_open)
