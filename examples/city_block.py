@@ -7,8 +7,8 @@ Make an example city quarter as a CityJSON 2.0 file: the model that `make study`
 Three perimeter blocks of gabled houses with courtyards, a church with a spire on a square,
 a high-rise on a podium, and trees. Every house is a closed solid of WallSurface, RoofSurface
 and GroundSurface; trees are instances of two templates. The place is in Vienna (EPSG:31256),
-so `umbra study` knows the latitude, the longitude, true north and the time zone. Nothing but
-the standard library is needed.
+so `umbra study` knows the latitude, the longitude, true north and the time zone. The script
+needs only the standard library.
 """
 
 import argparse
@@ -23,6 +23,7 @@ CENTRE = (2680.0, 340120.0)  # of the quarter, in that CRS [m]
 GROUND = 171.0  # above the Adriatic [m]
 TURN = math.radians(-14)  # the streets do not run due north
 SCALE = 0.001  # the file's unit: a millimetre
+UPRIGHT = 0.01  # z of a wall's unit normal at most
 
 Point = tuple[float, float, float]
 Plan = list[tuple[float, float]]
@@ -36,7 +37,7 @@ class City:
         self.objects: dict[str, dict] = {}
 
     def vertex(self, point: Point) -> int:
-        """Give the index of a point of the quarter's own frame, turned into the CRS."""
+        """Return the index of a point of the quarter's own frame, turned into the CRS."""
         x, y, z = point
         east = x * math.cos(TURN) - y * math.sin(TURN)
         north = x * math.sin(TURN) + y * math.cos(TURN)
@@ -74,7 +75,7 @@ class City:
         }
 
     def to_json(self) -> dict:
-        """Give the whole file."""
+        """Return the whole file."""
         shapes, points = make_trees()
         return {
             "type": "CityJSON",
@@ -97,7 +98,7 @@ def find_surface(ring: list[Point]) -> int:
     ny = sum((a[2] - b[2]) * (a[0] + b[0]) for a, b in pairs)
     nz = sum((a[0] - b[0]) * (a[1] + b[1]) for a, b in pairs)
     upward = nz / math.hypot(nx, ny, nz)
-    return 0 if abs(upward) < 0.01 else (1 if upward > 0 else 2)
+    return 0 if abs(upward) < UPRIGHT else (1 if upward > 0 else 2)
 
 
 def sweep_house(path: Plan, depth: float, eaves: float, ridge: float) -> list[list[list[Point]]]:
@@ -133,7 +134,7 @@ def sweep_house(path: Plan, depth: float, eaves: float, ridge: float) -> list[li
 
 
 def direction(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
-    """Give the unit vector from a to b."""
+    """Return the unit vector from a to b."""
     length = math.dist(a, b)
     return (b[0] - a[0]) / length, (b[1] - a[1]) / length
 
@@ -169,7 +170,7 @@ def stack_boxes(storeys: list[tuple[Plan, float]]) -> list[list[list[Point]]]:
 
 
 def rectangle(x: float, y: float, width: float, depth: float) -> Plan:
-    """Give a rectangle about a centre, counter-clockwise."""
+    """Return a rectangle about a centre, counter-clockwise."""
     w, d = width / 2, depth / 2
     return [(x - w, y - d), (x + w, y - d), (x + w, y + d), (x - w, y + d)]
 
@@ -227,7 +228,7 @@ def build_church(city: City, x: float, y: float) -> None:
 
 
 def turns(start: float, end: float, count: int) -> list[float]:
-    """Give evenly spaced angles, both ends included."""
+    """Return evenly spaced angles, both ends included."""
     return [start + (end - start) * k / (count - 1) for k in range(count)]
 
 

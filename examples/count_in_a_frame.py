@@ -3,7 +3,7 @@ Count shadow volumes in a camera's picture: a table under a sun, a lamp and a sp
 
     python examples/count_in_a_frame.py [FOLDER]
 
-Prints how deep in shadow the picture gets for each light, and writes two pictures into FOLDER
+Prints the largest shadow count of each light, and writes two pictures into FOLDER
 (``out`` by default): the shaded frame, and the count of the first light as grey levels.
 """
 

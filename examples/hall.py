@@ -3,11 +3,11 @@ A hall of columns, arches and stairs under coloured lights, drawn on OpenGL.
 
     python examples/hall.py pictures/
 
-Everything casts: the sun comes in through the windows of one side, lamps with a range hang
-between the columns, and every one of them has hard shadows of its own. After figure 1 of
-McGuire et al., "Fast, Practical and Robust Shadows" (2003). Then the same with lights that
-have a size, by penumbra wedges. Needs `pip install 'umbra-shadows[gl]'`; a software driver
-will do.
+Every object casts shadows: the sun shines through the windows of one side, lamps with a range
+hang between the columns, and each light has its own hard shadows. After figure 1 of
+McGuire et al., "Fast, Practical and Robust Shadows" (2003). The second picture has lights
+with a size, by penumbra wedges. Needs `pip install 'umbra-shadows[gl]'`; a software driver
+is enough.
 """
 
 import sys
@@ -106,7 +106,7 @@ def make_wall(x, has_windows):
 
 
 def make_hall():
-    """Give the hall's parts; each closed body is a part of its own."""
+    """Return the hall's parts; each closed body is a part of its own."""
     stone = [*make_wall(-AISLE - WALL, has_windows=False), *make_wall(AISLE, has_windows=True)]
     for row in (-NAVE, NAVE):
         places = [(row, bay * BAY) for bay in range(1, BAYS)]
@@ -126,7 +126,7 @@ def make_hall():
 
 
 def make_lights():
-    """Give the sun through the windows, three lamps in the nave, a spot on the stairs."""
+    """Return the sun through the windows, three lamps in the nave, a spot on the stairs."""
     return [
         directional_light((0.80, -0.30, 0.62), (1.8, 1.5, 1.1)),
         point_light((-2.5, 10, 5.5), (2.4, 0.5, 0.3), range=24, attenuation=FADE),

@@ -1,11 +1,11 @@
 """
-Check a study against a sum done by hand: the shadow of a pole.
+Check a study against a calculation by hand: the shadow of a pole.
 
     python examples/shadow_of_a_pole.py
 
 A pole of height h under a sun at altitude a casts a shadow of length h / tan(a), straight
-away from the sun. So a 10 m pole at 45 degrees casts 10 m. Where and when does the sun stand
-at 45 degrees? At 45 degrees north at an equinox, at solar noon (nearly: the equinox is an
+away from the sun. So at 45 degrees a 10 m pole casts a shadow of 10 m. Where and when is
+the sun at 45 degrees? At 45 degrees north at an equinox, at solar noon (nearly: the equinox is an
 instant, and refraction lifts the sun by a minute of arc).
 """
 

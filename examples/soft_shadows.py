@@ -26,14 +26,14 @@ EYE, TARGET = (-4.6, -7.4, 5.6), (-0.5, -0.1, 0.6)
 
 
 def make_box(low: tuple, high: tuple) -> tuple[list, list]:
-    """Give the corners and triangles of a box."""
+    """Return the corners and triangles of a box."""
     (x, y, z), (u, v, w) = low, high
     corners = [(x, y), (u, y), (u, v), (x, v)]
     return [(*corner, z) for corner in corners] + [(*corner, w) for corner in corners], BOX
 
 
 def make_ball(middle: tuple, radius: float, around: int = 36, bands: int = 18) -> Mesh:
-    """Give a ball, closed: rings of quads between two fans."""
+    """Return a ball, closed: rings of quads between two fans."""
     tilt, turn = np.pi * np.arange(1, bands) / bands, 2 * np.pi * np.arange(around) / around
     across = np.sin(tilt)[:, None]
     rings = np.stack(

@@ -1,14 +1,14 @@
 """
-Which shadow volumes need which faces: a grid of cubes coloured by McGuire's three cases.
+The faces that shadow volumes need: a grid of cubes coloured by McGuire's three cases.
 
     python examples/three_cases.py pictures/
 
-A lamp hangs among the cubes, and the camera looks along them. Blue: the view cannot be
-shadowed by this cube, so its sides alone are counted (case 1). Amber: it may be, but the
-cube is out of view, so the far end is closed too (case 2). Green: all is needed (case 3).
-After figures 3 and 6 of McGuire et al., "Fast, Practical and Robust Shadows" (2003). The
-second picture shows the volumes that are counted, those out of view or range left out.
-Needs `pip install 'umbra-shadows[gl]'`; a software driver will do.
+A lamp hangs among the cubes, and the camera looks along them. Blue: the cube cannot shadow
+the viewport, so only the sides are counted (case 1). Amber: it may, but its light cap is
+out of view, so the sides and the dark cap are counted (case 2). Green: all faces are counted
+(case 3). After figures 3 and 6 of McGuire et al., "Fast, Practical and Robust Shadows" (2003).
+The second picture shows the volumes that are counted, without volumes out of view or range.
+Needs `pip install 'umbra-shadows[gl]'`; a software driver is enough.
 """
 
 import sys
@@ -28,7 +28,7 @@ CUBE = Mesh(CORNERS, [face for a, b, c, d in SIDES for face in ((a, b, c), (a, c
 
 
 def make_grid(n=7, pitch=4.0):
-    """Give n x n cubes of 1.4 m, some higher than others, that share one mesh."""
+    """Return n x n cubes of 1.4 m, some higher than others, that share one mesh."""
     parts = []
     for i, j in np.ndindex(n, n):
         high = 1.4 + 1.6 * ((i * 5 + j * 3) % 4) / 3

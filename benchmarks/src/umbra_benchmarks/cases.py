@@ -66,7 +66,7 @@ def count_cases(run: BenchmarkRun) -> list[DrawnTriangles]:
     Returns
     -------
     drawn : list of DrawnTriangles
-        The sizes of a shape, then those of the next.
+        All sizes of one shape, then of the next.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def count_cases(run: BenchmarkRun) -> list[DrawnTriangles]:
 
 def find_growth(drawn: Sequence[DrawnTriangles], shape: str) -> tuple[float, float, float]:
     """
-    Give how the triangles of each case grow: the power of the number of faces.
+    Return how the triangles of each case grow: the power of the number of faces.
 
     Fitted through all sizes of a shape on logarithmic axes.
     """

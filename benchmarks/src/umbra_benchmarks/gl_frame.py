@@ -80,7 +80,7 @@ class GlRow:
         return self.ours.median - self.no_shadows.median
 
     def compare(self, peer: PeerTiming) -> dict[str, float]:
-        """Give how many times longer a peer takes, in three ways."""
+        """Return how many times longer a peer takes, in three ways."""
         theirs, ours = peer.timing, self.ours
         return {
             "ratio": theirs.median / ours.median,
@@ -89,7 +89,7 @@ class GlRow:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Give numbers for programs; times in ms."""
+        """Return numbers for programs; times in ms."""
         named = {
             "ours": self.ours, "no_shadows": self.no_shadows,
             "calls": self.moving, "still_calls": self.still,
@@ -147,7 +147,7 @@ class GlReport(BenchmarkReport):
         )
 
     def to_table(self) -> str:
-        """Give a Markdown table that can be read as it stands."""
+        """Return a Markdown table that can be read as it stands."""
         head = ["work", "who", "ms (min)", "processor ms", "times umbra", "of minima",
                 "of processor", "mark"]  # fmt: skip
         lines: list[list[str]] = []

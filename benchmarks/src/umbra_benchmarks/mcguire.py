@@ -56,7 +56,7 @@ class McGuire(BenchmarkReport):
         return list(dict.fromkeys(row.shape for row in self.drawn))
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the JSON object."""
+        """Return the JSON object."""
         return self.head("mcguire", driver=self.driver) | {
             "cases": [
                 {
@@ -97,7 +97,7 @@ class McGuire(BenchmarkReport):
         }
 
     def to_table(self) -> str:
-        """Give Markdown tables that can be read as they stand."""
+        """Return Markdown tables that can be read as they stand."""
         text = (
             f"umbra bench mcguire: {describe_machine()}, {self.driver}. Medians of "
             f"{self.run.repeat} runs in turn.{self.small}\n\n"

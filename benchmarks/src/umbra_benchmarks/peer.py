@@ -148,7 +148,7 @@ class Child:
         )  # fmt: skip
 
     def open(self, **request: object) -> dict[str, Any]:
-        """Give it its scene; a child that cannot take it is ended."""
+        """Return it its scene; a child that cannot take it is ended."""
         try:
             return self.ask(do="open", **request)
         except BaseException:

@@ -116,7 +116,7 @@ class Row:
         return self.peer.median / self.ours.median
 
     def to_dict(self) -> dict[str, Any]:
-        """Give numbers for programs; times in ms."""
+        """Return numbers for programs; times in ms."""
         return {
             "work": self.work,
             "ours_ms": 1e3 * self.ours.median,
@@ -149,7 +149,7 @@ class Report(BenchmarkReport):
         return self.head(self.benchmark, peer=self.peer, threads=self.run.threads, rows=rows)
 
     def to_table(self) -> str:
-        """Give a Markdown table that can be read as it stands."""
+        """Return a Markdown table that can be read as it stands."""
         mine = f"umbra {self.run.threads} threads"
         head = [
             "work", "umbra ms (min)", f"{self.peer} ms (min)", "ratio", "of minima", "mark",
@@ -177,7 +177,7 @@ class Report(BenchmarkReport):
 
 
 def lay_out_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """Give a Markdown table with its columns aligned."""
+    """Return a Markdown table with its columns aligned."""
     widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
     rule = ["-" * width for width in widths]
     return "\n".join(
@@ -203,7 +203,7 @@ def describe_machine() -> str:
 
 
 def name_version(package: str) -> str:
-    """Give a package's version; 'unknown' where it has none."""
+    """Return a package's version; 'unknown' where it has none."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -211,7 +211,7 @@ def name_version(package: str) -> str:
 
 
 def show_timing(timing: Timing) -> str:
-    """Give a median and, in brackets, the least, in ms."""
+    """Return a median and, in brackets, the least, in ms."""
     return f"{_round(1e3 * timing.median)} ({_round(1e3 * timing.least)})"
 
 

@@ -94,7 +94,7 @@ class Roettger(BenchmarkReport):
         return self.times[size]["stencil"].median / self.times[size][column].median
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the JSON object."""
+        """Return the JSON object."""
         return self.head("roettger", driver=self.driver, scene=self.scene) | {
             "table_1": [
                 {
@@ -123,7 +123,7 @@ class Roettger(BenchmarkReport):
         }
 
     def to_table(self) -> str:
-        """Give Markdown tables that can be read as they stand."""
+        """Return Markdown tables that can be read as they stand."""
         first = lay_out_table(
             ["mask", "ambient", "paper", "attenuated", "paper"],
             [

@@ -89,7 +89,7 @@ class Spheres:
     path: NDArray[np.float64]
 
     def to_dict(self) -> dict[str, Any]:
-        """Give it as JSON to a peer in another interpreter, one that may have no numpy."""
+        """Return it as JSON to a peer in another interpreter, one that may have no numpy."""
         return {
             "vertices": self.vertices.tolist(),
             "faces": self.faces.tolist(),
@@ -240,7 +240,7 @@ def make_spheres(across: int = 10, around: int = 32, frames: int = 96) -> Sphere
 
 
 def make_suns() -> NDArray[np.float64]:
-    """Give the sun over Vienna every 15 minutes from 09:00 to 17:00, (33, 3) float64."""
+    """Return the sun over Vienna every 15 minutes from 09:00 to 17:00, (33, 3) float64."""
     site = Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
     steps = make_steps("2026-09-18", "09:00", "17:00", "15min", site.zone)
     return find_sun(site, steps.stamps).direction
@@ -251,7 +251,7 @@ def _round(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _split_icosahedron(splits: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Quarter an icosahedron's faces so often, its vertices moved out to the unit sphere."""
+    """Quarter an icosahedron's faces repeatedly, with new vertices on the unit sphere."""
     golden = (1 + np.sqrt(5)) / 2
     signs = np.array([[-1, 1], [1, 1], [-1, -1], [1, -1]])
     flat = np.column_stack([np.zeros(4), signs * [1, golden]])

@@ -153,7 +153,7 @@ def _search(caster: Caster, suns: NDArray[np.float64], threads: int, method: str
 
 
 def _list_codes(caster: Caster, suns: NDArray[np.float64], method: str) -> list[NDArray[np.int32]]:
-    """Give the codes of each light."""
+    """Return the codes of each light."""
     codes = []
     for _, found in find_silhouettes(caster, suns, method):
         codes += np.split(found.codes[: found.starts[-1]], found.starts[1:-1])
@@ -204,7 +204,7 @@ class _Vtk:
             self._filter.Update()
 
     def count_edges(self) -> int:
-        """Give how many edges were found for the last light."""
+        """Return how many edges were found for the last light."""
         return self._filter.GetOutput().GetNumberOfLines()
 
 

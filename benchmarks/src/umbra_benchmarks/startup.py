@@ -73,7 +73,7 @@ class Startup(BenchmarkReport):
         return self.peak_bytes - self.read_bytes
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the JSON object."""
+        """Return the JSON object."""
         return self.head("startup") | {
             "study_seconds": self.study_seconds,
             "study_cpu_seconds": self.cpu_seconds,
@@ -89,7 +89,7 @@ class Startup(BenchmarkReport):
         }
 
     def to_table(self) -> str:
-        """Give it in words."""
+        """Return it in words."""
         lines = [
             ["umbra study, start to exit", f"{self.study_seconds:.2f} s", ""],
             ["... outside reading and counting", f"{self.rest_seconds:.2f} s", "1.5 s"],

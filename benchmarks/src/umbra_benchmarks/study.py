@@ -103,7 +103,7 @@ class _Rays:
     suns: NDArray[np.float64]
 
     def ask(self) -> Iterator[tuple[NDArray[np.int32], float]]:
-        """Give for each sun what was found, and the seconds that Embree took."""
+        """Return for each sun what was found, and the seconds that Embree took."""
         directions = np.zeros_like(self.points)
         for sun in self.suns:
             directions[:] = sun
@@ -127,7 +127,7 @@ def _make_sweep(
 def _place_points(
     grid: Grid, surface: Surface, receivers: str
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Give where rays start and the receiver's unit normal there, (n, 3) each."""
+    """Return where rays start and the receiver's unit normal there, (n, 3) each."""
     x, y = np.meshgrid(grid.x, grid.y)
     flat = np.zeros((grid.rows, grid.cols))
     points = np.stack([x, y, flat if receivers == "plane" else surface.heights], -1).reshape(-1, 3)

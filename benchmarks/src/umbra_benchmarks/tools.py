@@ -43,6 +43,7 @@ _HOURS = 0.25
 _PATIENCE = 3600.0
 _ENOUGH = 60.0
 """A turn that takes this long [s] is not repeated, nor run once before it counts."""
+_LEAST_HOURS = 0.001  # in tables
 _SCRIPTS = Path(__file__).parent / "peers"
 
 TOOLS = {
@@ -131,7 +132,7 @@ class ToolReport(BenchmarkReport):
     missing: Mapping[str, str] = field(default_factory=dict)
 
     def compare(self, row: ToolRow) -> dict[str, float]:
-        """Give how many times longer a peer takes than umbra for the same receivers."""
+        """Return how many times longer a peer takes than umbra for the same receivers."""
         ours = self.rows[1 if row.peer in _OF_SURFACES else 0]
         ratios = {
             "ratio": row.calculation.median / ours.calculation.median,
@@ -142,7 +143,7 @@ class ToolReport(BenchmarkReport):
         return ratios
 
     def to_dict(self) -> dict[str, Any]:
-        """Give numbers for programs; times in ms."""
+        """Return numbers for programs; times in ms."""
         return self.head(
             "tools",
             work=self.work,
@@ -172,7 +173,7 @@ class ToolReport(BenchmarkReport):
         )
 
     def to_table(self) -> str:
-        """Give a Markdown table that can be read as it stands."""
+        """Return a Markdown table that can be read as it stands."""
         times, errors = [], []
         for row in self.rows:
             ratios = self.compare(row) if row.peer in TOOLS else {}
@@ -226,7 +227,7 @@ def _times(ratio: float | None) -> str:
 
 
 def _hours(error: float) -> str:
-    return f"{error:.3g}" if error >= 1e-3 or not error else "below 0.001"
+    return f"{error:.3g}" if error >= _LEAST_HOURS or not error else f"below {_LEAST_HOURS}"
 
 
 def bench_tools(run: BenchmarkRun) -> ToolReport:
@@ -397,7 +398,7 @@ class _Tool(Child):
         return ToolSeconds(float(answer["calculation"]), None if whole is None else float(whole))
 
     def find_answer(self) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-        """Give what was in shadow (n_suns, rows, cols), and the suns that it used."""
+        """Return what was in shadow (n_suns, rows, cols), and the suns that it used."""
         path = self._folder / f"{self.kind.name}.npz"
         self.ask(do="save", path=str(path))
         with np.load(path) as arrays:

@@ -11,6 +11,9 @@ from umbra_benchmarks.scenes import Soup, SquareModel, make_boxes
 __all__ = ["Tower", "make_lattice_tower", "make_office_tower"]
 
 
+_STEEP = 0.9  # a beam's direction along z from which another axis gives its width
+
+
 @dataclass(frozen=True, eq=False)
 class Tower:
     """
@@ -104,7 +107,7 @@ def _find_oval(half: NDArray[np.float64], turn: float, count: int) -> NDArray[np
 
 
 def _find_sides(ring: NDArray[np.float64]) -> Soup:
-    """Give the middles of a ring's sides and the angles at which they run."""
+    """Return the middles of a ring's sides and the angles at which they run."""
     onward = np.roll(ring, -1, 0)
     x, y = (onward - ring).T
     return 0.5 * (ring + onward), np.arctan2(y, x)
@@ -116,7 +119,7 @@ def _make_beams(ends: NDArray[np.float64], thick: NDArray[np.float64]) -> Soup:
     long = np.linalg.norm(along, axis=1, keepdims=True)
     up = along / long
     # Any direction that is not the beam's own gives it a width.
-    aside = np.cross(up, np.where(np.abs(up[:, 2:]) < 0.9, [0, 0, 1.0], [1.0, 0, 0]))
+    aside = np.cross(up, np.where(np.abs(up[:, 2:]) < _STEEP, [0, 0, 1.0], [1.0, 0, 0]))
     aside /= np.linalg.norm(aside, axis=1, keepdims=True)
     frame = np.stack([aside, np.cross(up, aside), up], 1)
     size = np.column_stack([thick, thick, long[:, 0]]) / 2

@@ -115,7 +115,7 @@ class Wallner(BenchmarkReport):
     suns: int
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the JSON object."""
+        """Return the JSON object."""
         return self.head("wallner", suns=self.suns) | {
             "rows": [
                 {
@@ -140,7 +140,7 @@ class Wallner(BenchmarkReport):
         }
 
     def to_table(self) -> str:
-        """Give Markdown tables that can be read as they stand."""
+        """Return Markdown tables that can be read as they stand."""
         times = lay_out_table(
             [
                 "casters", "triangles", "brute as printed ms", "ours ms", "hextree ms", "tree ms",
@@ -184,7 +184,7 @@ class Wallner(BenchmarkReport):
             f"time on one thread: ms of the processor for one, medians of {self.run.repeat} runs "
             "in turn, the fastest in brackets; ratios are of the fastest, which a busy machine "
             f"disturbs least.{self.small}\n\n{times}\n\n{edges}\n\n"
-            f"{differ} edges are not those of brute force."
+            f"{differ} edges differ from brute force."
         )
 
 
@@ -243,7 +243,7 @@ def _join(model: SquareModel) -> Caster:
 
 
 def _take(scene: Scene, most: float = np.inf) -> Caster:
-    """Make a caster of a scene's first parts, of so many triangles at most."""
+    """Make a caster of a scene's first parts, up to a number of triangles."""
     ends = np.cumsum([len(part.mesh.faces) for part in scene.parts])
     soup = scene.triangles(range(int(np.searchsorted(ends, most, "right"))))
     return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
@@ -339,5 +339,5 @@ def _show(printed: Printed | None) -> str:
 
 
 def _share(some: float, of: int) -> str:
-    """Give a number of edges, and what share of all it is."""
+    """Return a number of edges, and what share of all it is."""
     return f"{some:,.0f} ({100 * some / of:.3g} %)"

@@ -106,7 +106,7 @@ class Soft(BenchmarkReport):
     gl_device: str | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the JSON object."""
+        """Return the JSON object."""
         return self.head("weng", threads=self.run.threads) | {
             "size": self.size,
             "samples": REFERENCE,
@@ -130,7 +130,7 @@ class Soft(BenchmarkReport):
         }
 
     def to_table(self) -> str:
-        """Give a Markdown table that can be read as it stands."""
+        """Return a Markdown table that can be read as it stands."""
         head = [
             "faces", "silhouette", "hard ms", "samples ms", "wedges ms", "Weng ms",
             "wedges / Weng", "wedges L1, bias, RMS, max", "Weng L1, bias, RMS, max",

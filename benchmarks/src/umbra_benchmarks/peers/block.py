@@ -49,7 +49,7 @@ class TownBlock(NamedTuple):
     longitude: float
 
     def find_angles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Give the suns' azimuths and altitudes [degrees]."""
+        """Return the suns' azimuths and altitudes [degrees]."""
         x, y, z = self.suns.T
         return np.degrees(np.arctan2(x, y)) % 360, np.degrees(np.arctan2(z, np.hypot(x, y)))
 
@@ -76,7 +76,7 @@ class PeerTool(Protocol):
     name: str
     """Product and version."""
     suns: NDArray[np.float64]
-    """The suns it uses: (n_suns, 3) unit vectors, those of the block or its own."""
+    """The suns it uses: (n_suns, 3) unit vectors, the block's or its own."""
 
     def run(self) -> PeerSeconds:
         """Find the hours of shadow once."""

@@ -122,7 +122,7 @@ class _Techniques(Ogre.MaterialManager_Listener):
         return None
 
     def afterIlluminationPassesCreated(self, technique: Any) -> bool:  # noqa: N802
-        """Give shaders to the passes that OGRE split a technique into."""
+        """Return shaders to the passes that OGRE split a technique into."""
         scheme = technique.getSchemeName()
         if not self._generator.hasRenderState(scheme):
             return False

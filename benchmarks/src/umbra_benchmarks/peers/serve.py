@@ -35,7 +35,7 @@ def serve(make: Callable[[dict[str, Any], int], PeerRenderer]) -> None:
     Parameters
     ----------
     make : callable
-        Gives the renderer of a scene (``Spheres.to_dict``) at so many pixels a side.
+        Makes the renderer from a scene (``Spheres.to_dict``) and a size in pixels a side.
     """
 
     def open_scene(request: dict[str, Any]) -> tuple[PeerRenderer, dict[str, object]]:
