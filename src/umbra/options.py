@@ -18,9 +18,9 @@ class Option:
     Parameters
     ----------
     type : str
-        ``text``, ``flag``, ``number``, ``whole``, ``length``, ``numbers``, ``size``,
-        ``choice``, ``patterns``, ``texts``, ``dates``, ``table``, or ``any``; of the last three
-        and of flags whoever uses them checks what they are.
+        ``number``, ``whole``, ``length``, ``numbers``, ``size``,
+        ``choice``, ``patterns``, ``texts``; or ``text``, ``flag``, ``dates``, ``table``,
+        ``path`` and ``any``, which whoever uses them checks.
     help : str
         For the command.
     heading : str
@@ -37,8 +37,12 @@ class Option:
         Of a whole number.
     receivers : tuple of str
         Names of the kinds of receivers that it is for; all by default.
+    is_needed : bool
+        Whether those need it.
     attribute : str
         What the result's attributes call it, where they say it as it is.
+    is_kept : bool
+        Whether a file of options has it: it changes results.
     """
 
     type: str
@@ -51,7 +55,9 @@ class Option:
     count: int = 0
     least: int | None = None
     receivers: tuple[str, ...] = ()
+    is_needed: bool = False
     attribute: str = ""
+    is_kept: bool = True
 
 
 def option(type: str, help: str = "", *, default: Any = None, **more: Any) -> Any:  # noqa: A002

@@ -269,7 +269,7 @@ def test_chosen_parts_are_seen_through_the_others():
     back = whole.part.values == 2
     assert back.any()
     np.testing.assert_array_equal(whole.in_shadow.values[:, back], same.in_shadow.values[:, back])
-    with pytest.raises(umbra.InputError, match="'on' is not for receivers 'top'"):
+    with pytest.raises(umbra.InputError, match="on= is not for receivers='top'"):
         umbra.shadow_study(scene, VIENNA, **{**options, "receivers": "top"}, on=["middle"])
 
 

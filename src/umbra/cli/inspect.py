@@ -1,14 +1,11 @@
-"""``umbra inspect``: what a file is."""
+"""``umbra inspect``: what a file contains."""
 
 from collections.abc import Sequence
 
 import click
 
-from umbra.cli.cache import cache_option
-from umbra.cli.columns import column_options
-from umbra.cli.outside import outside_option
-from umbra.cli.pose import pose_options, read_posed
 from umbra.cli.progress import name_reading, show_progress
+from umbra.cli.reading import read_model, reading_options
 from umbra.cli.terminal import echo, echo_json
 from umbra.printable import fit_names
 
@@ -19,21 +16,11 @@ _MOST = 40  # parts listed for a person; --json has all
 
 @click.command("inspect")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
-@column_options
-@pose_options
-@outside_option
-@cache_option
+@reading_options()
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(
-    files: tuple[str, ...],
-    up: str | None,
-    time: float | None,
-    animation: str | None,
-    as_json: bool,
-) -> None:
+def command(files: tuple[str, ...], as_json: bool) -> None:
     """
-    Say what a file is: parts, size, place, and whether its meshes are closed.
+    Show what a file contains: parts, size, place, and whether its meshes are closed.
 
     A closed mesh casts by its lit faces, anything else triangle by triangle; shadows
     are exact in both cases.
@@ -43,7 +30,7 @@ def command(
 
     with show_progress(quiet=False) as stages:
         stages.begin(name_reading(files))
-        scene = read_posed(files, up, time, animation)
+        scene = read_model(files)
         stages.begin("looking for open edges")
         found = inspect_scene(scene)
     bounds = scene.bounds()

@@ -1,18 +1,21 @@
 """``umbra render``: a picture with exact shadows."""
 
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from umbra.cli.cache import cache_option
-from umbra.cli.columns import column_options
-from umbra.cli.outside import outside_option
-from umbra.cli.pose import pose_options, read_posed
+from umbra.cli.options import HeadedOption, SectionedCommand
 from umbra.cli.progress import name_reading, show_progress
-from umbra.cli.sections import make_sectioned
-from umbra.cli.site import site_options
+from umbra.cli.reading import (
+    find_model_site,
+    read_model,
+    read_values,
+    reading_options,
+    site_options,
+)
 from umbra.cli.terminal import echo, echo_json, echo_path
 from umbra.cli.values import LENGTH, SIZE, NewPath, Numbers
 from umbra.devices import CHOICES, DEFAULT, DEVICES
@@ -24,18 +27,10 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-SECTIONS = {
-    "--eye": "Camera",
-    "--light": "Lights",
-    "--lat": "Site",
-    "--height-column": "Reading",
-    "--name-column": "Reading",
-    "--ground": "Counting",
-    "--axis-up": "Reading",
-    "--method": "Counting",
-    "--out": "Files",
-    "--help": "Files",
-}
+HEADINGS = ("Camera", "Lights", "Site", "Reading", "Counting", "Files")
+_camera = partial(click.option, cls=HeadedOption, heading="Camera")
+_lights = partial(click.option, cls=HeadedOption, heading="Lights")
+_counting = partial(click.option, cls=HeadedOption, heading="Counting")
 
 POINT = Numbers("X,Y,Z", 3)
 UPWARD = Numbers("X,Y,Z", 3, remedy="numbers joined by commas; the file's own axis is --axis-up")
@@ -52,16 +47,16 @@ def _tell_methods() -> str:
     return "; ".join(texts) + "."
 
 
-@click.command("render", cls=make_sectioned(SECTIONS))
+@click.command("render", cls=SectionedCommand, headings=HEADINGS)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option(
+@_camera(
     "--eye", type=POINT, help="Where the camera is [m]; default: the whole model, seen from above."
 )
-@click.option("--target", type=POINT, help="What it looks at [m].")
-@click.option(
+@_camera("--target", type=POINT, help="What it looks at [m].")
+@_camera(
     "--up", type=UPWARD, default=(0.0, 0.0, 1.0), help="Upward in the picture; default: 0,0,1."
 )
-@click.option(
+@_camera(
     "--fov",
     type=float,
     metavar="DEG",
@@ -69,75 +64,71 @@ def _tell_methods() -> str:
     show_default=True,
     help="Vertical field of view [degrees].",
 )
-@click.option(
+@_camera(
     "--height", type=LENGTH, metavar="M", help="Orthographic instead: the picture's height [m]."
 )
-@click.option("--size", type=SIZE, default=(1024, 768), help="In pixels; default: 1024x768.")
-@click.option(
+@_camera("--size", type=SIZE, default=(1024, 768), help="In pixels; default: 1024x768.")
+@_camera(
     "--near",
     type=LENGTH,
     metavar="M",
     help="Near plane [m]; default: 0.1, or a thousandth of a model smaller than 100 m.",
 )
-@click.option(
+@_lights(
     "--light",
     "lights",
     type=Numbers("X,Y,Z[,W]", 3, 4),
     multiple=True,
     help="Repeatable; W=1 a point (default), W=0 a direction toward the light.",
 )
-@click.option(
+@_lights(
     "--spot",
     "spots",
     type=Numbers("X,Y,Z,TX,TY,TZ,DEG", 7),
     multiple=True,
     help="Repeatable: place, target and half angle of a spot light, after the others.",
 )
-@click.option(
+@_lights(
     "--date", metavar="DATE", help="Also the sun's light on this local date, YYYY-MM-DD, at --at."
 )
-@click.option("--at", metavar="HH:MM", help="Local clock time of the sun.")
+@_lights("--at", metavar="HH:MM", help="Local clock time of the sun.")
 @site_options
-@column_options
-@pose_options
-@outside_option
-@cache_option
-@click.option("--ground", type=LENGTH, metavar="Z", help="Add a ground plane [m].")
-@click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
-@click.option(
+@reading_options("--axis-up")
+@_counting("--ground", type=LENGTH, metavar="Z", help="Add a ground plane [m].")
+@_counting(
     "--method",
     metavar="NAME",
     default="auto",
     show_default=True,
     help=_tell_methods(),
 )
-@click.option(
+@_counting(
     "--mask-scale",
     type=click.Choice(["1", "2", "4"]),
     default="1",
     show_default=True,
     help="On gl: count in a picture so many times smaller, and lay it over this one.",
 )
-@click.option(
+@_counting(
     "--mask-filter",
     type=click.Choice(["joint", "bilinear", "nearest"]),
     default="joint",
     show_default=True,
     help="How it is laid: joint takes only pixels of the same surface.",
 )
-@click.option(
+@_counting(
     "--device",
     type=click.Choice(CHOICES),
     default="auto",
     help="Where to count: cpu (auto), or gl with OpenGL.",
 )
-@click.option(
+@_lights(
     "--soft",
     type=click.Choice(SOFT),
     help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast) "
     "or scaled layers after Weng (only looks soft).",
 )
-@click.option(
+@_lights(
     "--light-size",
     type=float,
     multiple=True,
@@ -145,7 +136,7 @@ def _tell_methods() -> str:
     help="With --soft, radius of the lights, or repeated, of each: metres, or for a "
     "direction degrees (default: 0.2665, the sun's).",
 )
-@click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
+@_counting("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
 @click.option("--out", type=NewPath(), metavar="FILE.png", help="Picture to write.")
 @click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="Arrays to write.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -174,11 +165,11 @@ def command(
     )
     from umbra.calls.picture import RenderOptions, draw_picture  # noqa: PLC0415
     from umbra.scene import Camera, spot_light  # noqa: PLC0415
-    from umbra.sun import find_site, sun_light  # noqa: PLC0415
+    from umbra.sun import sun_light  # noqa: PLC0415
     from umbra.writers.atomic import replace_file  # noqa: PLC0415
     from umbra.writers.raster import write_png  # noqa: PLC0415
 
-    site = {name: options.pop(name) for name in ("lat", "lon", "tz", "north")}
+    site = {name: read_values()[name] for name in ("lat", "lon", "tz", "north")}
     date, at = options.pop("date"), options.pop("at")
     _check_sun(date, at, site)
     lens = {
@@ -186,7 +177,6 @@ def command(
     }
     lights = make_lights(options.pop("lights"))
     lights += [spot_light(v[:3], v[3:6], v[6]) for v in options.pop("spots")]
-    reading = [options.pop(name) for name in ("axis_up", "time", "animation")]
     chosen = RenderOptions(**{**options, "mask_scale": int(options["mask_scale"])})
     if (lens["eye"] is None) != (lens["target"] is None):
         msg = "a view needs both --eye and --target; leave both out to see the whole model"
@@ -198,11 +188,11 @@ def command(
         beside = {path: stack.enter_context(replace_file(path)) for path in written}
         stages = stack.enter_context(show_progress(quiet=False))
         stages.begin(name_reading(files))
-        scene = read_posed(files, *reading)
+        scene = read_model(files)
         stages.show_scene(scene)
         stages.begin("drawing")
         if date is not None and at is not None:
-            lights.append(sun_light(find_site(scene, *site.values()), date, at))
+            lights.append(sun_light(find_model_site(scene), date, at))
         picture = draw_picture(scene, make_camera(scene, **lens), lights, chosen, _warn)
         if out is not None:
             write_png(beside[out], picture.image)

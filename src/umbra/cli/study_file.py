@@ -10,14 +10,14 @@ from typing import Any
 import click
 
 from umbra import __version__
-from umbra.cli.columns import chosen_columns
+from umbra.cli.options import HeadedOption
+from umbra.cli.reading import read_values
 from umbra.errors import InputError
 
 __all__ = ["OPTIONS_FILE", "option_file", "write_options"]
 
 OPTIONS_FILE = "study.toml"
 _LARGEST = 1_000_000  # [byte]
-_NOT_KEPT = {"out", "as_json", "quiet", "threads", "allow_outside"}
 _LAYER = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
 
 
@@ -72,6 +72,7 @@ def _read(context: click.Context, _: click.Parameter, path: str | None) -> str |
 option_file = click.option(
     "--options",
     "option_file",
+    cls=HeadedOption,
     metavar="FILE",
     is_eager=True,
     expose_value=False,
@@ -97,16 +98,16 @@ def write_options(path: Path, context: click.Context) -> None:
         f"# The options of a study by umbra {__version__}. To repeat it:",
         f"# umbra study --options {OPTIONS_FILE} --out DIR",
     ]
-    values = {**context.params, **chosen_columns(context)}
+    values = {**context.params, **read_values(context)}
     for name, parameter in _name_parameters(context.command).items():
         value = values.get(parameter.name or "")
-        if parameter.name in _NOT_KEPT or value is None or value == ():
+        if not getattr(parameter, "is_kept", True) or value is None or value == ():
             continue
         if parameter.name == "size":
             value = f"{value[0]}x{value[1]}"
         elif name == "files":
             value = [_name_in_full(text, Path.cwd()) for text in value]
-        elif _is_path(name, value):
+        elif _is_file(parameter, value):
             value = _name_in_full(value, Path.cwd())
         lines.append(f"{name} = {_to_toml(value)}")
     # A file's name need be no Unicode, and TOML is nothing else.
@@ -137,12 +138,13 @@ def _take(parameter: click.Parameter, value: Any, path: Path, name: str) -> Any:
         value = str(value)  # TOML has dates and times of its own
     if name == "files":
         return [_name_in_full(text, path.parent) for text in value]
-    return _name_in_full(value, path.parent) if _is_path(name, value) else value
+    return _name_in_full(value, path.parent) if _is_file(parameter, value) else value
 
 
-def _is_path(name: str, value: Any) -> bool:
-    """Tell whether an option's value is a file; a trunk zone may be a share, too."""
-    return name == "points" or (name == "trunk" and str(value).lower().endswith((".tif", ".tiff")))
+def _is_file(parameter: click.Parameter, value: Any) -> bool:
+    """Tell whether a value names a file; a trunk zone may be a share, too."""
+    is_raster = parameter.name == "trunk" and str(value).lower().endswith((".tif", ".tiff"))
+    return is_raster or getattr(parameter, "is_file", False)
 
 
 def _name_in_full(text: str, folder: Path) -> str:

@@ -4,10 +4,13 @@ from typing import Any
 
 import click
 
-from umbra.cli.cache import cache_option
-from umbra.cli.columns import column_options
-from umbra.cli.outside import outside_option
-from umbra.cli.pose import pose_options, read_posed
+from umbra.cli.reading import (
+    find_model_site,
+    read_model,
+    read_values,
+    reading_options,
+    site_options,
+)
 from umbra.cli.values import LENGTH, SIZE, NewPath
 from umbra.devices import DEVICES
 from umbra.methods import SOFT
@@ -17,23 +20,10 @@ __all__ = ["command"]
 
 @click.command("view")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--lat", type=float, metavar="DEG", help="Latitude; default: what the file says.")
-@click.option(
-    "--lon", type=float, metavar="DEG", help="Longitude, east positive; default: the file's."
-)
-@click.option("--tz", metavar="ZONE", help="IANA zone; default: that of the coordinates.")
-@click.option(
-    "--north",
-    type=float,
-    metavar="DEG",
-    help="True north's azimuth in the plan; default: the file's.",
-)
+@site_options
 @click.option("--date", metavar="DATE", help="Local date YYYY-MM-DD; default: 21 March.")
 @click.option("--at", metavar="HH:MM", help="Local clock time; default: 15:00.")
-@column_options
-@pose_options
-@outside_option
-@cache_option
+@reading_options("--axis-up")
 @click.option(
     "--ground",
     type=LENGTH,
@@ -41,7 +31,6 @@ __all__ = ["command"]
     help="The ground plane [m]; default: what the file says, or just below the model.",
 )
 @click.option("--no-ground", is_flag=True, help="No ground plane.")
-@click.option("--axis-up", type=click.Choice(["x", "y", "z"]), help="The file's upward axis.")
 @click.option(
     "--method",
     metavar="NAME",
@@ -69,9 +58,6 @@ __all__ = ["command"]
 )
 def command(
     files: tuple[str, ...],
-    axis_up: str | None,
-    time: float | None,
-    animation: str | None,
     no_ground: bool,
     **options: Any,
 ) -> None:
@@ -88,13 +74,12 @@ def command(
     instead = f"umbra render {shown} --eye X,Y,Z --target X,Y,Z --light X,Y,Z,0 --out picture.png"
     check_display(instead)
     from umbra.calls.window import ViewOptions, open_window  # noqa: PLC0415
-    from umbra.sun import find_site  # noqa: PLC0415
 
-    lat, lon, tz, north = (options.pop(name) for name in ("lat", "lon", "tz", "north"))
+    lat, lon, tz = (read_values()[name] for name in ("lat", "lon", "tz"))
     chosen = ViewOptions(**{**options, "ground": False if no_ground else options["ground"]})
-    scene = read_posed(files, axis_up, time, animation)
+    scene = read_model(files)
     places = ((lat, scene.latitude), (lon, scene.longitude))
     is_known = all(given is not None or said is not None for given, said in places)
     is_asked = any(value is not None for value in (lat, lon, tz, chosen.date, chosen.at))
-    site = find_site(scene, lat, lon, tz, north) if is_known or is_asked else None
+    site = find_model_site(scene) if is_known or is_asked else None
     open_window(scene, site, chosen, instead)

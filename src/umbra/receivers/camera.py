@@ -1,7 +1,7 @@
 """What a camera sees."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["CameraPicture"]
 
 _PIXELS = (1024, 768)
+_STEEPEST = 1e-9  # level way to the target of a camera that looks straight down [m]
 
 
 class CameraPicture(ReceiverKind):
@@ -80,6 +81,27 @@ class CameraPicture(ReceiverKind):
             for name in ("eye", "target")
         )
         return f"what is seen from {eye} toward {target}, {facts['fov_deg']:g}° high"
+
+    def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
+        """Say that a camera looks."""
+        return ", a camera\N{RIGHT SINGLE QUOTATION MARK}s view"
+
+    def tell_cells(self, grid: Grid, facts: dict[str, Any]) -> str:
+        """Say from where it looks where to."""
+        eye, target = (
+            ", ".join(f"{float(v):.6g}" for v in np.asarray(facts[name]).ravel())
+            for name in ("eye", "target")
+        )
+        return f"from {eye} toward {target}, {facts['fov_deg']:g}° high"
+
+    def find_north(self, facts: dict[str, Any], true_north: float) -> tuple[float | None, float]:
+        """Find where true north points as the camera sees the ground; nowhere from the zenith."""
+        way = np.asarray(facts["target"]) - np.asarray(facts["eye"])
+        level = math.hypot(way[0], way[1])
+        if level < _STEEPEST:
+            return None, 1.0
+        toward = math.degrees(math.atan2(way[0], way[1]))
+        return true_north - toward, abs(way[2]) / math.hypot(level, way[2])
 
     def find_counted(self, study: "Study") -> None:
         """Count none: a pixel has no area."""

@@ -148,6 +148,8 @@ class ReceiverKind:
         roofs do not count.
     belongs_to_parts : bool
         Whether each receiver belongs to a part of the model, or to the ground.
+    is_upright : bool
+        Whether the rows of the raster are heights.
     has_scale : bool
         Whether a length in the picture is one length in the model.
     follows_extent : bool
@@ -171,6 +173,7 @@ class ReceiverKind:
     is_level: ClassVar[bool] = False
     lies_under_roofs: ClassVar[bool] = False
     belongs_to_parts: ClassVar[bool] = True
+    is_upright: ClassVar[bool] = False
     has_scale: ClassVar[bool] = True
     follows_extent: ClassVar[bool] = True
     spot: ClassVar[str] = "cell's centre"
@@ -231,6 +234,19 @@ class ReceiverKind:
         cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
         size = f" of {cell}" if self.has_scale else ""
         return "Cells", f"{len(study.x):,} x {len(study.y):,}{size}, judged at their centres"
+
+    def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
+        """Say from where the model is seen, if not from above, to follow a title."""
+        return ""
+
+    def tell_cells(self, grid: Grid, facts: dict[str, Any]) -> str:
+        """Say how large the cells of a raster are, for the foot of a picture."""
+        cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
+        return f"cells of {cell}, exact at their centres"
+
+    def find_north(self, facts: dict[str, Any], true_north: float) -> tuple[float | None, float]:
+        """Find where true north points in a picture, and how foreshortened the ground is."""
+        return true_north, 1.0
 
     def find_counted(self, study: Any) -> Counted | None:
         """Return the receivers whose hours mean something; None where there are none."""

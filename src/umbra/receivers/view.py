@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -217,6 +217,17 @@ class ElevationView(OrthographicKind):
 
     name = "elevation"
     rows = "z"
+    is_upright = True
+
+    def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
+        """Say which elevation it is."""
+        side = receivers.partition("/")[0]
+        name = f"the {side}" if side.isalpha() else f"azimuth {float(side):g}°"
+        return f", elevation from {name}"
+
+    def find_north(self, facts: dict[str, Any], true_north: float) -> tuple[float | None, float]:
+        """Show no arrow: the ground is seen edge-on."""
+        return None, 1.0
 
 
 class ViewFromAbove(OrthographicKind):
@@ -224,6 +235,16 @@ class ViewFromAbove(OrthographicKind):
 
     name = "view"
     rows = "up"
+
+    def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
+        """Say from where and how steeply it looks."""
+        azimuth, tilt = facts["view_azimuth_deg"], facts["view_tilt_deg"]
+        return f", seen from azimuth {azimuth:g}°, looking down {tilt:g}°"
+
+    def find_north(self, facts: dict[str, Any], true_north: float) -> tuple[float | None, float]:
+        """Find where true north points, seen from above at an angle."""
+        tilt = math.radians(float(facts["view_tilt_deg"]))
+        return 180.0 - float(facts["view_azimuth_deg"]), math.sin(tilt)
 
     def describe_tilt(self, tilt: float) -> dict[str, object]:
         """Tell in attributes how far the view looks down [degrees]."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from umbra.errors import InputError
-from umbra.options import check_types, list_options, option
+from umbra.options import Option, check_types, list_options, option
 
 __all__ = ["StudyOptions"]
 
@@ -93,16 +93,16 @@ class StudyOptions:
     )
     points: Any = _receivers(
         "table", "CSV file of points: x,y,z or x,y,z,nx,ny,nz in the model's coordinates.",
-        unit="m", metavar="FILE", receivers=("points",),
+        unit="m", metavar="FILE", receivers=("points",), is_needed=True,
     )  # fmt: skip
     names: Sequence[str] = _receivers("texts", default=(), flag=None, receivers=("points",))
     eye: Sequence[float] | None = _receivers(
         "numbers", "Where the camera is [m].", unit="m", count=3, metavar="X,Y,Z",
-        receivers=_CAMERA, attribute="eye",
+        receivers=_CAMERA, attribute="eye", is_needed=True,
     )  # fmt: skip
     target: Sequence[float] | None = _receivers(
         "numbers", "What the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z",
-        receivers=_CAMERA, attribute="target",
+        receivers=_CAMERA, attribute="target", is_needed=True,
     )  # fmt: skip
     fov: float = _receivers(
         "number", "The camera's vertical field of view.", default=50.0, unit="degree",
@@ -189,7 +189,7 @@ class StudyOptions:
     )  # fmt: skip
     threads: int | None = _running(
         "whole", "Number of threads; default: all cores.", least=1, metavar="N",
-        attribute="threads",
+        attribute="threads", is_kept=False,
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -213,15 +213,24 @@ class StudyOptions:
             object.__setattr__(self, "names", self.names or tuple(names))
 
     def _check_receivers(self) -> None:
-        """Refuse options of other receivers; those at their default are for all."""
+        """Refuse options of other receivers that are not at their default; ask for own ones."""
+        own = [
+            name
+            for name, said, _ in list_options(self)
+            if said.receivers and said.flag is not None and self._has(said)
+        ]
         for name, said, default in list_options(self):
             value = getattr(self, name)
-            if value is default or self._is_for(said.receivers):
+            if value is None and said.is_needed and self._has(said):
+                needed = (n for n, one, _ in list_options(self) if one.is_needed and self._has(one))
+                msg = f"receivers='{self.receivers}' needs {' and '.join(f'{n}=' for n in needed)}"
+                raise InputError(msg, option=name)
+            if value is default or self._has(said):
                 continue
             if default is None or value != default:
                 msg = (
-                    f"'{name}' is not for receivers '{self.receivers}', but for "
-                    f"{', '.join(said.receivers)}; leave it out"
+                    f"{name}= is not for receivers='{self.receivers}', which takes "
+                    f"{', '.join(f'{one}=' for one in own)}; leave it out"
                 )
                 raise InputError(msg, option=name)
 
@@ -243,10 +252,11 @@ class StudyOptions:
             raise InputError(msg, option="under")
         check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)
 
-    def _is_for(self, kinds: Sequence[str]) -> bool:
+    def _has(self, said: Option) -> bool:
+        """Tell whether an option is for the receivers."""
         from umbra.receivers import find_kind  # noqa: PLC0415  (the help needs none)
 
-        return not kinds or find_kind(self.receivers).name in kinds
+        return not said.receivers or find_kind(self.receivers).name in said.receivers
 
     @property
     def attributes(self) -> dict[str, object]:
@@ -254,7 +264,7 @@ class StudyOptions:
         return {
             said.attribute: getattr(self, name)
             for name, said, _ in list_options(self)
-            if said.attribute and self._is_for(said.receivers)
+            if said.attribute and self._has(said)
         }
 
     def ask_hours(self, receivers: str, **changes: Any) -> "StudyOptions":

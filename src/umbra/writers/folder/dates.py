@@ -1,13 +1,13 @@
 """Which dates a picture shows: each on a map of its own, or all together as a mean or a sum."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import FinerHours, Study, split_dates
 from umbra.sun import find_daylight
+from umbra.writers.folder.outputs import FolderJob
 from umbra.writers.plan import Plan, Show, name_hours
 
 __all__ = ["Scale", "choose_panels", "find_together", "name_shown", "tell_daylight"]
@@ -44,10 +44,10 @@ class Scale:
     show: Show
 
     @classmethod
-    def of(cls, study: Study, options: dict[str, Any]) -> "Scale":
-        """Choose it: ``options`` are the command's."""
-        dates, show = split_dates(study), options["show"]
-        divisor, words = find_together(study, options)
+    def of(cls, job: FolderJob) -> "Scale":
+        """Choose the scale of a study's pictures."""
+        dates, show = split_dates(job.study), job.outputs.show
+        divisor, words = find_together(job)
         if len(dates) > 1:
             divisor, words = 1, " on the date"
         most = max(one.up_hours for one in dates) / divisor
@@ -65,15 +65,9 @@ def tell_daylight(study: Study) -> str:
     return str(find_daylight(study.site, study.period.days[0]))
 
 
-def find_together(study: Study, options: dict[str, Any]) -> tuple[int, str]:
+def find_together(job: FolderJob) -> tuple[int, str]:
     """
     Say what a picture shows of dates that are not kept apart.
-
-    Parameters
-    ----------
-    study : Study
-    options : dict
-        Of the command.
 
     Returns
     -------
@@ -82,10 +76,10 @@ def find_together(study: Study, options: dict[str, Any]) -> tuple[int, str]:
     words : str
         To follow what the hours are of, ", mean of 365 dates"; none of a single date.
     """
-    count = len(study.period.days)
+    count = len(job.study.period.days)
     if count == 1:
         return 1, ""
-    if options.get("by_day") is False:
+    if job.options.by_day is False:
         return 1, f", sum of {count} dates"
     return count, f" a day, mean of {count} dates"
 

@@ -1,18 +1,21 @@
 """The picture of what a proposal takes away: hours lost, and hatched where too few are left."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Scene
-from umbra.study import Preview, Study, split_dates, tell_dates
+from umbra.study import Preview, split_dates, tell_dates
 from umbra.study.preview import LONGEST
 from umbra.writers.folder.captions import list_few
-from umbra.writers.folder.dates import choose_panels, find_together, name_shown, tell_daylight
-from umbra.writers.painter import Painter
+from umbra.writers.folder.dates import (
+    choose_panels,
+    find_together,
+    name_shown,
+    tell_daylight,
+)
+from umbra.writers.folder.outputs import FolderJob
 from umbra.writers.plan import DayMap, Plan, find_map_size
 from umbra.writers.raster import HALF, resample
 
@@ -21,44 +24,32 @@ __all__ = ["draw_lost"]
 _MATTERS = 0.5  # so much lost is in the picture, however far it is [h]
 
 
-def draw_lost(
-    painter: Painter,
-    folder: Path,
-    plan: Plan,
-    study: Study,
-    scene: Scene,
-    preview: Preview,
-    options: dict[str, Any],
-) -> list[str]:
+def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     """
     Have drawn what the proposal takes away, close up, and the proposal outlined.
 
     Parameters
     ----------
-    painter : Painter
-    folder : Path
+    job : FolderJob
     plan : Plan
         Of the hours.
-    study : Study
-    scene : Scene
     preview : Preview
-    options : dict
-        Of the command.
 
     Returns
     -------
     names : list of str
         Of the file; empty where nothing is lost.
     """
+    study, options, painter = job.study, job.options, job.painter
     dates = split_dates(study)
     every = [_fit(one.more["hours_lost"][1], plan.shape) for one in dates]
     most = np.nan_to_num(every).max(0)
     if not most.max() > 0:
         return []
-    new = np.isin(preview.find_parts(), list(scene.select(options["proposed"])))
+    new = np.isin(preview.find_parts(), list(job.scene.select(options.proposed)))
     plan = replace(plan, proposed=new)
     where: Any = ...
-    if study.is_plan and options["extent"] is None:
+    if study.kind.is_plan and options.extent is None:
         newly = _fit_mask(study.more["newly_under"][1], most.shape)
         where = _find_window((most >= min(_MATTERS, most.max() / 4)) | newly | new)
         plan = plan.crop(where)
@@ -69,9 +60,9 @@ def draw_lost(
             plan = replace(plan, look=make_look(study, find_map_size(plan), part))
     what = f"hours of sun lost to {list_few(options['proposed'])}"
     limit = f"newly under {study.facts['under_hours']:g} h"
-    path = folder / "hours_lost.png"
+    path = job.folder / "hours_lost.png"
     if len(dates) == 1:
-        divisor, words = find_together(study, options)
+        divisor, words = find_together(job)
         if words:
             limit += f" on at least one of {len(study.period.days)} dates"
         area = _tell_area(study.more["neighbour_area_newly_under"][1])

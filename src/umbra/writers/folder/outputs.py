@@ -1,120 +1,137 @@
-"""What a study's folder shall hold besides ``study.nc`` and the pictures."""
+"""What a study's folder shall hold, and what its pictures show."""
 
 import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError
+from umbra.options import check_types, option
 
 if TYPE_CHECKING:
-    from umbra.study.rules import Rules
-    from umbra.writers.plan import Show
+    from collections.abc import Callable
 
-__all__ = ["NAMES", "Outputs"]
+    from umbra.scene import Scene
+    from umbra.study import StudyOptions
+    from umbra.study.rules import Rules
+    from umbra.writers.painter import Painter
+
+__all__ = ["NAMES", "FolderJob", "Outputs"]
 
 NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4", "pdf", "svg")
 """The formats that can be asked for."""
 DRAWN = ("pdf", "svg")
 """Of these, what every picture is written as besides PNG."""
 
+_pictures = partial(option, heading="Pictures")
+_files = partial(option, heading="Further files")
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, kw_only=True)
 class Outputs:
     """
-    What is written besides ``study.nc`` and the pictures.
+    What is written of a study, and how its pictures show it.
 
-    Parameters
-    ----------
-    report : bool
-    formats : tuple of str
-        Of ``umbra.writers.formats.FORMATS``.
-    rules : Rules, optional
-    sheet : bool
-    endings : tuple of str
-        Of the pictures' files.
-    show : {'shadow', 'sun'}
-        Which hours pictures and lines tell.
-    at : tuple of str
-        Clock times that are outlined and filmed; round ones by default.
+    Raises
+    ------
+    InputError
+        If a format is unknown or needs a package that is missing, or the rules are not
+        written as they must be.
     """
 
-    report: bool = False
-    formats: tuple[str, ...] = ()
-    rules: "Rules | None" = None
-    sheet: bool = False
-    endings: tuple[str, ...] = ("png",)
-    show: "Show" = "shadow"
-    at: tuple[str, ...] = ()
+    title: str | None = _pictures(
+        "text", "Title of all pictures; default: the files' names.", metavar="TEXT"
+    )
+    subtitle: str | None = _pictures("text", "A line below the title.", metavar="TEXT")
+    show: Literal["shadow", "sun"] = _pictures(
+        "choice", "Which hours pictures and lines of equal hours show; study.nc has both.",
+        default="shadow", choices=("shadow", "sun"),
+    )  # fmt: skip
+    at: Sequence[str] = _pictures(
+        "texts",
+        "Clock times of the profile, films and outlines: 09:00,12:00,15:00; default: the profile "
+        "shows the ends of all steps, films round times as dense, outlines whole hours.",
+        default=(),
+        metavar="HH:MM,...",
+    )
+    report: bool = _files(
+        "flag", "Also write report.html: all in one page, with a slider through the day.",
+        default=False,
+    )  # fmt: skip
+    sheet: bool = _files(
+        "flag", "Also write sheet.png: plan and four elevations in one scale, on A3.",
+        default=False,
+    )  # fmt: skip
+    formats: Sequence[str] = _files(
+        "texts",
+        f"Also write {', '.join(NAMES)}; several by commas, or repeat. pdf and svg: every "
+        "picture, with text as text.",
+        default=(),
+        flag="--write",
+        metavar="FORMAT,...",
+    )
+    rules: "str | Path | Rules | None" = _files(
+        "path", "Judge the result by a rule file; writes verdicts.csv.", metavar="FILE.yaml"
+    )
 
-    @classmethod
-    def of(
-        cls,
-        formats: Sequence[str] = (),
-        *,
-        receivers: str,
-        report: bool = False,
-        sheet: bool = False,
-        rules: str | Path | None = None,
-        show: "Show" = "shadow",
-        at: Sequence[str] = (),
-    ) -> "Outputs":
+    def __post_init__(self) -> None:
+        check_types(self)
+        object.__setattr__(self, "formats", _read_formats(self.formats))
+        if isinstance(self.rules, (str, Path)):
+            from umbra.study.rules import read_rules  # noqa: PLC0415
+
+            object.__setattr__(self, "rules", read_rules(Path(self.rules)))
+        if self.at:
+            import datetime as dt  # noqa: PLC0415
+
+            from umbra.sun.clock import find_stamps  # noqa: PLC0415
+
+            # In UTC no time is missing or doubled: what fails here fails everywhere.
+            find_stamps(dt.date(2000, 1, 1), self.at, "UTC")
+
+    @property
+    def endings(self) -> tuple[str, ...]:
+        """Endings of the pictures' files."""
+        return ("png", *(name for name in self.formats if name in DRAWN))
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Formats other than those of pictures."""
+        return tuple(name for name in self.formats if name not in DRAWN)
+
+    def check_receivers(self, receivers: str) -> None:
         """
-        Read and check what is asked for, before any work.
-
-        Parameters
-        ----------
-        formats : sequence of str
-            Of ``NAMES``; one may hold several, joined by commas.
-        receivers : str
-            Of the study.
-        report, sheet : bool
-        rules : path, optional
-            A rule file.
-        show : {'shadow', 'sun'}
-        at : sequence of str
+        Refuse what is not made of some receivers.
 
         Raises
         ------
         InputError
-            If a format is unknown, is not for the receivers, or needs a package that is
-            missing, or the rules are not written as they must be.
+            If there is any.
         """
-        asked = _parse_formats(formats)
-        others = tuple(name for name in asked if name not in DRAWN)
-        endings = ("png", *(name for name in asked if name in DRAWN))
-        read = None
-        if rules is not None:
-            from umbra.study.rules import read_rules  # noqa: PLC0415
-
-            read = read_rules(Path(rules))
-        from umbra.receivers import find_kind  # noqa: PLC0415  (it loads numpy)
+        from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers)
-        if sheet and not kind.is_plan:
+        if self.sheet and not kind.is_plan:
             msg = "sheet=True shows a plan and its elevations; choose receivers='ground' or 'top'"
-            raise InputError(msg)
-        _check_formats(receivers, kind.formats, others)
-        if read is not None:
+            raise InputError(msg, option="sheet")
+        refused = [name for name in self.files if name not in kind.formats]
+        if refused:
+            there = "all files are"
+            if kind.formats:
+                there = f"{', '.join(kind.formats)} can be, the others are"
+            msg = (
+                f"write='{','.join(refused)}' is not for receivers='{receivers}': {there} for "
+                "plans; leave it out, or choose receivers='ground' or 'top'"
+            )
+            raise InputError(msg, option="write", formats=refused)
+        if self.rules:
             kind.check_judged(receivers)
-        return cls(report, others, read, sheet, endings, show, tuple(at))
 
 
-def _check_formats(receivers: str, written: tuple[str, ...], formats: tuple[str, ...]) -> None:
-    """Refuse the formats in which such receivers are not written."""
-    refused = [name for name in formats if name not in written]
-    if refused:
-        there = f"{', '.join(written)} can be, the others are" if written else "all files are"
-        msg = (
-            f"write='{','.join(refused)}' is not for receivers='{receivers}': {there} for plans; "
-            "leave it out, or choose receivers='ground' or 'top'"
-        )
-        raise InputError(msg, formats=refused)
-
-
-def _parse_formats(given: Sequence[str]) -> tuple[str, ...]:
-    """Read the formats: names by commas, each once."""
+def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
+    """Read names, each once; one text may hold several by commas."""
     names = dict.fromkeys(name for text in given for name in text.replace(",", " ").lower().split())
     if not names:
         return ()
@@ -127,6 +144,35 @@ def _parse_formats(given: Sequence[str]) -> tuple[str, ...]:
             near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
             advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
             msg = f"write= does not know '{name}'; {advice}"
-            raise InputError(msg, format=name)
+            raise InputError(msg, option="write", format=name)
         check_extra(f"write='{name}'", FORMATS[name].packages, FORMATS[name].extra)
     return tuple(names)
+
+
+@dataclass(frozen=True, eq=False)
+class FolderJob:
+    """
+    A study whose folder is being written.
+
+    Parameters
+    ----------
+    study : Study or PointStudy
+    folder : Path
+    outputs : Outputs
+    options : StudyOptions
+    painter : Painter
+    say : callable
+        Told what a user should know, a line at a time.
+    """
+
+    study: Any
+    folder: Path
+    outputs: Outputs
+    options: "StudyOptions"
+    painter: "Painter"
+    say: "Callable[[str], object]"
+
+    @property
+    def scene(self) -> "Scene":
+        """What was studied."""
+        return self.study.model.scene

@@ -2,13 +2,10 @@
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Scene
 from umbra.study import Preview, Study, count_finer, make_preview, split_dates, tell_dates
 from umbra.study.moments import choose_stamps
 from umbra.study.preview import LONGEST
@@ -17,7 +14,7 @@ from umbra.sun.clock import Stamps
 from umbra.writers.folder.captions import describe, describe_finer
 from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
 from umbra.writers.folder.lost import draw_lost
-from umbra.writers.painter import Painter
+from umbra.writers.folder.outputs import FolderJob
 from umbra.writers.plan import DayMap, Plan, find_map_size
 
 __all__ = ["Sheets", "draw_pictures"]
@@ -46,54 +43,34 @@ class Sheets:
     names: list[str]
 
 
-def draw_pictures(
-    study: Study, scene: Scene, options: dict[str, Any], painter: Painter, folder: Path
-) -> Sheets:
-    """
-    Have the hours and the profile drawn; of few dates those of each date, too.
-
-    Parameters
-    ----------
-    study : Study
-    scene : Scene
-    options : dict
-        Of the command.
-    painter : Painter
-    folder : Path
-    """
-    days = study.period.days
-    preview = make_preview(study, steps=choose_stamps(study.steps, options["at"]))
-    plan = describe(study, preview, scene, options, range(len(days)))
-    if study.receivers != "ground":
+def draw_pictures(job: FolderJob) -> Sheets:
+    """Have the hours and the profile drawn; of few dates those of each date, too."""
+    study = job.study
+    preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
+    plan = describe(job, preview, range(len(study.period.days)))
+    if not study.kind.is_level:
         from umbra.writers.edges import make_look  # noqa: PLC0415
 
         plan = replace(plan, look=make_look(study, find_map_size(plan)))
-    _draw_dates(painter, folder / "hours.png", plan, study, options)
+    _draw_dates(job, plan)
     names = ["hours.png", "profile.png"]
     if "hours_lost" in study.more:
-        names += draw_lost(painter, folder, plan, study, scene, preview, options)
-    names += _draw_days(painter, folder, plan, study, scene, preview, options)
+        names += draw_lost(job, plan, preview)
+    names += _draw_days(job, plan, preview)
     return Sheets(plan, preview, names)
 
 
-def _draw_days(
-    painter: Painter,
-    folder: Path,
-    plan: Plan,
-    study: Study,
-    scene: Scene,
-    preview: Preview,
-    options: dict[str, Any],
-) -> list[str]:
+def _draw_days(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     """Have the profile drawn, a panel for each date; of few dates pictures of each, too."""
+    study, painter, folder, at = job.study, job.painter, job.folder, job.outputs.at
     days = study.period.days
     if len(days) == 1:
-        stamps = choose_stamps(study.steps, options["at"])
-        _draw_profile(painter, folder / "profile.png", plan, preview, stamps)
+        stamps = choose_stamps(study.steps, at)
+        _draw_profile(job, "profile.png", plan, preview, stamps)
         return []
     shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
-    steps = [choose_stamps(each, options["at"]) for each in study.period.steps]
+    steps = [choose_stamps(each, at) for each in study.period.steps]
     views = [make_preview(study, longest, steps[k]) for k in shown]
     zones = dict.fromkeys(name for k in shown for name in steps[k].abbreviations())
     whole = replace(plan, x=views[0].x, y=views[0].y, building_height=views[0].heights)  # type: ignore[arg-type]
@@ -111,23 +88,22 @@ def _draw_days(
     names: list[str] = []
     if not 1 < len(dates) <= MOST_DAYS:
         return names
-    scale = Scale.of(study, options)
+    scale = Scale.of(job)
     for k, (day, one) in enumerate(zip(days, dates, strict=True)):
         of_day = preview if k == 0 else make_preview(study, steps=steps[k])
-        own = replace(describe(study, of_day, scene, options, range(k, k + 1)), look=plan.look)
-        _draw_profile(painter, folder / f"profile_{day}.png", own, of_day, steps[k])
-        _draw_date(painter, folder / f"hours_{day}.png", own, one, scale)
+        own = replace(describe(job, of_day, range(k, k + 1)), look=plan.look)
+        _draw_profile(job, f"profile_{day}.png", own, of_day, steps[k])
+        _draw_date(job, f"hours_{day}.png", own, one, scale)
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
 
 
-def _draw_dates(
-    painter: Painter, path: Path, plan: Plan, study: Study, options: dict[str, Any]
-) -> None:
+def _draw_dates(job: FolderJob, plan: Plan) -> None:
     """Have the hours drawn: of several dates a map of each on one scale, or all together."""
-    dates, scale = split_dates(study), Scale.of(study, options)
+    study = job.study
+    dates, scale = split_dates(study), Scale.of(job)
     if len(dates) == 1:
-        _draw_date(painter, path, plan, study, scale, scale.what)
+        _draw_date(job, "hours.png", plan, study, scale, scale.what)
         return
     shown = [dates[k] for k in choose_panels(study)]
     finer = [count_finer(one, len(shown)) for one in shown]
@@ -139,28 +115,28 @@ def _draw_dates(
         for one, fine in zip(shown, finer, strict=True)
     ]  # fmt: skip
     whole = describe_finer(name_shown(plan, study), finer[0])
-    painter.draw_hour_panels(
-        path, whole, maps, scale.most, what=scale.what, show=scale.show,
+    job.painter.draw_hour_panels(
+        job.folder / "hours.png", whole, maps, scale.most, what=scale.what, show=scale.show,
     )  # fmt: skip
 
 
 def _draw_date(
-    painter: Painter, path: Path, plan: Plan, study: Study, scale: Scale, what: str = ""
+    job: FolderJob, name: str, plan: Plan, study: Study, scale: Scale, what: str = ""
 ) -> None:
     """Have the hours of one of several dates drawn, on the scale of them all."""
     hours, finer = _coarsen(scale.read_hours(study), plan.shape), count_finer(study)
-    painter.draw_hours(
-        path, describe_finer(plan, finer), hours, scale.most, what=what, show=scale.show,
+    job.painter.draw_hours(
+        job.folder / name, describe_finer(plan, finer), hours, scale.most,
+        what=what, show=scale.show,
         finer=None if finer is None else scale.read_hours(finer),
     )  # fmt: skip
 
 
-def _draw_profile(
-    painter: Painter, path: Path, plan: Plan, preview: Preview, stamps: Stamps
-) -> None:
+def _draw_profile(job: FolderJob, name: str, plan: Plan, preview: Preview, stamps: Stamps) -> None:
     zone = "/".join(dict.fromkeys(stamps.abbreviations()))
-    painter.draw_profile(
-        path, plan, preview.shadows, stamps.labels(), zone=zone, away=preview.away,
+    job.painter.draw_profile(
+        job.folder / name, plan, preview.shadows, stamps.labels(), zone=zone,
+        away=preview.away,
     )  # fmt: skip
 
 

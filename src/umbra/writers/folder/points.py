@@ -1,88 +1,37 @@
 """Pictures of a study of sampled surfaces or of single points."""
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from umbra.receivers.zenith import find_surface
-from umbra.scene import Scene
 from umbra.scene.grid import Grid
-from umbra.study import Study, run_study, split_dates, tell_dates
-from umbra.sun import Site
+from umbra.study import run, split_dates, tell_dates
 from umbra.writers.folder.captions import describe_method, describe_place, name_dates, name_files
 from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
+from umbra.writers.folder.outputs import FolderJob
 from umbra.writers.folder.pictures import draw_pictures
 from umbra.writers.plan import DayMap, Plan
 
-__all__ = [
-    "PICTURES_ONLY",
-    "POINTS_ONLY",
-    "QUESTIONS",
-    "describe_points",
-    "draw_plan_of_points",
-    "draw_surfaces",
-]
+__all__ = ["describe_points", "draw_plan_of_points", "draw_surfaces"]
 
-POINTS_ONLY = ("spacing", "points")
-PICTURES_ONLY = ("title", "subtitle", "show", "at")
 _TILT = 35
 _ROOM = 12.0  # about points, at least [m]
 _CELLS = 1200  # along the plan of points
-QUESTIONS = {
-    "masks", "spells", "min_spell", "who", "by", "proposed", "under", "by_day", "exact",
-    *PICTURES_ONLY,
-}  # fmt: skip
 
 
-def draw_surfaces(
-    scene: Scene, site: Site, options: dict[str, Any], painter: Any, folder: Path
-) -> list[str]:
-    """
-    Have the model drawn from above and the side of the sun, with its hours in shadow.
-
-    Parameters
-    ----------
-    scene : Scene
-    site : Site
-    options : dict
-        Of the command.
-    painter : Painter
-    folder : Path
-
-    Returns
-    -------
-    names : list of str
-        Of the files.
-    """
+def draw_surfaces(job: FolderJob) -> list[str]:
+    """Have the model drawn from above and the side of the sun, with its hours in shadow."""
+    site, options = job.study.site, job.options
     azimuth = 215 if site.latitude >= 0 else 325
-    view = {**options, "receivers": f"{azimuth}/{_TILT}"}
-    kept = {n: v for n, v in view.items() if n not in {*POINTS_ONLY, *QUESTIONS}}
-    study = run_study(scene, site, by_day=options["by_day"], **kept)
-    return draw_pictures(study, scene, view, painter, folder).names
+    options = options.ask_hours(f"{azimuth}/{_TILT}")
+    seen = run(job.scene, site, options)
+    return draw_pictures(replace(job, study=seen, options=options)).names
 
 
-def draw_plan_of_points(
-    study: Study, scene: Scene, options: dict[str, Any], painter: Any, folder: Path
-) -> list[str]:
-    """
-    Have the points drawn on a plan of what stands about them, in the colours of their hours.
-
-    Parameters
-    ----------
-    study : Study
-    scene : Scene
-    options : dict
-        Of the command.
-    painter : Painter
-    folder : Path
-
-    Returns
-    -------
-    names : list of str
-        Of the file.
-    """
+def draw_plan_of_points(job: FolderJob) -> list[str]:
+    """Have points drawn on a plan of what stands about them, in the colours of their hours."""
+    study, scene, painter = job.study, job.scene, job.painter
     points, origin = study.places.points, scene.origin
     low, high = points[:, :2].min(0), points[:, :2].max(0)
     room = max(0.12 * float((high - low).max()), _ROOM)
@@ -90,19 +39,19 @@ def draw_plan_of_points(
     cols, rows = (int(n) for n in np.ceil((high - low + 2 * room) / cell))
     west, south = (float(v) for v in low - room + cell / 2 - origin[:2])
     grid = Grid(west, south, cell, cell, cols, rows)
-    ground = scene.ground if options["ground"] is None else options["ground"]
+    ground = scene.ground if job.options.ground is None else job.options.ground
     level = float(scene.bounds()[0, 2] if ground is None else ground) - origin[2]
     heights = find_surface(study.model.soup, grid, level).heights - level
     plan = replace(
-        describe_points(study, scene, options),
+        describe_points(job),
         x=grid.x + origin[0],
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
         true_north=study.site.true_north,
     )
     names = study.more["name"][1].tolist() if "name" in study.more else []
-    path, normals = folder / "points.png", study.places.normals
-    dates, scale = split_dates(study), Scale.of(study, options)
+    path, normals = job.folder / "points.png", study.places.normals
+    dates, scale = split_dates(study), Scale.of(job)
     if len(dates) == 1:
         painter.draw_points(
             path, plan, points, normals, scale.read_hours(study), scale.most, names, scale.show,
@@ -120,17 +69,9 @@ def draw_plan_of_points(
     return [path.name]
 
 
-def describe_points(study: Study, scene: Scene, options: dict[str, Any]) -> Plan:
-    """
-    Say in words what a report of surfaces or points shows.
-
-    Parameters
-    ----------
-    study : Study
-    scene : Scene
-    options : dict
-        Of the command.
-    """
+def describe_points(job: FolderJob) -> Plan:
+    """Say in words what a report of surfaces or points shows."""
+    study, options, outputs = job.study, job.options, job.outputs
     what, spot = "points", f"{len(study.shadow_hours):,} points"
     if study.samples is not None:
         what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
@@ -141,10 +82,10 @@ def describe_points(study: Study, scene: Scene, options: dict[str, Any]) -> Plan
     return Plan(
         nowhere,
         nowhere,
-        title=options["title"] or f"{name_files(scene)}, {what}",
-        subtitle=options["subtitle"] or "",
+        title=outputs.title or f"{name_files(job.scene)}, {what}",
+        subtitle=outputs.subtitle or "",
         place=describe_place(study.site),
-        date=f"{dates}, {options['start']} to {options['end']} ({offsets})",
+        date=f"{dates}, {options.start} to {options.end} ({offsets})",
         note=" · ".join(
             [f"umbra {study.facts['umbra_version']}", spot, *describe_method(study, options)]
         ),

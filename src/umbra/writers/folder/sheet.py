@@ -1,7 +1,6 @@
 """The sheet: a plan and its four elevations, counted in one scale."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,12 +9,12 @@ from numpy.typing import NDArray
 from umbra.receivers.level import has_terrain
 from umbra.receivers.view import COMPASS, Elevation
 from umbra.scene import Scene
-from umbra.study import Study, run_study, split_dates, tell_dates
+from umbra.study import Study, StudyOptions, run, split_dates, tell_dates
 from umbra.writers.edges import make_look
 from umbra.writers.elevations import arrange, find_pixel
 from umbra.writers.folder.captions import describe_making, place_elevation
 from umbra.writers.folder.dates import Scale, choose_panels, tell_daylight
-from umbra.writers.folder.points import POINTS_ONLY, QUESTIONS
+from umbra.writers.folder.outputs import FolderJob
 from umbra.writers.plan import Plan
 
 __all__ = ["draw_sheet"]
@@ -26,47 +25,38 @@ MATTERS = 1 / 4
 _MARGIN = 0.03  # of an elevation's length, on each side of it
 
 
-def draw_sheet(
-    study: Study, scene: Scene, plan: Plan, options: dict[str, Any], painter: Any, folder: Path
-) -> list[str]:
+def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     """
     Count four elevations at the resolution of a sheet, and have it drawn.
 
     Parameters
     ----------
-    study : Study
+    job : FolderJob
         Of a plan.
-    scene : Scene
     plan : Plan
         Of its hours.
-    options : dict
-        Of the command.
-    painter : Painter
-    folder : Path
 
     Returns
     -------
     names : list of str
         Of the file; of several dates, of one for each, all on one scale.
     """
+    study, scene, options = job.study, job.scene, job.options
     boxes = [_find_box(scene, study, side) for side in _SIDES]
     sizes = [(float(box[2] - box[0]), float(box[3] - box[1])) for box in boxes]
     need, most = _find_window(study, plan, options)
     arrangement = arrange(tuple(np.ptp(need, axis=0)), most, sizes)
     cell = find_pixel(arrangement)
-    kept = {n: v for n, v in options.items() if n not in {*POINTS_ONLY, *QUESTIONS}}
     half = np.array(arrangement.plan) / 2
     window = tuple(float(v) for v in (*(need.mean(0) - half), *(need.mean(0) + half)))
-    view = {**kept, "receivers": study.receivers, "extent": window, "cell": cell, "size": None}
-    is_by_date = len(split_dates(study)) > 1
-    seen = run_study(scene, study.site, by_day=is_by_date, **view)
+    drawn: dict[str, Any] = {"cell": cell, "size": None, "by_day": len(split_dates(study)) > 1}
+    seen: Any = run(scene, study.site, options.ask_hours(study.kind.name, extent=window, **drawn))
     zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
     plan = replace(_redraw(plan, seen), note=f"{describe_making(seen, options)}; {zero}")
-    plans, scale = split_dates(seen), Scale.of(study, options)
+    plans, scale = split_dates(seen), Scale.of(job)
     sides = []
     for side, box in zip(_SIDES, boxes, strict=True):
-        view = {**kept, "receivers": side, "extent": box, "cell": cell, "size": None}
-        seen = run_study(scene, study.site, by_day=is_by_date, **view)
+        seen = run(scene, study.site, options.ask_hours(side, extent=box, **drawn))
         heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
         crowns = seen.model.make_tile(seen.grid).find_canopies()
         elevation = Plan(
@@ -80,20 +70,20 @@ def draw_sheet(
         own, name = plan, "sheet.png"
         if len(plans) > 1:
             date = tell_dates(plans[k])
-            clock = f"{options['start']} to {options['end']}"
+            clock = f"{options.start} to {options.end}"
             own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
             name = f"sheet_{date}.png"
         maps = [("Plan", own, scale.read_hours(plans[k]))]
         maps += [(caption, view, scale.read_hours(seen[k])) for caption, view, seen in sides]
-        painter.draw_elevations(
-            folder / name, arrangement, maps, scale.most, show=scale.show, what=scale.what,
+        job.painter.draw_elevations(
+            job.folder / name, arrangement, maps, scale.most, show=scale.show, what=scale.what,
         )  # fmt: skip
         names.append(name)
     return names
 
 
 def _find_window(
-    study: Study, plan: Plan, options: dict[str, Any]
+    study: Study, plan: Plan, options: StudyOptions
 ) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """
     Find what of the plan must be seen, and how much may be.
@@ -107,7 +97,7 @@ def _find_window(
     """
     x0, x1, y0, y1 = plan.extent
     whole = np.array([[x0, y0], [x1, y1]])
-    if options["extent"] is not None:
+    if options.extent is not None:
         return whole, (x1 - x0, y1 - y0)
     model = np.clip(study.model.scene.bounds()[:, :2], *whole)
     room = 0.03 * float(np.ptp(model, axis=0).max())

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.errors import write_for_shell
-from umbra.scene import Scene
-from umbra.study import Study
+from umbra.study import Study, StudyOptions
 from umbra.writers.atomic import replace_results
-from umbra.writers.folder.outputs import Outputs
+from umbra.writers.folder.outputs import FolderJob, Outputs
 from umbra.writers.folder.pictures import draw_pictures
 from umbra.writers.folder.points import describe_points, draw_plan_of_points, draw_surfaces
 from umbra.writers.folder.sheet import draw_sheet
@@ -18,7 +17,7 @@ from umbra.writers.painter import Painter
 from umbra.writers.plan import Plan, Show, name_hours
 
 if TYPE_CHECKING:
-    from umbra.writers.report.markup import Pin
+    from umbra.writers.report.markup import Pin, Table
 
 __all__ = ["fill_folder", "write_study"]
 
@@ -29,10 +28,9 @@ Say = Callable[[str], object]
 
 def write_study(
     study: Study,
-    scene: Scene,
     folder: str | os.PathLike[str],
     outputs: Outputs,
-    options: dict[str, Any],
+    options: StudyOptions,
     say: Say = lambda _line: None,
 ) -> list[Path]:
     """
@@ -40,32 +38,36 @@ def write_study(
 
     Parameters
     ----------
-    study : Study
-    scene : Scene
-        That was studied.
+    study : Study or PointStudy
     folder : path
         Made if missing.
     outputs : Outputs
-    options : dict
-        Of the study, and of its pictures: title, subtitle, show, at.
+    options : StudyOptions
+        Of the study.
     say : callable
         Told what a user should know, a line at a time.
 
     Returns
     -------
     paths : list of Path
+
+    Raises
+    ------
+    InputError
+        If something is asked for that is not made of these receivers, or the folder cannot
+        be written to.
     """
+    outputs.check_receivers(options.receivers)
     with replace_results(folder) as unfinished, Painter(outputs.endings) as painter:
-        first, more = fill_folder(study, scene, unfinished, outputs, options, painter, say)
+        first, more = fill_folder(study, unfinished, outputs, options, painter, say)
     return [Path(folder) / name for name in (*first, *more)]
 
 
 def fill_folder(
     study: Study,
-    scene: Scene,
     folder: Path,
     outputs: Outputs,
-    options: dict[str, Any],
+    options: StudyOptions,
     painter: Painter,
     say: Say,
 ) -> tuple[list[str], list[str]]:
@@ -79,139 +81,110 @@ def fill_folder(
     first, more : list of str
         Names of the files: the result and the pictures in every ending; further files.
     """
-    if not study.kind.is_raster:
-        pictures, more = _fill_points(study, scene, folder, outputs, options, painter)
-    else:
-        pictures, more = _fill_raster(study, scene, folder, outputs, options, painter, say)
+    job = FolderJob(study, folder, outputs, options, painter, say)
+    pictures, more = _fill_raster(job) if study.kind.is_raster else _fill_points(job)
     drawn = [str(Path(name).with_suffix(f".{e}")) for name in pictures for e in outputs.endings]
     return [RESULT, *drawn], more
 
 
-def _fill_raster(
-    study: Study,
-    scene: Scene,
-    folder: Path,
-    outputs: Outputs,
-    options: dict[str, Any],
-    painter: Painter,
-    say: Say,
-) -> tuple[list[str], list[str]]:
+def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write a plan or a view; give the names of the pictures and of the other files."""
-    sheets = draw_pictures(study, scene, options, painter, folder)
+    study = job.study
+    sheets = draw_pictures(job)
     pictures = sheets.names
-    if outputs.sheet:
-        pictures = [*pictures, *draw_sheet(study, scene, sheets.plan, options, painter, folder)]
+    if job.outputs.sheet:
+        pictures = [*pictures, *draw_sheet(job, sheets.plan)]
     if "assumption" in study.facts:
-        say(f"note: {study.facts['assumption']}")
-    elif study.receivers == "ground" and sheets.preview.has_terrain(scene.bounds()):
-        say(
+        job.say(f"note: {study.facts['assumption']}")
+    elif study.kind.is_level and sheets.preview.has_terrain(job.scene.bounds()):
+        job.say(
             f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
             " as a terrain or base plate does; receivers='top' shows the shadows that fall "
             "on it"
         )
-    write_netcdf(folder / RESULT, study.variables(), study.facts)
-    return pictures, _write_more(study, scene, folder, outputs, options, sheets.plan, painter, say)
+    write_netcdf(job.folder / RESULT, study.variables(), study.facts)
+    return pictures, _write_more(job, sheets.plan)
 
 
-def _fill_points(
-    study: Study,
-    scene: Scene,
-    folder: Path,
-    outputs: Outputs,
-    options: dict[str, Any],
-    painter: Painter,
-) -> tuple[list[str], list[str]]:
+def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write surfaces or points; give the names of the pictures and of the other files."""
-    write_netcdf(folder / RESULT, study.variables(), study.facts)
-    if study.receivers == "surfaces":
-        pictures = draw_surfaces(scene, study.site, options, painter, folder)
-    else:
-        pictures = draw_plan_of_points(study, scene, options, painter, folder)
-    return pictures, _write_more_of_points(study, scene, folder, outputs, options, painter)
+    study = job.study
+    write_netcdf(job.folder / RESULT, study.variables(), study.facts)
+    draw = draw_plan_of_points if study.samples is None else draw_surfaces
+    return draw(job), _write_more_of_points(job)
 
 
-def _write_more(
-    study: Study,
-    scene: Scene,
-    folder: Path,
-    outputs: Outputs,
-    options: dict[str, Any],
-    plan: Plan,
-    painter: Painter,
-    say: Say,
-) -> list[str]:
+def _write_more(job: FolderJob, plan: Plan) -> list[str]:
     """Write further files of a plan or a view; a report waits for the pictures."""
-    if not outputs.report and not outputs.formats and not outputs.rules:
+    study, outputs = job.study, job.outputs
+    if not outputs.report and not outputs.files and not outputs.rules:
         return []
     from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
 
-    job = Job(study, folder, plan.title, say, outputs.show, outputs.at)
-    names = write_formats(job, outputs.formats)
+    formats = Job(study, job.folder, plan.title, job.say, outputs.show, outputs.at)
+    names = write_formats(formats, outputs.files)
     tables = []
     if outputs.rules:
         from umbra.study.rules import judge  # noqa: PLC0415
-        from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
-        from umbra.writers.tables import write_table  # noqa: PLC0415
 
-        verdicts = judge(study, outputs.rules)
-        tables.append(make_verdict_table(outputs.rules, verdicts))
-        _note_standing(tables[0].pins, say)
-        write_table(folder / VERDICTS, tables[0].columns, tables[0].rows)
+        tables.append(_write_verdicts(job, judge(study, outputs.rules)))
+        _note_standing(tables[0].pins, job.say)
         names.append(VERDICTS)
     if outputs.report:
-        painter.wait()
+        job.painter.wait()
         from umbra.writers.report import write_report  # noqa: PLC0415
 
         write_report(
-            folder / REPORT, study, plan, _find_sheets(folder, outputs.show), tables=tables,
-            casters=_name_casters(study, options), notes=scene.notes, timeline=job.timeline,
-            show=outputs.show,
+            job.folder / REPORT, study, plan, _find_sheets(job.folder, outputs.show),
+            tables=tables, casters=_name_casters(job), notes=job.scene.notes,
+            timeline=formats.timeline, show=outputs.show,
         )  # fmt: skip
         names.append(REPORT)
     return names
 
 
-def _write_more_of_points(
-    study: Study,
-    scene: Scene,
-    folder: Path,
-    outputs: Outputs,
-    options: dict[str, Any],
-    painter: Painter,
-) -> list[str]:
+def _write_more_of_points(job: FolderJob) -> list[str]:
     """Write further files of surfaces or points; a report waits for the pictures."""
+    study, outputs = job.study, job.outputs
     names: list[str] = []
-    if outputs.formats:
+    if outputs.files:
         from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
 
-        names += write_formats(Job(study, folder), outputs.formats)
+        names += write_formats(Job(study, job.folder), outputs.files)
     tables = []
     if outputs.rules:
         from umbra.study.rules import judge  # noqa: PLC0415
-        from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
-        from umbra.writers.tables import write_table  # noqa: PLC0415
 
-        tables.append(make_verdict_table(outputs.rules, judge(study, outputs.rules)))
-        write_table(folder / VERDICTS, tables[0].columns, tables[0].rows)
+        tables.append(_write_verdicts(job, judge(study, outputs.rules)))
         names.append(VERDICTS)
     if outputs.report:
-        painter.wait()
+        job.painter.wait()
         from umbra.writers.report import write_point_report  # noqa: PLC0415
 
         write_point_report(
-            folder / REPORT, study, describe_points(study, scene, options),
-            _find_sheets(folder, outputs.show), tables=tables,
-            casters=_name_casters(study, options), notes=scene.notes, show=outputs.show,
+            job.folder / REPORT, study, describe_points(job),
+            _find_sheets(job.folder, outputs.show), tables=tables,
+            casters=_name_casters(job), notes=job.scene.notes, show=outputs.show,
         )  # fmt: skip
         names.append(REPORT)
     return names
 
 
-def _name_casters(study: Study, options: dict[str, Any]) -> list[str]:
+def _write_verdicts(job: FolderJob, verdicts: Any) -> "Table":
+    """Write the verdicts of the rules, and give their table."""
+    from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
+    from umbra.writers.tables import write_table  # noqa: PLC0415
+
+    table = make_verdict_table(job.outputs.rules, verdicts)
+    write_table(job.folder / VERDICTS, table.columns, table.rows)
+    return table
+
+
+def _name_casters(job: FolderJob) -> list[str]:
     """Say how casters were chosen, as typed."""
-    names = ("cast", "no_cast")
-    casters = [f"{name}={pattern!r}" for name in names for pattern in options.get(name, ())]
-    is_typed_in_shell = str(study.facts["command"]).startswith("umbra ")
+    casters = [f"cast={pattern!r}" for pattern in job.options.cast]
+    casters += [f"no_cast={pattern!r}" for pattern in job.options.no_cast]
+    is_typed_in_shell = str(job.study.facts["command"]).startswith("umbra ")
     return [write_for_shell(one) if is_typed_in_shell else one for one in casters]
 
 

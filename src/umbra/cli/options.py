@@ -1,0 +1,112 @@
+"""Options of the commands: under headings in the help, and made of records of options."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import click
+
+from umbra.cli.values import LENGTH, SIZE, Numbers
+from umbra.options import Option, list_options
+
+__all__ = ["HeadedOption", "SectionedCommand", "record_options", "take_record"]
+
+R = TypeVar("R")
+_WIDTH = 26  # of the options' names, alike in all sections
+
+
+class HeadedOption(click.Option):
+    """
+    An option that knows its place in the help.
+
+    Parameters
+    ----------
+    *args, **options
+        As ``click.Option`` takes them.
+    heading : str
+    is_kept : bool
+        Whether a file of options has it.
+    is_file : bool
+        Whether its value names a file.
+    """
+
+    def __init__(
+        self, *args: Any, heading: str = "Options", is_kept: bool = True, is_file: bool = False,
+        **options: Any,
+    ) -> None:  # fmt: skip
+        super().__init__(*args, **options)
+        self.heading, self.is_kept, self.is_file = heading, is_kept, is_file
+
+
+class SectionedCommand(click.Command):
+    """
+    A command whose help has its options under headings.
+
+    Parameters
+    ----------
+    *args, **options
+        As ``click.Command`` takes them.
+    headings : sequence of str
+        In the order of the help.
+    """
+
+    def __init__(self, *args: Any, headings: Sequence[str], **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.headings = headings
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the sections."""
+        sections: dict[str, list[tuple[str, str]]] = {heading: [] for heading in self.headings}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if record is not None:
+                heading = getattr(parameter, "heading", self.headings[-1])
+                sections[heading].append((record[0].ljust(_WIDTH), record[1]))
+        for heading, records in sections.items():
+            with formatter.section(heading):
+                formatter.write_dl(records, col_max=_WIDTH + 2)
+
+
+def record_options(record: type) -> Callable[[Callable], Callable]:
+    """Give a command every option of a record that is typed."""
+
+    def add(command: Callable) -> Callable:
+        for name, said, default in reversed([*list_options(record)]):
+            if said.flag is not None:
+                command = _make_option(name, said, default)(command)
+        return command
+
+    return add
+
+
+def take_record(record: type[R], given: dict[str, Any]) -> R:
+    """Make a record of its options among those of a command, and take them out there."""
+    names = [name for name, said, _ in list_options(record) if said.flag is not None]
+    return record(**{name: given.pop(name) for name in names})
+
+
+def _make_option(name: str, said: Option, default: Any) -> Callable[[Callable], Callable]:
+    is_many = said.type in {"dates", "patterns", "texts"}
+    types: dict[str, Any] = {"number": float, "length": LENGTH, "size": SIZE}
+    kind = types.get(said.type)
+    if said.type == "whole":
+        kind = click.IntRange(said.least)
+    elif said.type == "choice":
+        kind = click.Choice(said.choices)
+    elif said.type == "numbers":
+        kind = Numbers(str(said.metavar), said.count)
+    return click.option(
+        said.flag or f"--{name.replace('_', '-')}",
+        name,
+        cls=HeadedOption,
+        heading=said.heading,
+        is_kept=said.is_kept,
+        is_file=said.type in {"table", "path"},
+        type=kind,
+        is_flag=said.type == "flag",
+        multiple=is_many,
+        required=said.type == "dates",
+        default=default,
+        show_default=bool(default) and not is_many,
+        metavar="PATTERN" if said.type == "patterns" else said.metavar,
+        help=said.help,
+    )

@@ -1,0 +1,185 @@
+"""Reading and placing models: the options, which several commands share, and the work."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from umbra.cli.options import HeadedOption
+from umbra.errors import InputError, write_for_shell
+
+if TYPE_CHECKING:
+    from umbra.scene import Scene
+    from umbra.sun import Site
+
+__all__ = [
+    "canopy_options",
+    "find_model_site",
+    "read_model",
+    "read_values",
+    "reading_options",
+    "site_options",
+]
+
+_KEY = "umbra.reading"
+_SITE = ("lat", "lon", "tz", "north")
+
+
+def _remember(context: click.Context, option: click.Parameter, value: Any) -> None:
+    context.meta.setdefault(_KEY, {})[str(option.name)] = value
+
+
+_option = partial(
+    click.option, cls=HeadedOption, heading="Reading", expose_value=False, callback=_remember
+)
+
+
+def read_values(context: click.Context | None = None) -> dict[str, Any]:
+    """Give the values of these options of a command, by default the running one."""
+    return (context or click.get_current_context()).meta.get(_KEY, {})
+
+
+def _add(options: Sequence[Callable], command: Callable) -> Callable:
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def site_options(command: Callable) -> Callable:
+    """Add the options of the place on earth; ``find_model_site`` takes their values."""
+    on_earth = partial(_option, heading="Site")
+    return _add(
+        [
+            on_earth("--lat", type=float, metavar="DEG", help="Latitude; default: the file's."),
+            on_earth(
+                "--lon",
+                type=float,
+                metavar="DEG",
+                help="Longitude, east positive; default: the file's.",
+            ),
+            on_earth(
+                "--tz",
+                metavar="ZONE",
+                help="Time zone by its IANA name, Europe/Vienna; default: the zone at the "
+                "coordinates.",
+            ),
+            on_earth(
+                "--north",
+                type=float,
+                metavar="DEG",
+                help="Azimuth of true north in the plan, clockwise from y; default: the file's, "
+                "or 0.",
+            ),
+        ],
+        command,
+    )
+
+
+def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
+    """Make what adds the options of reading, with this name for the file's upward axis."""
+    options = [
+        _option(
+            up,
+            "up_axis",
+            type=click.Choice(["x", "y", "z"]),
+            help="The file's axis that points up.",
+        ),
+        _option(
+            "--height-column",
+            metavar="NAME",
+            help="Footprints: column of the height [m] above the base; default: found by its name.",
+        ),
+        _option(
+            "--base-column",
+            metavar="NAME",
+            help="Footprints: column of the base's height [m]; default: 0, or the terrain of "
+            "another file.",
+        ),
+        _option(
+            "--name-column",
+            metavar="NAME",
+            help="Footprints: column of the names; default: the one that tells most apart.",
+        ),
+        _option(
+            "--time",
+            type=float,
+            metavar="S",
+            help="Pose an animated file at this time [s]; default: not animated.",
+        ),
+        _option(
+            "--animation",
+            metavar="NAME",
+            help="Which animation --time means: its name, its number, or all; default: 0, the "
+            "first.",
+        ),
+        _option(
+            "--allow-outside",
+            is_flag=True,
+            is_kept=False,
+            help="Let models name files outside their own folder (buffers, materials, textures); "
+            "only for models that you trust.",
+        ),
+        _option(
+            "--no-cache",
+            is_flag=True,
+            is_kept=False,
+            help="Read files anew and keep nothing; umbra doctor says where read files are kept.",
+        ),
+    ]
+    return partial(_add, options)
+
+
+def canopy_options(command: Callable) -> Callable:
+    """Add the options of canopy rasters."""
+    raster = partial(_option, heading="Casters")
+    return _add(
+        [
+            raster(
+                "--trunk",
+                metavar="SHARE|FILE",
+                help="Where crowns of a canopy raster begin: a share of the height, or a GeoTIFF "
+                "of heights; default: 0.25.",
+            ),
+            raster(
+                "--canopy-heights",
+                type=click.Choice(["above-ground", "absolute"]),
+                help="What the heights of a canopy raster are measured from; default: the ground.",
+            ),
+        ],
+        command,
+    )
+
+
+def read_model(files: Sequence[str], canopy: Sequence[str] = ()) -> "Scene":
+    """
+    Read files with a command's options, and pose them if a time is given.
+
+    Raises
+    ------
+    InputError
+        As ``umbra.read`` and ``umbra.pose``.
+    """
+    from umbra.readers import read  # noqa: PLC0415
+
+    values = {name: one for name, one in read_values().items() if name not in _SITE}
+    time, animation = values.pop("time"), values.pop("animation")
+    if animation is not None and time is None:
+        msg = f"--animation {animation} is posed at a time; give --time S too"
+        raise InputError(msg)
+    up, is_cached = values.pop("up_axis"), not values.pop("no_cache")
+    scene = read(*files, up=up, canopy=canopy, cache=is_cached, **values)
+    scene = replace(scene, notes=tuple(map(write_for_shell, scene.notes)))
+    if time is None:
+        return scene
+    from umbra.scene import pose  # noqa: PLC0415
+
+    return pose(scene, time, 0 if animation is None else animation)
+
+
+def find_model_site(scene: "Scene") -> "Site":
+    """Find where on earth a model stands, by a command's options and the file."""
+    from umbra.sun import find_site  # noqa: PLC0415
+
+    return find_site(scene, *(read_values()[name] for name in _SITE))
