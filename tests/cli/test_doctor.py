@@ -61,7 +61,7 @@ def test_without_the_extra_it_is_named(umbra_here, monkeypatch):
     def missing(name):
         raise metadata.PackageNotFoundError(name)
 
-    monkeypatch.setattr("umbra.cli.doctor.version", missing)
+    monkeypatch.setattr("umbra.calls.doctor.version", missing)
     report = umbra_here("doctor", "--json").json()
     assert report["advice"] == ["for the gl device: pip install 'umbra-shadows[gl]'"]
     assert importlib.util.find_spec("umbra.gl") is not None

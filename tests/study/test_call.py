@@ -75,7 +75,8 @@ def test_a_record_of_options_has_one_form():
     options = StudyOptions(date=2026, cast="wall", extent=np.array([0, 0, 1, 1.5]), receivers=180)
     assert (options.date, options.cast, options.receivers) == ("2026", ("wall",), "180")
     assert options.extent == (0, 0, 1, 1.5)
-    camera = StudyOptions(date="2026-03-21", receivers="camera", eye=(0, 0, 1), who="a")
+    camera = StudyOptions(date="2026-03-21", receivers="camera", eye=(0, 0, 1), target=(0, 9, 1),
+                          who="a")  # fmt: skip
     assert camera.attributes["eye"] == (0, 0, 1)
     assert "spacing_m" not in camera.attributes
     surfaces = camera.ask_hours("surfaces", spacing=0.25)

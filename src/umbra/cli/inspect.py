@@ -26,49 +26,20 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
     are exact in both cases.
     """
     from umbra.readers.georeference import show_crs  # noqa: PLC0415
-    from umbra.volume.inspection import inspect_scene  # noqa: PLC0415
+    from umbra.volume.inspection import describe_scene, inspect_scene  # noqa: PLC0415
 
     with show_progress(quiet=False) as stages:
         stages.begin(name_reading(files))
         scene = read_model(files)
         stages.begin("looking for open edges")
         found = inspect_scene(scene)
-    bounds = scene.bounds()
-    total = vars(found.total)
-    result = {
-        "format": ", ".join(
-            dict.fromkeys(source.format for source in scene.sources if not source.is_companion)
-        ),
-        "parts": [
-            {**vars(report), "layer": part.layer, "tags": list(part.tags)}
-            for report, part in zip(found.parts, scene.parts, strict=True)
-        ],
-        "vertices": found.vertices,
-        "triangles": total["triangles"],
-        "bounds": bounds.tolist(),
-        "closed": total["closed"],
-        "border_edges": total["border_edges"],
-        "nonmanifold_edges": total["nonmanifold_edges"],
-        "inconsistent_edges": total["inconsistent_edges"],
-        "degenerate_triangles": total["degenerate_triangles"],
-        "duplicate_triangles": total["duplicate_triangles"],
-        "first_bad_edge": None if found.first_bad_edge is None else found.first_bad_edge.tolist(),
-        "crs": scene.crs,
-        "latitude": scene.latitude,
-        "longitude": scene.longitude,
-        "elevation": scene.elevation,
-        "true_north_deg": scene.true_north,
-        "ground": scene.ground,
-        "layers": list(dict.fromkeys(part.layer for part in scene.parts if part.layer)),
-        "animations": [{"name": one.name, "duration": one.duration} for one in scene.animations],
-        "lights": len(scene.lights),
-        "notes": list(scene.notes),
-    }
+    result = describe_scene(scene, found)
     if as_json:
         echo_json(result)
         return
     for source in scene.sources:
         echo(f"{source.name}: {source.format}")
+    bounds = scene.bounds()
     size = bounds[1] - bounds[0]
     echo(f"{len(found.parts)} parts, {found.total.triangles} triangles, {found.vertices} vertices")
     echo(

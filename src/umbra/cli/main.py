@@ -107,33 +107,34 @@ def _run(arguments: list[str], debug: bool) -> int:
     try:
         # Commands give nothing back; click gives the status of one that exits.
         status = umbra.main(arguments, prog_name="umbra", standalone_mode=False, obj=arguments)
-    except click.UsageError as error:
-        where = f" (see '{error.ctx.command_path} --help')" if error.ctx else ""
-        return _fail(f"{_word(error)}{where}", 2, debug)
-    except click.ClickException as error:
-        return _fail(error.format_message(), 2, debug)
-    except InputError as error:
-        return _fail(error.for_shell(), 2, debug)
-    except (KeyboardInterrupt, click.Abort) as error:
-        return _fail("; ".join(["interrupted", *map(str, error.args)]), 2, debug)
     except BrokenPipeError:
         sys.stderr.close()  # whoever read the output has gone
         return 1
-    except UmbraError as error:
-        return _fail(error.for_shell(), 1, debug)
-    except OSError as error:
-        if error.filename is not None or error.errno != errno.ENOSPC:
-            return _fail(f"{type(error).__name__}: {error} (--debug shows where)", 1, debug)
+    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (the last line of defence)
+        return _fail(*_explain(error), debug)
+    return status or 0
+
+
+def _explain(error: BaseException) -> tuple[str, int]:
+    """Say in a line what ended a command, and give the exit status."""
+    text, status = f"{type(error).__name__}: {error} (--debug shows where)", 1
+    if isinstance(error, click.UsageError):
+        where = f" (see '{error.ctx.command_path} --help')" if error.ctx else ""
+        text, status = f"{_word(error)}{where}", 2
+    elif isinstance(error, click.ClickException):
+        text, status = error.format_message(), 2
+    elif isinstance(error, UmbraError):
+        text, status = error.for_shell(), 2 if isinstance(error, InputError) else 1
+    elif isinstance(error, (KeyboardInterrupt, click.Abort)):
+        text, status = "; ".join(["interrupted", *map(str, error.args)]), 2
+    elif isinstance(error, MemoryError):
+        text = "out of memory; cut the model to what matters"
+    elif isinstance(error, OSError) and error.filename is None and error.errno == errno.ENOSPC:
         # Files that fill a disk are told where they are written.
-        msg = (
+        text = (
             "the output stream takes no more (no space left on device); results in files are there"
         )
-        return _fail(msg, 1, debug)
-    except MemoryError:
-        return _fail("out of memory; cut the model to what matters", 1, debug)
-    except Exception as error:  # noqa: BLE001  (the last line of defence)
-        return _fail(f"{type(error).__name__}: {error} (--debug shows where)", 1, debug)
-    return status or 0
+    return text, status
 
 
 def _find_benchmarks() -> click.Command:

@@ -223,7 +223,8 @@ class StudyOptions:
             value = getattr(self, name)
             if value is None and said.is_needed and self._has(said):
                 needed = (n for n, one, _ in list_options(self) if one.is_needed and self._has(one))
-                msg = f"receivers='{self.receivers}' needs {' and '.join(f'{n}=' for n in needed)}"
+                listed = " and ".join(f"{one}=" for one in needed)
+                msg = f"receivers='{self.receivers}' needs {listed}; give what is missing"
                 raise InputError(msg, option=name)
             if value is default or self._has(said):
                 continue

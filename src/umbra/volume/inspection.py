@@ -1,6 +1,7 @@
 """What a mesh is: closed or not and why, where its bad edges are."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.scene import Scene
 from umbra.volume.adjacency import make_caster, weld_vertices
 
-__all__ = ["Inspection", "PartReport", "inspect_scene"]
+__all__ = ["Inspection", "PartReport", "describe_scene", "inspect_scene"]
 
 
 @dataclass(frozen=True)
@@ -127,3 +128,44 @@ def _find_repeated(rows: NDArray[np.int32]) -> NDArray[np.bool_]:
     repeated = np.zeros(len(rows), np.bool_)
     repeated[order[1:]] = (ordered[1:] == ordered[:-1]).all(1)
     return repeated
+
+
+def describe_scene(scene: Scene, found: Inspection) -> dict[str, Any]:
+    """
+    Say in one record what a scene is, where it is, and what was found of its triangles.
+
+    Parameters
+    ----------
+    scene : Scene
+    found : Inspection
+        By ``inspect_scene``.
+
+    Returns
+    -------
+    facts : dict
+        What JSON can hold, as ``umbra inspect --json`` prints it.
+    """
+    total = {name: one for name, one in vars(found.total).items() if name not in {"name", "kind"}}
+    formats = (source.format for source in scene.sources if not source.is_companion)
+    return {
+        "format": ", ".join(dict.fromkeys(formats)),
+        "parts": [
+            {**vars(report), "layer": part.layer, "tags": list(part.tags)}
+            for report, part in zip(found.parts, scene.parts, strict=True)
+        ],
+        "vertices": found.vertices,
+        "triangles": total.pop("triangles"),
+        "bounds": scene.bounds().tolist(),
+        **total,
+        "first_bad_edge": None if found.first_bad_edge is None else found.first_bad_edge.tolist(),
+        "crs": scene.crs,
+        "latitude": scene.latitude,
+        "longitude": scene.longitude,
+        "elevation": scene.elevation,
+        "true_north_deg": scene.true_north,
+        "ground": scene.ground,
+        "layers": list(dict.fromkeys(part.layer for part in scene.parts if part.layer)),
+        "animations": [{"name": one.name, "duration": one.duration} for one in scene.animations],
+        "lights": len(scene.lights),
+        "notes": list(scene.notes),
+    }

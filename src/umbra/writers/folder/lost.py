@@ -58,7 +58,7 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
 
             part = study.grid.coarser(LONGEST).part(*where)
             plan = replace(plan, look=make_look(study, find_map_size(plan), part))
-    what = f"hours of sun lost to {list_few(options['proposed'])}"
+    what = f"hours of sun lost to {list_few(options.proposed)}"
     limit = f"newly under {study.facts['under_hours']:g} h"
     path = job.folder / "hours_lost.png"
     if len(dates) == 1:

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from umbra.scene import Scene
     from umbra.study import StudyOptions
-    from umbra.study.rules import Rules
     from umbra.writers.painter import Painter
 
 __all__ = ["NAMES", "FolderJob", "Outputs"]
@@ -72,7 +71,7 @@ class Outputs:
         flag="--write",
         metavar="FORMAT,...",
     )
-    rules: "str | Path | Rules | None" = _files(
+    rules: Any = _files(  # a path, or what was read of it
         "path", "Judge the result by a rule file; writes verdicts.csv.", metavar="FILE.yaml"
     )
 
