@@ -120,7 +120,7 @@ def test_options_that_cannot_be(study, keep, options, day, words):
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        (["--receivers", "points"], "--receivers points needs --points"),
+        (["--receivers", "points"], "needs --points"),
         (["--receivers", "points", "--points", "none.csv"], "none.csv"),
         (["--receivers", "surfaces"], "--spacing"),
         (["--rules", "none.yaml"], "none.yaml"),

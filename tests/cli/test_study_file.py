@@ -130,7 +130,7 @@ def test_points_come_from_a_table(study, tmp_path):
     np.testing.assert_array_equal(result.sun_hours, [4, 0])
     np.testing.assert_array_equal(result.sun_spells, [1, 0])
     assert said.json()["samples"] == 2
-    assert "--points FILE" in study("--receivers", "points", cell=None).refusal()
+    assert "needs --points" in study("--receivers", "points", cell=None).refusal()
     table.write_text("x,y\n1,2\n")
     refused = study("--receivers", "points", "--points", table, cell=None).refusal()
     assert "line 1" in refused
@@ -148,3 +148,21 @@ def test_an_options_file_is_short_and_flat(umbra_here, tmp_path, text, match):
     path.write_text(text)
     said = umbra_here("study", "a.obj", "--options", path, "--out", tmp_path / "out").refusal()
     assert match in said
+
+
+def test_rules_are_found_beside_the_file_of_options(umbra_here, no_pictures, tmp_path, monkeypatch):
+    save_obj(tmp_path / "town.obj", HOUSES)
+    (tmp_path / "rules.yaml").write_text(
+        'format: 1\nname: An example\nversion: "0"\nsource: Invented\nchecks:\n'
+        "  - {name: ground, dates: 09-18, at_least: 2h, share: 30}\n"
+    )
+    given = tmp_path / "mine.toml"
+    given.write_text(
+        'files = "town.obj"\ndate = 2026-09-18\nlat = 48.2\nlon = 16.37\ncell = 1\n'
+        'every = "1h"\nrules = "rules.yaml"\n'
+    )
+    monkeypatch.chdir(tmp_path.parent)
+    said = umbra_here("study", "--options", given, "--out", tmp_path / "out")
+    assert said.status == 0, said
+    kept = tomllib.loads((tmp_path / "out" / "study.toml").read_text(encoding="utf-8"))
+    assert kept["rules"] == str(tmp_path / "rules.yaml")
