@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from umbra.calls.counts import count
     from umbra.calls.inputs import make_camera
     from umbra.calls.picture import Picture, render
+    from umbra.calls.result import ShadowStudy
+    from umbra.calls.study import shadow_study
     from umbra.calls.window import show
     from umbra.cpu.frame import count_shadows
     from umbra.errors import InputError, UmbraError
@@ -38,7 +40,6 @@ if TYPE_CHECKING:
         spot_light,
         volume_light,
     )
-    from umbra.study import shadow_study
     from umbra.study.compare import compare
     from umbra.sun import Site, find_site, find_sun, sun_light
 
@@ -54,6 +55,7 @@ _HOMES = {
     "Part": "umbra.scene",
     "Picture": "umbra.calls.picture",
     "Scene": "umbra.scene",
+    "ShadowStudy": "umbra.calls.result",
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",
     "area_light": "umbra.scene",
@@ -70,7 +72,7 @@ _HOMES = {
     "pose": "umbra.scene",
     "read": "umbra.readers",
     "render": "umbra.calls.picture",
-    "shadow_study": "umbra.study",
+    "shadow_study": "umbra.calls.study",
     "show": "umbra.calls.window",
     "sphere_light": "umbra.scene",
     "spot_light": "umbra.scene",
@@ -88,6 +90,7 @@ __all__ = [
     "Part",
     "Picture",
     "Scene",
+    "ShadowStudy",
     "Site",
     "UmbraError",
     "area_light",

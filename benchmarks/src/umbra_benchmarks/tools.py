@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import umbra
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
 from umbra.receivers.zenith import find_surface
 from umbra.scene import Scene, make_scene
 from umbra.scene.grid import Grid
-from umbra.study import shadow_study
 from umbra.sun import Site, make_steps
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.exact import Exact, Mistakes, find_exact
@@ -351,7 +351,7 @@ class _Ours:
     def study(self, scene: Scene, receivers: str) -> Any:
         """Study the town; the steps' midpoints are the suns' instants."""
         side = self.model.side
-        return shadow_study(
+        return umbra.shadow_study(
             scene, _SITE, date="2026-09-18", start="08:52:30", end="17:07:30", every="15min",
             receivers=receivers, ground=0.0, extent=(0.0, 0.0, side, side),
             size=(self.grid.cols, self.grid.rows), threads=1,

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from umbra.study.options import StudyOptions
     from umbra.study.preview import Preview, make_preview
     from umbra.study.result import Study
-    from umbra.study.study import run, run_study, shadow_study
+    from umbra.study.study import run, run_study
 
 _HOMES = {
     "FinerHours": "finer",
@@ -20,7 +20,6 @@ _HOMES = {
     "make_preview": "preview",
     "run": "study",
     "run_study": "study",
-    "shadow_study": "study",
     "split_dates": "by_date",
     "tell_dates": "by_date",
 }
@@ -34,7 +33,6 @@ __all__ = [
     "make_preview",
     "run",
     "run_study",
-    "shadow_study",
     "split_dates",
     "tell_dates",
 ]

@@ -30,7 +30,7 @@ def compare(
 
     Parameters
     ----------
-    before, after : xarray.Dataset
+    before, after : ShadowStudy or xarray.Dataset
         As ``umbra.shadow_study`` gives them.
     under : str or float, optional
         Where fewer hours of sun than this are left on a date, but were not before:
@@ -56,6 +56,7 @@ def compare(
     """
     import xarray as xr  # noqa: PLC0415
 
+    before, after = (getattr(one, "dataset", one) for one in (before, after))
     dims = before.sun_hours.dims
     _check_same(before, after)
     has_days = "sun_hours_by_day" in before and "sun_hours_by_day" in after

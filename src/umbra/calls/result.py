@@ -1,0 +1,308 @@
+"""What a study gives in Python: hours as arrays, pictures, files and verdicts."""
+
+import operator
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from umbra.errors import InputError
+from umbra.options import list_options
+from umbra.scene import Scene
+from umbra.scene.exchange import import_package
+from umbra.study.options import StudyOptions
+from umbra.study.result import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from umbra.study.rules import Rules, Verdict
+
+__all__ = ["DrawnSheet", "ShadowStudy"]
+
+
+class DrawnSheet:
+    """
+    A picture of a study, as the command writes it; a notebook shows it.
+
+    Parameters
+    ----------
+    png : bytes
+    """
+
+    def __init__(self, png: bytes) -> None:
+        self.png = png
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+    def save(self, path: str | Path) -> None:
+        """Write it as a PNG file."""
+        Path(path).write_bytes(self.png)
+
+
+class ShadowStudy:
+    """
+    A study's result.
+
+    Variables are attributes and items: ``study.shadow_hours`` and ``study["shadow_hours"]``
+    are an xarray.DataArray. What an xarray.Dataset can do is also asked of the result
+    itself, ``study.sel(...)``; functions of xarray take ``study.dataset``.
+
+    Parameters
+    ----------
+    result : Study
+        Arrays, and what pictures are drawn from.
+    scene : Scene
+    options : StudyOptions
+    """
+
+    def __init__(self, result: Study, scene: Scene, options: StudyOptions) -> None:
+        self.result, self.scene, self.options = result, scene, options
+
+    @cached_property
+    def dataset(self) -> "xr.Dataset":
+        """All variables with coordinates, units and attributes, as ``study.nc`` reads back."""
+        return self.result.to_dataset()
+
+    def to_xarray(self) -> "xr.Dataset":
+        """Give ``dataset``."""
+        return self.dataset
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or "result" not in self.__dict__:
+            raise AttributeError(name)
+        try:
+            return getattr(self.dataset, name)
+        except AttributeError:
+            msg = f"a study has no variable or method {name!r}; see study.dataset"
+            raise AttributeError(msg) from None
+
+    def __getitem__(self, key: Any) -> Any:
+        return self.dataset[key]
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.dataset
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self.dataset)
+
+    def __len__(self) -> int:
+        return len(self.dataset)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *self.result.variables()})
+
+    def __repr__(self) -> str:
+        result = self.result
+        days = result.period.days
+        dates = f"{days[0]}" if len(days) == 1 else f"{len(days)} dates, {days[0]} to {days[-1]}"
+        sizes = " x ".join(f"{size:,}" for size in reversed(result.shadow_hours.shape))
+        most = float(np.nanmax(result.shadow_hours, initial=0.0))
+        return (
+            f"ShadowStudy of {dates}, {len(result.period.sun.is_up):,} instants\n"
+            f"receivers {result.receivers!r}, {sizes}; up to {most:.2f} of "
+            f"{result.up_hours:.2f} h in shadow\n"
+            f"variables: {', '.join(result.variables())}"
+        )
+
+    def _repr_html_(self) -> str:
+        return str(self.dataset._repr_html_())
+
+    # -- pictures and files ----------------------------------------------------------------
+
+    def plot(self, **picture: Any) -> DrawnSheet:
+        """
+        Draw the hours, as ``hours.png``; of single points their map.
+
+        Parameters
+        ----------
+        **picture
+            ``show``: 'shadow' (default) or 'sun'; ``title``, ``subtitle``.
+        """
+        return self._draw(("hours", "points"), picture)
+
+    def profile(self, **picture: Any) -> DrawnSheet:
+        """
+        Draw the shadows through the day, as ``profile.png``.
+
+        Parameters
+        ----------
+        **picture
+            As of `plot`, and ``at``: clock times, ``("09:00", "12:00")``.
+
+        Raises
+        ------
+        InputError
+            If the receivers are single points: they have no profile.
+        """
+        return self._draw(("profile",), picture)
+
+    def _draw(self, names: tuple[str, ...], picture: dict[str, Any]) -> DrawnSheet:
+        with TemporaryDirectory() as folder:
+            paths = {path.stem: path for path in self.write(folder, **picture)}
+            found = [name for name in names if name in paths]
+            if not found:
+                drawn = ", ".join(stem for stem, path in paths.items() if path.suffix == ".png")
+                msg = f"such receivers have no picture '{names[0]}'; they have {drawn}"
+                raise InputError(msg)
+            return DrawnSheet(paths[found[0]].read_bytes())
+
+    def report(self, path: str | Path, **picture: Any) -> Path:
+        """
+        Write the report: all in one page, with a slider through the day.
+
+        Parameters
+        ----------
+        path : path
+            ``report.html``; what is there is replaced.
+        **picture
+            As of `write`, without formats.
+
+        Returns
+        -------
+        path : Path
+        """
+        from umbra.writers.atomic import replace_file  # noqa: PLC0415
+
+        with TemporaryDirectory() as folder, replace_file(Path(path)) as beside:
+            written = self.write(folder, report=True, **picture)
+            page = next(one for one in written if one.name == "report.html")
+            beside.write_bytes(page.read_bytes())
+        return Path(path)
+
+    def write(
+        self,
+        folder: str | Path,
+        *formats: str,
+        report: bool = False,
+        sheet: bool = False,
+        rules: str | Path | None = None,
+        show: Literal["shadow", "sun"] = "shadow",
+        at: Sequence[str] = (),
+        title: str | None = None,
+        subtitle: str | None = None,
+    ) -> list[Path]:
+        """
+        Write ``study.nc``, pictures and further files into a folder, as the command does.
+
+        Parameters
+        ----------
+        folder : path
+            Made if missing; earlier results are replaced when the new ones are complete.
+        *formats : str
+            ``'geotiff'``, ``'geojson'``, ``'gpkg'``, ``'dxf'``, ``'csv'``, ``'glb'``,
+            ``'gif'``, ``'mp4'``, ``'pdf'``, ``'svg'``.
+        report : bool
+            Also ``report.html``.
+        sheet : bool
+            Also ``sheet.png``: plan and four elevations.
+        rules : path, optional
+            Also ``verdicts.csv`` by this rule file.
+        show : {'shadow', 'sun'}
+            Which hours pictures and lines tell.
+        at : sequence of str
+            Clock times of the profile, films and outlines.
+        title, subtitle : str, optional
+
+        Returns
+        -------
+        paths : list of Path
+
+        Raises
+        ------
+        InputError
+            If a format is unknown, is not for such receivers, or needs a package that is
+            not installed.
+        """
+        from umbra.writers.folder.outputs import Outputs  # noqa: PLC0415
+        from umbra.writers.folder.write import write_study  # noqa: PLC0415
+
+        times = (at,) if isinstance(at, str) else tuple(at)
+        outputs = Outputs.of(
+            formats, receivers=self.options.receivers, report=report, sheet=sheet, rules=rules,
+            show=show, at=times,
+        )  # fmt: skip
+        options = {name: getattr(self.options, name) for name, _, _ in list_options(self.options)}
+        options |= {"title": title, "subtitle": subtitle, "show": show, "at": times}
+        options["receivers"] = self._name_receivers()
+        return write_study(self.result, self.scene, folder, outputs, options)
+
+    def _name_receivers(self) -> str:
+        asked = self.options.receivers
+        return self.result.receivers if asked == "auto" else asked
+
+    def judge(self, rules: "str | Path | Rules") -> "list[Verdict]":
+        """
+        Judge the receivers by rules, each on its own dates and hours.
+
+        Parameters
+        ----------
+        rules : path or Rules
+            A rule file.
+
+        Returns
+        -------
+        verdicts : list of Verdict
+            Each with ``check``, ``date``, ``where``, ``wanted``, ``measured``, ``passes`` and
+            ``evidence``.
+
+        Raises
+        ------
+        InputError
+            If the rules are not written as they must be, or are not for such receivers.
+        """
+        from umbra.study.rules import Rules, judge, read_rules  # noqa: PLC0415
+
+        read = rules if isinstance(rules, Rules) else read_rules(Path(rules))
+        return judge(self.result, read)
+
+    def to_pyvista(self) -> Any:
+        """
+        Give the receivers with their hours: a surface of a plan's cells, else points.
+
+        Returns
+        -------
+        mesh : pyvista.StructuredGrid or pyvista.PolyData
+            In the model's own coordinates [m]; one array a variable of the receivers.
+
+        Raises
+        ------
+        InputError
+            If PyVista is not installed.
+        """
+        pyvista = import_package("pyvista", "to_pyvista")
+        data = self.dataset
+        dims = self.result.dims
+        if self.result.is_plan:
+            x, y = np.meshgrid(data.x.values, data.y.values)
+            mesh = pyvista.StructuredGrid(x, y, data.receiver_z.values)
+            arrays = {"order": "F"}
+            is_there = slice(None)
+        else:
+            places = data.position.values.reshape(-1, 3)
+            arrays = {}
+            is_there = np.isfinite(places).all(1)
+            mesh = pyvista.PolyData(places[is_there])
+        for name, array in data.data_vars.items():
+            if array.dims == dims and name != "receiver_z":
+                mesh.point_data[str(name)] = array.values.ravel(**arrays)[is_there]
+        return mesh
+
+
+def _forward(name: str) -> Callable[..., Any]:
+    """Make an operator of a dataset one of a study."""
+    own = getattr(operator, name)
+
+    def apply(self: ShadowStudy, *others: Any) -> Any:
+        return own(self.dataset, *(getattr(other, "dataset", other) for other in others))
+
+    return apply
+
+
+for _name in ("add", "sub", "mul", "truediv", "eq", "ne", "lt", "le", "gt", "ge", "neg"):
+    setattr(ShadowStudy, f"__{_name}__", _forward(f"__{_name}__"))
+ShadowStudy.__hash__ = object.__hash__  # type: ignore[method-assign]

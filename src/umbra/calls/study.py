@@ -1,0 +1,167 @@
+"""``umbra.shadow_study``: hours of shadow on a plan, in a view, on surfaces or at points."""
+
+import datetime as dt
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from umbra.calls.result import ShadowStudy
+from umbra.scene import Scene
+from umbra.study.call import check_names, check_scene
+from umbra.study.options import Date, Refraction, StudyOptions
+from umbra.study.study import run
+from umbra.sun import Site
+
+__all__ = ["shadow_study"]
+
+
+@check_names
+def shadow_study(  # noqa: PLR0913  (each option by its name)
+    scene: Scene,
+    site: Site,
+    *,
+    date: Date | Sequence[Date],
+    start: str | dt.time = "09:00",
+    end: str | dt.time = "17:00",
+    every: str | dt.timedelta = "15min",
+    every_days: int = 1,
+    by_day: bool | None = None,
+    refraction: Refraction = "standard",
+    receivers: str = "auto",
+    spacing: float = 0.5,
+    on: str | Sequence[str] = (),
+    points: ArrayLike | str | Path | None = None,
+    names: Sequence[str] = (),
+    eye: Sequence[float] | None = None,
+    target: Sequence[float] | None = None,
+    fov: float = 50.0,
+    ground: float | None = None,
+    extent: Sequence[float] | None = None,
+    cell: float | None = None,
+    size: Sequence[int] | None = None,
+    cast: str | Sequence[str] = (),
+    no_cast: str | Sequence[str] = (),
+    canopy: str | Sequence[str] = (),
+    transmissivity: str | float | Sequence[float] | None = None,
+    leaf_on: str | None = None,
+    by: Literal["part", "kind", "layer"] | None = None,
+    who: str | Sequence[str] = (),
+    proposed: str | Sequence[str] = (),
+    under: str | float | dt.timedelta | None = None,
+    spells: bool = False,
+    exact: bool | float = False,
+    min_spell: str | dt.timedelta | None = None,
+    masks: bool = False,
+    device: Literal["auto", "cpu", "gl"] = "auto",
+    threads: int | None = None,
+) -> "ShadowStudy":
+    """
+    Find how long every cell of a plan lies in shadow on a day.
+
+    Parameters
+    ----------
+    scene : Scene
+        From ``umbra.read``.
+    site : Site
+        Latitude, longitude, time zone and true north.
+    date : str, date, datetime64, Timestamp, or a sequence of them
+        Local date, ``"2026-09-18"``; or several: joined by commas, a range
+        ``"2026-03-21..2026-09-23"``, a month ``"2026-06"``, a year ``"2026"``, a day of
+        every month ``"2026-*-21"``.
+    every_days : int
+        Of a range, a month or a year take every so many days.
+    by_day : bool, optional
+        Give every result for each date as well, along ``day``; up to 12 dates by default.
+    start, end : str
+        Local clock times, ``"09:00"`` and ``"17:00"`` by default.
+    every : str
+        Step, ``"15min"`` by default.
+    spells : bool
+        Also find first and last sun, the number of spells, the longest unbroken one and
+        the shaded share of the time with the sun up.
+    min_spell : str, optional
+        Also the hours in spells of at least this length, ``"30min"``; implies ``spells``.
+    exact : bool or float
+        Solve when each cell enters and leaves shadow, and when the sun rises and sets, to
+        a second (or so many) instead of adding up steps.
+    who : sequence of str
+        Shell patterns of parts; find the hours that are due to each pattern's parts.
+    by : {'part', 'kind', 'layer'}, optional
+        Find the hours due to each part, kind or layer: of all, or of those in ``who``.
+    proposed : sequence of str
+        Shell patterns of parts that are not there yet: find what they take from the others.
+    under : str or float
+        Where fewer hours of sun are left than this, but were not without ``proposed``.
+    receivers : str
+        ``'auto'`` (default): ``'top'`` where the model brings ground of its own and no
+        ``ground`` is given, else ``'ground'``.
+        ``'ground'``, the plane z = ``ground``; ``'top'``, the topmost surface of the plan;
+        an elevation from ``'north'``, ``'east'``, ``'south'``, ``'west'`` or an azimuth such
+        as ``'217'``; a view from above, ``'215/35'``; ``'camera'``; ``'surfaces'``;
+        ``'points'``.
+    eye, target : (3,) float, optional
+        Of the camera [m]; with ``fov``, its vertical field of view [degrees].
+    spacing : float
+        Between the samples of surfaces, 0.5 by default [m].
+    on : sequence of str
+        Shell patterns of the parts that are sampled, or seen in an elevation or by the
+        camera; all by default.
+    points : (n, 3) or (n, 6) float, or path, optional
+        Receivers 'points', with normals or without [m]; or a table of them.
+    names : sequence of str
+        Of the points.
+    ground : float, optional
+        z of the ground [m]; by default what the file says, else where the middle one of
+        the model's buildings stands, and for ``'top'`` the lowest. What is assumed is told
+        in the attributes ``assumption`` and ``assumed_ground_share``.
+    extent : (4,) float, optional
+        xmin, ymin, xmax, ymax in the model's own coordinates [m]; the model and its
+        shadows by default.
+    cell : float, optional
+        Side of a cell [m]; or ``size``, (columns, rows).
+    cast, no_cast : sequences of str
+        Shell patterns of the names or kinds of parts that cast, or do not.
+    canopy : sequence of str
+        Shell patterns of casters that weaken the light instead of blocking it, such as
+        trees; they receive nothing.
+    transmissivity : float, str or (float, float), optional
+        Share of the light that they let through, 0.03 by default; ``"0.03:0.5"`` with
+        leaves and without.
+    leaf_on : str, optional
+        When leaves are on, both dates included: ``"04-15..10-31"``.
+    masks : bool
+        Keep every instant as ``in_shadow``.
+    refraction : {'standard', 'none'}
+        Whether the sun stands where it is seen (default) or where it is.
+    device : {'auto', 'cpu', 'gl'}
+        Where plans are counted; ``'auto'`` takes a GPU that proves faster on large ones.
+    threads : int, optional
+        All cores by default; results do not depend on it.
+
+    Returns
+    -------
+    study : ShadowStudy
+        ``study.shadow_hours`` and ``study.sun_hours`` [h] and all other variables of
+        ``study.dataset``, which is made when it is asked for; pictures, a report, files
+        and verdicts.
+
+    Raises
+    ------
+    InputError
+        If an option is wrong, a pattern matches no part, or the raster is too large.
+
+    Examples
+    --------
+    >>> scene = umbra.read("quarter.city.json")
+    >>> site = umbra.find_site(scene)
+    >>> study = umbra.shadow_study(scene, site, date="2026-03-21", receivers="top", cell=0.5)
+    >>> study.plot()
+    >>> study.write("out/", "geotiff", report=True)
+    >>> study.sun_hours.sel(x=2705, y=340092, method="nearest")
+    """
+    given = {name: value for name, value in locals().items() if name not in {"scene", "site"}}
+    check_scene(scene, site)
+    options = StudyOptions(**given)
+    return ShadowStudy(run(scene, site, options), scene, options)
