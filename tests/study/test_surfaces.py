@@ -11,10 +11,10 @@ from support.raycaster import RayCaster
 from support.shapes import box, city, merge, moved, rewound, sheet, turned
 
 import umbra
+from umbra.receivers import read_points
 from umbra.receivers import single as points_module
 from umbra.receivers.samples import sample_surfaces
 from umbra.scene import Mesh, Part, make_scene
-from umbra.receivers import read_points
 from umbra.study import run_study
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
