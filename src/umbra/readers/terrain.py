@@ -49,10 +49,7 @@ def find_ground(
     """Return the height (n,) [m] of the terrain's vertex nearest to places, and which lie in it."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - comes with pvlib; 0.2 s
 
-    ground = Scene(tuple(terrain), np.zeros(3)).triangles()
-    is_used = np.zeros(len(ground.vertices), np.bool_)
-    is_used[ground.faces.ravel()] = True
-    used = ground.vertices[is_used]
+    used = Scene(tuple(terrain), np.zeros(3)).triangles().find_corners()
     _, nearest = cKDTree(used[:, :2]).query(plan)
     inside = ((plan >= used[:, :2].min(0)) & (plan <= used[:, :2].max(0))).all(1)
     return used[nearest, 2], inside

@@ -202,17 +202,24 @@ class Part:
         Relative to ``Scene.origin``; ``scene[name].bounds()`` is in the model's own
         coordinates.
         """
-        vertices, corners = self.mesh.vertices, self.mesh.faces.ravel()
-        if len(corners) > len(vertices):
-            is_used = np.zeros(len(vertices), np.bool_)
-            is_used[corners] = True
-            used = vertices[is_used]
-        else:  # a part of many that share their vertices
-            used = vertices[corners]
+        vertices, faces = self.mesh.vertices, self.mesh.faces
+        # Of many parts that share their vertices each uses few.
+        used = vertices[find_used(vertices, faces) if faces.size > len(vertices) else faces.ravel()]
         if self.transform is not None:
             used = transform_points(self.transform, used)
-        # By columns: numpy folds rows of three slowly.
-        return np.array([[axis.min() for axis in used.T], [axis.max() for axis in used.T]])
+        return find_box(used)
+
+
+def find_used(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Find which vertices a face uses, (n_vertices,)."""
+    is_used = np.zeros(len(vertices), np.bool_)
+    is_used[faces.ravel()] = True
+    return is_used
+
+
+def find_box(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Find the lowest and highest corner, (2, 3); by columns: numpy folds rows of three slowly."""
+    return np.array([[axis.min() for axis in points.T], [axis.max() for axis in points.T]])
 
 
 def transform_points(transform: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from umbra.errors import InputError
 from umbra.printable import fit_names, make_printable
 from umbra.scene.exchange import Exchange
 from umbra.scene.lights import Light
-from umbra.scene.mesh import Part, transform_points
+from umbra.scene.mesh import Part, find_box, find_used, transform_points
 from umbra.scene.rig import Animation
 
 __all__ = ["Scene", "Source", "Triangles"]
@@ -57,8 +57,7 @@ class Triangles:
 
     def find_corners(self) -> NDArray[np.float64]:
         """Return the vertices that a face uses, each once, (n, 3): what a pose bends has more."""
-        is_used = np.zeros(len(self.vertices), np.bool_)
-        is_used[self.faces.ravel()] = True
+        is_used = find_used(self.vertices, self.faces)
         return self.vertices if is_used.all() else self.vertices[is_used]
 
 
@@ -219,9 +218,7 @@ class Scene(Exchange):
 
     @cached_property
     def _bounds(self) -> NDArray[np.float64]:
-        # Column by column: numpy folds rows of three ten times slower.
-        axes = self.triangles().find_corners().T
-        bounds = np.array([[a.min() for a in axes], [a.max() for a in axes]]) + self.origin
+        bounds = find_box(self.triangles().find_corners()) + self.origin
         bounds.setflags(write=False)
         return bounds
 
