@@ -17,10 +17,7 @@ from umbra.cache import Beside, keep_scene, load_scene
 from umbra.readers.model import ReadChoices
 from umbra.scene import Scene
 
-__all__ = [
-    "LEAST",
-    "read_kept",
-]
+__all__ = ["LEAST", "read_kept"]
 
 Files = list[tuple[str, Path, bytes]]
 

@@ -105,10 +105,7 @@ def _fill(cells, corners, low, high, is_left, corner, z):
                 if j < 0 or not high[j] > low[j]:
                     spans = ((low[i], high[i]), (0.0, 0.0))
                 else:
-                    spans = (
-                        (low[i], min(high[i], low[j])),
-                        (max(low[i], high[j]), high[i]),
-                    )
+                    spans = ((low[i], min(high[i], low[j])), (max(low[i], high[j]), high[i]))
                 for start, end in spans:
                     if not end > start:
                         continue

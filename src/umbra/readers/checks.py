@@ -10,15 +10,7 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.scene import Part
 
-__all__ = [
-    "Budget",
-    "check_soup",
-    "describe_damage",
-    "errors_of",
-    "list_counts",
-    "need",
-    "require",
-]
+__all__ = ["Budget", "check_soup", "describe_damage", "errors_of", "list_counts", "need", "require"]
 
 
 @contextmanager

@@ -21,13 +21,7 @@ from umbra.machine import find_memory
 from umbra.readers.checks import errors_of
 from umbra.scene import Image
 
-__all__ = [
-    "Companions",
-    "OutsideError",
-    "encoded_image",
-    "image_beside",
-    "read_bounded",
-]
+__all__ = ["Companions", "OutsideError", "encoded_image", "image_beside", "read_bounded"]
 
 ALLOW = "allow_outside=True reads it"
 SHARE = 0.25  # of the memory; a file takes several times its size until it is a scene

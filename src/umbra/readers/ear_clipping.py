@@ -8,9 +8,7 @@ import mapbox_earcut
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "clip_ears",
-]
+__all__ = ["clip_ears"]
 
 # The two axes left when one is dropped, so that they keep the third's sense.
 PLANES = ((1, 2), (2, 0), (0, 1))

@@ -19,10 +19,7 @@ from umbra.readers.model import FileModel, ReadChoices
 from umbra.readers.repair import from_shapes
 from umbra.scene import Source
 
-__all__ = [
-    "read_geojson",
-    "read_vectors",
-]
+__all__ = ["read_geojson", "read_vectors"]
 
 
 def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
@@ -177,12 +174,7 @@ def read_vectors(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         str(field): _plain(values) for field, values in zip(meta["fields"], fields, strict=True)
     }
     table = FootprintTable(
-        form,
-        from_shapes(shapely, polygons, row),
-        [None] * len(shapes),
-        columns,
-        crs,
-        tuple(notes),
+        form, from_shapes(shapely, polygons, row), [None] * len(shapes), columns, crs, tuple(notes)
     )
     model = extrude_table(table, choices)
     return replace(model, companions=_find_companions(path, companions))

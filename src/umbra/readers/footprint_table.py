@@ -164,17 +164,7 @@ def _list(columns: dict[str, list[Any]]) -> str:
 
 NAMES = ("name", "building:name", "building_name", "bldg_name", "bezeichnung", "naam", "nom")
 """Columns of names that people give, without upper case."""
-IDS = (
-    "id",
-    "gml_id",
-    "gmlid",
-    "osm_id",
-    "@id",
-    "fid",
-    "identificatie",
-    "objectid",
-    "building_id",
-)
+IDS = ("id", "gml_id", "gmlid", "osm_id", "@id", "fid", "identificatie", "objectid", "building_id")
 OWN = "id"  # name_column='id' means the features' own, where no column is called so
 
 

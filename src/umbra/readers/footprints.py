@@ -27,10 +27,7 @@ from umbra.readers.repair import repair
 from umbra.readers.triangulate import triangulate
 from umbra.scene import Mesh, Part
 
-__all__ = [
-    "extrude_table",
-    "make_prisms",
-]
+__all__ = ["extrude_table", "make_prisms"]
 
 LABELS = ("name", "addr:street", "street", "use", "building", "type", "function")
 
@@ -184,10 +181,7 @@ def make_prisms(
     vertices = np.concatenate([floor, roof])
 
     cut = triangulate(
-        roof,
-        np.arange(n),
-        rings.lengths,
-        np.bincount(rings.polygon, minlength=len(rings.feature)),
+        roof, np.arange(n), rings.lengths, np.bincount(rings.polygon, minlength=len(rings.feature))
     )
     # A wall for each edge of the plan, from a corner to the next of its ring.
     here, there = np.arange(n), rings.following

@@ -205,12 +205,7 @@ REFUSED = (
         _XML,
         b"<COLLADA",
     ),
-    UnreadFormat(
-        f"KML is not read; {_OGR.format('.kml')}",
-        (".kml", ".kmz"),
-        _XML,
-        b"<kml",
-    ),
+    UnreadFormat(f"KML is not read; {_OGR.format('.kml')}", (".kml", ".kmz"), _XML, b"<kml"),
     _ANY_XML,
     UnreadFormat(
         "Rhino files are not read; export OBJ or glTF from Rhino",

@@ -179,8 +179,5 @@ class _Shapes:
             )
             raise InputError(msg, vertex=int(vertex))
         return replace(
-            shape,
-            skin=skin,
-            joints=np.where(beyond, 0, piece.joints),
-            influences=piece.influences,
+            shape, skin=skin, joints=np.where(beyond, 0, piece.joints), influences=piece.influences
         )

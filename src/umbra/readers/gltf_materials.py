@@ -56,11 +56,7 @@ class Materials:
     """The materials of one file, each read once; what is left out is counted."""
 
     def __init__(
-        self,
-        tree: dict[str, Any],
-        buffers: Buffers,
-        companions: Companions,
-        counts: Counter[str],
+        self, tree: dict[str, Any], buffers: Buffers, companions: Companions, counts: Counter[str]
     ) -> None:
         self._tree = tree
         self._buffers = buffers

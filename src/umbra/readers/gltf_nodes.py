@@ -13,13 +13,7 @@ from umbra.scene import Light
 from umbra.scene.pose import place_light
 from umbra.scene.rig import Animation, Rig, RigBinding, Skin, Track
 
-__all__ = [
-    "list_instances",
-    "read_animations",
-    "read_lights",
-    "read_nodes",
-    "read_skin",
-]
+__all__ = ["list_instances", "read_animations", "read_lights", "read_nodes", "read_skin"]
 
 WAYS = {"STEP": "step", "LINEAR": "linear", "CUBICSPLINE": "cubic"}
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}

@@ -14,13 +14,7 @@ from umbra.readers.georeference import is_known, name_crs
 from umbra.readers.model import FilePlace
 from umbra.readers.placement import APART
 
-__all__ = [
-    "IfcWords",
-    "count_names",
-    "describe",
-    "find_map",
-    "find_place",
-]
+__all__ = ["IfcWords", "count_names", "describe", "find_map", "find_place"]
 
 
 def find_place(file: Any) -> tuple[FilePlace, list[str]]:

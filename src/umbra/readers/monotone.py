@@ -11,10 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "cut_by_sweep",
-    "is_tangled",
-]
+__all__ = ["cut_by_sweep", "is_tangled"]
 
 _LEVELS = 16  # of the skip list
 

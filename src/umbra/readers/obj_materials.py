@@ -14,11 +14,7 @@ from umbra.readers.companions import Companions, OutsideError, image_beside
 from umbra.scene import Material, Mesh
 from umbra.scene.material import GREY, Color
 
-__all__ = [
-    "TextureCorners",
-    "read_materials",
-    "read_texture_corners",
-]
+__all__ = ["TextureCorners", "read_materials", "read_texture_corners"]
 
 OUTSIDE = "textures outside the model's folder left out (allow_outside=True reads them)"
 LARGEST = 1 << 26  # [byte] of a library

@@ -13,12 +13,7 @@ from umbra.readers.model import FilePlace
 from umbra.scene import Part, Scene
 from umbra.scene.making import move_parts
 
-__all__ = [
-    "APART",
-    "settle",
-    "turn_up",
-    "turning",
-]
+__all__ = ["APART", "settle", "turn_up", "turning"]
 
 APART = 0.05
 """Places farther apart than this [degrees] are not one; the sun moves as much."""

@@ -10,13 +10,7 @@ from numpy.typing import NDArray
 from umbra.scene import Part, Scene
 from umbra.scene.mesh import find_standing
 
-__all__ = [
-    "find_far",
-    "find_gaps",
-    "find_ground",
-    "find_overlaps",
-    "stand_on",
-]
+__all__ = ["find_far", "find_gaps", "find_ground", "find_overlaps", "stand_on"]
 
 
 def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part, ...], int]:

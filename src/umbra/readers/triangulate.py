@@ -182,9 +182,7 @@ def _cut_quads(
     points = vertices[rings]
     even = _corner_turns(points).argmin(1) % 2 == 0
     cut = np.where(
-        even[:, None, None],
-        rings[:, [[0, 1, 2], [0, 2, 3]]],
-        rings[:, [[1, 2, 3], [1, 3, 0]]],
+        even[:, None, None], rings[:, [[0, 1, 2], [0, 2, 3]]], rings[:, [[1, 2, 3], [1, 3, 0]]]
     )
     # Opposite corners in one place: the edges cancel and nothing is left.
     folded = (points[:, 0] == points[:, 2]).all(1) | (points[:, 1] == points[:, 3]).all(1)

@@ -9,14 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
 
-__all__ = [
-    "GREY",
-    "Image",
-    "Material",
-    "make_image",
-    "sample",
-    "to_linear",
-]
+__all__ = ["GREY", "Image", "Material", "make_image", "sample", "to_linear"]
 
 GREY = (0.72, 0.70, 0.67)
 ALPHA_MODES = ("opaque", "mask", "blend")

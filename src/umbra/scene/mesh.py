@@ -14,11 +14,7 @@ from umbra.scene.material import Color, Material
 if TYPE_CHECKING:
     from umbra.scene.rig import RigBinding
 
-__all__ = [
-    "Mesh",
-    "Part",
-    "find_standing",
-]
+__all__ = ["Mesh", "Part", "find_standing"]
 
 PLAIN = Material()
 

@@ -7,14 +7,7 @@ import numpy as np
 from umbra.scene.lights import Light
 from umbra.scene.scene import Scene
 
-__all__ = [
-    "AMBIENT",
-    "GROUND_COLOR",
-    "HORIZON",
-    "SKY",
-    "expose_lights",
-    "find_exposure",
-]
+__all__ = ["AMBIENT", "GROUND_COLOR", "HORIZON", "SKY", "expose_lights", "find_exposure"]
 
 GROUND_COLOR = (0.50, 0.50, 0.48)
 SKY, HORIZON = (0.42, 0.60, 0.82), (0.86, 0.91, 0.95)

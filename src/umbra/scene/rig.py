@@ -7,15 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.scene.mesh import Mesh
 
-__all__ = [
-    "Animation",
-    "Rig",
-    "RigBinding",
-    "Shape",
-    "Skin",
-    "Track",
-    "make_matrices",
-]
+__all__ = ["Animation", "Rig", "RigBinding", "Shape", "Skin", "Track", "make_matrices"]
 
 WAYS = ("step", "linear", "cubic")
 

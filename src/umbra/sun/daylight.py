@@ -13,11 +13,7 @@ from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.position import find_sun
 from umbra.sun.site import Site, find_zone
 
-__all__ = [
-    "Daylight",
-    "find_daylight",
-    "sun_light",
-]
+__all__ = ["Daylight", "find_daylight", "sun_light"]
 
 RIM = -0.26667
 """Altitude of the sun's centre when its upper rim is on the horizon [degrees]."""

@@ -16,11 +16,7 @@ import numpy as np
 
 from umbra.errors import InputError
 
-__all__ = [
-    "find_instant",
-    "parse_date",
-    "parse_dates",
-]
+__all__ = ["find_instant", "parse_date", "parse_dates"]
 
 # The calendar is Gregorian since October 1582; pvlib's Delta T ends with the year 3000, which
 # the last evening of 2999 reaches in UTC.
