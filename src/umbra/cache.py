@@ -1,5 +1,5 @@
 """
-What a run made and the next one can use: scenes that take long to read, as a few arrays.
+Cache of scenes that take long to read, stored as a few arrays.
 
 The folder holds arrays by name, bounded, safe to lose: every file is numpy's ``.npz`` without
 pickles, written beside and renamed, so that runs at one time and runs that are killed leave
@@ -42,7 +42,7 @@ Beside = list[list[Any]]
 
 
 def keep_scene(key: str, scene: Scene, beside: Beside | None = None) -> None:
-    """Keep a scene of a kind that is kept, with what it depends on ``beside`` the named files."""
+    """Store a scene, and the files ``beside`` the named ones that it depends on."""
     if scene.lights or any(part.binding or part.material.image for part in scene.parts):
         return
     if not all(np.isfinite(getattr(scene, name) or 0.0) for name in _PLACE):
@@ -55,7 +55,7 @@ def keep_scene(key: str, scene: Scene, beside: Beside | None = None) -> None:
 
 
 def load_scene(key: str, is_current: Callable[[Beside], bool] = lambda _: True) -> Scene | None:
-    """Return the scene kept by a key, or None; ``is_current`` judges what it depends on besides."""
+    """Return the scene of a key, or None; ``is_current`` checks the files beside."""
     arrays = load(key)
     if arrays is None:
         return None
@@ -214,7 +214,7 @@ def find_folder() -> Path:
 
 
 def load(name: str) -> dict[str, NDArray] | None:
-    """Return the arrays that were kept by a name; None if there are none, or not whole (CRC-32)."""
+    """Return the arrays stored under a name; None if missing or damaged (CRC-32)."""
     try:
         with _find_path(name).open("rb") as file, np.load(file, allow_pickle=False) as found:
             arrays = {key: found[key] for key in found.files}
@@ -229,7 +229,7 @@ def load(name: str) -> dict[str, NDArray] | None:
 
 
 def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
-    """Keep arrays by a name, if there is room; then let the oldest go."""
+    """Store arrays under a name, if there is room; then remove the oldest."""
     size = sum(array.nbytes for array in arrays.values())
     if size > LIMIT // 4:
         return
@@ -255,7 +255,7 @@ def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
 
 
 def drop(name: str) -> None:
-    """Remove what was kept by a name."""
+    """Remove the file of a name."""
     with suppress(OSError):
         _find_path(name).unlink()
 

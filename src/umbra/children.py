@@ -1,5 +1,5 @@
 """
-Processes of this same umbra, which run nothing that lies in the current folder.
+Child processes of umbra, which import nothing from the current folder.
 
 Python looks for modules in the current folder when it is given ``-c`` or ``-m``, and
 numba and matplotlib look there for settings. The folder may be a stranger's, unpacked to

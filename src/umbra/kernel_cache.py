@@ -1,5 +1,5 @@
 """
-Where compiled kernels are kept, if numba finds no place for them.
+A place for compiled kernels, if numba finds none.
 
 numba keeps them beside the source, else in the user's cache folder, and refuses to compile
 where it can write to neither: in a container that is read-only, of a user without a home.
@@ -20,7 +20,7 @@ __all__ = ["find_kernel_cache"]
 
 @cache
 def find_kernel_cache() -> str | None:
-    """Have kernels compile wherever umbra runs; note what it costs if they cannot be kept."""
+    """Make kernels compile wherever umbra runs; return a note if they cannot be stored."""
     if os.environ.get("NUMBA_CACHE_DIR") or _is_writable(HOME / "cpu") or _has_user_folder():
         return None
     try:

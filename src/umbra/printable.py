@@ -1,4 +1,4 @@
-"""Text that a terminal shows as it stands: names in files may hold its commands."""
+"""Text that is safe to print: names in files may contain terminal commands."""
 
 import json
 import re

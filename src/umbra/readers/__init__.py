@@ -152,7 +152,7 @@ def _find_crowns(
 
 @contextmanager
 def _pause_collection() -> Iterator[None]:
-    """Stop looking for cycles: parsers make millions of lists and no cycle."""
+    """Pause garbage collection: parsers make millions of lists and no cycle."""
     was_on = gc.isenabled()
     gc.disable()
     try:
@@ -192,7 +192,7 @@ def _check_triangles(model: FileModel) -> None:
 
 
 def _check_there(path: Path) -> None:
-    """Look without opening: a pipe can be opened but once."""
+    """Check that a file can be read, without opening it: a pipe can be opened only once."""
     try:
         if path.is_dir():
             raise IsADirectoryError

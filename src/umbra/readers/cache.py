@@ -1,5 +1,5 @@
 """
-Which scenes are kept from run to run, and by which key.
+Reading through the cache: which scenes are stored, and under which key.
 
 The key sums up what a scene depends on: the files' bytes and names, the choices, and the
 versions of umbra and of the packages that read. The files that models name, such as buffers
@@ -31,7 +31,7 @@ _PACKAGES = ("ifcopenshell", "mapbox-earcut", "pyproj", "shapely")
 def read_kept(
     files: Files, choices: ReadChoices, read: Callable[[Files, ReadChoices], Scene]
 ) -> Scene:
-    """Take the scene of files (layer, path, content) from the cache, or read and keep it."""
+    """Take the scene of files (layer, path, content) from the cache, or read and store it."""
     key = _find_key(files, choices)
     if key is None:
         return read(files, choices)
@@ -44,7 +44,7 @@ def read_kept(
 
 
 def _find_key(files: Files, choices: ReadChoices) -> str | None:
-    """Return the key of the scene that files make; None if it is not to be kept."""
+    """Return the key of the scene that files make; None if it is not stored."""
     if any(path.suffix.lower() not in _ENDINGS for _, path, _ in files):
         return None
     if sum(len(data) for *_, data in files) < LEAST:

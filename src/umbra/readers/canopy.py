@@ -15,9 +15,7 @@ from umbra.errors import InputError
 from umbra.readers.model import CrownRaster
 from umbra.scene import Mesh, Part
 
-__all__ = ["make_body", "stand_crowns"]
-
-_TALLEST = 130.0  # [m]; no tree is as tall
+__all__ = ["stand_crowns"]
 
 
 def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -> tuple[Part, int]:

@@ -1,4 +1,4 @@
-"""What readers check alike: packages that are missing, damage, and the memory a file may take."""
+"""Checks that readers share: missing packages, damage, and the memory a file may take."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ __all__ = ["Budget", "check_soup", "describe_damage", "errors_of", "list_counts"
 
 @contextmanager
 def errors_of(what: str, **data: object) -> Iterator[None]:
-    """Begin the message of an `InputError` with what it is about, and add facts."""
+    """Prefix the message of an `InputError` with its subject, and add facts."""
     try:
         yield
     except InputError as error:
@@ -55,7 +55,7 @@ def list_counts(counts: Mapping[str, int]) -> tuple[str, ...]:
 
 
 def describe_damage(error: BaseException) -> str:
-    """Say in a line what an error in walking a file's values means for the file."""
+    """Describe the damage of a file in a line, from the error that its values raised."""
     if isinstance(error, KeyError):
         return f"{str(error.args[0] if error.args else '')[:60]!r} is missing or unknown"
     if isinstance(error, IndexError):
@@ -98,7 +98,7 @@ class Budget:
 
 
 def check_soup(parts: Sequence[Part]) -> None:
-    """Refuse parts whose instances multiply to more than memory holds."""
+    """Refuse parts whose instances need more than the memory."""
     shared: set[int] = set()
     vertices = triangles = instances = 0
     for part in parts:

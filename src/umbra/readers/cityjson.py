@@ -30,7 +30,7 @@ from umbra.readers.triangulate import triangulate
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.material import GREY
 
-__all__ = ["SurfaceList", "Templates", "find_material", "read_cityjson"]
+__all__ = ["read_cityjson"]
 
 
 def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:

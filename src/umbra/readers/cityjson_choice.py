@@ -1,4 +1,4 @@
-"""Which geometry of each CityJSON object to take: the best, once."""
+"""Choice of the geometry of each CityJSON object: the best, once."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -34,7 +34,7 @@ class Choice:
 
 
 def damaged(name: str, error: Exception, where: str = "") -> InputError:
-    """Make the error for an object whose lists are not as CityJSON nests them."""
+    """Make the error for an object whose lists are not nested as in CityJSON."""
     reason = describe_damage(error)
     msg = f"{where}object '{name}' is damaged ({reason}); repair it or export the file again"
     return InputError(msg, object=name)
@@ -154,12 +154,12 @@ def _walk_values(values: Any, boundaries: list[Any], depth: int) -> Iterator[int
 
 
 def _key(surface: list[list[int]], vertices: Sequence[Any]) -> frozenset[tuple[float, ...]]:
-    """Name a surface by the places of its outer ring, whatever their order."""
+    """Identify a surface by the vertices of its outer ring, in any order."""
     return frozenset(tuple(vertices[i]) for i in surface[0])
 
 
 class _Places:
-    """The surfaces of shapes by the places of their outer rings, each shape's found once."""
+    """Cache of the surfaces of shapes, identified by the vertices of their outer rings."""
 
     def __init__(self, vertices: Sequence[Any]) -> None:
         self._vertices = vertices

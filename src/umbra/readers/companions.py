@@ -98,7 +98,7 @@ class Companions:
 
     def look(self, name: str, *, is_read: bool) -> str:
         """
-        Sum up a file as it is now: the same word, the same scene.
+        Return a fingerprint of a file as it is now.
 
         ``is_read``: whether the scene depends on its content, or only on whether it could be read.
         """

@@ -1,4 +1,4 @@
-"""Files of footprints: GeoJSON, and GeoPackage and Shapefile through pyogrio."""
+"""Footprint files: GeoJSON, and GeoPackage and Shapefile through pyogrio."""
 
 import math
 from collections import Counter
@@ -69,7 +69,7 @@ def _list_features(document: Any) -> list[Any]:
 
 
 def _list_polygons(geometry: Any, left: Counter[str]) -> list[Any]:
-    """Return the polygons of a geometry; count what is none."""
+    """Return the polygons of a geometry; count other shapes."""
     if geometry is None:
         left["features without a geometry left out"] += 1
         return []
@@ -86,7 +86,7 @@ def _list_polygons(geometry: Any, left: Counter[str]) -> list[Any]:
 
 
 def _touch_corners(polygons: list[Any]) -> None:
-    """Raise where a ring is no list of lists of two numbers, as far as its first corner tells."""
+    """Raise if the first corner of a ring is not a list of two numbers."""
     for ring in chain.from_iterable(polygons):
         _ = ring[0][1]
 
@@ -113,7 +113,7 @@ def _flatten(polygons: list[Any], owner: list[int]) -> Rings:
 
 
 def _find_crs(head: dict[str, Any], rings: Rings) -> tuple[str | None, tuple[str, ...]]:
-    """Return the CRS: as named, else degrees as the standard has it, if they can be."""
+    """Return the named CRS, else degrees, GeoJSON's default, if the numbers allow."""
     named = head.get("crs")
     if isinstance(named, dict):
         properties = named.get("properties")
@@ -213,7 +213,7 @@ def _may_hold_polygons(kind: str | None) -> bool:
 
 
 def _find_polygons(shapely: Any, shapes: Any, there: Any, notes: list[str]) -> tuple[Any, Any]:
-    """Return all polygons, flat, and the row of each; count what is none."""
+    """Return all polygons, flat, and the row of each; count other shapes."""
     rows = np.flatnonzero(there)
     parts, index = shapely.get_parts(shapes[rows], return_index=True)
     while (shapely.get_type_id(parts) > 3).any():  # collections in collections

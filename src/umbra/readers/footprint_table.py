@@ -1,4 +1,4 @@
-"""Polygons with their columns, as any file of footprints holds them: heights, bases, names."""
+"""Tables of footprints: polygons, and columns of heights, bases and names."""
 
 import difflib
 import math
@@ -95,7 +95,7 @@ NUMBER = re.compile(r"\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?:m|metres?|
 
 @dataclass(frozen=True, eq=False)
 class ColumnNumbers:
-    """A column, read."""
+    """The numbers of a column."""
 
     values: NDArray[np.float64]  # (n,): naN where there is none
     from_text: int  # how many were text that reads as a number
@@ -198,7 +198,7 @@ def name_features(table: FootprintTable, chosen: str | None = None) -> tuple[lis
 def _choose(
     table: FootprintTable, rows: Sequence[int], chosen: str | None
 ) -> tuple[str | None, list[str]]:
-    """Return what the names are of, None for nothing, and the words of all rows."""
+    """Return the source of the names, None without one, and the name of every row."""
     own = [name or "" for name in table.names]
     if chosen is not None:
         try:

@@ -27,7 +27,7 @@ from umbra.readers.repair import repair
 from umbra.readers.triangulate import triangulate
 from umbra.scene import Mesh, Part
 
-__all__ = ["extrude_table", "make_prisms"]
+__all__ = ["extrude_table"]
 
 LABELS = ("name", "addr:street", "street", "use", "building", "type", "function")
 

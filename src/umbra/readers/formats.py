@@ -64,7 +64,7 @@ BY_CONTENT = {
 
 
 def find_reader(data: bytes, path: Path) -> Reader:
-    """Find the function that reads a file that is not empty: (data, path, choices) -> FileModel."""
+    """Find the reader of a file that is not empty: (data, path, choices) -> FileModel."""
     start = data[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
     unread = find_unread(data, path, by_ending=False)
     if unread is not None:
@@ -275,7 +275,7 @@ REFUSED = (
 
 
 def find_unread(data: bytes, path: Path, *, by_ending: bool) -> str | None:
-    """Tell what a format that is not read is, and what converts it; None for any other."""
+    """Name a format that is not read, and what converts it; None for any other."""
     head = data[:4000].lstrip(b"\xef\xbb\xbf \t\r\n")
     ending = path.suffix.lower()
     for one in REFUSED:

@@ -19,7 +19,6 @@ __all__ = [
     "assumes_height_unit",
     "bring_to",
     "find_plan_unit",
-    "is_degrees",
     "is_known",
     "is_same_plan",
     "locate",
@@ -41,7 +40,7 @@ MARGIN = 1.0
 
 def name_crs(text: object) -> str | None:
     """
-    Return a CRS a short name.
+    Shorten the name of a CRS.
 
     Parameters
     ----------
@@ -67,21 +66,15 @@ def name_crs(text: object) -> str | None:
 
 
 def show_crs(crs: str) -> str:
-    """Return a CRS's name for people: of one in well-known text its title alone."""
+    """Return a CRS's name for people: of well-known text the title alone."""
     title = TITLE.match(crs)
     return title[1] if title else crs
 
 
 def is_known(crs: str) -> bool:
-    """Return whether PROJ knows a CRS by this name, and it is one of places on earth."""
+    """Return whether PROJ knows this CRS, and it is projected or geographic."""
     found = _find_crs(crs)
     return found is not None and (found.is_projected or found.is_geographic)
-
-
-def is_degrees(crs: str) -> bool:
-    """Return whether a CRS is of degrees, which become metres of a UTM zone."""
-    found = _find_crs(crs)
-    return found is not None and found.is_geographic
 
 
 def is_same_plan(one: str, other: str) -> bool:
@@ -104,7 +97,7 @@ def bring_to(
 
 
 def find_plan_unit(crs: str) -> float:
-    """Return the metres in a unit of a projected CRS's plan; 1 for any other CRS."""
+    """Return the length [m] of a projected CRS's horizontal unit; 1 for any other CRS."""
     found = _find_crs(crs)
     return _metres_per_unit(found)[0] if found is not None and found.is_projected else 1.0
 
@@ -194,7 +187,7 @@ def _find_crs(crs: str | None) -> "CRS | None":
 
 
 def assumes_height_unit(crs: str) -> bool:
-    """Return whether a CRS in feet does not say in what heights are; then they are in feet, too."""
+    """Return whether a CRS in feet does not state the unit of heights; then feet are assumed."""
     found = _find_crs(crs)
     if found is None or not found.is_projected:
         return False

@@ -137,7 +137,7 @@ def read_gltf_tree(
 
 
 class _Shapes:
-    """What bends, shared by the nodes that show it alike."""
+    """Bending shapes, shared by the nodes that show the same one."""
 
     def __init__(self, tree: dict[str, Any], slots: dict[int, int], buffers: Buffers) -> None:
         self._tree = tree

@@ -58,7 +58,7 @@ def split_glb(data: bytes) -> tuple[bytes, bytes]:
 
 
 def find_item(tree: dict[str, Any], key: str, index: Any, where: str = "") -> Any:
-    """Return ``tree[key][index]``; an `InputError` says what is named in vain, and ``where``."""
+    """Return ``tree[key][index]``; an `InputError` names a missing one, and ``where``."""
     items = tree.get(key, [])
     if type(index) is not int or not 0 <= index < len(items):
         msg = f"{where} names {key}[{index}], but there are {len(items)}; export it again"
@@ -107,17 +107,17 @@ class Buffers:
         return self._scale(accessor, values)
 
     def hold(self, index: int, values: NDArray[Any]) -> None:
-        """Return an accessor values that its bytes do not have, until it is given others."""
+        """Set an accessor's values from outside its bytes, until they are set again."""
         self._held[index] = values
 
     def _scale(self, accessor: dict[str, Any], values: NDArray[Any]) -> NDArray[Any]:
-        """Return whole numbers as numbers from -1 to 1 if the accessor says that they are such."""
+        """Scale normalized whole numbers to -1 to 1."""
         if accessor.get("normalized") and values.dtype.kind != "f":
             return np.maximum(values / np.iinfo(values.dtype).max, -1.0)
         return values
 
     def has_bytes(self, index: Any) -> bool:
-        """Return whether an accessor has bytes of its own, beside a packed form."""
+        """Return whether an accessor has unpacked bytes, too."""
         return "bufferView" in find_item(self._tree, "accessors", index)
 
     def read_bytes(self, index: int, where: str) -> bytes:
@@ -167,7 +167,7 @@ class Buffers:
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize)).copy()
 
     def _find_bytes(self, index: int, where: str) -> tuple[bytes, int, int]:
-        """Return what holds a view's bytes, where they begin, and where they end."""
+        """Return the data that hold a view's bytes, their start and their end."""
         if index in self._unpacked:
             data = self._unpacked[index]
             return data, 0, len(data)

@@ -23,7 +23,7 @@ SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 
 class GltfSurface:
-    """A material, and what its texture asks of a mesh."""
+    """A material, and how its texture is placed on a mesh."""
 
     def __init__(
         self,

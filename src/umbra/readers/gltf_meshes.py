@@ -22,7 +22,7 @@ ODD = "normals, texture coordinates or colours that do not fit their vertices, l
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A primitive: what one mesh has of one material."""
+    """A primitive: the triangles of one mesh with one material."""
 
     where: str  # for errors
     surface: GltfSurface
@@ -110,7 +110,7 @@ def _read_vectors(buffers: Buffers, index: int, where: str, what: str) -> NDArra
 def _read_shown(
     buffers: Buffers, index: int | None, where: str, count: int, width: int, counts: Counter[str]
 ) -> NDArray[np.floating] | None:
-    """Read what only pictures need: where it is damaged, do without it."""
+    """Read what only pictures need; leave it out if it is damaged."""
     if index is None:
         return None
     try:

@@ -47,7 +47,7 @@ from umbra.scene import Material, Mesh, Part
 from umbra.scene.making import move_parts
 from umbra.scene.mesh import transform_points
 
-__all__ = ["IfcHarvest", "harvest", "read_ifc", "serve"]
+__all__ = ["read_ifc", "serve"]
 
 
 SECONDS = 16.0
@@ -70,7 +70,7 @@ CHILD = "from umbra.readers.ifc import serve; serve({seconds})"
 
 @dataclass(eq=False)
 class IfcHarvest:
-    """What came of a file."""
+    """The results of reading a file."""
 
     facts: IfcFacts | None = None  # none until a child has sent them
     shapes: dict[int, IfcShape] = field(default_factory=dict)  # by place among the facts' elements
@@ -277,7 +277,7 @@ def _start_timer(seconds: float) -> None:
 
 
 def _limit_memory() -> None:
-    """Have the engine fail at what does not fit rather than the machine."""
+    """Limit memory, so that the engine fails and not the machine."""
     with suppress(ImportError, ValueError, OSError):
         import resource  # noqa: PLC0415 - not on Windows
 

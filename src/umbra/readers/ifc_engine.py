@@ -31,9 +31,6 @@ __all__ = [
     "IfcWork",
     "check_whole",
     "find_schema",
-    "is_draft",
-    "list_errors",
-    "one_line",
     "read_pieces",
 ]
 
@@ -76,7 +73,7 @@ class IfcAttempt:
 
 @dataclass(frozen=True)
 class IfcFacts:
-    """What a file says beside its shapes."""
+    """The contents of a file beside its shapes."""
 
     schema: str  # as ``IFC4``
     elements: tuple[IfcWords, ...]  # what each element is called, in the order of the shapes
@@ -152,7 +149,7 @@ def _decode(data: bytes) -> str:
 
 
 def _find_elements(file: Any) -> tuple[list[Any], list[IfcWords], int]:
-    """Return what casts with its words, in the order of their numbers, and how many are broken."""
+    """Return the elements that cast shadows, their names, and the number of broken ones."""
     products = [
         product
         for product in sorted(file.by_type("IfcProduct"), key=lambda product: product.id())
@@ -171,7 +168,7 @@ def _find_elements(file: Any) -> tuple[list[Any], list[IfcWords], int]:
 
 
 def _drop_broken_openings(file: Any) -> int:
-    """Drop openings of what is no element, or by what is no opening: the engine would crash."""
+    """Drop openings of no element, or by no opening, at which the engine would crash."""
     broken = [
         relation
         for relation in file.by_type("IfcRelVoidsElement")
@@ -254,7 +251,7 @@ HEAD = 1 << 16
 
 
 def find_schema(data: bytes) -> tuple[str, str, slice]:
-    """Find a STEP file's schema as it says it, the one that reads it, and where its name stands."""
+    """Find a STEP file's schema as written, the one to read it by, and the position of its name."""
     found = SCHEMA.search(data[:HEAD])
     if found is None:
         check_whole(data)  # it may break off before
@@ -309,5 +306,5 @@ def list_errors(log: str) -> list[str]:
 
 
 def one_line(error: BaseException) -> str:
-    """Return an error's kind and words in a line."""
+    """Return an error's type and message in a line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:200]

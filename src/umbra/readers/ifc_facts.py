@@ -1,4 +1,4 @@
-"""What an IFC file says: where it stands on earth, and what its elements are called."""
+"""Site, map conversion and names of elements in an IFC file."""
 
 import math
 from collections import Counter
@@ -165,7 +165,7 @@ LEAST, MOST = 0.9, 1.1  # scales of a map projection
 
 @dataclass(frozen=True)
 class IfcWords:
-    """What an element is called: the whole's name and kind, its own tags, name and kind."""
+    """Name and class of the whole that an element belongs to; its own tags, name and class."""
 
     name: str
     kind: str
@@ -182,7 +182,7 @@ def count_names(products: Iterable[Any]) -> Counter[str]:
 
 def describe(product: Any, uses: Counter[str]) -> IfcWords:
     """
-    Say what an element is called.
+    Collect the name, class and tags of an element.
 
     Parameters
     ----------

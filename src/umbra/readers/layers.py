@@ -1,5 +1,5 @@
 """
-Several files, each a layer, made one: their names, their coordinates, their heights.
+Several files, each a layer, in one scene: names, coordinates, heights.
 
 The first file that names a CRS decides it; the others are brought to it. Files
 without one are taken to be in its coordinates.
@@ -44,7 +44,7 @@ class FileLayer:
 
 def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path]]:
     """
-    Tell layers from files in what a caller gave.
+    Split names of layers from files.
 
     ``existing=a.city.json`` names a layer, unless there is a file of that whole name. Of several
     files without one, each is named after its file; the name of a single one is empty.
@@ -65,7 +65,7 @@ def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path
 
 
 def show_name(path: Path) -> str:
-    """Return a file's name for people and files; one that is no Unicode with � for what is not."""
+    """Return a file's name as Unicode, with � for bytes that are not."""
     return os.fsencode(path.name).decode("utf-8", "replace")
 
 

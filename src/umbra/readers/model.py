@@ -62,7 +62,7 @@ class CrownRaster:
 
 @dataclass(frozen=True)
 class ReadChoices:
-    """What a caller chooses that a file does not say."""
+    """Options of a caller for what a file does not state."""
 
     up: str | None = None  # x, y or z: the axis that points up
     # Columns of footprints: the height above the base, the base's own height, the name
@@ -76,14 +76,14 @@ class ReadChoices:
     opened: list[Companions] = field(default_factory=list, repr=False, compare=False)
 
     def companions_of(self, path: Path) -> Companions:
-        """Return what opens the files that a model names."""
+        """Return the companions of a model, which open the files that it names."""
         self.opened.append(Companions(path, allow_outside=self.allow_outside))
         return self.opened[-1]
 
 
 @dataclass(frozen=True)
 class FilePlace:
-    """Where a file says that it stands, beside or instead of a CRS."""
+    """Position that a file states beside or instead of a CRS."""
 
     latitude: float | None = None  # [degrees]
     longitude: float | None = None  # [degrees]
@@ -98,7 +98,7 @@ NOWHERE = FilePlace()
 
 @dataclass(frozen=True, eq=False)
 class FileModel:
-    """One file, read."""
+    """The contents of one file."""
 
     format: str  # for people: ``CityJSON 2.0``, ``OBJ``
     parts: tuple[Part, ...]  # in the file's own coordinates; z is up
@@ -118,12 +118,12 @@ class FileModel:
 
 class UniqueNames:
     """
-    Names that were given, so that the next one is another: ``Tower``, ``Tower (2)``.
+    Names in use, so that each further one differs: ``Tower``, ``Tower (2)``.
 
     Attributes
     ----------
     numbered : int
-        How many words had been given before.
+        Number of words that were in use before.
     """
 
     def __init__(self) -> None:
@@ -132,7 +132,7 @@ class UniqueNames:
         self.numbered = 0
 
     def add(self, word: str) -> str:
-        """Return the word, numbered if it was given before."""
+        """Return the word, numbered if it is in use."""
         name, count = word, self._counts.get(word, 1)
         while name in self._used:
             count += 1

@@ -1,4 +1,4 @@
-"""What OBJ faces look like: Wavefront material libraries and texture coordinates."""
+"""Materials of OBJ: Wavefront material libraries and texture coordinates."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ from umbra.readers.companions import Companions, OutsideError, image_beside
 from umbra.scene import Material, Mesh
 from umbra.scene.material import GREY, Color
 
-__all__ = ["TextureCorners", "read_materials", "read_texture_corners"]
+__all__ = ["read_materials", "read_texture_corners"]
 
 OUTSIDE = "textures outside the model's folder left out (allow_outside=True reads them)"
 LARGEST = 1 << 26  # [byte] of a library
@@ -28,7 +28,7 @@ OPTIONS = {
 
 @dataclass
 class _Entry:
-    """What a library says of one material."""
+    """One material of a library."""
 
     color: Color | None = None
     opacity: float = 1.0

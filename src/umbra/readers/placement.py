@@ -1,4 +1,4 @@
-"""How a file is placed: which of its axes is up, and the site that files and CRS agree on."""
+"""Placement of a file: its up axis, and the site that files and CRS agree on."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -67,7 +67,7 @@ def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
 
 
 def _find_ground(places: Mapping[str, FilePlace], notes: list[str]) -> float | None:
-    """Take the level ground that a file names, unless another brings none."""
+    """Return the level ground that the files state; None unless every file states it."""
     levels = {name: place.ground for name, place in places.items() if place.ground is not None}
     if not levels or len(places) > len(levels):
         return None

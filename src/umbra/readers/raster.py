@@ -23,7 +23,7 @@ from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
 from umbra.readers.model import RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
 from umbra.scene import Mesh, Part
 
-__all__ = ["HeightRaster", "make_surface", "open_raster", "read_raster"]
+__all__ = ["read_raster"]
 
 TALLEST = 130.0  # [m]; no tree is as tall
 LOWEST = -500.0  # [m]; no land lies lower, so many cells there are a nodata value undeclared
@@ -131,7 +131,7 @@ def make_surface(
 
 @contextmanager
 def _quietly() -> Iterator[None]:
-    """Keep rasterio's warnings off the error stream: notes say the same."""
+    """Suppress rasterio's warnings: notes say the same."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield

@@ -1,4 +1,4 @@
-"""Where layers stand: on a terrain, in the air, far apart, in each other's place."""
+"""Checks of layers against the terrain and each other: floating, sunk, far apart, overlapping."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -103,7 +103,7 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
 
 
 def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
-    """Find things of one layer that stand in the place of another's."""
+    """Find objects of one layer that occupy the place of another's."""
     boxes = {name: _boxes(parts) for name, parts in layers.items()}
     notes = []
     for one, other in combinations(boxes, 2):
@@ -120,7 +120,7 @@ def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
 
 
 def _boxes(parts: Sequence[Part]) -> tuple[list[str], NDArray[np.float64]]:
-    """Return the names of things and their boxes (n, 2, 3)."""
+    """Return the names of objects and their bounding boxes (n, 2, 3)."""
     found: dict[str, NDArray[np.float64]] = {}
     for part in parts:
         if part.triangles:
@@ -171,7 +171,7 @@ def _find_cells(boxes: NDArray[np.float64], kind: NDArray[np.int64]) -> NDArray[
 
 
 def _hash(kind: NDArray[np.int64], cells: NDArray[np.int64]) -> NDArray[np.uint64]:
-    """Return a number to each class and cell; two may have the same, for boxes are compared."""
+    """Hash each class and cell; a collision does no harm, because the boxes are compared."""
     mixed = np.zeros(len(kind), np.uint64)
     for column in (*kind.T, *cells.T):
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -180,7 +180,7 @@ def _hash(kind: NDArray[np.int64], cells: NDArray[np.int64]) -> NDArray[np.uint6
 
 
 def _share_most(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which pairs of boxes share more than half of what they fill together."""
+    """Return which pairs of boxes share more than half of their union."""
     common = np.minimum(a[:, 1], b[:, 1]) - np.maximum(a[:, 0], b[:, 0])
     shared = np.maximum(common, 0).prod(1)
     union = (a[:, 1] - a[:, 0]).prod(1) + (b[:, 1] - b[:, 0]).prod(1) - shared

@@ -27,7 +27,7 @@ class Triangulation:
 
     @property
     def losses(self) -> dict[str, int]:
-        """How many polygons did not come out right, by what is wrong."""
+        """Numbers of degenerate and crossed polygons, by their note."""
         return {
             "polygons with fewer than three distinct corners left out": self.degenerate,
             "polygons whose rings cross themselves, so that triangles overlap": self.crossed,
@@ -192,7 +192,7 @@ def _cut_quads(
 def _cut_fans(
     vertices: NDArray[np.float64], rings: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Cut polygons into fans; say of which the first corner sees all, so that it is right."""
+    """Cut polygons into fans; also return which are right: the first corner sees all others."""
     points = vertices[rings]
     spokes = points[:, 1:] - points[:, :1]
     blades = np.cross(spokes[:, :-1], spokes[:, 1:])

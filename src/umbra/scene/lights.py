@@ -150,7 +150,7 @@ class Light:
 
     def is_within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """
-        Return which places are in the light's range and cone.
+        Return which points are in the light's range and cone.
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class Light:
 
     def find_intensity(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """
-        Find what reaches places if nothing is in the way.
+        Find the light that reaches points if nothing is in the way.
 
         The light's colour, times the projected picture, divided by the attenuation,
         faded toward the range and, in the cone, from the inner angle i to the half

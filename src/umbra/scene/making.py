@@ -1,4 +1,4 @@
-"""Scenes made of parts: without what is not drawn, about a local origin."""
+"""Scenes from parts: unused vertices dropped, a local origin subtracted."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -71,7 +71,7 @@ def make_image(
     pixels: ArrayLike, name: str = "image", wrap: tuple[str, str] = ("repeat", "repeat")
 ) -> Image:
     """
-    Make an image of pixels that are there.
+    Make an image from pixels.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class Material:
 
     @property
     def is_transparent(self) -> bool:
-        """Whether what lies behind may shine through."""
+        """Whether light passes through."""
         return self.opacity < 1 or self.alpha_mode == "blend"
 
 

@@ -93,7 +93,7 @@ class Mesh:
         self, vertices: NDArray[np.float64], normals: NDArray[np.floating] | None = None
     ) -> "Mesh":
         """
-        Return the same faces on other places.
+        Return the same faces with other vertices.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class Mesh:
 
     @property
     def _rows(self) -> tuple[NDArray[np.float32] | None, ...]:
-        """What there is one row of for each vertex, beside its position."""
+        """Attributes with one row for each vertex."""
         return self.normals, self.uv, self.colors
 
 
@@ -240,7 +240,7 @@ _MOST = 1024  # cells along a side
 
 
 def find_standing(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Find the things (n,) that have no other below them, by their boxes (n, 2, 3) [m]."""
+    """Find the objects (n,) with no other below them, from their bounding boxes (n, 2, 3) [m]."""
     if not len(boxes):
         return np.zeros(0, np.bool_)
     low, high = boxes[:, 0], boxes[:, 1]

@@ -1,4 +1,4 @@
-"""How pictures look on every device: ground and sky, and how bright lights are taken."""
+"""Colours of ground and sky, and exposure of lights, on every device."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ AMBIENT = 0.20
 
 
 def find_exposure(n_lights: int) -> float:
-    """Return what one of so many lights of intensity 1 adds to a white surface that faces it."""
+    """Return the radiance that one of n lights of intensity 1 adds to a white surface facing it."""
     return 0.8 / max(n_lights, 1) ** 0.5
 
 

@@ -177,7 +177,7 @@ class Rig:
 
 @dataclass(frozen=True, eq=False)
 class RigBinding:
-    """How a part or a light hangs on a rig."""
+    """Attachment of a part or a light to a node of a rig."""
 
     rig: Rig
     node: int
@@ -237,7 +237,7 @@ def _apply(matrices: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArr
 
 
 def _find_cofactors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what turns normals, (n, 3, 3): the inverse transposed, but for its size."""
+    """Return the matrices of normals, (n, 3, 3): the inverse transposed, up to scale."""
     cofactors = np.zeros((len(matrices), 3, 3))
     for i in range(3):
         one, other = matrices[:, i - 2, :3], matrices[:, i - 1, :3]  # the next two, in a ring

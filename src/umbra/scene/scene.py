@@ -56,7 +56,7 @@ class Triangles:
     part: NDArray[np.int32]
 
     def find_corners(self) -> NDArray[np.float64]:
-        """Return the vertices that a face uses, each once, (n, 3): what a pose bends has more."""
+        """Return the vertices that a face uses, each once, (n, 3)."""
         is_used = find_used(self.vertices, self.faces)
         return self.vertices if is_used.all() else self.vertices[is_used]
 
@@ -64,7 +64,7 @@ class Triangles:
 @dataclass(frozen=True, eq=False)
 class Scene(Exchange):
     """
-    What a file holds.
+    The contents of a model file.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ class Scene(Exchange):
 
     def labels(self) -> list[str]:
         """
-        Tell what thing each part is of: its name, behind its layer where another has it too.
+        Name the object of each part, with its layer where another layer has the name, too.
 
         Two buildings called ``1`` are ``existing/1`` and ``proposal/1``.
         """
@@ -270,7 +270,7 @@ class Scene(Exchange):
 
 
 def _find_alike(pattern: str, words: Sequence[str]) -> str | None:
-    """Find the word that somebody most likely meant; case counts in names, not in slips."""
+    """Find the closest word, ignoring case."""
     folded = {word.casefold(): word for word in reversed(words)}
     near = difflib.get_close_matches(pattern.casefold(), folded, n=1)
     return folded[near[0]] if near else None

@@ -1,5 +1,5 @@
 """
-Where the sun stands over a site: the site, its clock, the sun's place in the sky.
+Sites, their clocks, and the position of the sun.
 
 Data flows one way::
 

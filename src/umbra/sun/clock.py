@@ -48,7 +48,7 @@ class Stamps:
 
     def labels(self) -> list[str]:
         """
-        Read the stamps off the local clock.
+        Format the stamps as local clock times.
 
         Returns
         -------
@@ -70,7 +70,7 @@ class Stamps:
 
     def abbreviations(self) -> list[str]:
         """
-        Name the local time of each stamp.
+        Return the abbreviation of the local time at each stamp.
 
         Returns
         -------

@@ -198,7 +198,7 @@ _EVERY_MONTH = re.compile(r"([0-9]{4})-\*-([0-9]{1,2})")
 
 def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.date, ...]:
     """
-    List the dates that some words name, in order and each once.
+    List the dates that an expression names, in order and each once.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.d
 
 
 def _find_days(word: Date, every_days: int) -> list[dt.date]:
-    """Return the dates that one word names."""
+    """Return the dates that one expression names."""
     if not isinstance(word, str):
         return [parse_date(word)]
     text = word.strip()

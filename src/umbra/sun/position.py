@@ -1,5 +1,5 @@
 """
-The sun's place in the sky, by NREL's Solar Position Algorithm.
+Position of the sun, by NREL's Solar Position Algorithm.
 
 pvlib's numpy copy of SPA is used as it stands (0.0003 degrees, years -2000 to
 6000): solposx was the alternative, but its SPA wraps the same pvlib code, no more
@@ -43,7 +43,7 @@ _importing = threading.Lock()
 @dataclass(frozen=True, eq=False)
 class SunPath:
     """
-    Where the sun's centre stands, at n instants.
+    Position of the sun's centre at n instants.
 
     Parameters
     ----------

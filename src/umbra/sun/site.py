@@ -70,7 +70,7 @@ def find_site(
     true_north: float | None = None,
 ) -> Site:
     """
-    Find where a scene stands; what is not given is what its file says.
+    Find the site of a scene; arguments override what its file states.
 
     Parameters
     ----------
