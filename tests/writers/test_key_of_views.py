@@ -9,7 +9,7 @@ from matplotlib.text import Text
 from umbra.writers.color import shade_ramp
 from umbra.writers.hatches import find_swatches
 from umbra.writers.hours import make_hours_sheet
-from umbra.writers.plan import DOTS_PER_INCH, SKY, Look, Plan, find_map_size
+from umbra.writers.plan import DOTS_PER_INCH, SKY, Appearance, Plan, find_map_size
 from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(np.arange(0.25, 40, 0.5), np.arange(0.25, 30, 0.5), None, None, title="house")
@@ -55,7 +55,7 @@ def test_the_sky_is_named_and_no_colour_of_the_scale():
     none = np.zeros(size, np.uint8)
     sky = none.copy()
     sky[size[0] // 2 :] = 255
-    plan = replace(PLAN, look=Look(none + 255, none, none, none, sky))
+    plan = replace(PLAN, appearance=Appearance(none + 255, none, none, none, sky))
     values = np.zeros(PLAN.shape, np.float32)
     values[30:] = np.nan
     sheet = make_hours_sheet(plan, values, 8.0)
@@ -63,4 +63,6 @@ def test_the_sky_is_named_and_no_colour_of_the_scale():
     pixels = read_map(sheet)
     np.testing.assert_allclose(pixels[-30, 50], SKY, atol=0.01)
     assert np.abs(shade_ramp() - SKY).max(1).min() > 0.06
-    assert not find_swatches([replace(plan, look=Look(none + 255, none, none, none, none))])
+    assert not find_swatches(
+        [replace(plan, appearance=Appearance(none + 255, none, none, none, none))]
+    )

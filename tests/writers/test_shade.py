@@ -15,7 +15,7 @@ from umbra.study import run_study
 from umbra.study.timeline import make_timeline
 from umbra.sun import Site
 from umbra.writers.color import paint_shares, shade_ramp
-from umbra.writers.edges import find_breaks, make_look
+from umbra.writers.edges import find_appearance, find_breaks
 from umbra.writers.glb import Glb
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.model_glb import write_model_glb
@@ -82,9 +82,9 @@ def test_steep_faces_of_every_aspect_keep_their_hours(hours):
     study = study_of(pyramid(), receivers="top", extent=(-12, -12, 12, 12), cell=0.05)
     plan = Plan(study.x, study.y, study.heights.astype(np.float32))
     size = find_map_size(plan)
-    look = make_look(study, size)
-    assert look.shade[size[0] // 2 - 60 : size[0] // 2 + 60].min() < 60  # it is shaded
-    plan = Plan(plan.x, plan.y, plan.building_height, look=look)
+    appearance = find_appearance(study, size)
+    assert appearance.shade[size[0] // 2 - 60 : size[0] // 2 + 60].min() < 60  # it is shaded
+    plan = Plan(plan.x, plan.y, plan.building_height, appearance=appearance)
     sheet = make_hours_sheet(plan, np.full(plan.shape, hours), 8.0)
     sheet.figure.canvas.draw()
     pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3] / 255
@@ -101,18 +101,18 @@ def test_contours_end_at_the_creases_of_a_plan():
     x, y = np.meshgrid(study.x, study.y)
     on_roof = (x > 0) & (x < 20) & (y > 0) & (y < 10)
     plan = Plan(study.x, study.y, study.heights.astype(np.float32))
-    look = make_look(study, find_map_size(plan))
+    appearance = find_appearance(study, find_map_size(plan))
     hours = np.where(on_roof & (y > 5), 4.0, 0.0).astype(np.float32)
 
-    def count(look):
-        own = Plan(plan.x, plan.y, plan.building_height, look=look, roofs_cover=False)
+    def count(appearance):
+        own = Plan(plan.x, plan.y, plan.building_height, appearance=appearance, roofs_cover=False)
         sheet = make_hours_sheet(own, hours, 8.0)
         return sum(text.get_text() == "4 h" and bool(text.get_path_effects())
                    for text in sheet.figure.texts + sheet.figure.artists
                    if hasattr(text, "get_text"))  # fmt: skip
 
     assert count(None) > 0  # along the ridge and the eaves
-    assert count(look) == 0
+    assert count(appearance) == 0
     row, col = (np.abs(axis - at).argmin() for axis, at in ((study.y, 5.0), (study.x, 10.0)))
     breaks = find_breaks(study)
     assert breaks[row - 2 : row + 3, col].any()  # the ridge
@@ -139,9 +139,9 @@ def test_a_steep_roof_is_no_wall_and_a_wall_is():
         study = study_of(pyramid(radius=20 * cell, high=60 * cell), receivers="top", cell=cell,
                          extent=(-30 * cell, -30 * cell, 30 * cell, 30 * cell))  # fmt: skip
         plan = Plan(study.x, study.y, study.heights.astype(np.float32))
-        look = make_look(study, find_map_size(plan))
-        rows, cols = look.shade.shape
-        spire = look.lines[rows // 2 : rows // 2 + 9, cols // 3 : cols // 2 - 40]
+        appearance = find_appearance(study, find_map_size(plan))
+        rows, cols = appearance.shade.shape
+        spire = appearance.lines[rows // 2 : rows // 2 + 9, cols // 3 : cols // 2 - 40]
         assert (spire > 128).mean() < 0.2
 
 

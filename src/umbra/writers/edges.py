@@ -1,5 +1,5 @@
 """
-Finding how a view's surfaces look: a soft shade, and their edges.
+Finding the appearance of a view's surfaces: a soft shade, and their edges.
 
 The shade falls on what turns from a lamp at the viewer's upper left; level ground, and in an
 elevation the facade itself, keep the legend's colours. Lines are drawn where one surface ends
@@ -15,10 +15,10 @@ from umbra.rays.depth import NOTHING
 from umbra.receivers.seen import ViewTile
 from umbra.scene.grid import Grid
 from umbra.study import Study
-from umbra.writers.plan import Look
+from umbra.writers.plan import Appearance
 from umbra.writers.raster import resample
 
-__all__ = ["find_breaks", "make_look"]
+__all__ = ["find_appearance", "find_breaks"]
 
 JUMP, CREASE = 0.92, 0.5  # how much of a line's ink there is
 BEND = math.cos(math.radians(20.0))  # normals further apart than this make a crease
@@ -30,9 +30,11 @@ _LEVEL = 1e-9  # of a unit vector that lies level
 RELIEF = 1.0  # least step in a plan's heights that is an edge [m]
 
 
-def make_look(study: Study, size: tuple[int, int], grid: Grid | None = None) -> Look | None:
+def find_appearance(
+    study: Study, size: tuple[int, int], grid: Grid | None = None
+) -> Appearance | None:
     """
-    Look at a study's receivers, or at a part of their grid, at the resolution of a picture.
+    Find the appearance of a study's receivers, or of a part of their grid, in a picture's pixels.
 
     None of a level plane, which has neither shade nor edges.
     """
@@ -43,8 +45,8 @@ def make_look(study: Study, size: tuple[int, int], grid: Grid | None = None) -> 
     fine = grid.coarser(2 * FINER * max(size)).finer(times)
     tile = study.model.make_tile(fine)
     if isinstance(tile, ViewTile):
-        return _look_at(tile, size)
-    return _look_down(tile.relief, min(fine.dx, fine.dy), size)
+        return _find_seen_appearance(tile, size)
+    return _find_plan_appearance(tile.relief, min(fine.dx, fine.dy), size)
 
 
 def find_breaks(study: Study) -> NDArray[np.bool_]:
@@ -57,8 +59,8 @@ def find_breaks(study: Study) -> NDArray[np.bool_]:
     return jumps | creases
 
 
-def _look_at(tile: ViewTile, size: tuple[int, int]) -> Look:
-    """Find the look of what a camera sees."""
+def _find_seen_appearance(tile: ViewTile, size: tuple[int, int]) -> Appearance:
+    """Find the appearance of what a camera sees."""
     camera = tile.camera
     position, normal, part, is_seen, step = _read(tile)
     jumps, creases = _find_edges(position, normal, part, is_seen, step)
@@ -119,8 +121,10 @@ def _find_edges(
     return jumps, creases & ~jumps
 
 
-def _look_down(heights: NDArray[np.float64], cell: float, size: tuple[int, int]) -> Look:
-    """Find the look of a plan's heights above the ground."""
+def _find_plan_appearance(
+    heights: NDArray[np.float64], cell: float, size: tuple[int, int]
+) -> Appearance:
+    """Find the appearance of a plan's heights above the ground."""
     down, across = np.gradient(heights, cell) if min(heights.shape) > 1 else (0 * heights,) * 2
     steep = np.sqrt(1 + down**2 + across**2)
     # Rows ascend northward: what falls toward the upper left (-x, +y) faces the lamp.
@@ -183,7 +187,7 @@ def _compose(
     creases: NDArray[np.bool_],
     size: tuple[int, int],
     sky: NDArray[np.bool_] | None = None,
-) -> Look:
+) -> Appearance:
     """Bring shade and lines to a picture's size."""
     ink, fine = resample(jumps, size), resample(creases, size)
     lines = np.maximum(
@@ -194,7 +198,7 @@ def _compose(
     def pack(values: NDArray) -> NDArray[np.uint8]:
         return (np.clip(values, 0, 1) * 255 + 0.5).astype(np.uint8)
 
-    return Look(
+    return Appearance(
         pack(bright), pack(lines), pack(ink), pack(fine),
         None if sky is None else pack(resample(sky, size)),
     )  # fmt: skip

@@ -84,7 +84,9 @@ def find_swatches(plans: Sequence[Plan]) -> list[Swatch]:
     crowned = next((plan for plan in plans if plan.canopies is not None), None)
     if crowned is not None:
         swatches.append(Swatch(crowned.canopy_name, "white", LEAF, "/////"))
-    looks = [plan.look for plan in plans if plan.look is not None]
-    if any(look.sky is not None and (look.sky > 127).any() for look in looks):
+    appearances = [plan.appearance for plan in plans if plan.appearance is not None]
+    if any(
+        appearance.sky is not None and (appearance.sky > 127).any() for appearance in appearances
+    ):
         swatches.append(Swatch("sky: no hours", SKY))
     return swatches

@@ -17,7 +17,7 @@ from umbra.writers.hatches import (
 )
 from umbra.writers.marks import Swatch, draw_color_bar
 from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap
-from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs, draw_look, name_hours
+from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs, draw_appearance, name_hours
 from umbra.writers.raster import HALF, resample
 from umbra.writers.sheet import KEY_WIDTH, Sheet, make_panels, make_sheet
 
@@ -141,12 +141,12 @@ def fill_hours(
     plan, has_scale = panel.plan, max_hours > 0
     seen = resample(hours, panel.map_size)
     is_missing = np.isnan(seen)
-    shade = None if plan.look is None else plan.look.find_shade(panel.map_size)
+    shade = None if plan.appearance is None else plan.appearance.find_shade(panel.map_size)
     image = paint_shares(np.nan_to_num(seen) / (max_hours if has_scale else 1), shade)
     is_building = plan.is_building
     image[is_missing] = MISSING
-    if plan.look is not None:
-        draw_look(image, plan.look, panel.map_size)
+    if plan.appearance is not None:
+        draw_appearance(image, plan.appearance, panel.map_size)
     elif plan.roofs_cover:
         cover_with_roofs(image, plan, panel.map_size)
     hatch_canopies(image, plan, panel.map_size)
@@ -159,14 +159,14 @@ def fill_hours(
     shares = [level / max_hours for level in levels]
     colors = [_find_line_color(1 - share if show == "sun" else share) for share in shares]
     blocked = np.isnan(hours)
-    if plan.look is not None:
-        blocked |= plan.look.find_breaks(plan.shape)
+    if plan.appearance is not None:
+        blocked |= plan.appearance.find_breaks(plan.shape)
     elif plan.roofs_cover:  # under a roof the ground's hours mean nothing
         blocked |= is_building
     if blocked.shape != traced.shape:
         blocked = (resample(blocked, traced.shape) > HALF) | np.isnan(traced)
     draw_contours(panel, traced, levels, colors, blocked)
-    if plan.look is None:
+    if plan.appearance is None:
         panel.rule_map(trace(panel, is_building), OUTLINE, 0.6 if plan.roofs_cover else 0.7)
     outline_canopies(panel)
     if plan.proposed is not None:

@@ -14,12 +14,12 @@ __all__ = [
     "DOTS_PER_INCH",
     "LUMINANCE",
     "SKY",
+    "Appearance",
     "DayMap",
-    "Look",
     "Plan",
     "Show",
     "cover_with_roofs",
-    "draw_look",
+    "draw_appearance",
     "find_map_size",
     "name_hours",
     "shade_roofs",
@@ -40,7 +40,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class Appearance:
     """
     Shade and lines of a picture's surfaces.
 
@@ -79,11 +79,13 @@ class Look:
         return np.float32(1) - resample(self.shade.astype(np.float32), size) / np.float32(255)
 
 
-def draw_look(image: NDArray[np.float32], look: Look, size: tuple[int, int]) -> None:
+def draw_appearance(
+    image: NDArray[np.float32], appearance: Appearance, size: tuple[int, int]
+) -> None:
     """Put sky and lines on an image (rows, cols, 3), in [0, 1], that is shaded already."""
-    lines = resample(look.lines.astype(np.float32), size)[..., None] / 255
-    if look.sky is not None:
-        image[resample(look.sky.astype(np.float32), size) > 0.5 * 255] = SKY
+    lines = resample(appearance.lines.astype(np.float32), size)[..., None] / 255
+    if appearance.sky is not None:
+        image[resample(appearance.sky.astype(np.float32), size) > 0.5 * 255] = SKY
     ink = np.where((image @ LUMINANCE)[..., None] < DARK, CHALK, INK)
     image += lines * (ink - image)
 
@@ -112,7 +114,7 @@ class Plan:
         Names of the horizontal and the vertical axis, with their unit; none has no ticks.
     has_scale : bool
         Whether lengths are true across the picture, so that there is a scale bar.
-    look : Look, optional
+    appearance : Appearance, optional
         Shade and lines of what is seen: of views, and of the topmost surface.
     proposed : (rows, cols) bool, optional
         What is not there yet, to be outlined.
@@ -142,7 +144,7 @@ class Plan:
     axes: tuple[str, str] = ("x [m]", "y [m]")
     has_scale: bool = True
     upward: float = 1.0
-    look: Look | None = field(default=None, repr=False)
+    appearance: Appearance | None = field(default=None, repr=False)
     proposed: NDArray[np.bool_] | None = field(default=None, repr=False)
     canopies: NDArray[np.bool_] | None = field(default=None, repr=False)
     canopy_name: str = "canopies"
@@ -175,7 +177,7 @@ class Plan:
         return np.nan_to_num(self.building_height) > 0
 
     def crop(self, where: tuple[slice, slice]) -> "Plan":
-        """Give a part of it, by rows and columns; its look stays that of the whole."""
+        """Give a part of it, by rows and columns; its appearance stays that of the whole."""
         rows, cols = where
         kept = {
             name: None if array is None else array[where]

@@ -18,7 +18,7 @@ from umbra.writers.contours import trace
 from umbra.writers.hatches import find_swatches, hatch_canopies, outline_canopies
 from umbra.writers.marks import draw_color_bar, draw_swatches
 from umbra.writers.paper import Panel
-from umbra.writers.plan import Plan, cover_with_roofs, draw_look, shade_roofs
+from umbra.writers.plan import Plan, cover_with_roofs, draw_appearance, shade_roofs
 from umbra.writers.raster import resample
 from umbra.writers.sheet import Sheet, make_panels, make_sheet
 from umbra.writers.tips import Lines, name_tips, rule_shadows
@@ -166,16 +166,16 @@ def _fill_map(
     plan = panel.plan
     # Where a roof lies over shadows, or surfaces meet, an outline is not that of a shadow.
     roofs = hidden = None
-    if plan.look is not None:
-        hidden = plan.look.find_breaks(plan.shape)
+    if plan.appearance is not None:
+        hidden = plan.appearance.find_breaks(plan.shape)
     elif plan.roofs_cover and plan.building_height is not None:
         roofs = hidden = plan.is_building
     outlines: dict[int, Lines] = {}
     passing = _trace_named(panel, shadows, _find_named(labels), hidden, outlines)
     image = compose_profile(passing, len(labels), panel.map_size)
-    if plan.look is not None:
-        image *= 1 - SHADE * plan.look.find_shade(panel.map_size)[..., None]
-        draw_look(image, plan.look, panel.map_size)
+    if plan.appearance is not None:
+        image *= 1 - SHADE * plan.appearance.find_shade(panel.map_size)[..., None]
+        draw_appearance(image, plan.appearance, panel.map_size)
     elif plan.roofs_cover:
         cover_with_roofs(image, plan, panel.map_size)
     else:
@@ -185,7 +185,7 @@ def _fill_map(
     panel.paste(image, *panel.map_box[:2])
     rule_shadows(panel, outlines)
     outline_canopies(panel)
-    if plan.building_height is not None and plan.look is None:
+    if plan.building_height is not None and plan.appearance is None:
         panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
     if away is not None:
         name_tips(panel, outlines, labels, away, roofs)

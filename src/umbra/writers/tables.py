@@ -188,9 +188,7 @@ def find_columns(
     return by_day
 
 
-def _pick(
-    study: Study, dims: tuple[str, ...], first: tuple[str, ...] = ()
-) -> dict[str, NDArray]:
+def _pick(study: Study, dims: tuple[str, ...], first: tuple[str, ...] = ()) -> dict[str, NDArray]:
     arrays = {
         name: np.asarray(array)
         for name, (dimensions, array) in study.variables().items()

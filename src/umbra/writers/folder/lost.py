@@ -53,11 +53,11 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
         newly = _fit_mask(study.more["newly_under"][1], most.shape)
         where = _find_window((most >= min(_MATTERS, most.max() / 4)) | newly | new)
         plan = plan.crop(where)
-        if plan.look is not None:
-            from umbra.writers.edges import make_look  # noqa: PLC0415
+        if plan.appearance is not None:
+            from umbra.writers.edges import find_appearance  # noqa: PLC0415
 
             part = study.grid.coarser(LONGEST).part(*where)
-            plan = replace(plan, look=make_look(study, find_map_size(plan), part))
+            plan = replace(plan, appearance=find_appearance(study, find_map_size(plan), part))
     what = f"hours of sun lost to {list_few(options.proposed)}"
     limit = f"newly under {study.facts['under_hours']:g} h"
     path = job.folder / "hours_lost.png"

@@ -49,9 +49,9 @@ def draw_pictures(job: FolderJob) -> Sheets:
     preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
     plan = describe(job, preview, range(len(study.period.days)))
     if not study.kind.is_level:
-        from umbra.writers.edges import make_look  # noqa: PLC0415
+        from umbra.writers.edges import find_appearance  # noqa: PLC0415
 
-        plan = replace(plan, look=make_look(study, find_map_size(plan)))
+        plan = replace(plan, appearance=find_appearance(study, find_map_size(plan)))
     _draw_dates(job, plan)
     names = ["hours.png", "profile.png"]
     if "hours_lost" in study.more:
@@ -91,7 +91,7 @@ def _draw_days(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     scale = Scale.of(job)
     for k, (day, one) in enumerate(zip(days, dates, strict=True)):
         of_day = preview if k == 0 else make_preview(study, steps=steps[k])
-        own = replace(describe(job, of_day, range(k, k + 1)), look=plan.look)
+        own = replace(describe(job, of_day, range(k, k + 1)), appearance=plan.appearance)
         _draw_profile(job, f"profile_{day}.png", own, of_day, steps[k])
         _draw_date(job, f"hours_{day}.png", own, one, scale)
         names += [f"hours_{day}.png", f"profile_{day}.png"]

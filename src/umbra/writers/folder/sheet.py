@@ -10,7 +10,7 @@ from umbra.receivers.level import has_terrain
 from umbra.receivers.view import COMPASS, Elevation
 from umbra.scene import Scene
 from umbra.study import Study, StudyOptions, run, split_dates, tell_dates
-from umbra.writers.edges import make_look
+from umbra.writers.edges import find_appearance
 from umbra.writers.elevations import arrange, find_pixel
 from umbra.writers.folder.captions import describe_making, place_elevation
 from umbra.writers.folder.dates import Scale, choose_panels, tell_daylight
@@ -61,8 +61,9 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
         crowns = seen.model.make_tile(seen.grid).find_canopies()
         elevation = Plan(
             *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
-            look=make_look(seen, heights.shape), canopies=crowns if crowns.any() else None,
-            canopy_name=plan.canopy_name, roofs_cover=False,
+            appearance=find_appearance(seen, heights.shape),
+            canopies=crowns if crowns.any() else None, canopy_name=plan.canopy_name,
+            roofs_cover=False,
         )  # fmt: skip
         sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
     names = []
@@ -120,7 +121,9 @@ def _redraw(plan: Plan, seen: Study) -> Plan:
         x=seen.x,
         y=seen.y,
         building_height=np.nan_to_num(seen.heights - seen.ground).astype(np.float32),
-        look=None if plan.look is None else make_look(seen, seen.shadow_hours.shape),
+        appearance=None
+        if plan.appearance is None
+        else find_appearance(seen, seen.shadow_hours.shape),
         canopies=canopies if canopies.any() else None,
     )
 

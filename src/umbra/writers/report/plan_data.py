@@ -10,8 +10,8 @@ from PIL import Image
 
 from umbra.study import Study
 from umbra.study.timeline import LONGEST_VIEW, Timeline
-from umbra.writers.edges import make_look
-from umbra.writers.plan import Look, Plan, shade_roofs
+from umbra.writers.edges import find_appearance
+from umbra.writers.plan import Appearance, Plan, shade_roofs
 from umbra.writers.report.markup import Pin, make_address
 from umbra.writers.report.packed import make_common_data, pack, pack_hours, tell_steps
 
@@ -30,9 +30,9 @@ def make_plan_data(
     rows, cols = timeline.shape
     x, y = timeline.x, timeline.y
     roofs = Plan(x, y, np.nan_to_num(timeline.surface).astype(np.float32))
-    look = make_look(study, _find_size(timeline))
-    is_view = look is not None and not study.is_plan
-    drawn = _draw_view(look) if look and is_view else _draw_roofs(roofs, timeline)
+    appearance = find_appearance(study, _find_size(timeline))
+    is_view = appearance is not None and not study.is_plan
+    drawn = _draw_view(appearance) if appearance and is_view else _draw_roofs(roofs, timeline)
     dx, dy = roofs.cell
     heights = np.round(timeline.surface, 2).astype("<f4") + np.float32(0)
     more: dict[str, object] = {}
@@ -58,7 +58,7 @@ def make_plan_data(
         "heights": pack(heights.tobytes()),
         "roofs": drawn,
         "places": [asdict(pin) for pin in pins],
-        "relief": None if look is None else _draw_relief(look),
+        "relief": None if appearance is None else _draw_relief(appearance),
         **more,
     }
 
@@ -85,17 +85,17 @@ def _draw_roofs(plan: Plan, timeline: Timeline) -> str:
     return _make_picture(grey, coverage)
 
 
-def _draw_view(look: Look) -> str:
+def _draw_view(appearance: Appearance) -> str:
     """Draw what a view sees, with its edges, clear where it sees nothing."""
-    shade, lines = look.shade / np.float32(255), look.lines / np.float32(255)
-    seen = 1 if look.sky is None else 1 - look.sky / np.float32(255)
+    shade, lines = appearance.shade / np.float32(255), appearance.lines / np.float32(255)
+    seen = 1 if appearance.sky is None else 1 - appearance.sky / np.float32(255)
     grey = _BRIGHT * (1 - _SHADED * (1 - shade)) * (1 - _INK * lines)
     return _make_picture(grey, np.maximum(seen, lines))
 
 
-def _draw_relief(look: Look) -> str:
+def _draw_relief(appearance: Appearance) -> str:
     """Draw the shade and the lines that lie over hours on roofs and walls: black, mostly clear."""
-    shade, lines = look.shade / np.float32(255), look.lines / np.float32(255)
+    shade, lines = appearance.shade / np.float32(255), appearance.lines / np.float32(255)
     veil = np.maximum(_VEIL * (1 - shade), _INK * lines)
     return _make_picture(np.zeros(veil.shape), veil)
 

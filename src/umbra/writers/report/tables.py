@@ -17,9 +17,7 @@ NEVER = 1e-4
 """Hours that are none [h]."""
 
 
-def join_dates(
-    study: Study, make: Callable[[Study], Table | None]
-) -> Table | None:
+def join_dates(study: Study, make: Callable[[Study], Table | None]) -> Table | None:
     """
     Make a table of each of a study's dates, and put them under one another.
 

@@ -9,7 +9,7 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
 from umbra.writers.color import shade_ramp
-from umbra.writers.edges import make_look
+from umbra.writers.edges import find_appearance
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.plan import DOTS_PER_INCH, SKY, Plan, find_map_size
 
@@ -31,8 +31,10 @@ def south():
 def look_at(study):
     plan = Plan(study.x, study.y, np.nan_to_num(study.heights + 1), None, axes=("a [m]", "z [m]"))
     size = find_map_size(plan)
-    look = make_look(study, size)
-    return Plan(plan.x, plan.y, plan.building_height, None, axes=plan.axes, look=look), size
+    appearance = find_appearance(study, size)
+    return Plan(
+        plan.x, plan.y, plan.building_height, None, axes=plan.axes, appearance=appearance
+    ), size
 
 
 def pixel(plan, size, x, y):
@@ -42,16 +44,16 @@ def pixel(plan, size, x, y):
 
 def test_lines_run_where_one_house_ends_before_another(south):
     plan, size = look_at(south)
-    look = plan.look
+    appearance = plan.appearance
     row, col = pixel(plan, size, 8.0, 3.0)  # the high house's corner before the low one
-    assert look.lines[row, col - 3 : col + 4].sum(dtype=int) > 180
-    assert look.jumps[row, col - 3 : col + 4].sum(dtype=int) > 180
+    assert appearance.lines[row, col - 3 : col + 4].sum(dtype=int) > 180
+    assert appearance.jumps[row, col - 3 : col + 4].sum(dtype=int) > 180
     row, col = pixel(plan, size, 14.0, 3.0)  # amid a wall
-    assert not look.lines[row - 5 : row + 6, col - 5 : col + 6].any()
+    assert not appearance.lines[row - 5 : row + 6, col - 5 : col + 6].any()
     row, col = pixel(plan, size, 14.0, 6.0)  # the low house's eaves against the sky
-    assert look.lines[row - 3 : row + 4, col].sum(dtype=int) > 180
-    assert look.sky[pixel(plan, size, 14.0, 9.0)] == 255
-    assert look.sky[pixel(plan, size, 14.0, 3.0)] == 0
+    assert appearance.lines[row - 3 : row + 4, col].sum(dtype=int) > 180
+    assert appearance.sky[pixel(plan, size, 14.0, 9.0)] == 255
+    assert appearance.sky[pixel(plan, size, 14.0, 3.0)] == 0
 
 
 def test_a_facade_keeps_the_legend_s_colours_and_the_sky_is_no_value(south):
@@ -73,10 +75,10 @@ def test_walls_roofs_and_ground_differ_by_luminance_only():
         town(), VIENNA, receivers="camera", eye=(-20, -30, 30), target=(8, 6, 0), size=(320, 240),
         **NIGHTLESS,
     )  # fmt: skip
-    look, part = make_look(study, (240, 320)), study.more["part"][1]
+    appearance, part = find_appearance(study, (240, 320)), study.more["part"][1]
     normal = study.more["normal"][1]
     level = normal[..., 2] > 0.99
-    shade = look.shade.astype(float)
+    shade = appearance.shade.astype(float)
 
     def inside(mask):
         for axis, shift in ((0, 3), (0, -3), (1, 3), (1, -3)):
@@ -102,13 +104,13 @@ def test_one_plane_has_no_lines_at_any_slant():
         scene, VIENNA, receivers="camera", eye=(15, -3, 1.2), target=(15, 40, 1.9), ground=-5.0,
         size=(200, 150), **NIGHTLESS,
     )  # fmt: skip
-    look, part = make_look(study, (150, 200)), study.more["part"][1]
+    appearance, part = find_appearance(study, (150, 200)), study.more["part"][1]
     plane = part == 0
     assert plane.sum() > 1000
     inner = plane & np.roll(plane, 3, 0) & np.roll(plane, -3, 0)
     inner &= np.roll(plane, 3, 1) & np.roll(plane, -3, 1)
     inner[:3] = inner[-3:] = False
-    assert not look.lines[inner].any()
+    assert not appearance.lines[inner].any()
 
 
 def test_no_contour_runs_along_an_edge(south):
@@ -130,10 +132,10 @@ def test_a_plan_s_roofs_are_lined_and_its_ground_is_not():
     study = run_study(town(), VIENNA, receivers="top", cell=0.25, **NIGHTLESS)
     plan = Plan(study.x, study.y, (study.heights).astype(np.float32))
     size = find_map_size(plan)
-    look = make_look(study, size)
+    appearance = find_appearance(study, size)
     row, col = pixel(plan, size, 8.0, 2.0)
-    assert look.lines[row, col - 6 : col + 7].sum(dtype=int) > 180
-    assert not look.lines[pixel(plan, size, 5.0, 2.0)]
-    assert (look.shade[pixel(plan, size, 5.0, 2.0)], look.sky) == (255, None)
+    assert appearance.lines[row, col - 6 : col + 7].sum(dtype=int) > 180
+    assert not appearance.lines[pixel(plan, size, 5.0, 2.0)]
+    assert (appearance.shade[pixel(plan, size, 5.0, 2.0)], appearance.sky) == (255, None)
     ground = run_study(town(), VIENNA, cell=0.25, **NIGHTLESS)
-    assert make_look(ground, size) is None
+    assert find_appearance(ground, size) is None
