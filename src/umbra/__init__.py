@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from umbra.calls.counts import count
     from umbra.calls.inputs import make_camera
+    from umbra.calls.outlines import shadow_polygons
     from umbra.calls.picture import Picture, render
     from umbra.calls.result import ShadowStudy
     from umbra.calls.study import shadow_study
@@ -72,6 +73,7 @@ _HOMES = {
     "pose": "umbra.scene",
     "read": "umbra.readers",
     "render": "umbra.calls.picture",
+    "shadow_polygons": "umbra.calls.outlines",
     "shadow_study": "umbra.calls.study",
     "show": "umbra.calls.window",
     "sphere_light": "umbra.scene",
@@ -107,6 +109,7 @@ __all__ = [
     "pose",
     "read",
     "render",
+    "shadow_polygons",
     "shadow_study",
     "show",
     "sphere_light",

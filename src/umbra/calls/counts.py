@@ -13,7 +13,7 @@ from umbra.machine import count_cores
 from umbra.rays.hidden import find_hidden_from
 from umbra.scene import Scene
 
-__all__ = ["count"]
+__all__ = ["check_lights", "count"]
 
 _WORK = 64e6  # what a block of points may take with all lights [byte]
 
@@ -75,7 +75,7 @@ def count(
         msg = f"of={of!r} is not one of shadow, light"
         raise InputError(msg, option="of")
     points = _check_array("receivers", receivers, (3, 6))
-    lights = _check_lights(directions)
+    lights = check_lights(directions, "directions")
     sums = None if weights is None else _check_weights(weights, len(lights))
     chosen = [(one,) if isinstance(one, str) else tuple(one) for one in (cast, no_cast)]
     casters = scene.select(*chosen)
@@ -114,9 +114,9 @@ def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArr
     return array
 
 
-def _check_lights(given: ArrayLike) -> NDArray[np.float64]:
+def check_lights(given: ArrayLike, name: str) -> NDArray[np.float64]:
     """Give homogeneous lights, (m, 4); directions of length 1."""
-    vectors = _check_array("directions", given, (3, 4))
+    vectors = _check_array(name, given, (3, 4))
     lights = np.zeros((len(vectors), 4))
     lights[:, : vectors.shape[1]] = vectors
     is_lamp = lights[:, 3] == 1
@@ -124,14 +124,14 @@ def _check_lights(given: ArrayLike) -> NDArray[np.float64]:
     if len(wrong):
         msg = (
             "the w of a light is 1 (a lamp at a place) or 0 (a direction); row "
-            f"{wrong[0]} of directions has {lights[wrong[0], 3]:g}"
+            f"{wrong[0]} of {name} has {lights[wrong[0], 3]:g}"
         )
-        raise InputError(msg, option="directions", row=int(wrong[0]))
+        raise InputError(msg, option=name, row=int(wrong[0]))
     length = np.linalg.norm(lights[:, :3], axis=1, keepdims=True)
     zero = np.flatnonzero(~is_lamp & (length[:, 0] == 0))
     if len(zero):
-        msg = f"row {zero[0]} of directions is 0 and points nowhere"
-        raise InputError(msg, option="directions", row=int(zero[0]))
+        msg = f"row {zero[0]} of {name} is 0 and points nowhere"
+        raise InputError(msg, option=name, row=int(zero[0]))
     np.divide(lights[:, :3], length, out=lights[:, :3], where=~is_lamp[:, None])
     return lights
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.study import Study, split_dates, tell_dates
 from umbra.writers.tables import find_columns
-from umbra.writers.vectors.outlines import Outline
+from umbra.writers.vectors.outlines import Outline, Polygon
 
 if TYPE_CHECKING:
     from umbra.writers.plan import Show
@@ -19,6 +19,7 @@ __all__ = [
     "Layer",
     "find_hour_lines",
     "find_seen",
+    "join_polygons",
     "make_line_layer",
     "make_outline_layer",
     "make_point_layer",
@@ -130,26 +131,28 @@ class Layer:
     values: dict[str, list]
 
 
-def make_outline_layer(outlines: Iterable[Outline]) -> Layer:
-    """Make a layer of shadows: one geometry for each instant, valid by the OGC's rules."""
+def join_polygons(polygons: Iterable[Polygon]) -> Any:
+    """Join polygons of rings in a ``shapely.MultiPolygon`` that is valid by the OGC's rules."""
     import shapely  # noqa: PLC0415  (an extra)
 
+    # A ring that touches itself at a corner is split there; nothing moves.
+    parts = [
+        part
+        for polygon in (shapely.Polygon(rings[0], rings[1:]) for rings in polygons)
+        for part in shapely.get_parts(polygon if polygon.is_valid else shapely.make_valid(polygon))
+        if part.geom_type == "Polygon"
+    ]
+    return shapely.orient_polygons(shapely.MultiPolygon(parts))
+
+
+def make_outline_layer(outlines: Iterable[Outline]) -> Layer:
+    """Make a layer of shadows: one geometry for each instant, valid by the OGC's rules."""
     geometries: list[Any] = []
     values: dict[str, list] = {
         name: [] for name in ("local_time", "utc", "sun_altitude", "sun_azimuth", "area_m2")
     }
     for outline in outlines:
-        polygons = [shapely.Polygon(rings[0], rings[1:]) for rings in outline.polygons]
-        # A ring that touches itself at a corner is split there; nothing moves.
-        parts = [
-            part
-            for polygon in polygons
-            for part in shapely.get_parts(
-                polygon if polygon.is_valid else shapely.make_valid(polygon)
-            )
-            if part.geom_type == "Polygon"
-        ]
-        geometry = shapely.orient_polygons(shapely.MultiPolygon(parts))
+        geometry = join_polygons(outline.polygons)
         geometries.append(geometry)
         values["local_time"].append(outline.local.isoformat())
         values["utc"].append(outline.instant.isoformat().replace("+00:00", "Z"))
