@@ -1,11 +1,14 @@
 """The methods by which each device counts, by name: what commands offer and counters check."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from umbra.errors import InputError
 
-__all__ = ["METHODS", "SOFT", "Methods"]
+__all__ = ["METHODS", "SOFT", "DeviceName", "Methods"]
 
+DeviceName = Literal["auto", "cpu", "gl"]
+"""What callers may ask for, as signatures say it."""
 SOFT = ("samples", "wedges", "weng")
 """Soft shadows: samples of the light (the reference), penumbra wedges, scaled layers."""
 

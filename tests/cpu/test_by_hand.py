@@ -8,7 +8,7 @@ from support.shapes import box, merge, nested_boxes, rewound, sheet
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
-from umbra.rays.anchor import FaceBlocks, find_anchor
+from umbra.rays.eye_count import FaceBlocks, find_anchor
 from umbra.scene import Camera, directional_light, make_scene, point_light, spot_light
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster

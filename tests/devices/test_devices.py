@@ -152,7 +152,7 @@ def test_auto_leaves_to_the_cpu_what_the_faster_device_cannot_count(town, monkey
 
 
 def test_a_device_that_there_is_not_is_refused_by_name():
-    assert CHOICES[0] == "auto"
+    assert ("auto", *DEVICES) == CHOICES
     assert find_device("auto") is DEVICES["cpu"]
     for find in (find_device, lambda name: check_device(name, None)):
         with pytest.raises(InputError, match="'tpu' is not one of auto, cpu, gl"):

@@ -8,6 +8,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from umbra.calls.result import ShadowStudy
+from umbra.methods import DeviceName
 from umbra.scene import Scene
 from umbra.study.call import check_names, check_scene
 from umbra.study.options import Date, Refraction, StudyOptions
@@ -54,7 +55,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     exact: bool | float = False,
     min_spell: str | dt.timedelta | None = None,
     masks: bool = False,
-    device: Literal["auto", "cpu", "gl"] = "auto",
+    device: DeviceName = "auto",
     threads: int | None = None,
 ) -> "ShadowStudy":
     """

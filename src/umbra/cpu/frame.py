@@ -18,9 +18,8 @@ from umbra.cpu.volume_rasteriser import LANES, add_sides, find_nearest_tiles
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.methods import METHODS
-from umbra.rays.anchor import FaceBlocks
 from umbra.rays.depth import NOTHING, DepthBuffer, add_ground, rasterise_depth
-from umbra.rays.eye_count import find_cut_open, find_eye_count, find_near_faces
+from umbra.rays.eye_count import FaceBlocks, find_cut_open, find_eye_count, find_faces_before
 from umbra.rays.holding import find_holders
 from umbra.rays.visible import VisibleSurface, locate
 from umbra.scene import Camera, Light, Scene
@@ -137,7 +136,7 @@ class FrameCounter:
         near = camera.key_range()[1]
         casting = self._find_casting(place)
         eye = find_eye_count(casting, self.blocks, camera, origin, place)
-        near_faces = find_near_faces(casting, self.blocks, camera, origin)
+        near_faces = find_faces_before(casting, self.blocks, camera, origin)
         cut_open = find_cut_open(casting, self.blocks, near_faces, place)
         caster = casting.opened(eye.start.enclosed | cut_open)
         start = eye.start.count(caster.is_closed)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from umbra.cpu.patch_cuts import find_cuts
 from umbra.rays.face_tree import FaceTree
 
-__all__ = ["Patches", "SampledSurfaces", "make_patches"]
+__all__ = ["PatchSource", "Patches", "make_patches"]
 
 FEW = 8
 """Patches of at most this many samples are faster counted by one ray for each sample."""
@@ -31,7 +31,7 @@ _MARK_WITHIN = 0.01  # m
 _OFF = 1e-5  # of a square that a sample may be beside its centre
 
 
-class SampledSurfaces(Protocol):
+class PatchSource(Protocol):
     """What ``umbra.receivers.samples.Samples`` gives; see there."""
 
     @property
@@ -111,7 +111,7 @@ class Patches(NamedTuple):
     where: NDArray[np.int64]
 
 
-def make_patches(surfaces: SampledSurfaces, tree: FaceTree) -> Patches:
+def make_patches(surfaces: PatchSource, tree: FaceTree) -> Patches:
     """
     Lay out the samples of surfaces in patches.
 
@@ -121,7 +121,7 @@ def make_patches(surfaces: SampledSurfaces, tree: FaceTree) -> Patches:
 
     Parameters
     ----------
-    surfaces : SampledSurfaces
+    surfaces : PatchSource
     tree : FaceTree
         Of what casts.
     """
@@ -147,7 +147,7 @@ def make_patches(surfaces: SampledSurfaces, tree: FaceTree) -> Patches:
 
 
 def _lay_out(
-    s: SampledSurfaces,
+    s: PatchSource,
     tree: FaceTree,
     normals: NDArray[np.float64],
     plane: NDArray[np.int64],

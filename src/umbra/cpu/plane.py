@@ -163,9 +163,7 @@ def _open_where_negative(caster: Caster, grid: Grid, height: float) -> Caster:
     if winding.min() >= 0:
         return caster
     # Only negative components can be to blame, if each is wound one way throughout.
-    a, b, c = (caster.vertices[caster.faces[:, k]] for k in range(3))
-    volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
-    inward = volume < 0
+    inward = caster.is_inward
     rest = caster.opened(inward)
     if inward.any() and (rest.is_closed != caster.is_closed).any():
         return _open_where_negative(_reclip(rest), grid, height)

@@ -8,18 +8,21 @@ Devices: where shadows are counted, one file each.
 Importing this room loads no kernels and no OpenGL: a device does so when it first counts.
 """
 
+from typing import get_args
+
 from umbra.devices.cpu import CpuDevice
 from umbra.devices.device import CountingDevice
 from umbra.devices.gl import GlDevice
 from umbra.errors import InputError
 from umbra.machine import count_cores
+from umbra.methods import DeviceName
 
 __all__ = ["CHOICES", "DEFAULT", "DEVICES", "check_device", "find_device"]
 
 DEVICES: dict[str, CountingDevice] = {device.name: device for device in (CpuDevice(), GlDevice())}
 """Every device by the name that options and results say."""
 DEFAULT = "cpu"
-CHOICES = ("auto", *DEVICES)
+CHOICES = get_args(DeviceName)
 """What may be asked for."""
 
 

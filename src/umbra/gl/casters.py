@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.geometry import Geometry, Group, is_mirrored
-from umbra.rays.anchor import FaceBlocks
+from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster, make_planes
 from umbra.volume.bounds import find_box_points
@@ -83,9 +83,7 @@ class Body:
         caster = self.caster
         self.blocks = FaceBlocks.of(caster)
         corners = caster.vertices[caster.faces]
-        a, b, c = corners.transpose(1, 0, 2)
-        volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
-        self.is_inward = (volume < 0) & caster.is_closed
+        self.is_inward = caster.is_inward & caster.is_closed
         self.is_convex = self.is_ball & ~_find_dented(caster)
         self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
         self.first = np.array([group.first for group in self.groups], np.int64)

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.volumes import BodyVolumes
-from umbra.rays.anchor import find_anchor
+from umbra.rays.eye_count import find_anchor, find_around
 from umbra.rays.holding import find_holders
 from umbra.scene import Camera
 from umbra.volume.adjacency import Caster
 
 __all__ = ["find_held", "find_opened", "find_start"]
 
-_SKY = np.array([0.36, 0.48, 0.8, 0.0])
 _ATTEMPTS = 8
 _TILT = 1e-5  # a millimetre in a hundred metres
 
@@ -85,8 +84,7 @@ def find_opened(
         depth = np.append(forward, -forward @ (camera.eye - origin)) @ transform
         cut = _reach_before(body, depth, camera.near) & suspects
         if cut.any():
-            around = find_anchor(caster, body.blocks, _SKY, light)
-            found |= cut & ((around.lit != around.unlit) | body.is_inward)
+            found |= cut & (find_around(caster, body.blocks, light) | body.is_inward)
         opened[instance] = found | (body.caster.is_closed & ~caster.is_closed)
     return opened
 

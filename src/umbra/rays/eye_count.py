@@ -1,22 +1,249 @@
 """
-The position of a camera among casters and shadow volumes, which z-pass depends on.
+The eye's own shadow count: which faces lie between the eye and the light.
 
-The shadow counts where its rays start and end, the faces in front of its near plane, and
-the solids that this plane cuts open.
+z-pass starts at the eye, so it must know how deep in shadow the eye stands. That
+anchor is counted once per view, with the same lit flags as everything else.
+
+An eye that stands exactly in the side of a volume is both in and out: rays to the
+left and to the right of that side have different counts. The anchor says so, for
+the eye to step aside by less than matters.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from umbra.rays.anchor import BLOCK, Anchor, FaceBlocks, find_anchor
 from umbra.scene import Camera
 from umbra.volume.adjacency import Caster
 
-__all__ = ["EyeCount", "find_cut_open", "find_eye_count", "find_near_faces"]
+__all__ = [
+    "BLOCK",
+    "Anchor",
+    "EyeCount",
+    "FaceBlocks",
+    "find_anchor",
+    "find_around",
+    "find_cut_open",
+    "find_eye_count",
+    "find_faces_before",
+]
+
+BLOCK = 64
+"""Faces in a block."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceBlocks:
+    """
+    Bounding boxes of runs of 64 faces, which lie near each other in a caster.
+
+    Parameters
+    ----------
+    bounds : (n_blocks, 6) float64
+        Lowest and highest corner.
+    """
+
+    bounds: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, caster: Caster) -> "FaceBlocks":
+        """Bound a caster's faces."""
+        starts = np.arange(0, len(caster.faces), BLOCK)
+        corners = caster.vertices[caster.faces]
+        low = (
+            np.minimum.reduceat(corners.min(1), starts, axis=0) if len(starts) else np.zeros((0, 3))
+        )
+        high = np.maximum.reduceat(corners.max(1), starts, axis=0) if len(starts) else low
+        return cls(np.concatenate([low, high], 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """
+    Faces pierced on the way from the eye to the light.
+
+    Parameters
+    ----------
+    lit, unlit : (n_components,) int64
+        Pierced faces of each component that face the light, or do not.
+    is_clean : bool
+        Whether the way passes no edge within rounding, nor starts in a face: the eye is
+        in no volume's side.
+    """
+
+    lit: NDArray[np.int64]
+    unlit: NDArray[np.int64]
+    is_clean: bool
+
+    def count(self, is_closed: NDArray[np.bool_]) -> int:
+        """Return the eye's shadow count under each component's rule."""
+        return int(self.lit.sum() + self.unlit[~is_closed].sum())
+
+    @property
+    def enclosed(self) -> NDArray[np.bool_]:
+        """
+        Components around the light but not the eye, more often than the reverse.
+
+        Lit minus unlit is the winding number at the eye less that at the light;
+        where it is negative, the closed rule could miss a shadow.
+        """
+        return self.lit < self.unlit
+
+
+def find_anchor(
+    caster: Caster, blocks: FaceBlocks, eye: NDArray[np.float64], light: NDArray[np.float64]
+) -> Anchor:
+    """
+    Count the faces between two homogeneous points.
+
+    Parameters
+    ----------
+    caster : Caster
+    blocks : FaceBlocks
+    eye, light : (4,) float64
+        In the caster's frame; w = 0 is infinitely far.
+
+    Returns
+    -------
+    anchor : Anchor
+    """
+    n = len(caster.is_closed)
+    lit, unlit = np.zeros((2, n), np.int64)
+    if eye[3] == 0 and light[3] == 0:
+        return Anchor(lit, unlit, True)  # both beyond everything
+    start, end = (eye, light) if eye[3] else (light, eye)
+    is_clean = _pierce(
+        caster.vertices, caster.faces, caster.planes, caster.component, blocks.bounds,
+        start[:3], end[:3] - end[3] * start[:3], bool(end[3]), eye, light, lit, unlit,
+    )  # fmt: skip
+    return Anchor(lit, unlit, is_clean)
+
+
+@njit(cache=True, nogil=True)
+def _side(a, b, start, way):
+    """Tell on which side of the directed line the edge a to b passes (Pluecker)."""
+    ax, ay, az = a[0] - start[0], a[1] - start[1], a[2] - start[2]
+    bx, by, bz = b[0] - start[0], b[1] - start[1], b[2] - start[2]
+    return (
+        way[0] * (ay * bz - az * by) + way[1] * (az * bx - ax * bz) + way[2] * (ax * by - ay * bx)
+    )
+
+
+@njit(cache=True, nogil=True)
+def _misses(box, start, way, finite):
+    """Whether the way certainly misses a box; rounding only ever keeps boxes."""
+    near = 0.0
+    far = 1.0 if finite else np.inf
+    for k in range(3):
+        margin = 1e-9 * (1.0 + abs(box[k]) + abs(box[k + 3]) + abs(start[k]))
+        low = box[k] - margin - start[k]
+        high = box[k + 3] + margin - start[k]
+        if way[k] == 0.0:
+            if low > 0.0 or high < 0.0:
+                return True
+        else:
+            t0 = low / way[k]
+            t1 = high / way[k]
+            near = max(near, min(t0, t1))
+            far = min(far, max(t0, t1))
+    return near > far * (1.0 + 1e-9)
+
+
+@njit(cache=True, nogil=True)
+def _lies_on(point, a, b, c, normal):
+    """Whether a point of a triangle's plane lies in the triangle, rim included."""
+    for k in range(3):
+        margin = 1e-9 * (abs(a[k]) + abs(b[k]) + abs(c[k]))
+        low = min(a[k], min(b[k], c[k])) - margin
+        high = max(a[k], max(b[k], c[k])) + margin
+        if point[k] < low or point[k] > high:
+            return False
+    square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]
+    for p, q in ((a, b), (b, c), (c, a)):
+        ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        vx, vy, vz = point[0] - p[0], point[1] - p[1], point[2] - p[2]
+        side = (
+            normal[0] * (uy * vz - uz * vy)
+            + normal[1] * (uz * vx - ux * vz)
+            + normal[2] * (ux * vy - uy * vx)
+        )
+        if side < -1e-12 * square:
+            return False
+    return square > 0.0
+
+
+@njit(cache=True, nogil=True)
+def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit):
+    """Count pierced faces; False if the way passes an edge or starts in a face, about."""
+    clean = True
+    end = light[:3] if eye[3] else eye[:3]
+    for block in range(boxes.shape[0]):
+        if _misses(boxes[block], start, way, finite):
+            continue
+        for f in range(block * BLOCK, min(faces.shape[0], block * BLOCK + BLOCK)):
+            at_light = 0.0
+            at_eye = 0.0
+            size_eye = 0.0
+            for k in range(4):
+                at_light += planes[k, f] * light[k]
+                at_eye += planes[k, f] * eye[k]
+                size_eye += abs(planes[k, f] * eye[k])
+            a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+            if eye[3] > 0.0 and abs(at_eye) <= 1e-12 * size_eye:
+                clean = clean and not _lies_on(eye, a, b, c, planes[:, f])
+            if not ((at_light > 0.0 and at_eye < 0.0) or (at_light < 0.0 and at_eye > 0.0)):
+                continue
+            flat = 0
+            ahead = 0
+            behind = 0
+            positive = 0
+            for k in range(3):
+                i = faces[f, k]
+                j = faces[f, (k + 1) % 3]
+                # Both faces of an edge must agree on a tie: ask in one direction only.
+                low, high = vertices[min(i, j)], vertices[max(i, j)]
+                # Seen from the end that is nearer, which may be as good as on the edge.
+                size = _size_of_side(low, high, start, way)
+                side = _side(low, high, start, way)
+                if finite:
+                    other = _size_of_side(low, high, end, way)
+                    if other < size:
+                        size = other
+                        side = _side(low, high, end, way)
+                positive += (side >= 0.0) == (i < j)
+                if abs(side) <= 1e-13 * size:
+                    flat += 1
+                elif (side > 0.0) == (i < j):
+                    ahead += 1
+                else:
+                    behind += 1
+            if flat > 0 and (ahead == 0 or behind == 0):
+                clean = False
+            if positive in (0, 3):
+                if at_light > 0.0:
+                    lit[component[f]] += 1
+                else:
+                    unlit[component[f]] += 1
+    return clean
+
+
+@njit(cache=True, nogil=True)
+def _size_of_side(a, b, start, way):
+    """Return what rounding in ``_side`` is relative to."""
+    apart_a = 0.0
+    apart_b = 0.0
+    length = 0.0
+    for k in range(3):
+        apart_a += (a[k] - start[k]) ** 2
+        apart_b += (b[k] - start[k]) ** 2
+        length += way[k] ** 2
+    return np.sqrt(apart_a * apart_b * length)
+
 
 UP = np.array([0.0, 0.0, 1.0])
+_SKY = np.array([0.36, 0.48, 0.8, 0.0])  # a way out of everything
 _ALIKE = 1e-9  # places relative to their coordinates, directions as sines
 
 
@@ -66,7 +293,7 @@ def find_eye_count(
     return EyeCount(matrix, start, end, _compare(apex, light))
 
 
-def find_near_faces(
+def find_faces_before(
     caster: Caster, blocks: FaceBlocks, camera: Camera, origin: NDArray[np.float64]
 ) -> NDArray[np.intp]:
     """Find the casting faces that reach in front of the near plane, where nothing is drawn."""
@@ -79,6 +306,14 @@ def find_near_faces(
     faces = faces[faces < len(caster.faces)]
     depth = (caster.vertices[caster.faces[faces]] @ forward).min(1) - at
     return faces[depth < camera.near]
+
+
+def find_around(
+    caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Find the components that a light, (4,) in the caster's frame, is inside of."""
+    anchor = find_anchor(caster, blocks, _SKY, light)
+    return np.asarray(anchor.lit != anchor.unlit)
 
 
 def find_cut_open(
@@ -94,11 +329,7 @@ def find_cut_open(
     if not len(near_faces):
         return opened
     opened[caster.component[near_faces]] = True
-    sky = np.array([0.36, 0.48, 0.8, 0.0])
-    around = find_anchor(caster, blocks, sky, light)
-    a, b, c = (caster.vertices[caster.faces[:, k]] for k in range(3))
-    volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
-    return opened & ((around.lit != around.unlit) | (volume < 0))
+    return opened & (find_around(caster, blocks, light) | caster.is_inward)
 
 
 def _compare(apex: NDArray[np.float64], light: NDArray[np.float64]) -> int:

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.rays.anchor import BLOCK, FaceBlocks
+from umbra.rays.eye_count import BLOCK, FaceBlocks
 from umbra.volume.adjacency import Caster
 
 __all__ = ["HOLDS", "find_holders", "find_near_faces"]

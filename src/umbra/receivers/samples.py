@@ -205,10 +205,8 @@ def _turn_outward(scene: Scene, parts: Sequence[int]) -> NDArray[np.int32]:
     everything = scene.triangles()
     groups = scene.groups()
     caster = make_caster(everything.vertices, everything.faces, groups[everything.part])
-    a, b, c = (caster.vertices[caster.faces[:, k]] for k in range(3))
-    volume = np.bincount(caster.component, np.einsum("ij,ij->i", a, np.cross(b, c)))
     inward = np.zeros(len(everything.faces), np.bool_)
-    inward[caster.source] = (caster.is_closed & (volume < 0))[caster.component]
+    inward[caster.source] = (caster.is_closed & caster.is_inward)[caster.component]
     mine = inward[np.isin(everything.part, parts)]
     faces = soup.faces.copy()
     faces[mine] = faces[mine][:, ::-1]

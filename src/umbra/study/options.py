@@ -14,7 +14,9 @@ from numbers import Real
 from pathlib import Path
 from typing import Any, Literal
 
+from umbra.devices import CHOICES
 from umbra.errors import InputError
+from umbra.methods import DeviceName
 from umbra.options import Option, check_types, list_options, option
 
 __all__ = ["StudyOptions"]
@@ -183,9 +185,9 @@ class StudyOptions:
         metavar="DURATION",
     )  # fmt: skip
     masks: bool = _results("flag", "Also write in_shadow, every instant.", default=False)
-    device: Literal["auto", "cpu", "gl"] = _running(
+    device: DeviceName = _running(
         "choice", "Where plans are counted; auto: cpu, or a GPU that proves faster on large ones.",
-        default="auto", choices=("auto", "cpu", "gl"),
+        default="auto", choices=CHOICES,
     )  # fmt: skip
     threads: int | None = _running(
         "whole", "Number of threads; default: all cores.", least=1, metavar="N",

@@ -125,6 +125,12 @@ class Caster:
         """Whether each face follows the closed rule, (n_faces,) bool."""
         return self.is_closed[self.component]
 
+    @property
+    def is_inward(self) -> NDArray[np.bool_]:
+        """Whether each component is wound inward: its signed volume is below 0, (n_components,)."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return np.bincount(self.component, np.einsum("ij,ij->i", a, np.cross(b, c))) < 0
+
     def ends(self) -> NDArray[np.float64]:
         """Return both end points of every edge, (n_edges, 6) float64."""
         return self.vertices[self.edges.ravel()].reshape(-1, 6)

@@ -21,7 +21,7 @@ from umbra.gl.plan import Z_FAIL, Z_PASS, Draw, Selection, VolumeOptions, Volume
 from umbra.gl.projection import Projection, find_clip_range
 from umbra.gl.soft.growth import Instance
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
-from umbra.rays.anchor import FaceBlocks
+from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Light
 from umbra.soft.weng import find_growth
 from umbra.volume.adjacency import make_planes
