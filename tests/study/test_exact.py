@@ -11,7 +11,7 @@ import umbra
 from umbra.receivers import plan as study_module
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
-from umbra.study.exact import find_runs
+from umbra.study.accumulators.exact import find_runs
 from umbra.study.period import make_period
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")

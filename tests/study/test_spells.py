@@ -10,7 +10,7 @@ from umbra.receivers import plan as study_module
 from umbra.scene import make_scene
 from umbra.study import result as result_module
 from umbra.study import run_study
-from umbra.study.masks import Masks
+from umbra.study.accumulators.masks import Masks
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 EQUATOR = umbra.Site(0.0, 0.0, "UTC")
@@ -226,7 +226,7 @@ def test_masks_that_fit_only_packed_stay_so(town, monkeypatch):
         ({"min_spell": "soon"}, "least spell 'soon' is not a duration"),
         ({"min_spell": "0min"}, "least spell"),
         ({"date": "2026-09-01..2026-08-01"}, "ends before it begins"),
-        ({"every_days": 0}, "give 1 or more"),
+        ({"every_days": 0}, "at least 1"),
     ],
 )
 def test_slips_are_told(options, says):

@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 
 from umbra.errors import InputError
 from umbra.scene import Scene
-from umbra.study.exact import find_least_spell
-from umbra.study.ledger import FEW_DAYS, Wanted
+from umbra.study.accumulators.arrays import FEW_DAYS, Wanted
+from umbra.study.accumulators.exact import find_least_spell
 from umbra.study.options import StudyOptions
 from umbra.study.period import Period
 from umbra.sun.clock import parse_duration
@@ -63,14 +63,14 @@ def describe_period(period: Period, wanted: Wanted) -> dict[str, object]:
 
 
 def make_advance(
-    progress: Callable[[int, int], object], before: int, everything: int
+    progress: Callable[[int, int], object], tile: int, tiles: int, works: int
 ) -> Callable[[int], object]:
-    """Turn progress within one of several pieces of work into progress of them all."""
-    done = before
+    """Turn progress within one of several tiles, of equal work, into progress of them all."""
+    done = tile * works
 
     def advance(n: int) -> None:
         nonlocal done
         done += n
-        progress(done, everything)
+        progress(done, tiles * works)
 
     return advance

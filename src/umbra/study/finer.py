@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.study.lights import Lights
 from umbra.study.period import Period
 from umbra.study.result import Study
+from umbra.study.run import add_up
 from umbra.sun import find_sun
 
 __all__ = ["FinerHours", "count_finer"]
@@ -88,16 +90,10 @@ def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
         refraction=study.refraction,
     )  # fmt: skip
     length = np.repeat(hours / parts, parts)
-    total = np.zeros(tile.shape, np.float64)
-    counter = tile.make_counter()
-    for some in np.unique(length):  # the last step may be shorter
-        count = np.zeros(tile.shape, np.int32)
-        counter.add_steps(path.direction[path.is_up & (length == some)], count)
-        total += some * count
+    lights = Lights.of(path.direction[path.is_up], length[path.is_up])  # the last step is shorter
+    total = add_up(tile.make_counter(), tile.shape, lights)[0]
     total[tile.nothing] = np.nan
-    return FinerHours(
-        total.astype(np.float32), float(length[path.is_up].sum()), 3600 * float(length[0])
-    )
+    return FinerHours(total, float(length[path.is_up].sum()), 3600 * float(length[0]))
 
 
 def _choose_parts(period: Period, most: int) -> int:

@@ -3,11 +3,13 @@
 import datetime as dt
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.study.lights import Lights
 from umbra.sun import Site, Steps, SunPath, find_sun, make_steps, parse_dates
 from umbra.sun.clock import check_steps
 
@@ -69,6 +71,26 @@ class Period:
         """How long the sun is up on each day, by whole steps, (n_days,) [h]."""
         lengths = np.where(self.sun.is_up, self.hours, 0.0)
         return np.bincount(self.day_of_step, lengths, len(self.days)).astype(np.float64)
+
+    def make_lights(self, which: NDArray[np.bool_] | None = None) -> Lights:
+        """
+        Return the suns above the horizon at the steps' midpoints, weighed in hours.
+
+        Parameters
+        ----------
+        which : (n,) bool, optional
+            Steps that count, of those with the sun up; all by default.
+        """
+        is_up = self.sun.is_up if which is None else self.sun.is_up & which
+        step = np.flatnonzero(is_up)
+        ends = np.searchsorted(self.day_of_step[step], np.arange(len(self.days) + 1))
+        days = tuple((slice(int(a), int(b)),) if b > a else () for a, b in pairwise(ends))
+        vectors = np.zeros((len(step), 4))
+        vectors[:, :3] = self.sun.direction[step]
+        return Lights(
+            vectors, self.hours[step][:, None], ("shadow",), ("h",), self.starts[step],
+            self.ends[step], step, days,
+        )  # fmt: skip
 
     def find_reaching_suns(self) -> NDArray[np.float64]:
         """Find the suns whose shadows a default extent shall hold: at midpoints and stamps."""

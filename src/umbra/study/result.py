@@ -10,8 +10,8 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.rays.depth import GROUND
 from umbra.receivers.kind import ReceiverKind, Receivers, Variables
+from umbra.study.accumulators.masks import Masks
 from umbra.study.attributes import find_attributes
-from umbra.study.masks import Masks
 from umbra.study.period import Period, Refraction
 from umbra.sun import Site, Steps, SunPath
 

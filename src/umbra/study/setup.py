@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,20 +14,19 @@ from umbra.casters.canopy import Canopy
 from umbra.devices import check_device, find_device
 from umbra.devices.counters import StudyCounters
 from umbra.errors import InputError
-from umbra.receivers.kind import Receivers, Tile
+from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
-from umbra.study.asked import Answer, Asked
-from umbra.study.checks import (
-    describe_period,
-    find_wanted,
-    make_advance,
-    select_casters,
-)
-from umbra.study.counting import count_period
-from umbra.study.exact import Caught, count_exactly
-from umbra.study.ledger import Ledger, Wanted
+from umbra.study.accumulators.arrays import ResultArrays, Wanted
+from umbra.study.accumulators.attribution import Asked, Attribution, ExactAttribution
+from umbra.study.accumulators.exact import ExactIntervals, follow_sun
+from umbra.study.accumulators.hours import HourSums
+from umbra.study.accumulators.masks import InstantMasks, Masks
+from umbra.study.accumulators.sun_intervals import SunIntervals
+from umbra.study.checks import describe_period, find_wanted, make_advance, select_casters
+from umbra.study.lights import Lights
 from umbra.study.options import StudyOptions
 from umbra.study.period import Period, make_period
+from umbra.study.run import Accumulator, TileRun, look, pass_lights
 from umbra.sun import Site
 
 __all__ = ["Result", "Setup"]
@@ -43,18 +41,37 @@ class Result:
 
     Parameters
     ----------
-    ledger : Ledger
-    answer : Answer
+    arrays : ResultArrays
+    accumulators : list of Accumulator
     seconds : float
         Spent in counting.
-    device : {'cpu', 'gl'}
+    device : str
         What counted.
     """
 
-    ledger: Ledger
-    answer: Answer
+    arrays: ResultArrays
+    accumulators: list[Accumulator]
     seconds: float
     device: str
+
+    @property
+    def masks(self) -> Masks | None:
+        """Every instant, if it was asked for."""
+        kept = [one.masks for one in self.accumulators if isinstance(one, InstantMasks)]
+        return kept[0] if kept else None
+
+    def blank(self, nothing: NDArray[np.bool_]) -> None:
+        """Take away receivers that are not there."""
+        self.arrays.blank(nothing)
+        for one in self.accumulators:
+            one.blank(nothing)
+
+    def variables(self, laid: Receivers) -> Variables:
+        """Return the arrays of the result besides the hours of the whole period."""
+        found = self.arrays.variables(laid)
+        for one in self.accumulators:
+            found |= one.variables(laid)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,51 +176,65 @@ class Setup:
         progress : callable
             Told how many instants are done, and of how many.
         """
-        period, wanted, asked = self.period, self.wanted, self.asked
-        shape, tiles = laid.shape, laid.make_tiles(self)
-        reads_days = bool(asked.proposed) or (asked.groups is not None and wanted.tolerance > 0)
-        ledger = Ledger(period, shape, wanted, self.canopy, reads_days=reads_days)
-        answer = Answer(asked, laid.casting, ledger)
-        suns = period.sun.direction[period.sun.is_up]
-        works = len(suns) * (2 if asked.groups else 1)
+        wanted, tiles = self.wanted, laid.make_tiles(self)
+        has_groups = self.asked.groups is not None
+        arrays = ResultArrays(
+            self.period, laid.shape, wanted, self.canopy,
+            reads_days=bool(self.asked.proposed) or (has_groups and wanted.tolerance > 0),
+        )  # fmt: skip
+        accumulators = self.make_accumulators(arrays, laid)
+        lights = self.make_lights()
+        works = len(lights) * (1 + has_groups)
+        suns = self.period.sun.direction[self.period.sun.is_up]
         seconds = 0.0
-        with StudyCounters(self.device, self.casters, suns, math.prod(shape)) as counters:
+        with StudyCounters(self.device, self.casters, suns, math.prod(laid.shape)) as counters:
             for n, (where, make_tile) in enumerate(tiles):
                 tile = make_tile()
                 counter = counters.make(tile)
-                solid = tile.with_casters() if self.canopy else None
                 if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes buffers
                     counter.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
-                advance = make_advance(progress, n * works, len(tiles) * works)
                 started = time.perf_counter()
-                if wanted.tolerance:
-                    caught = [Caught(counter, tile.tree)]
-                    if solid is not None:
-                        caught.append(Caught(solid.make_counter(), solid.tree))
-                    count_exactly(caught, tile.places, tile.shape, ledger, where, advance)
-                else:
-                    through = None if solid is None else solid.make_counter()
-                    count_period(counter, tile.shape, ledger, where, advance, through)
-                if wanted.tolerance:
-                    answer.add_exactly(tile, where, partial(self._solve, tile), advance)
-                else:
-                    answer.add(tile, where, advance)
+                run = look(tile, self.canopy, where, counter)
+                pass_lights(run, lights, accumulators, make_advance(progress, n, len(tiles), works))
                 seconds += time.perf_counter() - started
-        return Result(ledger, answer, seconds, counters.device)
+        return Result(arrays, accumulators, seconds, counters.device)
+
+    def make_lights(self) -> Lights:
+        """Return the suns: at the steps' midpoints, or so dense that no interval is missed."""
+        if self.wanted.tolerance:
+            return follow_sun(self.period, self.wanted.tolerance)
+        return self.period.make_lights()
+
+    def make_accumulators(self, arrays: ResultArrays, laid: Receivers) -> list[Accumulator]:
+        """Return what keeps what is asked for, hours first: the others read them."""
+        wanted, asked = self.wanted, self.asked
+        found: list[Accumulator] = [
+            ExactIntervals(arrays) if wanted.tolerance
+            else SunIntervals(arrays) if wanted.is_streamed
+            else HourSums(arrays)
+        ]  # fmt: skip
+        if wanted.masks:
+            has_canopy = self.canopy is not None
+            found.append(InstantMasks(self.period, laid.shape, has_canopy=has_canopy))
+        if asked.groups is not None and wanted.tolerance:
+            found.append(ExactAttribution(asked, laid, arrays, self._solve))
+        elif asked.groups is not None:
+            found.append(Attribution(asked, laid, arrays))
+        return found
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
-        """Give a tile's exact hours in shadow by date if only some parts cast (days, ...) [h]."""
+        """Return a tile's exact hours in shadow by date if only some parts cast (days, ...) [h]."""
         chosen, canopy = [parts], self.canopy
         if canopy is not None and set(parts).intersection(canopy.casting):
             chosen.append([part for part in parts if part not in set(canopy.casting)])
         else:
             canopy = None
         tiles = [tile.with_casters(some) for some in chosen]
-        caught = [Caught(one.make_counter(), one.tree) for one in tiles]
+        run = TileRun(tile.shape, [one.make_counter() for one in tiles], ..., tiles)
         wanted = Wanted(tolerance=self.wanted.tolerance)
-        ledger = Ledger(self.period, tile.shape, wanted, canopy, reads_days=True)
-        count_exactly(caught, tile.places, tile.shape, ledger)
-        return np.array([ledger.read_hours(day) for day in range(len(self.period.days))])
+        arrays = ResultArrays(self.period, tile.shape, wanted, canopy, reads_days=True)
+        pass_lights(run, self.make_lights(), [ExactIntervals(arrays)])
+        return np.array([arrays.read_hours(day) for day in range(len(self.period.days))])
 
     def describe(self, receivers: str, seconds: float, **more: object) -> dict[str, object]:
         """Give the attributes of a result; those that are None are left out."""

@@ -38,16 +38,12 @@ def run(
     setup = Setup.of(scene, site, options)
     laid = kind.lay_out(setup)
     done = setup.count(laid, progress)
-    ledger, answer = done.ledger, done.answer
     nothing = laid.finish()
     if nothing is not None:
-        ledger.blank(nothing)
-        answer.blank(nothing)
+        done.blank(nothing)
     facts = setup.describe(kind.name, done.seconds, device=done.device, **laid.facts)
-    more = {**ledger.variables(laid.dims), **answer.variables(laid.dims, laid.area)}
-    study = Study(
-        laid, setup.period, ledger.shadow_hours, ledger.up_hours, ledger.masks, facts, more
-    )
+    arrays, more = done.arrays, done.variables(laid)
+    study = Study(laid, setup.period, arrays.shadow_hours, arrays.up_hours, done.masks, facts, more)
     more |= laid.sum_up(study)
     return study
 

@@ -1,6 +1,7 @@
 """Every instant of a study, so many of them and so fine as a web page holds, packed to bits."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 
 from umbra.scene.grid import Grid
 from umbra.study import Study
+from umbra.study.lights import Lights
 from umbra.study.period import Period
+from umbra.study.run import Accumulator, TileRun, look, pass_lights
 
 __all__ = [
     "FEW_DATES",
@@ -186,14 +189,9 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     shown = np.flatnonzero(study.sun.is_up[which])
     grid = _choose_grid(study.grid, len(shown) * (1 if share is None else 2), longest)
     tile = study.model.make_tile(grid)
-    sweep = tile.make_counter()
-    solid = None if share is None else tile.with_casters().make_counter()
-    kept = _InstantPacker(len(which), grid.rows * grid.cols, share)
-    for first in range(0, len(shown), 8):
-        some = shown[first : first + 8]
-        suns = study.sun.direction[which[some]]
-        masks = sweep.masks(suns) & ~tile.nothing
-        kept.keep(some, masks, None if solid is None else solid.masks(suns) & ~tile.nothing)
+    kept = _InstantPacker(len(which), grid.rows * grid.cols, share, ~tile.nothing)
+    lights = Lights.of(study.sun.direction[which[shown]], step=shown)
+    pass_lights(look(tile, study.model.canopy), lights, [kept])
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Timeline(
         which, last, strides, kept.bits, grid.x + shift_x, grid.y + shift_y,
@@ -220,35 +218,56 @@ def make_point_timeline(study: Study) -> Instants:
         for k in shown:
             solid = study.masks[int(which[k])][None]
             masks = solid if canopies is None else solid | canopies[int(which[k])]
-            kept.keep(shown[shown == k], masks, solid)
+            kept.keep(shown[shown == k], [masks, solid])
     else:
-        suns = study.sun.direction[which[shown]]
-        for first in range(0, len(shown), 16):
-            some = suns[first : first + 16]
-            masks, solid = np.zeros((2, len(some), count), np.uint8)
-            for where, tile in study.laid.look_again():
-                masks[:, where] = tile.masks(some)
-                if share is not None:
-                    solid[:, where] = tile.with_casters().masks(some)
-            kept.keep(shown[first : first + 16], masks, solid)
+        lights = Lights.of(study.sun.direction[which[shown]], step=shown)
+        for where, tile in study.laid.look_again():
+            pass_lights(look(tile, study.model.canopy, where), lights, [kept])
     return Instants(which, last, strides, kept.bits, behind=kept.behind, share=share)
 
 
-class _InstantPacker:
-    """The bits of ``Instants``, filled in some at a time."""
+class _InstantPacker(Accumulator):
+    """
+    Fills in the bits of ``Instants``.
 
-    def __init__(self, instants: int, count: int, share: NDArray[np.float64] | None) -> None:
+    Parameters
+    ----------
+    instants, count : int
+        Number of instants and of receivers.
+    share : (n,) float64, optional
+        Of the light that canopies let through.
+    is_there : (...) bool, optional
+        Which receivers there are.
+    """
+
+    def __init__(
+        self, instants: int, count: int, share: NDArray[np.float64] | None,
+        is_there: NDArray[np.bool_] | None = None,
+    ) -> None:  # fmt: skip
         self.bits = np.zeros((instants, (count + 7) // 8), np.uint8)
         self.share, self.behind = share, None if share is None else np.zeros_like(self.bits)
+        self._is_there, self._first = is_there, 0
 
-    def keep(self, some: NDArray[np.intp], masks: NDArray, solid: NDArray | None) -> None:
+    def begin(self, run: TileRun, lights: Lights) -> None:
+        """Begin with a run of receivers, which starts at a whole byte."""
+        first = run.where.start if isinstance(run.where, slice) else 0
+        self._first = first // 8
+
+    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+        """Pack some instants' shadows."""
+        self.keep(lights.step[some], masks)
+
+    def keep(self, some: NDArray[np.signedinteger], masks: Sequence[NDArray[np.uint8]]) -> None:
         """Pack some instants' shadows, and where there are canopies what they alone cast."""
-        masks = masks.reshape(len(some), -1)
-        if self.share is not None and self.behind is not None and solid is not None:
-            solid = solid.reshape(masks.shape)
-            masks = np.where(self.share[some, None] < 1, masks, solid)
-            self.behind[some] = np.packbits(masks & ~solid, axis=1)
-        self.bits[some] = np.packbits(masks, axis=1)
+        if self._is_there is not None:
+            masks = [mask & self._is_there for mask in masks]
+        flat = [mask.reshape(len(some), -1) for mask in masks]
+        shadow = flat[0]
+        width = slice(self._first, self._first + (shadow.shape[1] + 7) // 8)
+        if self.share is not None and self.behind is not None:
+            shadow = np.where(self.share[some, None] < 1, flat[0], flat[1])
+            self.behind[some, width] = np.packbits(shadow & ~flat[1], axis=1)
+        self.bits[some, width] = np.packbits(shadow, axis=1)
 
 
 def _find_share(study: Study, which: NDArray[np.int64]) -> NDArray[np.float64] | None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
+from umbra.study.accumulators.intervals import Spells
 from umbra.study.period import Period, make_period
 from umbra.study.result import Study
 from umbra.study.rules.judge_samples import judge_parts, judge_points
@@ -24,7 +25,7 @@ from umbra.study.rules.measure import (
     say_spells,
 )
 from umbra.study.rules.read import Check, Place, Rules
-from umbra.study.spells import Spells
+from umbra.study.run import look
 
 __all__ = ["find_standing", "judge"]
 
@@ -162,11 +163,8 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
 
 def _measure(study: Study, check: Check, period: Period, grid: Grid) -> Spells:
     """Let the instants that count pass over some cells."""
-    tile = study.model.make_tile(grid)
-    canopy = study.model.canopy
-    solid = None if canopy is None else tile.with_casters().make_counter().masks
-    shape = (grid.rows, grid.cols)
-    return measure(check, period, shape, tile.make_counter().masks, canopy, solid)
+    run = look(study.model.make_tile(grid), study.model.canopy)
+    return measure(check, period, run, study.model.canopy)
 
 
 def find_standing(study: Study, x: float, y: float) -> str:

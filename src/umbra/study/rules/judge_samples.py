@@ -6,12 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.rays.face_tree import FaceTree
-from umbra.rays.hidden import find_hidden
+from umbra.study.accumulators.intervals import Spells
 from umbra.study.period import Period
 from umbra.study.result import Study
 from umbra.study.rules.measure import (
-    FindMasks,
     Verdict,
     measure,
     meets_limit,
@@ -22,7 +20,7 @@ from umbra.study.rules.measure import (
     say_spells,
 )
 from umbra.study.rules.read import Check
-from umbra.study.spells import Spells
+from umbra.study.run import look
 
 __all__ = ["judge_parts", "judge_points"]
 
@@ -120,15 +118,6 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
 
 def _measure(study: Study, check: Check, period: Period) -> Iterator[Spells]:
     """Let the instants that a check counts pass over all points, some at a time."""
-    casting = study.model
-    places = study.places.points - casting.scene.origin
-    for first in range(0, len(places), _CHUNK):
-        points, normals = (a[first : first + _CHUNK] for a in (places, study.places.normals))
-
-        def look_through(tree: FaceTree, points=points, normals=normals) -> FindMasks:
-            return lambda suns: find_hidden(tree, points, normals, suns, casting.threads)
-
-        solid = None if casting.canopy is None else look_through(casting.solid.tree)
-        yield measure(
-            check, period, (len(points),), look_through(casting.tree), casting.canopy, solid
-        )
+    canopy = study.model.canopy
+    for _, tile in study.laid.look_again():
+        yield measure(check, period, look(tile, canopy), canopy)

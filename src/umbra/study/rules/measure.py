@@ -2,20 +2,19 @@
 
 import datetime as dt
 import zoneinfo
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.canopy import Canopy
+from umbra.study.accumulators.intervals import Spells, to_hours
+from umbra.study.accumulators.sun_intervals import IntervalCount
 from umbra.study.period import Period
 from umbra.study.rules.read import Check, Place
-from umbra.study.spells import Spells, SpellState, to_hours
+from umbra.study.run import TileRun, pass_lights
 
-__all__ = ["FindMasks", "Verdict", "measure", "meets_limit", "pick_hours"]
-
-FindMasks = Callable[[NDArray[np.float64]], NDArray[np.uint8]]
+__all__ = ["Verdict", "measure", "meets_limit", "pick_hours"]
 
 _SLACK = 1e-4  # of sums of microseconds kept as float32 hours [h]
 _WORDS = {
@@ -62,10 +61,8 @@ class Verdict:
 def measure(
     check: Check,
     period: Period,
-    shape: tuple[int, ...],
-    find_masks: FindMasks,
+    run: TileRun,
     canopy: Canopy | None = None,
-    find_solid: FindMasks | None = None,
 ) -> Spells:
     """
     Let the instants that a check counts pass over some receivers.
@@ -75,36 +72,20 @@ def measure(
     check : Check
     period : Period
         Of one date of the check.
-    shape : tuple of int
-        Of the receivers.
-    find_masks : callable
-        Tells for (n, 3) suns which receivers are in shadow, (n, ...) uint8.
+    run : TileRun
+        With a second counter where there are canopies.
     canopy : Canopy, optional
         What lets light through; hours behind it alone count by its share, and are in no
-        spell.
-    find_solid : callable, optional
-        As ``find_masks``, without canopies.
+        interval.
 
     Returns
     -------
     spells : Spells
     """
-    least = check.min_spell // dt.timedelta(microseconds=1)
-    state = SpellState(shape, least)
-    share = 0.0 if canopy is None else canopy.season.find_share(period.days[0])
-    behind = np.zeros(shape, np.int64)
-    counted = np.flatnonzero(period.sun.is_up & (period.sun.altitude >= check.min_altitude))
-    starts, ends = period.starts, period.ends
-    for first in range(0, len(counted), 8):
-        some = counted[first : first + 8]
-        masks = find_masks(period.sun.direction[some])
-        if find_solid is not None:
-            solid = find_solid(period.sun.direction[some])
-            behind += np.tensordot((ends - starts)[some], masks & ~solid, 1)
-            masks = solid if share >= 1 else masks
-        state.add_steps(masks, starts[some], ends[some])
-    spells = state.finish()
-    return spells if find_solid is None else spells.add_behind(behind, share)
+    share = None if canopy is None else canopy.season.find_share(period.days[0])
+    count = IntervalCount(check.min_spell // dt.timedelta(microseconds=1), share)
+    pass_lights(run, period.make_lights(period.sun.altitude >= check.min_altitude), [count])
+    return count.finish()
 
 
 def pick_hours(check: Check, period: Period, spells: Spells) -> NDArray[np.float32]:

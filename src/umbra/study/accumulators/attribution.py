@@ -3,23 +3,24 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.canopy import Canopy
-from umbra.casters.casting import Casting
-from umbra.receivers.kind import Tile
+from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
+from umbra.study.accumulators.arrays import ResultArrays
+from umbra.study.accumulators.groups import Groups, ShareCount, find_groups
 from umbra.study.compare import read_hours
-from umbra.study.ledger import Ledger
+from umbra.study.lights import Lights
 from umbra.study.losses import Losses, is_newly_under
 from umbra.study.options import StudyOptions
-from umbra.study.who import Groups, count_shares, find_groups
+from umbra.study.run import Accumulator, TileRun
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Answer", "Asked"]
+__all__ = ["Asked", "Attribution", "ExactAttribution"]
 
 _WORK = 256e6  # what the pieces' instants may take while a tile is counted [byte]
 
@@ -85,23 +86,26 @@ class Asked:
         return max(8, min(side, int(np.sqrt(_WORK / each))))
 
 
-class Answer:
+class Attribution(Accumulator):
     """
-    Hours due to groups of casters, filled in tile by tile.
+    Finds the hours due to groups of casters, and what a proposal takes.
 
     Parameters
     ----------
     asked : Asked
-    model : Casting
-    ledger : Ledger
-        Of the study: its receivers' shape, its period, and its hours when all is done.
+        About some groups.
+    laid : Receivers
+    arrays : ResultArrays
+        Of the study: its hours of a day are entered before that day ends here.
     """
 
-    def __init__(self, asked: Asked, model: Casting, ledger: Ledger) -> None:
-        self.asked, self.model, self.ledger = asked, model, ledger
-        groups, shape = asked.groups, ledger.shape
-        count, days = len(groups.names) if groups else 0, len(ledger.period.days)
-        kept = days if ledger.wanted.by_day else 0
+    needs_masks = False
+
+    def __init__(self, asked: Asked, laid: Receivers, arrays: ResultArrays) -> None:
+        self.asked, self.model, self.arrays = asked, laid.casting, arrays
+        self.groups, shape = cast("Groups", asked.groups), arrays.shape
+        count, days = len(self.groups.names), len(arrays.period.days)
+        kept = days if arrays.wanted.by_day else 0
         self.cast = np.zeros((count, *shape), np.float32)
         self.sole = np.zeros((count, *shape), np.float32)
         self.cast_by_day = np.zeros((kept, count, *shape), np.float32)
@@ -113,84 +117,50 @@ class Answer:
         self.newly_by_day = np.zeros((kept, *of_proposal), np.uint8)
         self._casters: list[Caster] = []
 
-    def add(self, tile: Tile, where: Any, progress: Callable[[int], object]) -> None:
-        """Count a tile, one date after another."""
-        groups = self.asked.groups
-        if groups is None:
-            return
+    def begin(self, run: TileRun, lights: Lights) -> None:
+        """Begin with a tile: make each piece of casters ready."""
+        self._run, self._lights = run, lights
         if not self._casters:
-            self._casters = self.model.make_casters(groups.pieces)
-        period = self.ledger.period
-        up = np.flatnonzero(period.sun.is_up)
-        for day in range(len(period.days)):
-            shares = count_shares(
-                [partial(tile.find_cast, caster) for caster in self._casters],
-                tile.places,
-                groups,
-                period,
-                tile.shape,
-                self.model.threads,
-                progress,
-                self.ledger.shares,
-                up[period.day_of_step[up] == day],
-            )
-            self._enter(day, shares.cast, shares.sole, where)
-        self._keep_owner(tile, where)
+            self._casters = self.model.make_casters(self.groups.pieces)
+        tile = run.tiles[0]
+        self._count = ShareCount(
+            [partial(tile.find_cast, caster) for caster in self._casters],
+            tile.places, self.groups, run.shape, self.model.threads,
+        )  # fmt: skip
 
-    def add_exactly(
-        self,
-        tile: Tile,
-        where: Any,
-        solve: Callable[[Sequence[int]], NDArray[np.float32]],
-        progress: Callable[[int], object],
-    ) -> None:
-        """
-        Solve a tile: whatever a group casts is the difference of two exact studies.
+    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+        """Find the shadows of each piece of casters at some instants."""
+        arrays = self.arrays
+        hours = lights.weights[some, 0].astype(np.float32)
+        through = np.zeros(len(hours))
+        if arrays.shares is not None:
+            through = arrays.shares[arrays.period.day_of_step[lights.step[some]]]
+        self._count.add(lights.directions[some], hours, through)
 
-        Parameters
-        ----------
-        tile : Tile
-        where : index
-            Where the tile's receivers lie among all.
-        solve : callable
-            Gives the tile's hours in shadow by date if only some parts cast, (n_days, ...) [h].
-        progress : callable
-        """
-        groups = self.asked.groups
-        if groups is None:
-            return
-        days = range(len(self.ledger.period.days))
-        up = int(self.ledger.period.sun.is_up.sum())
-        everything = sorted(part for piece in groups.pieces for part in piece)
-        attached = solve([])
-        after = np.array([self.ledger.read_hours(day, where) for day in days])
-        cast = np.zeros((len(days), len(groups.names), *tile.shape), np.float32)
-        sole = np.zeros_like(cast)
-        for k, row in enumerate(groups.member):
-            mine = {p for piece, is_mine in zip(groups.pieces, row) if is_mine for p in piece}
-            without = solve([part for part in everything if part not in mine])
-            sole[:, k] = np.maximum(after - without, 0)
-            if k < self.asked.shown:
-                cast[:, k] = np.maximum(solve(sorted(mine)) - attached, 0)
-            progress(up * (k + 1) // len(groups.names) - up * k // len(groups.names))
-        for day in days:
-            self._enter(day, cast[day], sole[day], where)
-        self._keep_owner(tile, where)
+    def end_day(self, day: int) -> None:
+        """Enter the hours of a date."""
+        shares = self._count.finish()
+        self._enter(day, shares.cast, shares.sole, self._run.where)
+        self._count.clear()
+
+    def end(self, progress: Callable[[int], object]) -> None:
+        """End the tile."""
+        self._keep_owner(self._run.tiles[0], self._run.where)
 
     def _enter(
-        self, day: int, cast: NDArray[np.float32], sole: NDArray[np.float32], where: Any
+        self, day: int, due: NDArray[np.float32], sole: NDArray[np.float32], where: Any
     ) -> None:
         """Add a date of a tile to the whole, and judge it by its own hours."""
         inside = where if isinstance(where, tuple) else (where,)
-        self.cast[:, *inside] += cast
+        self.cast[:, *inside] += due
         self.sole[:, *inside] += sole
         if len(self.cast_by_day):
-            self.cast_by_day[day, :, *inside] = cast
+            self.cast_by_day[day, :, *inside] = due
             self.sole_by_day[day, :, *inside] = sole
         if not self.asked.proposed:
             return
-        up = np.float32(self.ledger.up_hours_by_day[day])
-        newly = is_newly_under(up - self.ledger.read_hours(day, where), sole[-1], self.asked.under)
+        up = np.float32(self.arrays.up_hours_by_day[day])
+        newly = is_newly_under(up - self.arrays.read_hours(day, where), sole[-1], self.asked.under)
         self.newly_days[where] += newly
         if len(self.newly_by_day):
             self.newly_by_day[day, *inside] = newly
@@ -206,21 +176,11 @@ class Answer:
         if self.asked.proposed:
             self.nothing |= nothing
 
-    def variables(
-        self, dims: tuple[str, ...], area: NDArray[np.float64] | float
-    ) -> dict[str, tuple[tuple[str, ...], NDArray]]:
-        """
-        Give the answers when all tiles are counted.
-
-        Parameters
-        ----------
-        dims : tuple of str
-            The receivers' dimensions.
-        area : (...) float64 or float
-            Of each receiver [m2].
-        """
+    def variables(self, laid: Receivers) -> Variables:
+        """Return the answers when all tiles are counted."""
+        dims = laid.dims
         asked, has_days = self.asked, len(self.cast_by_day) > 0
-        found: dict[str, tuple[tuple[str, ...], NDArray]] = {}
+        found: Variables = {}
         if asked.groups and asked.shown:
             some = slice(asked.shown)
             found["caster"] = (("caster",), np.array(asked.groups.names[some]))
@@ -237,13 +197,65 @@ class Answer:
                 np.isin(self.owner, asked.proposed) | self.nothing,
                 self.owner,
                 self.model.scene.labels(),
-                area,
-                len(self.ledger.period.days),
+                laid.area,
+                len(self.arrays.period.days),
                 self.sole_by_day[:, -1] if has_days else None,
                 self.newly_by_day if has_days else None,
             )
             found |= losses.variables(dims)
         return found
+
+
+class ExactAttribution(Attribution):
+    """
+    Finds the hours of groups as differences of exact studies.
+
+    Parameters
+    ----------
+    asked, laid, arrays
+        As in ``Attribution``.
+    solve : callable
+        Gives a tile's hours in shadow by date if only some parts cast, (n_days, ...) [h].
+    """
+
+    needs_masks = True  # no single casters are asked for while the lights pass
+
+    def __init__(
+        self, asked: Asked, laid: Receivers, arrays: ResultArrays,
+        solve: Callable[[Tile, Sequence[int]], NDArray[np.float32]],
+    ) -> None:  # fmt: skip
+        super().__init__(asked, laid, arrays)
+        self._solve = solve
+
+    def begin(self, run: TileRun, lights: Lights) -> None:
+        """Begin with a tile."""
+        self._run, self._lights = run, lights
+
+    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+        """Do nothing: all is found when the tile's own hours are."""
+
+    def end_day(self, day: int) -> None:
+        """Do nothing yet."""
+
+    def end(self, progress: Callable[[int], object]) -> None:
+        """Let only some parts cast, group after group."""
+        tile, where, groups = self._run.tiles[0], self._run.where, self.groups
+        days, works = range(len(self.arrays.period.days)), len(self._lights)
+        everything = sorted(part for piece in groups.pieces for part in piece)
+        attached = self._solve(tile, [])
+        after = np.array([self.arrays.read_hours(day, where) for day in days])
+        due = np.zeros((len(days), len(groups.names), *tile.shape), np.float32)
+        sole = np.zeros_like(due)
+        for k, row in enumerate(groups.member):
+            mine = {p for piece, is_mine in zip(groups.pieces, row) if is_mine for p in piece}
+            without = self._solve(tile, [part for part in everything if part not in mine])
+            sole[:, k] = np.maximum(after - without, 0)
+            if k < self.asked.shown:
+                due[:, k] = np.maximum(self._solve(tile, sorted(mine)) - attached, 0)
+            progress(works * (k + 1) // len(groups.names) - works * k // len(groups.names))
+        for day in days:
+            self._enter(day, due[day], sole[day], where)
+        super().end(progress)
 
 
 def _join(some: Groups | None, more: Groups) -> Groups:

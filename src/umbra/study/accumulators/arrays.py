@@ -1,4 +1,4 @@
-"""What a study keeps of every receiver: hours always, the rest where it was asked for."""
+"""The arrays of a result: hours always, the rest where it was asked for."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,16 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.canopy import Canopy
-from umbra.study.masks import Masks
+from umbra.receivers.kind import Receivers, Variables
+from umbra.study.accumulators.intervals import Spells, to_hours
 from umbra.study.period import Period
-from umbra.study.spells import Spells, to_hours
 
-__all__ = ["FEW_DAYS", "MASKS", "Ledger", "Wanted"]
+__all__ = ["FEW_DAYS", "ResultArrays", "Wanted"]
 
 FEW_DAYS = 12
 """Up to so many dates results are also kept by day, unless it is said otherwise."""
-MASKS = ("in_shadow", "under_canopy")
-"""What is kept of every instant: packed, and large once it is not."""
 _SPELLS = {
     "first_sun": np.dtype("datetime64[us]"),
     "last_sun": np.dtype("datetime64[us]"),
@@ -67,7 +65,7 @@ class Wanted:
         return types
 
 
-class Ledger:
+class ResultArrays:
     """
     Results of all receivers, filled in tile by tile.
 
@@ -98,9 +96,7 @@ class Ledger:
     ) -> None:
         self.period, self.shape, self.wanted = period, shape, wanted
         self.shadow_hours = np.zeros(shape, np.float32)
-        self.masks = Masks(period.sun.is_up, shape) if wanted.masks else None
         self.shares = None if canopy is None else canopy.find_shares(period.days)
-        self.canopy_masks = Masks(period.sun.is_up, shape) if canopy and wanted.masks else None
         self.up_hours_by_day = period.up_hours_by_day
         days = len(period.days)
         self._whole = {name: np.zeros(shape, t) for name, t in wanted._spell_types().items()}
@@ -130,19 +126,6 @@ class Ledger:
     def lets_all_through(self, day: int) -> bool:
         """Tell whether canopies weaken nothing on a day."""
         return self.shares is not None and self.shares[day] >= 1
-
-    def keep_masks(
-        self,
-        instants: NDArray[np.intp],
-        masks: NDArray[np.uint8],
-        behind: NDArray[np.uint8] | None,
-        where: Any = ...,
-    ) -> None:
-        """Store some instants, if they are asked for: shadow, and what is behind canopies alone."""
-        if self.masks is not None:
-            self.masks.keep(instants, masks, where)
-        if self.canopy_masks is not None and behind is not None:
-            self.canopy_masks.keep(instants, behind, where)
 
     def keep_hours(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
         """Store hours in shadow of a tile: of the whole period, or of one day."""
@@ -181,23 +164,22 @@ class Ledger:
     def blank(self, nothing: NDArray[np.bool_]) -> None:
         """Take away the values of receivers that are not there."""
         self.shadow_hours[nothing] = np.nan
-        for masks in (self.masks, self.canopy_masks):
-            if masks is not None:
-                masks.bits[:, nothing] = 0
         for array in (*self._whole.values(), *self._by_day.values()):
             missing = {"f": np.nan, "M": np.datetime64("NaT")}.get(array.dtype.kind, 0)
             array[..., nothing] = missing
 
-    def variables(self, dims: tuple[str, ...]) -> dict[str, tuple[tuple[str, ...], NDArray]]:
-        """
-        Give what is kept besides the hours of the whole period.
+    def enter_day(self, spells: Spells, up: int, where: Any, day: int | None) -> None:
+        """Enter the sun intervals of one day, or of all (None), with the sun up so long [us]."""
+        light = spells.sun if spells.light is None else spells.light
+        self.keep_hours(to_hours(up - light), where, day)
+        self.keep_spells(spells, where, day)
+        if spells.behind is not None:
+            self.keep_behind(to_hours(spells.behind), where, day)
 
-        Parameters
-        ----------
-        dims : tuple of str
-            The receivers' dimensions.
-        """
-        found: dict[str, tuple[tuple[str, ...], NDArray]] = {}
+    def variables(self, laid: Receivers) -> Variables:
+        """Return what is kept besides the hours of the whole period."""
+        dims = laid.dims
+        found: Variables = {}
         found |= {name: (dims, array) for name, array in self._whole.items()}
         if self.wanted.spells:
             share = self.shadow_hours / np.float32(self.up_hours or np.nan)
@@ -212,11 +194,6 @@ class Ledger:
             found["shadow_hours_by_day"] = (("day", *dims), hours)
             found["sun_hours_by_day"] = (("day", *dims), up - hours)
             found |= {f"{name}_by_day": (("day", *dims), array) for name, array in by_day.items()}
-        if self.masks is not None:
-            found["in_shadow"] = (("time", *dims), self.masks)  # type: ignore[assignment]
         if self.shares is not None:
             found["canopy_transmissivity"] = (("time",), self.shares[self.period.day_of_step])
-        if self.canopy_masks is not None:
-            masks: Any = self.canopy_masks
-            found["under_canopy"] = (("time", *dims), masks)
         return found

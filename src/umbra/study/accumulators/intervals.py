@@ -3,7 +3,7 @@ Spells of sun: first and last sun, how often it comes, how long it stays.
 
 Instants stream through in time order, and each receiver keeps seven numbers. What the
 step [start, end) is at its midpoint it is taken to be throughout, so spells begin and
-end with steps; `umbra.study.exact` moves these ends to where they are. A spell ends
+end with steps; ``exact.py`` moves these ends to where they are. A spell ends
 with its day's period, and when the sun sets.
 """
 

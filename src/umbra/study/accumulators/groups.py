@@ -20,9 +20,8 @@ from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.scene import Scene
 from umbra.scene.places import Places
-from umbra.study.period import Period
 
-__all__ = ["BY", "Groups", "Shares", "count_shares", "find_groups"]
+__all__ = ["BY", "Groups", "ShareCount", "Shares", "find_groups"]
 
 Finder = Callable[[NDArray[np.float64]], tuple[Any, NDArray[np.uint8]]]
 """Takes suns (n, 3); gives where among the receivers, and the masks (n, ...) there."""
@@ -132,19 +131,9 @@ def find_groups(
     return Groups(tuple(chosen), pieces, np.ascontiguousarray(kinds.T[:-1]), kinds[:, -1])
 
 
-def count_shares(
-    finders: Sequence[Finder],
-    places: Places,
-    groups: Groups,
-    period: Period,
-    shape: tuple[int, ...],
-    threads: int = 1,
-    progress: Callable[[int], object] = lambda _: None,
-    shares: NDArray[np.float64] | None = None,
-    which: NDArray[np.intp] | None = None,
-) -> Shares:
+class ShareCount:
     """
-    Find the hours due to each group on some receivers.
+    Adds up the hours due to each group while instants pass over some receivers.
 
     Parameters
     ----------
@@ -153,44 +142,62 @@ def count_shares(
     places : Places
         The receivers, flat.
     groups : Groups
-    period : Period
     shape : tuple of int
         Of the receivers.
     threads : int
-    progress : callable
-        Told how many instants were done, now and then.
-    shares : (n_days,) float64, optional
-        Of the light that canopies let through.
-    which : (n,) int, optional
-        Steps that are counted, the sun being up; all such by default.
     """
-    cells = int(np.prod(shape, dtype=np.int64))
-    cast = np.zeros((len(groups.names), cells), np.float32)
-    sole = np.zeros_like(cast)
-    up = np.flatnonzero(period.sun.is_up) if which is None else which
-    bits = np.zeros((len(finders), cells), np.uint8)
-    first = np.cumsum([0, *groups.member.sum(1)])
-    listed = np.nonzero(groups.member)[1]
-    hours = period.hours
-    through = np.zeros(len(hours)) if shares is None else shares[period.day_of_step]
-    for start in range(0, len(up), 8):
-        some = up[start : start + 8]
-        suns = period.sun.direction[some]
-        bits[:] = 0
-        for find, row in zip(finders, bits, strict=True):
+
+    def __init__(
+        self, finders: Sequence[Finder], places: Places, groups: Groups, shape: tuple[int, ...],
+        threads: int = 1,
+    ) -> None:  # fmt: skip
+        self.finders, self.places, self.groups = finders, places, groups
+        self.shape, self.threads = shape, threads
+        cells = int(np.prod(shape, dtype=np.int64))
+        self._bits = np.zeros((len(finders), cells), np.uint8)
+        self._first = np.cumsum([0, *groups.member.sum(1)])
+        self._listed = np.nonzero(groups.member)[1]
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin again."""
+        self._cast = np.zeros((len(self.groups.names), self._bits.shape[1]), np.float32)
+        self._sole = np.zeros_like(self._cast)
+
+    def add(
+        self,
+        suns: NDArray[np.float64],
+        hours: NDArray[np.float32],
+        through: NDArray[np.float64],
+    ) -> None:
+        """
+        Let at most eight instants pass.
+
+        Parameters
+        ----------
+        suns : (n, 3) float64
+        hours : (n,) float32
+            That each stands for.
+        through : (n,) float64
+            Share of the light that canopies let through.
+        """
+        self._bits[:] = 0
+        for find, row in zip(self.finders, self._bits, strict=True):
             window, masks = find(suns)
             packed = np.zeros(masks.shape[1:], np.uint8)
             for k, mask in enumerate(masks):
                 packed |= mask << np.uint8(k)
-            row.reshape(shape)[window] = packed
-        use_threads(threads)
-        lengths = hours[some].astype(np.float32)
+            row.reshape(self.shape)[window] = packed
+        use_threads(self.threads)
         _share(
-            bits, suns, places.normals, lengths, through[some], first, listed, groups.is_weak,
-            cast, sole,
+            self._bits, suns, self.places.normals, hours, through, self._first, self._listed,
+            self.groups.is_weak, self._cast, self._sole,
         )  # fmt: skip
-        progress(len(some))
-    return Shares(cast.reshape(-1, *shape), sole.reshape(-1, *shape))
+
+    def finish(self) -> Shares:
+        """Return the hours since the last ``clear``."""
+        shape = (-1, *self.shape)
+        return Shares(self._cast.reshape(shape), self._sole.reshape(shape))
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)

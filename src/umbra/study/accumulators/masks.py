@@ -5,13 +5,21 @@ A year at 15 minutes has about 17,500 instants with the sun up; of a million cel
 take 2.2 GB. At night nothing is in shadow, so nothing is kept.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Masks"]
+from umbra.receivers.kind import Receivers, Variables
+from umbra.study.lights import Lights
+from umbra.study.period import Period
+from umbra.study.run import Accumulator, TileRun
+
+__all__ = ["MASKS", "InstantMasks", "Masks"]
+
+MASKS = ("in_shadow", "under_canopy")
+"""What is kept of every instant: packed, and large once it is not."""
 
 
 class Masks:
@@ -95,3 +103,48 @@ class Masks:
         for mask, i in zip(masks, which, strict=True):
             mask[...] = self[i]
         return masks
+
+
+class InstantMasks(Accumulator):
+    """
+    Keeps every instant's shadow, and what lies behind canopies alone.
+
+    Parameters
+    ----------
+    period : Period
+        Lights whose ``step`` is negative are no instant of it.
+    shape : tuple of int
+        Of all receivers.
+    has_canopy : bool
+    """
+
+    def __init__(self, period: Period, shape: tuple[int, ...], *, has_canopy: bool) -> None:
+        self.masks = Masks(period.sun.is_up, shape)
+        self.behind = Masks(period.sun.is_up, shape) if has_canopy else None
+
+    def begin(self, run: TileRun, lights: Lights) -> None:
+        """Begin with a tile."""
+        self._where = run.where
+
+    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+        """Store these instants."""
+        steps = lights.step[some]
+        is_kept = steps >= 0
+        dark = masks[-1][is_kept]
+        self.masks.keep(steps[is_kept], dark, self._where)
+        if self.behind is not None:
+            self.behind.keep(steps[is_kept], masks[0][is_kept] & ~dark, self._where)
+
+    def blank(self, nothing: NDArray[np.bool_]) -> None:
+        """Take away receivers that are not there."""
+        for masks in (self.masks, self.behind):
+            if masks is not None:
+                masks.bits[:, nothing] = 0
+
+    def variables(self, laid: Receivers) -> Variables:
+        """Return the masks, packed."""
+        dims = ("time", *laid.dims)
+        found: dict[str, Any] = {"in_shadow": (dims, self.masks)}
+        if self.behind is not None:
+            found["under_canopy"] = (dims, self.behind)
+        return found

@@ -1,0 +1,10 @@
+"""
+Accumulators: what a study keeps of the lights that pass over its receivers, one file each.
+
+    hours.py        hours in shadow, added up
+    intervals.py    first and last sun, sun intervals, the longest
+    masks.py        every instant
+    exact.py        when shadow begins and ends, solved to a tolerance
+    attribution.py  hours due to chosen casters, and what a proposal takes
+    arrays.py       the arrays of a result that these fill in
+"""

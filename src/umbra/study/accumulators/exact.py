@@ -1,0 +1,285 @@
+"""
+When each receiver enters and leaves shadow, solved to a tolerance.
+
+Instants are counted as ever, a minute apart at most, the steps' ends and midpoints among
+them. Where two that follow one another differ at a receiver, the instant of the change is
+bisected: the sun's place is found in between, and the way to it is tried face by face, in
+float64, with the same rules. Between two instants that agree a receiver is taken to stay
+as it is, so that sun or shadow of more than a minute is surely found, whatever the step;
+with a smaller step also what is longer than half of it. Sunrise and sunset are solved too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from umbra.rays.hidden import is_hidden
+from umbra.study.accumulators.arrays import ResultArrays
+from umbra.study.accumulators.intervals import BEGAN, BLOCK, Spells, SpellState, end_spell
+from umbra.study.accumulators.sun_intervals import DayIntervals
+from umbra.study.lights import Lights
+from umbra.study.period import Period
+from umbra.study.run import TileRun
+from umbra.sun import find_sun
+
+__all__ = ["ExactIntervals", "SunTrack", "find_least_spell", "find_runs", "follow_sun"]
+
+_LOOK = 60_000_000
+"""Instants are at most so far apart, so that nothing longer is missed [us]."""
+_SECOND = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class SunTrack(Lights):
+    """
+    Instants with the sun up, one after another, and the sun.
+
+    Parameters
+    ----------
+    paths : (n, 3, 3) float64
+        From the instant before in the same run to each: at its beginning, middle and end.
+        Within half a minute the path is straight, to 0.01 s.
+    """
+
+    paths: NDArray[np.float64]
+
+
+def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
+    """
+    Find the instants of a day to be counted, one list for each time the sun is up.
+
+    Parameters
+    ----------
+    period : Period
+    day : int
+
+    Returns
+    -------
+    runs : list of (n,) int64
+        UTC [us since 1970]: the steps' ends and midpoints with the sun up, instants
+        between them at most a minute apart, and sunrise and sunset where they fall into
+        the period.
+    """
+    times = _find_times(period, day)
+    is_up = _find_up(period, times)
+    change = np.flatnonzero(is_up[1:] != is_up[:-1])
+    low, high = times[change], times[change + 1]
+    while len(change) and (high - low).max() > 1000:  # a thousandth of a second
+        middle = (low + high) // 2
+        is_low = _find_up(period, middle) == is_up[change]
+        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
+    # The instant of a change belongs to the sun: the later for sunrise, the earlier for sunset.
+    edges = np.where(is_up[change], low, high)
+    runs = []
+    for part in np.split(np.arange(len(times)), change + 1):
+        if not is_up[part[0]]:
+            continue
+        run = times[part]
+        if part[0] > 0:
+            run = np.append(edges[np.searchsorted(change, part[0] - 1)], run)
+        if part[-1] < len(times) - 1:
+            run = np.append(run, edges[np.searchsorted(change, part[-1])])
+        runs.append(np.unique(run))
+    return [run for run in runs if len(run) > 1]
+
+
+def find_least_spell(period: Period) -> float:
+    """Give the length from which no spell of sun or shadow is missed [s]."""
+    return max(
+        float(np.diff(_find_times(period, day)).max()) / _SECOND for day in range(len(period.days))
+    )
+
+
+class ExactIntervals(DayIntervals):
+    """
+    Solves when each receiver enters and leaves shadow.
+
+    The lights are a ``SunTrack``; the tile's run names its tiles.
+
+    Parameters
+    ----------
+    arrays : ResultArrays
+        Written to.
+    """
+
+    def __init__(self, arrays: ResultArrays) -> None:
+        super().__init__(arrays)
+        self._tolerance = round(arrays.wanted.tolerance * _SECOND)
+
+    def begin(self, run: TileRun, lights: Lights) -> None:
+        """Begin with a tile."""
+        super().begin(run, lights)
+        self._run, self._lights = run, lights
+        self._begin_day()
+
+    def _begin_day(self) -> None:
+        least = self.arrays.wanted.min_spell
+        self._states = [SpellState(self._run.shape, least) for _ in self._run.counters]
+
+    def begin_run(self, lights: Lights, some: slice) -> None:
+        """Begin when the sun rises, or the day's period begins."""
+        self._before: list[NDArray[np.uint8] | None] = [None] * len(self._states)
+
+    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+        """Go on to the next instants, and solve what changed on the way."""
+        for i in range(some.start, some.stop):
+            for k, mask in enumerate(masks):
+                self._follow(k, mask[i - some.start].ravel(), i)
+
+    def _follow(self, k: int, mask: NDArray[np.uint8], i: int) -> None:
+        times, state = self._lights.starts, self._states[k].state
+        before = self._before[k]
+        if before is None:
+            _begin(mask, times[i], state)
+        else:
+            tree, places = self._run.tiles[k].tree, self._run.tiles[0].places
+            _advance(
+                before, mask, times[i - 1], times[i], self._lights.paths[i],  # type: ignore[attr-defined]
+                self._tolerance, places.points, places.normals, tree.boxes, tree.links,
+                tree.corners, tree.ids, tree.normals, self.arrays.wanted.min_spell, state,
+            )  # fmt: skip
+        self._before[k] = mask
+
+    def end_run(self, lights: Lights, some: slice) -> None:
+        """End what lasts when the sun sets."""
+        for state in self._states:
+            state.end_all(int(lights.starts[some.stop - 1]))
+
+    def finish_day(self, day: int) -> tuple[Spells, int]:
+        """End the day: the sun was up from the first to the last instant of each run."""
+        arrays, times = self.arrays, self._lights.starts
+        up = sum(int(times[run.stop - 1] - times[run.start]) for run in self._lights.days[day])
+        arrays.up_hours_by_day[day] = up / 3.6e9
+        found = [state.finish() for state in self._states]
+        self._begin_day()
+        if arrays.shares is None:
+            return found[0], up
+        weakened, solid = found
+        spells = solid if arrays.lets_all_through(day) else weakened
+        behind = np.maximum(solid.sun - weakened.sun, 0)
+        return spells.add_behind(behind, float(arrays.shares[day])), up
+
+
+def _find_times(period: Period, day: int) -> NDArray[np.int64]:
+    """Give a day's steps' ends and midpoints, and what lies evenly between them."""
+    steps = period.steps[day]
+    times = np.zeros(2 * len(steps.hours) + 1, np.int64)
+    times[::2], times[1::2] = steps.stamps.astype(np.int64), steps.instants.astype(np.int64)
+    gaps = np.diff(times)
+    parts = -(-gaps // _LOOK)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    place = np.arange(len(first)) - first
+    between = np.repeat(times[:-1], parts) + np.repeat(gaps, parts) * place // np.repeat(
+        parts, parts
+    )
+    return np.append(between, times[-1])
+
+
+def _find_up(period: Period, times: NDArray[np.int64]) -> NDArray[np.bool_]:
+    path = find_sun(period.site, times.view("datetime64[us]"), refraction=period.refraction)
+    return path.is_up
+
+
+@lru_cache(maxsize=4)
+def follow_sun(period: Period, tolerance: float) -> SunTrack:
+    """
+    Find the sun along all days' runs, once for all that is counted on it.
+
+    Parameters
+    ----------
+    period : Period
+    tolerance : float
+        Within which instants are solved [s].
+    """
+    inside = round(tolerance * _SECOND / 2)
+    times, suns, paths = [np.zeros(0, np.int64)], [np.zeros((0, 3))], [np.zeros((0, 3, 3))]
+    days: list[tuple[slice, ...]] = []
+    count = 0
+    for day in range(len(period.days)):
+        slices = []
+        for run in find_runs(period, day):
+            # At sunrise and sunset a moment within the run.
+            seen = np.clip(run, run[0] + inside, max(run[-1] - inside, run[0] + inside))
+            between = (run[:-1] + run[1:]) // 2
+            sun = find_sun(
+                period.site,
+                np.concatenate([seen, run, between]).view("datetime64[us]"),
+                refraction=period.refraction,
+            ).direction
+            at, ends, middle = np.split(sun, [len(run), 2 * len(run)])
+            times.append(run)
+            suns.append(at)
+            paths.append(np.zeros((1, 3, 3)))
+            paths.append(np.stack([ends[:-1], middle, ends[1:]], 1))
+            slices.append(slice(count, count + len(run)))
+            count += len(run)
+        days.append(tuple(slices))
+    found, vectors = np.concatenate(times), np.zeros((count, 4))
+    vectors[:, :3] = np.concatenate(suns)
+    return SunTrack(
+        vectors, np.zeros((count, 1)), ("shadow",), ("h",), found, found,
+        _find_steps(period, found), tuple(days), np.concatenate(paths),
+    )  # fmt: skip
+
+
+def _find_steps(period: Period, times: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Find whose step's midpoint each instant is; -1 for those between."""
+    instants = period.instants.astype(np.int64)
+    place = np.minimum(np.searchsorted(instants, times), len(instants) - 1)
+    return np.where(instants[place] == times, place, -1)
+
+
+@njit(cache=True, nogil=True, parallel=True, boundscheck=False)
+def _begin(mask, at, state):
+    """Begin a spell wherever the sun is at the first instant of a run."""
+    cells = mask.size
+    for block in prange((cells + BLOCK - 1) // BLOCK):
+        for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
+            if mask[c] == 0:
+                state[BEGAN, c] = at
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _advance(
+    before, after, start, end, path, tolerance, points, normals,
+    boxes, links, corners, ids, face_normals, least, state,
+):  # fmt: skip
+    """Go from one instant to the next: where the receiver changed, solve when."""
+    cells = before.size
+    steps = path.shape[0] - 1
+    for block in prange((cells + 255) // 256):
+        d = np.empty(3)
+        for c in range(block * 256, min(cells, (block + 1) * 256)):
+            if before[c] == after[c]:
+                continue
+            low = start
+            high = end
+            n = normals[c]
+            last = -1
+            while high - low > tolerance:
+                middle = low + (high - low) // 2
+                at = steps * ((middle - start) / (end - start))
+                k = min(np.int64(at), steps - 1)
+                for j in range(3):
+                    d[j] = path[k, j] + (at - k) * (path[k + 1, j] - path[k, j])
+                is_dark = n[0] * d[0] + n[1] * d[1] + n[2] * d[2] <= 0.0
+                if not is_dark:
+                    face = is_hidden(
+                        points[c], n, d, boxes, links, corners, ids, face_normals, last
+                    )
+                    is_dark = face >= 0
+                    if is_dark:
+                        last = face
+                if is_dark == (before[c] != 0):
+                    low = middle
+                else:
+                    high = middle
+            middle = low + (high - low) // 2
+            if before[c] != 0:
+                state[BEGAN, c] = middle
+            else:
+                end_spell(state, c, middle, least)
