@@ -11,7 +11,7 @@ __all__ = ["command"]
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(as_json: bool) -> None:
     """
-    Say which devices run on this machine, and what to install for the others.
+    Show which devices work on this machine, and what to install for the others.
 
     \b
     Example:

@@ -20,7 +20,7 @@ _MOST = 40  # parts listed for a person; --json has all
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(files: tuple[str, ...], as_json: bool) -> None:
     """
-    Show what a file contains: parts, size, place, and whether its meshes are closed.
+    Show what a file contains: parts, size, location, and whether its meshes are closed.
 
     A closed mesh casts by its lit faces, anything else triangle by triangle; shadows
     are exact in both cases.

@@ -21,11 +21,11 @@ __all__ = ["main"]
 
 COMMANDS = {
     "bench": "Measure umbra against its peers.",
-    "doctor": "Say what runs on this machine.",
-    "inspect": "Say what a file is.",
+    "doctor": "Show which devices work on this machine.",
+    "inspect": "Show what a file contains.",
     "render": "Draw a picture with exact shadows.",
-    "study": "Find the hours of shadow around buildings.",
-    "view": "Look at a model in a window.",
+    "study": "Compute the hours of shadow around buildings.",
+    "view": "Show a model in a window.",
 }
 
 
@@ -72,7 +72,7 @@ class _Commands(click.Group):
     cls=_Commands,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Begin with umbra inspect FILE. Each command has --help.",
+    epilog="Start with umbra inspect FILE. Each command has --help.",
 )
 @click.version_option(__version__, prog_name="umbra")
 @click.option("--debug", is_flag=True, help="Show tracebacks.")

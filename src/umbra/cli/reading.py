@@ -125,7 +125,7 @@ def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
             "--no-cache",
             is_flag=True,
             is_kept=False,
-            help="Read files anew and keep nothing; umbra doctor says where read files are kept.",
+            help="Do not use the cache of files that were read; umbra doctor shows where it is.",
         ),
     ]
     return partial(_add, options)

@@ -50,11 +50,16 @@ def _tell_methods() -> str:
 @click.command("render", cls=SectionedCommand, headings=HEADINGS)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @_camera(
-    "--eye", type=POINT, help="Where the camera is [m]; default: the whole model, seen from above."
+    "--eye",
+    type=POINT,
+    help="Position of the camera [m]; default: the whole model, seen from above.",
 )
-@_camera("--target", type=POINT, help="What it looks at [m].")
+@_camera("--target", type=POINT, help="Point that the camera looks at [m].")
 @_camera(
-    "--up", type=UPWARD, default=(0.0, 0.0, 1.0), help="Upward in the picture; default: 0,0,1."
+    "--up",
+    type=UPWARD,
+    default=(0.0, 0.0, 1.0),
+    help="Direction that points up in the picture; default: 0,0,1.",
 )
 @_camera(
     "--fov",
@@ -65,36 +70,45 @@ def _tell_methods() -> str:
     help="Vertical field of view [degrees].",
 )
 @_camera(
-    "--height", type=LENGTH, metavar="M", help="Orthographic instead: the picture's height [m]."
+    "--height",
+    type=LENGTH,
+    metavar="M",
+    help="Orthographic view: the height that the picture shows [m].",
 )
-@_camera("--size", type=SIZE, default=(1024, 768), help="In pixels; default: 1024x768.")
+@_camera(
+    "--size",
+    type=SIZE,
+    default=(1024, 768),
+    help="Size of the picture in pixels; default: 1024x768.",
+)
 @_camera(
     "--near",
     type=LENGTH,
     metavar="M",
-    help="Near plane [m]; default: 0.1, or a thousandth of a model smaller than 100 m.",
+    help=(
+        "Distance of the near plane [m]; default: 0.1, or a thousandth of the diagonal of a model "
+        "smaller than 100 m."
+    ),
 )
 @_lights(
     "--light",
     "lights",
     type=Numbers("X,Y,Z[,W]", 3, 4),
     multiple=True,
-    help="Repeatable; W=1 a point (default), W=0 a direction toward the light.",
+    help="A light; W=1 is a point (default), W=0 a direction toward the light; repeatable.",
 )
 @_lights(
     "--spot",
     "spots",
     type=Numbers("X,Y,Z,TX,TY,TZ,DEG", 7),
     multiple=True,
-    help="Repeatable: place, target and half angle of a spot light, after the others.",
+    help="A spot light: its position, target and half angle; repeatable.",
 )
-@_lights(
-    "--date", metavar="DATE", help="Also the sun's light on this local date, YYYY-MM-DD, at --at."
-)
-@_lights("--at", metavar="HH:MM", help="Local clock time of the sun.")
+@_lights("--date", metavar="DATE", help="Add the sun on this local date, YYYY-MM-DD, at --at.")
+@_lights("--at", metavar="HH:MM", help="Local time of the sun.")
 @site_options
 @reading_options("--axis-up")
-@_counting("--ground", type=LENGTH, metavar="Z", help="Add a ground plane [m].")
+@_counting("--ground", type=LENGTH, metavar="Z", help="Add a ground plane at this height [m].")
 @_counting(
     "--method",
     metavar="NAME",
@@ -107,38 +121,44 @@ def _tell_methods() -> str:
     type=click.Choice(["1", "2", "4"]),
     default="1",
     show_default=True,
-    help="On gl: count in a picture so many times smaller, and lay it over this one.",
+    help="With gl: count in a picture with this fraction of the width and height: 1, 1/2 or 1/4.",
 )
 @_counting(
     "--mask-filter",
     type=click.Choice(["joint", "bilinear", "nearest"]),
     default="joint",
     show_default=True,
-    help="How it is laid: joint takes only pixels of the same surface.",
+    help="How to enlarge that picture: joint interpolates only within a surface.",
 )
 @_counting(
     "--device",
     type=click.Choice(CHOICES),
     default="auto",
-    help="Where to count: cpu (auto), or gl with OpenGL.",
+    help="Device that counts: cpu (auto), or gl, which is OpenGL.",
 )
 @_lights(
     "--soft",
     type=click.Choice(SOFT),
-    help="Soft shadows, by samples of the light (the reference), penumbra wedges (fast) "
-    "or scaled layers after Weng (only looks soft).",
+    help=(
+        "Soft shadows: by samples of the light (the reference), penumbra wedges (fast) or scaled "
+        "layers after Weng (which only look soft)."
+    ),
 )
 @_lights(
     "--light-size",
     type=float,
     multiple=True,
     metavar="R",
-    help="With --soft, radius of the lights, or repeated, of each: metres, or for a "
-    "direction degrees (default: 0.2665, the sun's).",
+    help=(
+        "With --soft, the radius of all lights or, repeated, of each: metres, or for a direction "
+        "degrees (default: 0.2665, the sun's)."
+    ),
 )
-@_counting("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
-@click.option("--out", type=NewPath(), metavar="FILE.png", help="Picture to write.")
-@click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="Arrays to write.")
+@_counting(
+    "--threads", type=click.IntRange(1), metavar="N", help="Number of threads; default: all cores."
+)
+@click.option("--out", type=NewPath(), metavar="FILE.png", help="The picture to write.")
+@click.option("--arrays", type=NewPath(), metavar="FILE.npz", help="The arrays to write.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     files: tuple[str, ...],
@@ -150,7 +170,7 @@ def command(
     """
     Draw a picture with exact hard shadows of any number of lights, or with soft ones.
 
-    Without --light, --spot and --date a glTF file's own lights shine, or one from the upper left.
+    Without --light, --spot and --date the file's own lights are used, or one from the upper left.
 
     \b
     Examples:

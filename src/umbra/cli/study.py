@@ -46,13 +46,13 @@ _running = partial(click.option, cls=HeadedOption, heading="Running", is_kept=Fa
     type=NewPath(),
     required=True,
     metavar="DIR",
-    help="Folder for results; made if missing.",
+    help="Folder for the results; created if it does not exist.",
 )
 @_running("--quiet", is_flag=True, help="Print nothing but errors and, with --json, the result.")
 @_running("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **given: Any) -> None:
     """
-    Find the hours of shadow around buildings on one or more days.
+    Compute the hours of shadow around buildings on one or more days.
 
     Writes study.nc, hours.png, profile.png and study.toml into the folder --out.
 

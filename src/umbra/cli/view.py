@@ -22,13 +22,13 @@ __all__ = ["command"]
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @site_options
 @click.option("--date", metavar="DATE", help="Local date YYYY-MM-DD; default: 21 March.")
-@click.option("--at", metavar="HH:MM", help="Local clock time; default: 15:00.")
+@click.option("--at", metavar="HH:MM", help="Local time; default: 15:00.")
 @reading_options("--axis-up")
 @click.option(
     "--ground",
     type=LENGTH,
     metavar="Z",
-    help="The ground plane [m]; default: what the file says, or just below the model.",
+    help="Height of the ground plane [m]; default: from the file, or just below the model.",
 )
 @click.option("--no-ground", is_flag=True, help="No ground plane.")
 @click.option(
@@ -39,22 +39,26 @@ __all__ = ["command"]
 @click.option(
     "--soft",
     type=click.Choice(["none", *SOFT]),
-    help="Soft shadows, as of umbra render; the panel has the lights' sizes.",
+    help="Soft shadows, as in umbra render; the panel sets the sizes of the lights.",
 )
-@click.option("--device", type=click.Choice(list(DEVICES)), help="Where to count; default: gl.")
-@click.option("--size", type=SIZE, default=(1280, 800), help="Of the window; default: 1280x800.")
-@click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all cores.")
+@click.option("--device", type=click.Choice(list(DEVICES)), help="Device that counts; default: gl.")
+@click.option(
+    "--size", type=SIZE, default=(1280, 800), help="Size of the window; default: 1280x800."
+)
+@click.option(
+    "--threads", type=click.IntRange(1), metavar="N", help="Number of threads; default: all cores."
+)
 @click.option(
     "--view",
     type=NewPath(),
     metavar="FILE.json",
-    help="A saved view to begin with, and where to save.",
+    help="A saved view to start with, and the file to save views in.",
 )
 @click.option(
     "--out",
     type=NewPath(),
     metavar="FILE.png",
-    help="Screenshots; further ones get a number. Default: named after the model.",
+    help="File of the first screenshot; further ones get a number; default: named after the model.",
 )
 def command(
     files: tuple[str, ...],
@@ -62,7 +66,7 @@ def command(
     **options: Any,
 ) -> None:
     """
-    Look at a model in a window: walk around it, move the sun, see how shadows are counted.
+    Show a model in a window: walk around it, move the sun, see how shadows are counted.
 
     \b
     Example:

@@ -61,7 +61,7 @@ class StudyOptions:
         "any", "Time step: 15min, 1h, 30s.", default="15min", metavar="DURATION"
     )
     every_days: int = _time(
-        "whole", "Of a range, a month or a year take every N-th day.", default=1, least=1,
+        "whole", "Take only every N-th day of a range, a month or a year.", default=1, least=1,
         metavar="N",
     )  # fmt: skip
     by_day: bool | None = _time(
@@ -177,7 +177,7 @@ class StudyOptions:
     )
     exact: bool | float = _results(
         "flag",
-        "Solve when each cell enters and leaves shadow, to a second, instead of adding up steps.",
+        "Compute when each cell enters and leaves shadow, to a second, instead of adding up steps.",
         default=False,
     )
     min_spell: Duration | None = _results(

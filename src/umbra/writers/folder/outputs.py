@@ -56,11 +56,11 @@ class Outputs:
         metavar="HH:MM,...",
     )
     report: bool = _files(
-        "flag", "Also write report.html: all in one page, with a slider through the day.",
+        "flag", "Also write report.html: a report on one page, with a slider through the day.",
         default=False,
     )  # fmt: skip
     sheet: bool = _files(
-        "flag", "Also write sheet.png: plan and four elevations in one scale, on A3.",
+        "flag", "Also write sheet.png: plan and four elevations at one scale, on A3.",
         default=False,
     )  # fmt: skip
     formats: Sequence[str] = _files(
@@ -72,7 +72,7 @@ class Outputs:
         metavar="FORMAT,...",
     )
     rules: Any = _files(  # a path, or what was read of it
-        "path", "Judge the result by a rule file; writes verdicts.csv.", metavar="FILE.yaml"
+        "path", "Check the result against a file of rules; writes verdicts.csv.", metavar="FILE.yaml"
     )
 
     def __post_init__(self) -> None:
