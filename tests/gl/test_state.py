@@ -57,6 +57,8 @@ def test_a_block_leaves_nothing_behind(device):
     assert offset == [0.0, 0.0]
     assert depth == [1.0]
     assert device.gl.integers(0x0B98)[0] & 0xFF == 0xFF  # stencil write mask
+    if device.reverses_depth:
+        assert device.gl.integers(0x935D) == [0x935E]  # depth from -1 to 1
 
 
 def test_an_error_in_a_block_leaves_nothing_behind_either(device):
@@ -77,7 +79,11 @@ def test_a_pass_sets_everything_that_it_names(device):
         for other in (Pass(), BUSY, Pass(depth_test="less"), BUSY):
             state.use(other)
         assert {name for name in ENABLES if gl.IsEnabled(name)} == ENABLES
-        assert gl.integers(0x0B74) == [0x0206]
+        reverses = device.reverses_depth
+        assert gl.integers(0x0B74) == [0x0203 if reverses else 0x0206]  # farther, or as far
+        assert gl.floats(0x8038) + gl.floats(0x2A00) == ([-1, -2] if reverses else [1, 2])
+        if reverses:
+            assert gl.integers(0x935D) == [0x935F]  # depth from 0 to 1
         assert gl.integers(0x0B97) == [3]
         assert [gl.integers(n)[0] for n in (0x0B94, 0x0B95, 0x0B96)] == [0x1E00, 0x1E00, 0x8507]
         assert [gl.integers(n)[0] for n in (0x8801, 0x8802, 0x8803)] == [0x1E00, 0x8508, 0x1E00]

@@ -65,6 +65,9 @@ class Device:
     is_software : bool
         Whether the processor draws.
     has_depth_bounds, has_timer_queries : bool
+    reverses_depth : bool
+        Depth is 1 at the near plane and 0 at infinity, in 32-bit float: as precise for what is
+        far as for what is near. Else it is 0 to 1, in 24 bits.
     functions : Functions
         Entry points that moderngl lacks.
     binding : ContextBinding
@@ -80,6 +83,7 @@ class Device:
     is_software: bool
     has_depth_bounds: bool
     has_timer_queries: bool
+    reverses_depth: bool
     functions: Functions
     binding: ContextBinding
     live: set[str] = field(default_factory=set)
@@ -112,6 +116,8 @@ class Device:
             is_software=bool(re.search("llvmpipe|softpipe|swrast|SwiftShader|Software", renderer)),
             has_depth_bounds="GL_EXT_depth_bounds_test" in context.extensions,
             has_timer_queries=True,  # of the core since 3.3
+            reverses_depth=context.version_code >= 450
+            or "GL_ARB_clip_control" in context.extensions,
             functions=Functions(_find_loader(context)),
             binding=binding or GivenBinding(context.mglo._context),
         )

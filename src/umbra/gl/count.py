@@ -29,9 +29,9 @@ __all__ = ["Stack", "VolumeCounter", "mark_shadow"]
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
 
-# Depth is clamped: z-fail must see all that is behind, to infinity, and z-pass all that is
-# before, from the near plane that was asked for, where the shader clips, on: z-pass starts
-# with the count in that plane. The depth buffer's own begins at what is nearest.
+# Depth is clamped: z-fail must see all that is behind, to infinity, and z-pass in perspective
+# all that is before, from ``Projection.clipping``'s near plane, where the shader clips, on: z-pass
+# starts with the count in that plane. The depth buffer's own begins at what is nearest.
 _VOLUME = Pass(depth_clamp=True, clip_near=True)
 IN_STENCIL = {
     Z_PASS: replace(_VOLUME, depth_test="less", stencil=_BEFORE),
@@ -118,7 +118,7 @@ class VolumeCounter:
             state.clear(stencil=start, scissor=plan.scissor)
         for draw in plan.draws:
             program = self._prepare(self._in_stencil, plan, draw)
-            passes = [self._narrow(IN_STENCIL[draw.kind], plan)]
+            passes = [self._find_pass(IN_STENCIL, plan, draw)]
             if not self._two_sided:
                 one = passes[0]
                 passes = [
@@ -140,7 +140,7 @@ class VolumeCounter:
         for draw in plan.draws:
             program = self._prepare(self._in_floats, plan, draw)
             program.set(front=_FRONT[draw.kind])
-            state.use(self._narrow(IN_FLOATS[draw.kind], plan))
+            state.use(self._find_pass(IN_FLOATS, plan, draw))
             self._indices.draw(program, draw.first, draw.count)
         return floats
 
@@ -154,12 +154,14 @@ class VolumeCounter:
             counts[counts > 127] -= 256
         return counts
 
-    def _narrow(self, whole: Pass, plan: VolumePlan) -> Pass:
-        """Keep a pass to where the light's range reaches."""
-        bounds = plan.depth_bounds if self._device.has_depth_bounds else None
-        if plan.scissor is None and bounds is None:
-            return whole
-        return replace(whole, scissor=plan.scissor, depth_bounds=bounds)
+    def _find_pass(self, passes: dict[str, Pass], plan: VolumePlan, draw: Draw) -> Pass:
+        """Choose the pass of a draw, within where the light's range reaches."""
+        return replace(
+            passes[draw.kind],
+            scissor=plan.scissor,
+            depth_bounds=plan.depth_bounds if self._device.has_depth_bounds else None,
+            depth_clamp=draw.kind != Z_PASS or plan.projection.camera.is_perspective,
+        )
 
     def _prepare(self, programs: Programs, plan: VolumePlan, draw: Draw) -> Program:
         """Choose the program for a draw, and tell it where everything is."""

@@ -36,6 +36,7 @@ _ARGUMENTS = {
     "ClearBufferiv": "eip",
     "ClearDepth": "d",
     "ClearStencil": "i",
+    "ClipControl": "ee",
     "ColorMask": "bbbb",
     "CullFace": "e",
     "DeleteFramebuffers": "ip",

@@ -115,7 +115,7 @@ def select(
     bounds : (n_things, 2, 3) float64
         Relative to the origin [m].
     projection : Projection
-        Cases are those of its ``asked`` near rectangle, at which volumes are clipped.
+        Cases are those of the near rectangle at which it clips volumes.
     origin : (3,) float64
     source : (4,) float64
         The light, relative to the origin.
@@ -133,12 +133,12 @@ def select(
     -------
     selection : Selection
     """
-    n, camera, asked = len(bounds), projection.camera, projection.asked
+    n, camera, clipping = len(bounds), projection.camera, projection.clipping
     if scissor is not None and not (scissor[2:] > scissor[:2]).all():
         nothing = np.zeros(n, np.bool_)
         return Selection(nothing.astype(np.int8), *[nothing] * 6)
     # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
-    above = bool((find_near_rectangle(asked, origin)[:, 2] > floor).all())
+    above = bool((find_near_rectangle(clipping, origin)[:, 2] > floor).all())
     may_cut = choices.cut and above
     is_cut = can_end_at_floor(bounds, source) if may_cut else np.zeros(n, np.bool_)
     is_fan = dark_cap_is_fan(bounds, source) & choices.fans
@@ -158,7 +158,7 @@ def select(
     # At infinity a directional light's volumes end in one point, and parallel rays too.
     dark_cap = dark_cap & (is_cut | (bool(source[3]) and camera.is_perspective))
 
-    regions = make_regions(asked, source, origin, scissor, margin=MARGIN)
+    regions = make_regions(clipping, source, origin, scissor, margin=MARGIN)
     placements = find_placements(bounds, regions)
     case = np.where(sides, placements.case, 0).astype(np.int8)
     needs_cap = placements.needs_light_cap.copy()

@@ -132,7 +132,9 @@ class Planner:
         bounds = self.bounds
         if not len(bounds) or self.casters is not None:
             bounds = np.concatenate([bounds, self.scene.bounds()[None] - origin])
-        return make_projection(camera, origin, bounds, self.ground)
+        return make_projection(
+            camera, origin, bounds, self.ground, reverses_depth=self.device.reverses_depth
+        )
 
     def plan(
         self,

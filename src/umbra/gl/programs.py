@@ -65,7 +65,8 @@ class Program:
         fragment: str,
         defines: Mapping[str, object] | None = None,
     ) -> None:
-        head = [(f"#define {name} {value}", "defines") for name, value in (defines or {}).items()]
+        names = {**(defines or {}), **({"REVERSED": 1} if device.reverses_depth else {})}
+        head = [(f"#define {name} {value}", "defines") for name, value in names.items()]
         self._sources = {
             "vertex_shader": [*head, *load_source(vertex)],
             "fragment_shader": [*head, *load_source(fragment)],

@@ -54,13 +54,35 @@ class Projection:
         The same camera with the near plane moved up to what is nearest: nothing drawn is
         lost, and the depth buffer has more digits left.
     asked : Camera
-        As it was given: its near plane clips volumes.
+        As it was given.
+    reverses_depth : bool
+        As in ``Device``.
     """
 
     matrix: NDArray[np.float64]
     eye: NDArray[np.float64]
     camera: Camera
     asked: Camera
+    reverses_depth: bool = False
+
+    @property
+    def clipping(self) -> Camera:
+        """
+        The camera whose near plane clips volumes: in perspective the one that was given.
+
+        Depth is clamped between that plane and the nearest thing. In parallel views that would
+        leave points at infinity along the view, which have no place in the picture.
+        """
+        return self.asked if self.camera.is_perspective else self.camera
+
+    @property
+    def clip_matrix(self) -> NDArray[np.float64]:
+        """The matrix as shaders take it: depth -w to w, or reversed w to 0."""
+        if not self.reverses_depth:
+            return self.matrix
+        matrix = self.matrix.copy()
+        matrix[2] = (matrix[3] - matrix[2]) / 2.0
+        return matrix
 
     def tilted(self, tilt: NDArray[np.float64]) -> "Projection":
         """Let parallel rays lean to the left and down by the tangents (2,) ``tilt``."""
@@ -71,14 +93,20 @@ class Projection:
         matrix[:2, :3] += np.outer(tilt * scale, self.camera.axes()[2])
         return replace(self, matrix=matrix)
 
-    def uniforms(self) -> dict[str, NDArray]:
+    def _find_before(self) -> float:
+        """Give how far before the near plane volumes begin, of ``volume.vert.glsl``."""
+        near, begin, far = self.camera.near, self.clipping.near, self.camera.far
+        ratio = 1.0 if np.isinf(far) else (far - begin) / (far - near)
+        return near / begin * ratio - 1.0
+
+    def uniforms(self) -> dict[str, NDArray | float]:
         """Give the uniforms of ``place.glsl`` that depend on the camera alone."""
         high = self.eye.astype(np.float32)
         return {
-            "projection": self.matrix,
+            "projection": self.clip_matrix,
             "eye_high": high,
             "eye_low": (self.eye - high).astype(np.float32),
-            "near_plane": np.append(self.asked.axes()[2], -self.asked.near),
+            "before": self._find_before(),
         }
 
 
@@ -87,11 +115,14 @@ def make_projection(
     origin: NDArray[np.float64],
     bounds: NDArray[np.float64],
     ground: float | None = None,
+    *,
+    reverses_depth: bool = False,
 ) -> Projection:
     """
     Find the projection that shows a scene with the best depth.
 
-    Points at infinity get z = w to the bit in perspective, so that no far plane cuts them.
+    Points at infinity get the farthest depth to the bit in perspective, so that no far plane
+    cuts them.
 
     Parameters
     ----------
@@ -128,7 +159,7 @@ def make_projection(
         matrix[2] = np.append(2.0 * forward, -(far + near)) / (far - near)
     matrix[0, :3] = right * scale * rows / cols
     matrix[1, :3] = up * scale
-    return Projection(matrix, eye, replace(camera, near=near), camera)
+    return Projection(matrix, eye, replace(camera, near=near), camera, reverses_depth)
 
 
 def _find_depths(

@@ -27,6 +27,8 @@ _BLENDS = {
     "by alpha": (0, 0x0304),
 }  # fmt: skip
 _ADD, _MAX = 0x8006, 0x8008  # equations
+_LOWER_LEFT, _BOTH_WAYS, _ZERO_TO_ONE = 0x8CA1, 0x935E, 0x935F  # clip control
+_REVERSED = {"less": "greater", "lequal": "gequal", "greater": "less", "gequal": "lequal"}
 _FRONT, _BACK, _BOTH = 0x0404, 0x0405, 0x0408
 _DEPTH_TEST, _STENCIL_TEST, _SCISSOR_TEST, _CULL_FACE = 0x0B71, 0x0B90, 0x0C11, 0x0B44
 _BLEND, _DEPTH_CLAMP, _DEPTH_BOUNDS, _CLIP_NEAR, _OFFSET = 0x0BE2, 0x864F, 0x8890, 0x3000, 0x8037
@@ -63,7 +65,8 @@ class Pass:
     Parameters
     ----------
     depth_test : str, optional
-        ``less``, ``never``, ``equal`` ...; None lets every fragment pass and writes none.
+        ``less`` (nearer, whichever way depth runs), ``never``, ``equal`` ...; None lets every
+        fragment pass and writes none.
     depth_write : bool
     color_write : bool or {'rgb', 'alpha'}
         Only these channels.
@@ -82,7 +85,7 @@ class Pass:
     clip_near : bool
         Clip by ``gl_ClipDistance[0]``: the near plane, while depth is clamped.
     depth_bounds : (float, float), optional
-        Only where the stored depth is between; needs ``Device.has_depth_bounds``.
+        Only where the depth, from 0 near to 1, is between; needs ``Device.has_depth_bounds``.
     polygon_offset : (float, float), optional
         Slope factor and units.
     """
@@ -149,7 +152,7 @@ class State:
         gl, now, bits = self._device.gl, self._now or DEFAULT, 0
         self._set_scissor(scissor)
         if depth is not None:
-            gl.ClearDepth(depth)
+            gl.ClearDepth(1.0 - depth if self._device.reverses_depth else depth)
             gl.DepthMask(1)
             bits |= 0x0100
         if stencil is not None:
@@ -174,13 +177,19 @@ class State:
         gl.PolygonOffset(0.0, 0.0)
         self._set_stencil(Stencil())
         gl.Disable(_STENCIL_TEST)
+        self._control_clip(_BOTH_WAYS)
 
     def __enter__(self) -> "State":
         self._now = None
+        self._control_clip(_ZERO_TO_ONE)
         return self
 
     def __exit__(self, *_: object) -> None:
         self.reset()
+
+    def _control_clip(self, depths: int) -> None:
+        if self._device.reverses_depth:
+            self._device.gl.ClipControl(_LOWER_LEFT, depths)
 
     def _switch(self, what: int, on: bool) -> None:
         (self._device.gl.Enable if on else self._device.gl.Disable)(what)
@@ -188,7 +197,9 @@ class State:
     def _set_depth_test(self, test: str | None) -> None:
         self._switch(_DEPTH_TEST, test is not None)
         if test is not None:
-            self._device.gl.DepthFunc(_FUNCTIONS[test])
+            reverses = self._device.reverses_depth
+            name = _REVERSED.get(test, test) if reverses else test
+            self._device.gl.DepthFunc(_FUNCTIONS[name])
 
     def _set_depth_write(self, on: bool) -> None:
         self._device.gl.DepthMask(on)
@@ -239,12 +250,16 @@ class State:
             return
         self._switch(_DEPTH_BOUNDS, bounds is not None)
         if bounds is not None:
-            self._device.gl.DepthBoundsEXT(*bounds)
+            low, high = bounds
+            if self._device.reverses_depth:
+                low, high = 1.0 - high, 1.0 - low
+            self._device.gl.DepthBoundsEXT(low, high)
 
     def _set_polygon_offset(self, offset: tuple[float, float] | None) -> None:
         self._switch(_OFFSET, offset is not None)
         if offset is not None:
-            self._device.gl.PolygonOffset(*offset)
+            sign = -1.0 if self._device.reverses_depth else 1.0
+            self._device.gl.PolygonOffset(sign * offset[0], sign * offset[1])
 
 
 def one_sided(stencil: Stencil, side: str) -> Stencil:

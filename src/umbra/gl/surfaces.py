@@ -127,7 +127,7 @@ class SurfaceRenderer:
             if lamp is not None:
                 lamp.set(plane)
             plane.set(
-                projection=projection.matrix,
+                projection=projection.clip_matrix,
                 height=float(ground - projection.eye[2]),
                 albedo=np.array(GROUND_COLOR),
                 ambient=AMBIENT,

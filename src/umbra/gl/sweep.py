@@ -217,9 +217,8 @@ class GlSweep(DeviceUser):
         matrix = np.diag([2 / width, 2 / height, -2 / (top - bottom), 1.0])
         matrix[2, 3] = -1.0
         size = (grid.cols, grid.rows)
-        up = np.array([0.0, 1.0, 0.0])  # volumes are clipped above all that casts
-        camera = Camera(eye, eye - (0, 0, 1), up, size, height=height, near=room / 2)
-        return Projection(matrix, eye, camera, camera)
+        camera = Camera(eye, eye - (0, 0, 1), np.array([0.0, 1.0, 0.0]), size, height=height)
+        return Projection(matrix, eye, camera, camera, self.device.reverses_depth)
 
     def _draw_surface(self) -> None:
         """Draw what receives: faces' numbers, and depth, the ground's where there is none."""

@@ -41,14 +41,15 @@ FORMATS: dict[str, tuple[int, int, int, type, int]] = {
 """What a colour attachment may hold."""
 
 _FRAMEBUFFER, _RENDERBUFFER = 0x8D40, 0x8D41
-_DEPTH24_STENCIL8, _DEPTH_STENCIL_ATTACHMENT, _COLOR = 0x88F0, 0x821A, 0x8CE0
+_DEPTH24_STENCIL8, _DEPTH32F_STENCIL8 = 0x88F0, 0x8CAD
+_DEPTH_STENCIL_ATTACHMENT, _COLOR = 0x821A, 0x8CE0
 _COMPLETE = 0x8CD5
 _STENCIL_SIZE = 0x8217
 
 
 class Target:
     """
-    A framebuffer of colour attachments, 24 bits of depth and 8 of stencil.
+    A framebuffer of colour attachments, depth and 8 bits of stencil.
 
     Parameters
     ----------
@@ -113,8 +114,8 @@ class Target:
             self.release()
             msg = (
                 f"{device.renderer} has no framebuffer of {', '.join(colors) or 'no colour'} with "
-                f"24 bits of depth and 8 of stencil (status {status:#x}, {bits} stencil bits); "
-                "use device='cpu'"
+                f"{32 if device.reverses_depth else 24} bits of depth and 8 of stencil "
+                f"(status {status:#x}, {bits} stencil bits); use device='cpu'"
             )
             raise UmbraError(msg, status=status)
 
@@ -135,7 +136,8 @@ class Target:
         gl = self._device.gl
         depth = self._device.make("Renderbuffer")
         gl.BindRenderbuffer(_RENDERBUFFER, depth)
-        gl.RenderbufferStorage(_RENDERBUFFER, _DEPTH24_STENCIL8, *self.size)
+        form = _DEPTH32F_STENCIL8 if self._device.reverses_depth else _DEPTH24_STENCIL8
+        gl.RenderbufferStorage(_RENDERBUFFER, form, *self.size)
         gl.BindRenderbuffer(_RENDERBUFFER, 0)
         return depth
 
@@ -203,9 +205,10 @@ class Target:
         """Read the stencil, (rows, cols) uint8; row 0 is the top."""
         return self._read_depth_stencil(0x1901, _BYTE, np.uint8)
 
-    def read_depth(self) -> NDArray[np.float32]:
-        """Read window depths 0 (near) to 1, (rows, cols) float32; row 0 is the top."""
-        return self._read_depth_stencil(0x1902, _FLOAT, np.float32)
+    def read_depth(self) -> NDArray[np.float64]:
+        """Read depths from 0 (near) to 1, (rows, cols) float64; row 0 is the top."""
+        depths = self._read_depth_stencil(0x1902, _FLOAT, np.float32).astype(np.float64)
+        return 1.0 - depths if self._device.reverses_depth else depths
 
     def _read_depth_stencil(self, layout: int, kind: int, dtype: type) -> NDArray:
         values: NDArray = np.zeros(self.size[::-1], dtype)

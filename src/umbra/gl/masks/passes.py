@@ -96,11 +96,12 @@ class MaskPainter:
         step = method.up if way == "up" else method.down
         for draw in batch.draws:
             side = _BEGINS[draw.kind] if way == "up" else _OTHER[_BEGINS[draw.kind]]
+            clamps = draw.kind != Z_PASS or plan.projection.camera.is_perspective
             self._volume.set(is_cut=draw.is_cut, tint=np.full(4, step.brightness))
             state.use(
                 Pass(
                     depth_test=_DEPTH[draw.kind], color_write=method.write, blend=step.blend,
-                    cull=_OTHER[side], depth_clamp=True, clip_near=True, scissor=plan.scissor,
+                    cull=_OTHER[side], depth_clamp=clamps, clip_near=True, scissor=plan.scissor,
                 )
             )  # fmt: skip
             self._indices.draw(self._volume, draw.first, draw.count)

@@ -124,7 +124,12 @@ class MaskPicture(DeviceUser):
             Draw all surfaces white: the mask alone is left.
         """
         picture, color, mask = self._find_targets(camera.size)
-        projection = make_projection(camera, self.scene.origin, self._bounds())
+        projection = make_projection(
+            camera,
+            self.scene.origin,
+            self._bounds(),
+            reverses_depth=self.device.reverses_depth,
+        )
         plan = self._plan(projection, light) if shadows is not None else None
         # A tilt of parallel rays must be the surfaces', too.
         shown = plan.projection if plan is not None else projection

@@ -1,6 +1,7 @@
 // Edges as strips of two triangles, so wide on the picture however far they are.
 
 #include "place.glsl"
+#include "near.glsl"
 
 uniform isamplerBuffer edges;  // two vertex numbers each
 uniform vec2 size;             // of the picture
@@ -17,7 +18,7 @@ void main() {
     ivec2 corner = CORNERS[gl_VertexID % 6];
     vec4 a = projection * vec4(NEARER * find_point(ends.x >> 1), 1.0);
     vec4 b = projection * vec4(NEARER * find_point(ends.y >> 1), 1.0);
-    float before_a = a.z + a.w, before_b = b.z + b.w;
+    float before_a = find_distance(a), before_b = find_distance(b);
     if (before_a <= 0.0 && before_b <= 0.0) {
         gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
         return;

@@ -1,6 +1,6 @@
 // One triangle over the whole picture; IS_FAR puts it behind everything.
 
-#ifdef IS_FAR
+#if defined(IS_FAR) && !defined(REVERSED)
 const float DEPTH = 1.0;
 #else
 const float DEPTH = 0.0;

@@ -17,6 +17,12 @@ const int TEXELS = 6;
 const int CORNERS[24] = int[24](0, 2, 4, 0, 4, 1, 1, 5, 3, 1, 3, 0,
                                 0, 3, 2, 1, 4, 5, 2, 3, 5, 2, 5, 4);
 
+#ifdef REVERSED
+const float FARTHEST = 0.0;
+#else
+const float FARTHEST = 1.0;
+#endif
+
 vec3 fetch(int place) {
     return texelFetch(edges, TEXELS * edge + place).xyz;
 }
@@ -29,7 +35,7 @@ void main() {
     vec3 side = fetch(corner % 2 == 0 ? 2 : 3);
     if (side == vec3(0.0)) {
         vec2 at = vec2(number == 2 ? 3.0 : -1.0, number == 1 ? 3.0 : -1.0);
-        gl_Position = number < 3 ? vec4(at, 1.0, 1.0) : vec4(0.0, 0.0, 1.0, 1.0);
+        gl_Position = vec4(number < 3 ? at : vec2(0.0), FARTHEST, 1.0);
         return;
     }
     vec4 place = vec4(end, 1.0);

@@ -65,7 +65,7 @@ class Keys:
         self._indices.draw(self._faces, 0, self._geometry.faces.size)
         if self._planner.ground is not None:
             self._ground.set(
-                projection=projection.matrix,
+                projection=projection.clip_matrix,
                 height=float(self._planner.ground - projection.eye[2]),
                 **find_rays(projection),
             )
@@ -84,6 +84,8 @@ def _find_depths(projection: Projection) -> np.ndarray:
     # The window's depth is linear: 2 (depth - near) / (far - near) - 1 before it is halved.
     far_less_near = 2.0 / np.linalg.norm(projection.matrix[2, :3])
     near = -0.5 * far_less_near * (projection.matrix[2, 3] + 1.0)
+    if projection.reverses_depth:
+        return np.array([near + far_less_near, -far_less_near])
     return np.array([near, far_less_near])
 
 
