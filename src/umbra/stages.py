@@ -71,7 +71,7 @@ class Stages:
             return f"out of memory while {self._stage}: {held}; {cut}"
         return (
             f"out of memory while {self._stage}, with {self._triangles:,} triangles: {held}; "
-            f"{cut}, or choose fewer cells or pixels, or fewer --threads"
+            f"{cut}, or choose fewer cells or pixels, or a smaller threads="
         )
 
     def _note(self, number: int, frame: Any) -> None:

@@ -15,6 +15,7 @@ from umbra.errors import OPTIONS, InputError, UmbraError, write_for_shell
 
 SOURCE = Path(umbra.__file__).parent
 SHELL = re.compile(r"(?<!\w)--[a-z]")
+FLAG = re.compile(r"--[a-z-]+(/--[a-z-]+)?")
 
 
 @pytest.mark.parametrize(
@@ -65,15 +66,25 @@ def test_each_option_that_messages_may_name_is_one_of_the_command_line():
 
 
 def find_texts(path):
-    """List what a module says; of records of options, whose help is the command's, messages."""
+    """
+    List what a module says in words of the shell.
+
+    Docstrings and flags are no messages; of records of options, whose help is the command's,
+    only messages are meant.
+    """
     nodes = list(ast.walk(ast.parse(path.read_text())))
     if path.name == "options.py":
-        messages = [
+        said = [
             n for n in nodes if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "msg"
         ]
-        nodes = [node for message in messages for node in ast.walk(message)]
+        nodes = [node for message in said for node in ast.walk(message)]
+    docs = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
     texts = [n for n in nodes if isinstance(n, ast.Constant) and isinstance(n.value, str)]
-    return [(path.name, node.lineno) for node in texts if SHELL.search(node.value)]
+    return [
+        (path.name, node.lineno)
+        for node in texts
+        if SHELL.search(node.value) and id(node) not in docs and not FLAG.fullmatch(node.value)
+    ]
 
 
 def test_no_message_of_the_library_speaks_the_shells_words():
