@@ -40,7 +40,7 @@ for words, study in (("with trees", with_trees), ("without trees", without)):
     print(f"{words:14}  {float(hours.mean()):.2f} h of shadow on average", end=", ")
     print(f"{float((hours < 2).mean()):.0%} of the square in shadow for less than 2 h")
 
-# The result is an xarray.Dataset: look along a line, at a place, or save it.
+# The result has an xarray.Dataset: look along a line, at a place, or save it.
 corner = with_trees.sel(x=2670, y=340065, method="nearest")
 print(f"at the square's corner: {float(corner.sun_hours):.2f} h of sun")
 with_trees.to_netcdf(folder / "square.nc", engine="h5netcdf")

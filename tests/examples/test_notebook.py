@@ -30,8 +30,12 @@ def test_it_runs(notebook):
     done = nbclient.NotebookClient(notebook, km=manager, timeout=600, resources=folder).execute()
     outputs = [output for cell in done.cells for output in cell.get("outputs", ())]
     pictures = [one for one in outputs if "image/png" in one.get("data", {})]
-    assert len(pictures) == 5
+    assert len(pictures) == 7
     printed = "".join(one.text for one in outputs if one.output_type == "stream")
     assert "131 parts, 3476 triangles" in printed
     assert "half an hour is lost on" in printed
+    assert "sky view factor on the bench 0." in printed
+    assert "the shadow at 15:00 covers" in printed
+    assert "study.nc, hours.png, profile.png" in printed
+    assert "report.html" in printed
     assert not [one for one in outputs if one.get("name") == "stderr"], printed

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.options import list_options
-from umbra.scene import Scene
 from umbra.scene.exchange import import_package
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
@@ -56,12 +54,11 @@ class ShadowStudy:
     ----------
     result : Study
         Arrays, and what pictures are drawn from.
-    scene : Scene
     options : StudyOptions
     """
 
-    def __init__(self, result: Study, scene: Scene, options: StudyOptions) -> None:
-        self.result, self.scene, self.options = result, scene, options
+    def __init__(self, result: Study, options: StudyOptions) -> None:
+        self.result, self.options = result, options
 
     @cached_property
     def dataset(self) -> "xr.Dataset":
@@ -221,19 +218,11 @@ class ShadowStudy:
         from umbra.writers.folder.outputs import Outputs  # noqa: PLC0415
         from umbra.writers.folder.write import write_study  # noqa: PLC0415
 
-        times = (at,) if isinstance(at, str) else tuple(at)
-        outputs = Outputs.of(
-            formats, receivers=self.options.receivers, report=report, sheet=sheet, rules=rules,
-            show=show, at=times,
+        outputs = Outputs(
+            formats=formats, report=report, sheet=sheet, rules=rules, show=show, at=at,
+            title=title, subtitle=subtitle,
         )  # fmt: skip
-        options = {name: getattr(self.options, name) for name, _, _ in list_options(self.options)}
-        options |= {"title": title, "subtitle": subtitle, "show": show, "at": times}
-        options["receivers"] = self._name_receivers()
-        return write_study(self.result, self.scene, folder, outputs, options)
-
-    def _name_receivers(self) -> str:
-        asked = self.options.receivers
-        return self.result.receivers if asked == "auto" else asked
+        return write_study(self.result, folder, outputs, self.options)
 
     def judge(self, rules: "str | Path | Rules") -> "list[Verdict]":
         """

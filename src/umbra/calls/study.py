@@ -165,4 +165,4 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     given = {name: value for name, value in locals().items() if name not in {"scene", "site"}}
     check_scene(scene, site)
     options = StudyOptions(**given)
-    return ShadowStudy(run(scene, site, options), scene, options)
+    return ShadowStudy(run(scene, site, options), options)
