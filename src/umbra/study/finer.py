@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study.lights import Lights
+from umbra.study.loop import add_up
 from umbra.study.period import Period
 from umbra.study.result import Study
-from umbra.study.run import add_up
 from umbra.sun import find_sun
 
 __all__ = ["FinerHours", "count_finer"]

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["Study", "Variables"]
 
 
+_LAID_OUT = ("x", "y", "grid", "heights", "ground", "places", "samples")
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
     """
@@ -54,7 +57,7 @@ class Study:
     more: Variables = field(default_factory=dict)
 
     def __getattr__(self, name: str) -> Any:
-        if name in {"x", "y", "grid", "heights", "ground", "places", "samples"}:
+        if name in _LAID_OUT:
             return getattr(self.laid, name)
         raise AttributeError(name)
 

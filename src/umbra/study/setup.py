@@ -24,9 +24,9 @@ from umbra.study.accumulators.masks import InstantMasks, Masks
 from umbra.study.accumulators.sun_intervals import SunIntervals
 from umbra.study.checks import describe_period, find_wanted, make_advance, select_casters
 from umbra.study.lights import Lights
+from umbra.study.loop import Accumulator, TileRun, look, pass_lights
 from umbra.study.options import StudyOptions
 from umbra.study.period import Period, make_period
-from umbra.study.run import Accumulator, TileRun, look, pass_lights
 from umbra.sun import Site
 
 __all__ = ["Result", "Setup"]

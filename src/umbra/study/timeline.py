@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from umbra.scene.grid import Grid
 from umbra.study import Study
 from umbra.study.lights import Lights
+from umbra.study.loop import Accumulator, TileRun, look, pass_lights
 from umbra.study.period import Period
-from umbra.study.run import Accumulator, TileRun, look, pass_lights
 
 __all__ = [
     "FEW_DATES",

@@ -22,8 +22,8 @@ from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.intervals import BEGAN, BLOCK, Spells, SpellState, end_spell
 from umbra.study.accumulators.sun_intervals import DayIntervals
 from umbra.study.lights import Lights
+from umbra.study.loop import TileRun
 from umbra.study.period import Period
-from umbra.study.run import TileRun
 from umbra.sun import find_sun
 
 __all__ = ["ExactIntervals", "SunTrack", "find_least_spell", "find_runs", "follow_sun"]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.lights import Lights
-from umbra.study.run import Accumulator, TileRun, add_up
+from umbra.study.loop import Accumulator, TileRun, add_up
 
 __all__ = ["HourSums"]
 

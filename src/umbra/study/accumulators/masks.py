@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from umbra.receivers.kind import Receivers, Variables
 from umbra.study.lights import Lights
+from umbra.study.loop import Accumulator, TileRun
 from umbra.study.period import Period
-from umbra.study.run import Accumulator, TileRun
 
 __all__ = ["MASKS", "InstantMasks", "Masks"]
 

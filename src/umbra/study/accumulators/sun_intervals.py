@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.intervals import Spells, SpellState, join_days
 from umbra.study.lights import Lights
-from umbra.study.run import Accumulator, TileRun
+from umbra.study.loop import Accumulator, TileRun
 
 __all__ = ["DayIntervals", "IntervalCount", "SunIntervals"]
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.intervals import Spells
+from umbra.study.loop import look
 from umbra.study.period import Period, make_period
 from umbra.study.result import Study
 from umbra.study.rules.judge_samples import judge_parts, judge_points
@@ -25,7 +26,6 @@ from umbra.study.rules.measure import (
     say_spells,
 )
 from umbra.study.rules.read import Check, Place, Rules
-from umbra.study.run import look
 
 __all__ = ["find_standing", "judge"]
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.study.accumulators.intervals import Spells
+from umbra.study.loop import look
 from umbra.study.period import Period
 from umbra.study.result import Study
 from umbra.study.rules.measure import (
@@ -20,7 +21,6 @@ from umbra.study.rules.measure import (
     say_spells,
 )
 from umbra.study.rules.read import Check
-from umbra.study.run import look
 
 __all__ = ["judge_parts", "judge_points"]
 

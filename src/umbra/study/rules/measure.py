@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from umbra.casters.canopy import Canopy
 from umbra.study.accumulators.intervals import Spells, to_hours
 from umbra.study.accumulators.sun_intervals import IntervalCount
+from umbra.study.loop import TileRun, pass_lights
 from umbra.study.period import Period
 from umbra.study.rules.read import Check, Place
-from umbra.study.run import TileRun, pass_lights
 
 __all__ = ["Verdict", "measure", "meets_limit", "pick_hours"]
 
