@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from support.judge import PLAN
 
-from umbra.cpu.polygons import count_polygons
+from umbra.cpu.polygons import VolumePolygons, count_polygons
 from umbra.rays.depth import bound
-from umbra.volume.polygons import VolumePolygons
 
 SQUARE = np.array([(1, 1, 5, 1), (4, 1, 5, 1), (4, 4, 5, 1), (1, 4, 5, 1)], float)
 

@@ -8,10 +8,10 @@ from scipy.optimize import linprog
 from support.raycaster import RayCaster
 from support.shapes import BOX_FACES, box, jumble, merge, rewound, sheet, soup
 
+from umbra.cpu.polygons import make_dark_cap, make_light_cap
 from umbra.scene import Camera
 from umbra.volume.adjacency import make_caster
 from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements
-from umbra.volume.polygons import make_dark_cap, make_light_cap
 from umbra.volume.regions import find_near_rectangle, make_regions, occlusion_pyramid
 
 # At the origin, looking north along +y: the near rectangle is 4 wide and 2 high at y = 1.

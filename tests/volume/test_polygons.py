@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 from support.raycaster import RayCaster
 from support.shapes import SCENES, box, jumble, sheet
 
-from umbra.cpu.polygons import count_polygons
+from umbra.cpu.polygons import count_polygons, make_dark_cap, make_light_cap, make_sides
 from umbra.scene import Camera
 from umbra.volume.adjacency import make_caster
-from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
 
 CUBE = box((-1, -1, -1), (1, 1, 1))
 OPEN_BOX = CUBE[0], np.delete(CUBE[1], [2, 3], 0)

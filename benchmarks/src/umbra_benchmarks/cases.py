@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.polygons import make_dark_cap, make_light_cap, make_sides
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import make_caster
 from umbra.volume.placement import find_placement
-from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
 from umbra_benchmarks.report import BenchmarkRun
 from umbra_benchmarks.scenes import SquareModel, make_boulder
 

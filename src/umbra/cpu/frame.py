@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.polygons import count_polygons
+from umbra.cpu.polygons import count_polygons, make_dark_cap, make_light_cap, make_sides
 from umbra.cpu.volume_rasteriser import LANES, add_sides, find_nearest_tiles
 from umbra.errors import InputError
 from umbra.machine import use_threads
@@ -25,7 +25,6 @@ from umbra.rays.visible import VisibleSurface, locate
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight, find_method
 from umbra.volume.adjacency import Caster, make_caster
-from umbra.volume.polygons import make_dark_cap, make_light_cap, make_sides
 from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["FrameCounter", "count_shadows"]

@@ -18,8 +18,18 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
-from umbra.volume.duals import STRETCH, Duals, Plane, find_key, make_duals
-from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
+from umbra.volume.duals import (
+    STRETCH,
+    WIDTH,
+    Duals,
+    Plane,
+    Segments,
+    Tree,
+    find_key,
+    make_duals,
+    make_segments,
+    sift_block,
+)
 
 __all__ = ["DualTree", "make_dual_tree", "prefetch"]
 

@@ -13,8 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
-from umbra.volume.duals import Plane
-from umbra.volume.segments import WIDTH, Segments, Tree, sift_block
+from umbra.volume.duals import WIDTH, Plane, Segments, Tree, sift_block
 
 __all__ = ["Follower"]
 

@@ -16,8 +16,17 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.volume.adjacency import Caster
-from umbra.volume.duals import STRETCH, Plane, find_key, make_duals
-from umbra.volume.segments import WIDTH, Segments, Tree, make_segments, sift_block
+from umbra.volume.duals import (
+    STRETCH,
+    WIDTH,
+    Plane,
+    Segments,
+    Tree,
+    find_key,
+    make_duals,
+    make_segments,
+    sift_block,
+)
 
 __all__ = ["Hextree", "make_hextree"]
 

@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.volume.adjacency import Caster
-from umbra.volume.brute import Silhouettes, ask_every_edge
 from umbra.volume.dual_tree import make_dual_tree
-from umbra.volume.facing import LIGHTS_AT_ONCE
+from umbra.volume.duals import Tree
+from umbra.volume.facing import LIGHTS_AT_ONCE, Silhouettes, ask_every_edge
 from umbra.volume.hextree import make_hextree
-from umbra.volume.segments import Tree
 
 __all__ = ["METHODS", "Silhouettes", "find_silhouette_edges", "find_silhouettes", "prepare_tree"]
 

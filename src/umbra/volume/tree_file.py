@@ -19,9 +19,8 @@ import numpy as np
 from umbra.errors import InputError
 from umbra.volume.adjacency import Caster
 from umbra.volume.dual_tree import DualTree
-from umbra.volume.duals import Fit
+from umbra.volume.duals import Fit, Segments, Tree
 from umbra.volume.hextree import Hextree
-from umbra.volume.segments import Segments, Tree
 from umbra.volume.silhouette import prepare_tree
 
 __all__ = ["open_tree", "read_tree", "write_tree"]
