@@ -288,7 +288,7 @@ def test_floats_and_stencil_count_the_same(device, monkeypatch):
 
 def test_cases_are_those_of_the_near_plane_that_was_asked_for(device):
     # The tower, beside the view, shades the box from before it: its shadow volume meets the
-    # plane through the nearest thing in view, and is nowhere near the eye.
+    # plane through the nearest shell in view, and is nowhere near the eye.
     mesh = merge(box((-10, 0, 0), (10, 10, 12)), box((60, -50, 0), (64, -46, 60)))
     camera = Camera((0, -100, 6), (0, 0, 6), size=SIZE, fov=24)
     with Judge(device, mesh, ground=None) as scene:

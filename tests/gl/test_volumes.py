@@ -184,7 +184,7 @@ def test_nothing_is_done_while_nothing_moves(planner, monkeypatch):
 def test_each_box_of_a_town_is_a_caster(planner):
     plans, projection = planner(merge(city(3), moved(HOUSE, (0, -200, 0))))
     (plan,) = plans.plan(projection, [SUN])
-    assert plan.statistics.things == 10
+    assert plan.statistics.shells == 10
     assert plan.statistics.culled >= 1  # the one far behind the eye
     (whole,) = plans.plan(projection, [SUN], choices=VolumeOptions(cull=False))
     assert whole.statistics.culled == 0

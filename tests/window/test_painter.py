@@ -157,6 +157,6 @@ def test_a_lamp_among_many_instances(device):
     for overlay in ("volumes", "cases", "edges", "counts"):
         view = view.toggle(overlay)
     drawn = painter.draw(view, SIZE)
-    assert drawn.statistics[0].things == 9
+    assert drawn.statistics[0].shells == 9
     assert 27 <= drawn.edges <= 36
     painter.release()

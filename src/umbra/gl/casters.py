@@ -1,9 +1,9 @@
 """
-Casters: the things of a scene that throw one shadow volume each, side by side in arrays.
+Casters: the shells of a scene that throw one shadow volume each, side by side in arrays.
 
 A *body* is a mesh with its adjacency and all its instances. Its triangles fall into
-*things*, which share no edge, so each has a closed silhouette of its own and can be
-placed and culled by itself. Work on things is done for all of them at once.
+*shells*, which share no edge, so each has a closed silhouette of its own and can be
+placed and culled by itself. Work on shells is done for all of them at once.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from umbra.volume.bounds import find_box_points
 
 __all__ = ["Body", "make_bodies"]
 
-MOST_THINGS = 4096
+MOST_SHELLS = 4096
 """More are put together, neighbour with neighbour, in one body."""
 
 
@@ -32,14 +32,14 @@ class Body:
     Parameters
     ----------
     caster : Caster
-        In the mesh's own frame; edges in the order of their things.
+        In the mesh's own frame; edges in the order of their shells.
     faces : (n_faces,) int
-        Faces of the caster in the order of their things.
-    face_starts : (n_things + 1,) int
-        Thing k owns ``faces[face_starts[k]:face_starts[k + 1]]``.
-    edge_thing : (n_edges,) int32
-    component_thing : (n_components,) int
-    bounds : (n_things, 2, 3) float64
+        Faces of the caster in the order of their shells.
+    face_starts : (n_shells + 1,) int
+        Shell k owns ``faces[face_starts[k]:face_starts[k + 1]]``.
+    edge_shell : (n_edges,) int32
+    component_shell : (n_components,) int
+    bounds : (n_shells, 2, 3) float64
         In the mesh's own frame [m].
     groups : list of Group
         The instances.
@@ -65,8 +65,8 @@ class Body:
     caster: Caster
     faces: NDArray[np.intp]
     face_starts: NDArray[np.intp]
-    edge_thing: NDArray[np.int32]
-    component_thing: NDArray[np.intp]
+    edge_shell: NDArray[np.int32]
+    component_shell: NDArray[np.intp]
     bounds: NDArray[np.float64]
     groups: list[Group]
     soup: NDArray[np.int32]
@@ -109,17 +109,17 @@ class Body:
         if not np.array_equal(vertices[soup[caster.source]], vertices[caster.faces]):
             return None
         planes = make_planes(vertices, caster.faces)
-        thing = self.component_thing[caster.component]
+        shell = self.component_shell[caster.component]
         return replace(
             self,
             caster=replace(caster, vertices=vertices, planes=planes),
-            bounds=_bound(vertices[caster.faces], thing, self.n_things),
+            bounds=_bound(vertices[caster.faces], shell, self.n_shells),
             groups=groups,
         )
 
     @property
-    def n_things(self) -> int:
-        """Things of one instance."""
+    def n_shells(self) -> int:
+        """Shells of one instance."""
         return len(self.bounds)
 
     def lights(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -132,7 +132,7 @@ class Body:
         return inside
 
     def world_bounds(self) -> NDArray[np.float64]:
-        """Give boxes around the things of all instances, (n_instances * n_things, 2, 3)."""
+        """Give boxes around the shells of all instances, (n_instances * n_shells, 2, 3)."""
         if len(self.groups) == 1 and self.groups[0].transform is None:
             return self.bounds
         corners = find_box_points(self.bounds)
@@ -165,16 +165,16 @@ def make_bodies(
     bodies = []
     for groups in alike.values():
         group = groups[0]
-        lists, things = [], []
+        lists, owners = [], []
         for index, offset in zip(group.parts, group.offsets, strict=True):
             if index in chosen:
                 lists.append(scene.parts[index].mesh.faces + offset)
-                things.append(np.full(len(lists[-1]), names[index]))
+                owners.append(np.full(len(lists[-1]), names[index]))
         faces = np.concatenate(lists).astype(np.int32, copy=False)
         last = known.get(tuple(group.parts for group in groups))
         body = None if last is None else last.pose(faces, groups)
         if body is None:
-            caster = make_caster(group.vertices, faces, np.concatenate(things))
+            caster = make_caster(group.vertices, faces, np.concatenate(owners))
             body = _make_body(caster, groups, faces) if len(caster.faces) else None
         if body is not None:
             bodies.append(body)
@@ -182,10 +182,10 @@ def make_bodies(
 
 
 def _make_body(caster: Caster, groups: list[Group], soup: NDArray[np.int32]) -> Body:
-    component_thing = _find_things(caster)
-    thing = component_thing[caster.component]
-    edge_thing = thing[caster.edge_faces[:, 0]].astype(np.int32)
-    order = np.argsort(edge_thing, kind="stable")
+    component_shell = _find_shells(caster)
+    shell = component_shell[caster.component]
+    edge_shell = shell[caster.edge_faces[:, 0]].astype(np.int32)
+    order = np.argsort(edge_shell, kind="stable")
     caster = replace(
         caster,
         edges=np.ascontiguousarray(caster.edges[order]),
@@ -193,40 +193,40 @@ def _make_body(caster: Caster, groups: list[Group], soup: NDArray[np.int32]) -> 
         turn=caster.turn[order],
         weight=caster.weight[order],
     )
-    n_things = int(component_thing.max()) + 1
+    n_shells = int(component_shell.max()) + 1
     return Body(
         caster=caster,
-        faces=np.argsort(thing, kind="stable"),
-        face_starts=np.append(0, np.cumsum(np.bincount(thing, minlength=n_things))),
-        edge_thing=edge_thing[order],
-        component_thing=component_thing,
-        bounds=_bound(caster.vertices[caster.faces], thing, n_things),
+        faces=np.argsort(shell, kind="stable"),
+        face_starts=np.append(0, np.cumsum(np.bincount(shell, minlength=n_shells))),
+        edge_shell=edge_shell[order],
+        component_shell=component_shell,
+        bounds=_bound(caster.vertices[caster.faces], shell, n_shells),
         groups=groups,
         soup=soup,
         is_ball=_find_balls(caster),
     )
 
 
-def _find_things(caster: Caster) -> NDArray[np.intp]:
-    """Give the thing of each component: components that pair across an edge are one."""
+def _find_shells(caster: Caster) -> NDArray[np.intp]:
+    """Give the shell of each component: components that pair across an edge are one."""
     n = len(caster.is_closed)
-    thing = np.arange(n)
+    shell = np.arange(n)
     a, b = caster.component[caster.edge_faces].T
     joined = np.unique(np.stack([a, b], 1)[a != b], axis=0)
     while len(joined):  # labels spread along the pairs until they agree
-        low = np.minimum(thing[joined[:, 0]], thing[joined[:, 1]])
-        before = thing.copy()
-        np.minimum.at(thing, joined[:, 0], low)
-        np.minimum.at(thing, joined[:, 1], low)
-        if (thing == before).all():
+        low = np.minimum(shell[joined[:, 0]], shell[joined[:, 1]])
+        before = shell.copy()
+        np.minimum.at(shell, joined[:, 0], low)
+        np.minimum.at(shell, joined[:, 1], low)
+        if (shell == before).all():
             break
-    # Faces lie along a curve through space: things that come first together are neighbours.
+    # Faces lie along a curve through space: shells that come first together are neighbours.
     first = np.full(n, len(caster.faces))
-    np.minimum.at(first, thing[caster.component], np.arange(len(caster.faces)))
-    found = np.unique(thing)
+    np.minimum.at(first, shell[caster.component], np.arange(len(caster.faces)))
+    found = np.unique(shell)
     rank = np.zeros(n, np.intp)
     rank[found[np.argsort(first[found])]] = np.arange(len(found))
-    return rank[thing] // -(-len(found) // MOST_THINGS)
+    return rank[shell] // -(-len(found) // MOST_SHELLS)
 
 
 def _bound(corners: NDArray[np.float64], owner: NDArray, n: int) -> NDArray[np.float64]:

@@ -136,7 +136,7 @@ def find_start(
     camera : Camera
     light : (4,) float64
         Relative to the scene's origin, a direction of length 1.
-    chosen : (n_things,) bool
+    chosen : (n_shells,) bool
         Components, of all bodies, whose volumes are counted behind and not cut.
 
     Returns
@@ -168,12 +168,12 @@ def _end_rays(
     for each in volumes:
         body = each.body
         for instance, light in enumerate(each.lights):
-            if light[3] and chosen[offset : offset + body.n_things].any():
+            if light[3] and chosen[offset : offset + body.n_shells].any():
                 inside = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))
                 end = np.append(inside[:3], 0.0)
                 anchor = find_anchor(each.caster_of(instance), body.blocks, end, light)
                 adds = anchor.lit + anchor.unlit * ~each.is_closed[instance]
-                start += int(adds[chosen[offset + body.component_thing]].sum())
+                start += int(adds[chosen[offset + body.component_shell]].sum())
                 is_clean &= anchor.is_clean
-            offset += body.n_things
+            offset += body.n_shells
     return start, is_clean

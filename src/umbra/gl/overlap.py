@@ -4,7 +4,7 @@ How many shadow volumes can hold one point at most: whether 8 bits of stencil ar
 Seen from the light every volume is what throws it, so the deepest count is the largest
 number of casting faces on one ray from the light. That number changes only where the ray
 crosses the silhouette, so half the edges that cross a row of the light's view bound it;
-and so do boxes around things, or around faces, piled up on a grid.
+and so do boxes around shells, or around faces, piled up on a grid.
 """
 
 import numpy as np
@@ -85,14 +85,14 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
     What is convex adds 1, all else at most its faces.
     """
     n_faces = np.bincount(body.caster.component)
-    most = np.zeros((len(opened), body.n_things), np.int64)
+    most = np.zeros((len(opened), body.n_shells), np.int64)
     if not opened.any():
         of_component = np.where(body.is_convex, 1, n_faces)
-        most[:] = np.bincount(body.component_thing, of_component, body.n_things)
+        most[:] = np.bincount(body.component_shell, of_component, body.n_shells)
         return most.ravel()
     for row, each in zip(most, opened, strict=True):
         of_component = np.where(body.is_convex & ~each, 1, n_faces)
-        row[:] = np.bincount(body.component_thing, of_component, body.n_things)
+        row[:] = np.bincount(body.component_shell, of_component, body.n_shells)
     return most.ravel()
 
 
@@ -117,7 +117,7 @@ def _count_in_rows(
     lists = []
     for each in volumes:
         body = each.body
-        instance = each.side_thing // body.n_things
+        instance = each.side_shell // body.n_shells
         numbers = (each.sides[:, :2] >> np.uint32(1)) - body.first[instance, None]
         ends = body.caster.vertices[numbers.astype(np.int64)]
         turn = body.transforms[instance]

@@ -69,18 +69,18 @@ class VolumeOptions:
 @dataclass(frozen=True, eq=False)
 class Selection:
     """
-    What to draw of each thing's volume.
+    What to draw of each shell's volume.
 
     Parameters
     ----------
-    case : (n_things,) int8
+    case : (n_shells,) int8
         McGuire's; 0 where culled.
-    sides, dark_cap, light_cap : (n_things,) bool
-    z_fail : (n_things,) bool
+    sides, dark_cap, light_cap : (n_shells,) bool
+    z_fail : (n_shells,) bool
         Count behind the visible surface rather than before it.
-    is_cut : (n_things,) bool
+    is_cut : (n_shells,) bool
         End at the floor rather than at infinity.
-    is_fan : (n_things,) bool
+    is_fan : (n_shells,) bool
         A fan over the silhouette closes the far end.
     """
 
@@ -112,7 +112,7 @@ def select(
     Parameters
     ----------
     volumes : list of BodyVolumes
-    bounds : (n_things, 2, 3) float64
+    bounds : (n_shells, 2, 3) float64
         Relative to the origin [m].
     projection : Projection
         Cases are those of the near rectangle at which it clips volumes.
@@ -164,16 +164,16 @@ def select(
     needs_cap = placements.needs_light_cap.copy()
     left = _FACES_ASKED if choices.ask_triangles and method != "z-fail" else 0
     for number in np.flatnonzero(placements.undecided & sides):
-        each, instance, thing = _find(volumes, int(number))
-        faces = each.casting(instance, thing)
-        left -= each.body.face_starts[thing + 1] - each.body.face_starts[thing]
+        each, instance, shell = _find(volumes, int(number))
+        faces = each.casting(instance, shell)
+        left -= each.body.face_starts[shell + 1] - each.body.face_starts[shell]
         if left < 0:
             break
         found = find_placement(
             (each.body.caster.vertices, each.body.caster.faces[faces]),
             regions=regions,
             transform=each.body.transforms[instance],
-            bounds=each.body.bounds[thing],
+            bounds=each.body.bounds[shell],
         )
         case[number], needs_cap[number] = found.case, found.needs_light_cap
 
@@ -184,11 +184,11 @@ def select(
 
 
 def _find(volumes: list[BodyVolumes], number: int) -> tuple[BodyVolumes, int, int]:
-    """Give the volumes, the instance and the thing of a number among all things."""
+    """Give the volumes, the instance and the shell of a number among all shells."""
     for each in volumes:
-        n = each.body.n_things * len(each.body.groups)
+        n = each.body.n_shells * len(each.body.groups)
         if number < n:
-            return each, *divmod(number, each.body.n_things)
+            return each, *divmod(number, each.body.n_shells)
         number -= n
     raise IndexError(number)
 
@@ -213,10 +213,10 @@ class Statistics:
 
     Parameters
     ----------
-    things, culled, cut : int
-        Things that cast; those out of view; those in view whose volumes end at the floor.
+    shells, culled, cut : int
+        Shells that cast; those out of view; those in view whose volumes end at the floor.
     cases : (int, int, int)
-        Things in view of case 1, 2 and 3.
+        Shells in view of case 1, 2 and 3.
     sides, sides_z_pass, dark_caps, light_caps : int
         Triangles: all sides, those counted before the visible surface, and caps.
     index_bytes : int
@@ -225,7 +225,7 @@ class Statistics:
         No count can be larger.
     """
 
-    things: int = 0
+    shells: int = 0
     culled: int = 0
     cut: int = 0
     cases: tuple[int, int, int] = (0, 0, 0)
@@ -257,7 +257,7 @@ class VolumePlan:
     draws : tuple of Draw
     start : int
         The count from which to start: of the far ends of rays, in orthographic views.
-    case : (n_things,) int8
+    case : (n_shells,) int8
         McGuire's; 0 where culled.
     statistics : Statistics
     scissor : (int, int, int, int), optional

@@ -81,8 +81,8 @@ class Planner:
     Attributes
     ----------
     bodies : list of Body
-    bounds : (n_things, 2, 3) float64
-        Of the things of all bodies, relative to the scene's origin [m].
+    bounds : (n_shells, 2, 3) float64
+        Of the shells of all bodies, relative to the scene's origin [m].
     indices : Indices
         The triangles of the last plans.
     floor : float
@@ -219,7 +219,7 @@ class Planner:
         start, tilt = find_start(kept.volumes, camera, source, uncut)
         cases = [int((selection.case == case).sum()) for case in (1, 2, 3)]
         statistics = Statistics(
-            things=len(self.bounds),
+            shells=len(self.bounds),
             culled=int((~selection.sides).sum()),
             cut=int((selection.is_cut & selection.sides).sum()),
             cases=(cases[0], cases[1], cases[2]),
@@ -281,7 +281,7 @@ class Planner:
 
 
 def _list_draws(selection: Selection) -> list[tuple[str, bool, NDArray[np.bool_]]]:
-    """List what to draw, whether cut, and of which things; caps after their sides."""
+    """List what to draw, whether cut, and of which shells; caps after their sides."""
     kinds = [
         ("sides_z_pass", selection.sides & ~selection.z_fail),
         ("sides_z_fail", selection.sides & selection.z_fail),

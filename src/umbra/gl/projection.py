@@ -70,7 +70,7 @@ class Projection:
         """
         The camera whose near plane clips volumes: in perspective the one that was given.
 
-        Depth is clamped between that plane and the nearest thing. In parallel views that would
+        Depth is clamped between that plane and what is nearest. In parallel views that would
         leave points at infinity along the view, which have no place in the picture.
         """
         return self.asked if self.camera.is_perspective else self.camera

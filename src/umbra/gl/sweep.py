@@ -153,7 +153,7 @@ class GlSweep(DeviceUser):
                 volumes = make_volumes(body, light, opened)
                 lists.append(volumes.sides.ravel())
                 if self.on_plane:
-                    everything = np.ones(body.n_things * len(body.groups), np.bool_)
+                    everything = np.ones(body.n_shells * len(body.groups), np.bool_)
                     lists.append(volumes.light_cap(everything).ravel())
                 most.append(find_most(body, opened))
                 thrown.append(volumes)

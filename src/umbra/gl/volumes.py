@@ -27,7 +27,7 @@ FAR = np.uint32(1)
 @dataclass(eq=False)
 class BodyVolumes:
     """
-    The shadow volumes of a body's things under one light.
+    The shadow volumes of a body's shells under one light.
 
     Parameters
     ----------
@@ -38,8 +38,8 @@ class BodyVolumes:
         Closed components that follow the open rule.
     sides : (n_sides, 6) uint32
         Two triangles each, wound outward.
-    side_thing : (n_sides,) int
-        Ascending: instance * n_things + thing.
+    side_shell : (n_sides,) int
+        Ascending: instance * n_shells + shell.
     held : (n, 2) int
         Instance and face: those on which the light lies cast nothing.
     """
@@ -48,10 +48,10 @@ class BodyVolumes:
     lights: NDArray[np.float64]
     opened: NDArray[np.bool_]
     sides: NDArray[np.uint32]
-    side_thing: NDArray[np.intp]
+    side_shell: NDArray[np.intp]
     held: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), np.intp))
     _cap: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 3), np.uint32))
-    _cap_thing: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
+    _cap_shell: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
     _capped: NDArray[np.bool_] | None = None
 
     @property
@@ -67,10 +67,10 @@ class BodyVolumes:
         """Tell whether these are still the volumes of such lights and open components."""
         return np.array_equal(self.lights, lights) and np.array_equal(self.opened, opened)
 
-    def casting(self, instance: int, thing: int) -> NDArray[np.intp]:
-        """Find the faces of one thing that cast."""
+    def casting(self, instance: int, shell: int) -> NDArray[np.intp]:
+        """Find the faces of one shell that cast."""
         body, caster = self.body, self.caster_of(instance)
-        faces = body.faces[body.face_starts[thing] : body.face_starts[thing + 1]]
+        faces = body.faces[body.face_starts[shell] : body.face_starts[shell + 1]]
         side = find_sides(caster.planes[:, faces], self.lights[instance])
         return faces[(side > 0) | ((side < 0) & ~self.is_closed[instance, caster.component[faces]])]
 
@@ -79,14 +79,14 @@ class BodyVolumes:
         if not wanted.any():
             return self._cap[:0]
         if self._capped is None or (wanted & ~self._capped).any():
-            self._cap, self._cap_thing = self._make_cap(wanted)
+            self._cap, self._cap_shell = self._make_cap(wanted)
             self._capped = wanted.copy()
-        return self._cap[wanted[self._cap_thing]]
+        return self._cap[wanted[self._cap_shell]]
 
-    def cap_things(self, wanted: NDArray[np.bool_]) -> NDArray[np.intp]:
-        """Give the thing of each face of ``light_cap(wanted)``, ascending."""
+    def cap_shells(self, wanted: NDArray[np.bool_]) -> NDArray[np.intp]:
+        """Give the shell of each face of ``light_cap(wanted)``, ascending."""
         self.light_cap(wanted)
-        return self._cap_thing[wanted[self._cap_thing]]
+        return self._cap_shell[wanted[self._cap_shell]]
 
     def dark_cap(self, wanted: NDArray[np.bool_], is_fan: NDArray[np.bool_]) -> NDArray[np.uint32]:
         """
@@ -94,10 +94,10 @@ class BodyVolumes:
 
         Where ``is_fan``, a fan over the silhouette is enough; else the casting faces are thrown.
         """
-        fans = (wanted & is_fan)[self.side_thing]
-        sides, thing = self.sides[fans], self.side_thing[fans]
-        starts = np.flatnonzero(np.append(True, thing[1:] != thing[:-1])) if len(thing) else thing
-        hub = np.repeat(sides[starts, 2], np.diff(np.append(starts, len(thing))))
+        fans = (wanted & is_fan)[self.side_shell]
+        sides, shell = self.sides[fans], self.side_shell[fans]
+        starts = np.flatnonzero(np.append(True, shell[1:] != shell[:-1])) if len(shell) else shell
+        hub = np.repeat(sides[starts, 2], np.diff(np.append(starts, len(shell))))
         fan = np.stack([hub, sides[:, 5], sides[:, 2]], 1)
         fan = fan[(fan[:, 0] != fan[:, 1]) & (fan[:, 0] != fan[:, 2])]
         thrown = self.light_cap(wanted & ~is_fan)[:, ::-1] | FAR
@@ -106,9 +106,9 @@ class BodyVolumes:
     def _make_cap(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
         body, caster = self.body, self.body.caster
         chosen = np.flatnonzero(wanted)
-        instance, thing = np.divmod(chosen, body.n_things)
-        starts = body.face_starts[thing]
-        lengths = body.face_starts[thing + 1] - starts
+        instance, shell = np.divmod(chosen, body.n_shells)
+        starts = body.face_starts[shell]
+        lengths = body.face_starts[shell + 1] - starts
         owner = np.repeat(np.arange(len(chosen)), lengths)
         within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
         faces = body.faces[starts[owner] + within]
@@ -141,21 +141,21 @@ def make_volumes(
     lights = body.lights(light)
     held = np.zeros((0, 2), np.intp) if held is None else held
     sides: list[NDArray[np.uint32]] = []
-    things: list[NDArray[np.intp]] = []
+    shells: list[NDArray[np.intp]] = []
     # Nearly always all instances open the same components, namely none.
     kinds = opened[:1] if (opened == opened[:1]).all() else np.unique(opened, axis=0)
     apart = np.bincount(held[:, 0], minlength=len(opened)) > 0
     for kind in kinds:
         alike = np.flatnonzero((opened == kind).all(1) & ~apart)
-        _add_sides(body, body.caster.opened(kind), lights, alike, sides, things)
+        _add_sides(body, body.caster.opened(kind), lights, alike, sides, shells)
     for instance in np.flatnonzero(apart):
         caster = body.caster.without(held[held[:, 0] == instance, 1]).opened(opened[instance])
-        _add_sides(body, caster, lights, np.array([instance]), sides, things)
-    side, thing = np.concatenate(sides), np.concatenate(things)
-    if (np.diff(thing) < 0).any():  # what was seen edge-on comes last
-        order = np.argsort(thing, kind="stable")
-        side, thing = side[order], thing[order]
-    return BodyVolumes(body, lights, opened, side, thing, held)
+        _add_sides(body, caster, lights, np.array([instance]), sides, shells)
+    side, shell = np.concatenate(sides), np.concatenate(shells)
+    if (np.diff(shell) < 0).any():  # what was seen edge-on comes last
+        order = np.argsort(shell, kind="stable")
+        side, shell = side[order], shell[order]
+    return BodyVolumes(body, lights, opened, side, shell, held)
 
 
 def _add_sides(
@@ -164,18 +164,18 @@ def _add_sides(
     lights: NDArray[np.float64],
     alike: NDArray[np.intp],
     sides: list[NDArray[np.uint32]],
-    things: list[NDArray[np.intp]],
+    shells: list[NDArray[np.intp]],
 ) -> None:
-    """Add the sides of some instances, and which thing each belongs to, to lists."""
+    """Add the sides of some instances, and which shell each belongs to, to lists."""
     for which, found in find_silhouettes(caster, lights[alike]):
         n = _count_sides(found.codes, found.starts, caster.weight)
-        side, thing = np.zeros((n, 6), np.uint32), np.zeros(n, np.intp)
+        side, shell = np.zeros((n, 6), np.uint32), np.zeros(n, np.intp)
         _write_sides(
             found.codes, found.starts, caster.edges, caster.weight, alike[which], body.first,
-            body.mirrored, body.edge_thing, body.n_things, side, thing,
+            body.mirrored, body.edge_shell, body.n_shells, side, shell,
         )  # fmt: skip
         sides.append(side)
-        things.append(thing)
+        shells.append(shell)
 
 
 @njit(cache=True, nogil=True)
@@ -189,9 +189,9 @@ def _count_sides(codes, starts, weight):
 
 @njit(cache=True, nogil=True)
 def _write_sides(
-    codes, starts, edges, weight, instances, first, mirrored, edge_thing, n_things, sides, things
+    codes, starts, edges, weight, instances, first, mirrored, edge_shell, n_shells, sides, shells
 ):
-    """Write two triangles for each side, and the thing it belongs to."""
+    """Write two triangles for each side, and the shell it belongs to."""
     n = 0
     for k in range(instances.size):
         instance = instances[k]
@@ -210,7 +210,7 @@ def _write_sides(
                 sides[n, 3] = b
                 sides[n, 4] = a + 1
                 sides[n, 5] = b + 1
-                things[n] = instance * n_things + edge_thing[edge]
+                shells[n] = instance * n_shells + edge_shell[edge]
                 n += 1
 
 
@@ -229,20 +229,20 @@ def gather(
     ----------
     volumes : list of BodyVolumes
     what : {'sides', 'dark_cap', 'light_cap'}
-    chosen : (n_things,) bool
+    chosen : (n_shells,) bool
     is_quad : bool
         Of sides: whether far corners differ.
-    is_fan : (n_things,) bool, optional
+    is_fan : (n_shells,) bool, optional
         Of dark caps.
     """
     lists, offset = [np.zeros(0, np.uint32)], 0
     for each in volumes:
-        n = each.body.n_things * len(each.body.groups)
+        n = each.body.n_shells * len(each.body.groups)
         mine = chosen[offset : offset + n]
         if mine.any():
             if what == "sides":
                 sides = each.sides[:, : 6 if is_quad else 3]
-                found = sides if mine.all() else sides[mine[each.side_thing]]
+                found = sides if mine.all() else sides[mine[each.side_shell]]
             elif what == "dark_cap" and is_fan is not None:
                 found = each.dark_cap(mine, is_fan[offset : offset + n])
             else:

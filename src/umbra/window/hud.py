@@ -176,7 +176,7 @@ def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> No
     if found is not None:
         imgui.separator()
         rows_of = {
-            "casters": f"{found.things:,}",
+            "casters": f"{found.shells:,}",
             "out of view": f"{found.culled:,}",
             "case 1, 2, 3": ", ".join(f"{n:,}" for n in found.cases),
             "sides": f"{found.sides:,}",

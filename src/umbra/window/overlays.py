@@ -206,15 +206,15 @@ class Overlays:
 def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, NDArray[np.uint32]]:
     """List the vertex numbers of casters for each of ``CASES``."""
     lists: dict[int, list[NDArray[np.uint32]]] = {number: [] for number in CASES}
-    first_thing = 0
+    first_shell = 0
     for body in renderer.planner.bodies:
-        owner = np.repeat(np.arange(body.n_things), np.diff(body.face_starts))
+        owner = np.repeat(np.arange(body.n_shells), np.diff(body.face_starts))
         corners = 2 * body.caster.faces[body.faces].astype(np.uint32)
         for first in body.first.tolist():
-            found = case[first_thing : first_thing + body.n_things][owner]
+            found = case[first_shell : first_shell + body.n_shells][owner]
             for number, faces in lists.items():
                 faces.append((corners[found == number] + np.uint32(2 * first)).ravel())
-            first_thing += body.n_things
+            first_shell += body.n_shells
     return {number: np.concatenate(faces) for number, faces in lists.items()}
 
 

@@ -95,7 +95,7 @@ def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces
     assert plan.selection is not None
     for each in plan.volumes:
         _add_body(builder, each, plan.selection, offset, bool(plan.light[3]), split)
-        offset += each.body.n_things * len(each.body.groups)
+        offset += each.body.n_shells * len(each.body.groups)
     builder.close()
     return Pieces(
         builder.batches, np.concatenate(builder.lists), builder.n_volumes, builder.n_split
@@ -111,20 +111,20 @@ def _add_body(
     split: bool,
 ) -> None:
     """Add what is selected of one body."""
-    n = each.body.n_things * len(each.body.groups)
+    n = each.body.n_shells * len(each.body.groups)
     mine = slice(offset, offset + n)
     active = selection.sides[mine]
     if not active.any():
         return
-    cap, cap_thing = each.light_cap(active), each.cap_things(active)
-    cap_starts = np.searchsorted(cap_thing, np.arange(n + 1))
-    side_starts = np.searchsorted(each.side_thing, np.arange(n + 1))
+    cap, cap_shell = each.light_cap(active), each.cap_shells(active)
+    cap_starts = np.searchsorted(cap_shell, np.arange(n + 1))
+    side_starts = np.searchsorted(each.side_shell, np.arange(n + 1))
     is_convex = _find_convex(each)
-    for thing in np.flatnonzero(active).tolist():
-        faces = cap[cap_starts[thing] : cap_starts[thing + 1]]
+    for shell in np.flatnonzero(active).tolist():
+        faces = cap[cap_starts[shell] : cap_starts[shell + 1]]
         if not len(faces):
             continue
-        at = offset + thing
+        at = offset + shell
         chosen = _Chosen(
             kind=Z_FAIL if selection.z_fail[at] else Z_PASS,
             is_cut=bool(selection.is_cut[at]),
@@ -132,9 +132,9 @@ def _add_body(
             dark_cap=bool(selection.dark_cap[at]),
             light_cap=bool(selection.light_cap[at]),
         )
-        weight = 1 if is_convex[thing] else len(faces)
+        weight = 1 if is_convex[shell] else len(faces)
         if weight <= builder.at_once or not split:
-            sides = each.sides[side_starts[thing] : side_starts[thing + 1]]
+            sides = each.sides[side_starts[shell] : side_starts[shell + 1]]
             builder.add(chosen.name(sides, faces), weight)
             builder.n_volumes += 1
             continue
@@ -146,7 +146,7 @@ def _add_body(
 
 @dataclass(frozen=True)
 class _Chosen:
-    """What is drawn of one thing's volumes, and how."""
+    """What is drawn of one shell's volumes, and how."""
 
     kind: str
     is_cut: bool
@@ -193,10 +193,10 @@ def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
 
 
 def _find_convex(each: BodyVolumes) -> NDArray[np.bool_]:
-    """Tell which things are one convex component that only its lit faces throw."""
+    """Tell which shells are one convex component that only its lit faces throw."""
     body = each.body
-    alone = np.bincount(body.component_thing, minlength=body.n_things) == 1
+    alone = np.bincount(body.component_shell, minlength=body.n_shells) == 1
     simple = body.is_convex & ~each.opened
-    found = np.zeros((len(body.groups), body.n_things), np.bool_)
-    found[:, body.component_thing] = simple
+    found = np.zeros((len(body.groups), body.n_shells), np.bool_)
+    found[:, body.component_shell] = simple
     return (found & alone).ravel()

@@ -47,7 +47,7 @@ class LightLayers:
         As in ``GrownPoints.write``.
     volumes : list of BodyVolumes
         Of the parted bodies.
-    bounds : (n_things, 2, 3) float64
+    bounds : (n_shells, 2, 3) float64
         Of all bodies' components and all their layers, relative to the scene's origin [m].
     deepest : int
         No count of a layer can be larger.
@@ -114,13 +114,13 @@ def enlarge(each: Instance, rows: NDArray[np.float64], growing: float) -> NDArra
 
 
 def _bound(each: Instance, places: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Box the things of an instance wherever its vertices come to be, (n_things, 2, 3)."""
-    bounds = np.zeros((each.body.n_things, 2, 3))
+    """Box the shells of an instance wherever its vertices come to be, (n_shells, 2, 3)."""
+    bounds = np.zeros((each.body.n_shells, 2, 3))
     bounds[:, 0], bounds[:, 1] = np.inf, -np.inf
-    thing = each.body.component_thing[each.component]
+    shell = each.body.component_shell[each.component]
     for vertices in places:
-        np.minimum.at(bounds[:, 0], thing, vertices)
-        np.maximum.at(bounds[:, 1], thing, vertices)
+        np.minimum.at(bounds[:, 0], shell, vertices)
+        np.maximum.at(bounds[:, 1], shell, vertices)
     return bounds
 
 
@@ -199,7 +199,7 @@ def plan_layers(
 def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
     """Give volumes of enlarged bodies without their sides, each instance by itself."""
     scaled = []
-    sides, things = np.zeros((0, 6), np.uint32), np.zeros(0, np.intp)
+    sides, shells = np.zeros((0, 6), np.uint32), np.zeros(0, np.intp)
     opened = {id(each.body): each.opened for each in layers.volumes}
     for each in layers.instances:
         caster, number = each.body.caster, each.number
@@ -213,5 +213,5 @@ def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
         body.groups = [body.groups[number]]
         body.place([None])
         open_here = opened[id(each.body)][[number]]
-        scaled.append(BodyVolumes(body, layers.source[None], open_here, sides, things))
+        scaled.append(BodyVolumes(body, layers.source[None], open_here, sides, shells))
     return scaled

@@ -220,7 +220,7 @@ def _list_edges(
     for each in volumes:
         body = each.body
         numbers = (each.sides[:, [1, 0]] >> np.uint32(1)).astype(np.int64)
-        instance = each.side_thing // body.n_things
+        instance = each.side_shell // body.n_shells
         for number, transform in enumerate(body.transforms):
             mine = numbers[instance == number] - body.first[number]
             vertices = transform_points(transform, body.caster.vertices)
