@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.casting import prepare_casting
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
-from umbra.receivers.kind import ReceiverKind
+from umbra.receivers.kind import ReceiverKind, Request
 from umbra.receivers.level import find_level
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.receivers.view import PIXEL_BYTES
@@ -18,7 +17,6 @@ from umbra.scene.grid import Grid
 
 if TYPE_CHECKING:
     from umbra.study import Study
-    from umbra.study.setup import Setup
 
 __all__ = ["CameraPicture"]
 
@@ -33,27 +31,27 @@ class CameraPicture(ReceiverKind):
     has_scale = False
     formats = ()
 
-    def lay_out(self, setup: "Setup") -> SeenRaster:
+    def lay_out(self, request: Request) -> SeenRaster:
         """Look at the model through a camera."""
-        level, _ = find_level(setup.scene, self, setup.options.ground)
-        shown = setup.find_shown(setup.options.on)
-        eye, target, fov = setup.options.eye, setup.options.target, setup.options.fov
-        size = setup.options.size
+        level, _ = find_level(request.scene, self, request.options.ground)
+        shown = request.find_shown()
+        eye, target, fov = request.options.eye, request.options.target, request.options.fov
+        size = request.options.size
         if eye is None or target is None:
             msg = "receivers 'camera' need an eye and a target; give eye= and target="
             raise InputError(msg)
         cols, rows = size or _PIXELS
         whole = Camera(np.array(eye), np.array(target), size=(cols, rows), fov=fov)
-        casting = prepare_casting(setup.scene, setup.casters, setup.threads, setup.canopy)
+        casting = request.prepare()
 
         def make_camera(grid: Grid) -> Camera:
             return Camera(whole.eye, whole.target, size=(grid.cols, grid.rows), fov=fov)
 
         model = ViewModel(
-            setup.scene, casting.soup, casting.caster, setup.threads, setup.casters, make_camera,
-            level, shown, canopy=setup.canopy,
+            request.scene, casting.soup, casting.caster, request.threads, request.casters,
+            make_camera, level, shown, canopy=request.canopy,
         )  # fmt: skip
-        kept = PIXEL_BYTES + setup.bytes_kept + setup.bytes_of_masks
+        kept = PIXEL_BYTES + request.bytes_kept + request.bytes_of_masks
         if cols * rows * kept > find_memory():
             msg = (
                 f"a picture of {cols}x{rows} pixels needs {cols * rows * kept / 1e9:.1f} GB and "

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.casting import Casting
+from umbra.casters.canopy import Canopy
+from umbra.casters.casting import Casting, prepare_casting
 from umbra.errors import InputError
 from umbra.rays.face_tree import FaceTree
 from umbra.receivers.counted import Counted
@@ -18,11 +19,11 @@ from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:
     from umbra.receivers.level import Level
+    from umbra.study.options import StudyOptions
     from umbra.study.result import Study
-    from umbra.study.setup import Setup
 
 __all__ = [
-    "Counter", "Raster", "ReceiverKind", "Receivers", "SampleKind", "Tile",
+    "Counter", "Raster", "ReceiverKind", "Receivers", "Request", "SampleKind", "Tile",
     "Variables",
 ]  # fmt: skip
 
@@ -73,6 +74,75 @@ class Tile(Protocol):
         """Return each receiver's part; -1 where it has none."""
 
 
+@dataclass(frozen=True, eq=False)
+class Request:
+    """
+    What receivers are told before they are laid out.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : StudyOptions
+        Those of the receivers are read.
+    casters : list of int
+        Indices of the parts that cast.
+    threads : int
+    canopy : Canopy, optional
+    true_north : float
+        Its azimuth in the model's plan [degrees].
+    lights : int
+        How many there are.
+    find_reaching : callable
+        Returns directions (n, 3), the shadows of which a default extent shall hold.
+    bytes_kept, bytes_of_masks : int
+        Held for each receiver by results besides the hours, and by masks [byte].
+    by_day : bool
+        Whether each of several dates is kept besides, which can be left out.
+    is_streamed : bool
+        Whether each receiver holds more while lights pass in time order.
+    has_groups : bool
+        Whether the shadows of single casters are asked for.
+    limit_tiles : callable
+        Returns how long a tile's side may be, at most the given one.
+    """
+
+    scene: Scene
+    options: "StudyOptions"
+    casters: list[int]
+    threads: int
+    canopy: Canopy | None = None
+    true_north: float = 0.0
+    lights: int = 0
+    find_reaching: Callable[[], NDArray[np.float64]] = lambda: np.zeros((0, 3))
+    bytes_kept: int = 0
+    bytes_of_masks: int = 0
+    by_day: bool = False
+    is_streamed: bool = False
+    has_groups: bool = False
+    limit_tiles: Callable[[int], int] = lambda side: side
+
+    def prepare(self) -> Casting:
+        """Make ready what casts."""
+        return prepare_casting(self.scene, self.casters, self.threads, self.canopy)
+
+    def find_shown(self) -> list[int] | None:
+        """Return the parts that are shown or sampled, canopies left out; None: all."""
+        on = self.options.on
+        if self.canopy is not None:
+            return self.canopy.find_receivers(self.scene, on)
+        return self.scene.select(on) if on else None
+
+    def find_room(self) -> dict[str, Any]:
+        """Return how a raster is asked for, and what is kept of each of its cells."""
+        return {
+            **{name: getattr(self.options, name) for name in ("extent", "cell", "size")},
+            "masks": self.bytes_of_masks,
+            "kept": self.bytes_kept,
+            "threads": self.threads,
+            "by_day": self.by_day,
+        }
+
+
 @dataclass(eq=False)
 class Receivers:
     """
@@ -99,7 +169,7 @@ class Receivers:
     area: NDArray[np.float64] | float
     facts: dict[str, Any] = field(default_factory=dict)
 
-    def make_tiles(self, setup: "Setup") -> Sequence[tuple[Any, Callable[[], Tile]]]:
+    def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
         """Cut them into tiles: where each lies among all receivers, and what makes it."""
         raise NotImplementedError
 
@@ -182,13 +252,13 @@ class ReceiverKind:
     tables: ClassVar[dict[str, str]] = {}
     what_counts: ClassVar[str] = "all that is seen of the model, as it is seen"
 
-    def lay_out(self, setup: "Setup") -> Receivers:
+    def lay_out(self, request: Request) -> Receivers:
         """
         Find the receivers of a study.
 
         Parameters
         ----------
-        setup : Setup
+        request : Request
 
         Raises
         ------

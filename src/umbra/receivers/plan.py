@@ -4,27 +4,24 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.casting import Casting, prepare_casting
+from umbra.casters.casting import Casting
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
 from umbra.cpu.sweep import Sweep
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
-from umbra.receivers.kind import Raster, ReceiverKind, Tile, Variables
+from umbra.receivers.kind import Raster, ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, lay_out
 from umbra.receivers.level import Level, find_level
 from umbra.receivers.zenith import Surface, find_surface
 from umbra.scene.grid import ASIDE, Grid
 from umbra.scene.places import Places
 from umbra.volume.adjacency import Caster
-
-if TYPE_CHECKING:
-    from umbra.study.setup import Setup
 
 __all__ = ["PlanKind", "PlanModel", "PlanTile", "PlaneTile", "TopmostTile"]
 
@@ -353,10 +350,10 @@ class PlanRaster(Raster):
     kind: "PlanKind"
     assumed: Level | None = field(kw_only=True)
 
-    def make_tiles(self, setup: "Setup") -> Sequence[tuple[Any, Callable[[], Tile]]]:
+    def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
         """Cut the plan into tiles, whose surface is found when they are made."""
         self.nothing, self.bare = np.zeros((2, *self.shape), np.bool_)
-        side = setup.limit_tiles(min(TILE, STREAMED_TILE) if setup.wanted.is_streamed else TILE)
+        side = request.limit_tiles(min(TILE, STREAMED_TILE) if request.is_streamed else TILE)
         return [
             ((rows, cols), partial(self._make_tile, (rows, cols), part))
             for rows, cols, part in self.grid.tiles(side)
@@ -394,7 +391,7 @@ class PlanKind(ReceiverKind):
     def check_judged(self, receivers: str) -> None:
         """Let rules judge it."""
 
-    def has_end(self, setup: "Setup", *, is_assumed: bool) -> bool:
+    def has_end(self, request: Request, *, is_assumed: bool) -> bool:
         """Tell whether nothing receives beside what is seen."""
         return False
 
@@ -402,23 +399,23 @@ class PlanKind(ReceiverKind):
         """Return the height of each receiver, from those of what is topmost [m]."""
         raise NotImplementedError
 
-    def lay_out(self, setup: "Setup") -> PlanRaster:
+    def lay_out(self, request: Request) -> PlanRaster:
         """Choose the cells of the plan."""
-        scene, origin = setup.scene, setup.scene.origin
-        level, assumed = find_level(scene, self, setup.options.ground)
-        has_end = self.has_end(setup, is_assumed=assumed is not None)
-        cast = prepare_casting(scene, setup.casters, setup.threads, setup.canopy)
+        scene, origin = request.scene, request.scene.origin
+        level, assumed = find_level(scene, self, request.options.ground)
+        has_end = self.has_end(request, is_assumed=assumed is not None)
+        cast = request.prepare()
         model = PlanModel(
-            scene, cast.soup, cast.caster, setup.threads, level - origin[2], self.tile,
-            canopy=setup.canopy, has_end=has_end,
+            scene, cast.soup, cast.caster, request.threads, level - origin[2], self.tile,
+            canopy=request.canopy, has_end=has_end,
         )  # fmt: skip
         corners = model.soup.find_corners() + origin
-        if setup.canopy is not None:
-            crowns = scene.triangles(setup.canopy.casting)
+        if request.canopy is not None:
+            crowns = scene.triangles(request.canopy.casting)
             corners = np.concatenate([corners, crowns.find_corners() + origin])
         # Where nothing receives beside a terrain no shadow has to be followed.
-        reaching = np.zeros((0, 3)) if has_end else setup.period.find_reaching_suns()
-        grid, x, y = lay_out(corners, reaching, level, **setup.find_room())
+        reaching = np.zeros((0, 3)) if has_end else request.find_reaching()
+        grid, x, y = lay_out(corners, reaching, level, **request.find_room())
         return PlanRaster(
             self, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy,
             {"ground_z": level}, x=x, y=y, ground=level, assumed=assumed,

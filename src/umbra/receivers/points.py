@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.casters.casting import prepare_casting
 from umbra.errors import InputError
 from umbra.receivers.counted import Counted
-from umbra.receivers.kind import SampleKind, Variables
+from umbra.receivers.kind import Request, SampleKind, Variables
 from umbra.receivers.single import DIMS, SingleReceivers
 from umbra.scene.places import Places
 
 if TYPE_CHECKING:
     from umbra.study.result import Study
-    from umbra.study.setup import Setup
 
 __all__ = ["GivenPoints", "NamedPoints", "check_points", "read_points"]
 
@@ -33,16 +31,16 @@ class GivenPoints(SampleKind):
     formats = ("csv", "geojson", "gpkg")
     tables = {"points.csv": "sample"}  # noqa: RUF012  (a constant)
 
-    def lay_out(self, setup: "Setup") -> "NamedPoints":
+    def lay_out(self, request: Request) -> "NamedPoints":
         """Take the points as they are given, with normals or without."""
-        casting = prepare_casting(setup.scene, setup.casters, setup.threads, setup.canopy)
-        given = check_points(setup.options.points)
+        casting = request.prepare()
+        given = check_points(request.options.points)
         normals = given[:, 3:] if given.shape[1] == 6 else np.full((len(given), 3), np.nan)
-        local = Places(given[:, :3] - setup.scene.origin, np.ascontiguousarray(normals))
+        local = Places(given[:, :3] - request.scene.origin, np.ascontiguousarray(normals))
         count = len(given)
         return NamedPoints(
             self, casting, (count,), DIMS, np.ones(count), local=local,
-            part=np.full(count, -1), names=setup.options.names,
+            part=np.full(count, -1), names=request.options.names,
         )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:

@@ -21,7 +21,7 @@ from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.rays.visible import VisibleSurface
-from umbra.receivers.kind import Raster, Tile, Variables
+from umbra.receivers.kind import Raster, Request, Tile, Variables
 from umbra.scene import Camera, directional_light
 from umbra.scene.grid import Grid
 from umbra.scene.places import Places
@@ -29,7 +29,6 @@ from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:
     from umbra.study.result import Study
-    from umbra.study.setup import Setup
 
 __all__ = ["SeenRaster", "ViewModel", "ViewTile"]
 
@@ -220,7 +219,7 @@ class SeenRaster(Raster):
     casting: ViewModel
     tile: ViewTile = field(kw_only=True)
 
-    def make_tiles(self, setup: "Setup") -> Sequence[tuple[Any, Callable[[], Tile]]]:
+    def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
         """Return the one tile that all pixels are."""
         return [(..., lambda: self.tile)]
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,10 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
-from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.receivers.samples import Samples
 from umbra.scene.places import Places
 from umbra.volume.adjacency import Caster
-
-if TYPE_CHECKING:
-    from umbra.study.setup import Setup
 
 __all__ = ["DIMS", "PointTile", "SingleReceivers"]
 
@@ -132,7 +129,7 @@ class SingleReceivers(Receivers):
         """The receivers in the model's own coordinates."""
         return Places(self.local.points + self.casting.scene.origin, self.local.normals)
 
-    def make_tiles(self, setup: "Setup") -> Sequence[tuple[Any, Callable[[], Tile]]]:
+    def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
         """
         Cut them into runs; surfaces are laid out in patches where there are suns enough.
 
@@ -142,16 +139,16 @@ class SingleReceivers(Receivers):
             If what is kept of each does not fit in memory.
         """
         count = len(self.local)
-        kept = count * (_BYTES + setup.bytes_kept + setup.bytes_of_masks)
+        kept = count * (_BYTES + request.bytes_kept + request.bytes_of_masks)
         if kept > find_memory():
             msg = (
                 f"{count:,} samples need {kept / 1e9:.1f} GB and {name_memory(find_memory())}; "
                 "give a larger spacing=, or choose parts with on="
             )
             raise InputError(msg, samples=count)
-        samples = self.samples if setup.period.sun.is_up.sum() >= _MANY_SUNS else None
+        samples = self.samples if request.lights >= _MANY_SUNS else None
         # Who casts is asked by rays, and holds a mask of each caster.
-        chunk = CHUNK if samples is None or setup.asked.groups else _CHUNK_OF_SURFACES
+        chunk = CHUNK if samples is None or request.has_groups else _CHUNK_OF_SURFACES
         return self._cut(chunk, samples)
 
     def look_again(self) -> Iterator[tuple[slice, PointTile]]:

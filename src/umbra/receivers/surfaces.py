@@ -6,16 +6,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.casting import prepare_casting
 from umbra.receivers.counted import Counted
-from umbra.receivers.kind import SampleKind, Variables
+from umbra.receivers.kind import Request, SampleKind, Variables
 from umbra.receivers.samples import LEVEL, Samples, sample_surfaces
 from umbra.receivers.single import DIMS, SingleReceivers
 from umbra.scene.places import Places
 
 if TYPE_CHECKING:
     from umbra.study.result import Study
-    from umbra.study.setup import Setup
 
 __all__ = ["SampledSurfaces", "SurfaceSamples"]
 
@@ -31,12 +29,12 @@ class SampledSurfaces(SampleKind):
         "samples.csv": "sample", "surfaces.csv": "surface", "parts.csv": "part",
     }  # fmt: skip
 
-    def lay_out(self, setup: "Setup") -> "SurfaceSamples":
+    def lay_out(self, request: Request) -> "SurfaceSamples":
         """Sample the surfaces of all parts, or of those chosen."""
-        on, spacing = setup.options.on, setup.options.spacing
-        casting = prepare_casting(setup.scene, setup.casters, setup.threads, setup.canopy)
-        left = None if setup.canopy is None else setup.canopy.find_receivers(setup.scene, on)
-        samples = sample_surfaces(setup.scene, spacing, on, left)
+        on, spacing = request.options.on, request.options.spacing
+        casting = request.prepare()
+        left = None if request.canopy is None else request.canopy.find_receivers(request.scene, on)
+        samples = sample_surfaces(request.scene, spacing, on, left)
         return SurfaceSamples(
             self, casting, samples.area.shape, DIMS, samples.area, {"spacing_m": float(spacing)},
             local=Places(samples.points, samples.normals), part=samples.part[samples.surface],

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.receivers.kind import Request
 from umbra.receivers.level import Level, has_terrain
 from umbra.receivers.plan import PlanKind, TopmostTile
 from umbra.scene import Scene
 
 if TYPE_CHECKING:
     from umbra.study import Study
-    from umbra.study.setup import Setup
 
 __all__ = ["TopmostSurface"]
 
@@ -24,9 +24,9 @@ class TopmostSurface(PlanKind):
     what_counts = "all that is seen from above"
     tile = TopmostTile
 
-    def has_end(self, setup: "Setup", *, is_assumed: bool) -> bool:
+    def has_end(self, request: Request, *, is_assumed: bool) -> bool:
         """Tell whether the model's own terrain ends, with no ground that anyone named beyond."""
-        return is_assumed and has_terrain(setup.scene)
+        return is_assumed and has_terrain(request.scene)
 
     def find_receiver_z(self, heights: NDArray[np.float64], ground: float) -> NDArray[np.float64]:
         """Return what is topmost."""

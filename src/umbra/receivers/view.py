@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.casting import prepare_casting
 from umbra.errors import InputError
-from umbra.receivers.kind import ReceiverKind
+from umbra.receivers.kind import ReceiverKind, Request
 from umbra.receivers.layout import lay_out
 from umbra.receivers.level import find_level, has_terrain
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
@@ -19,7 +18,6 @@ from umbra.scene.grid import Grid
 
 if TYPE_CHECKING:
     from umbra.study import Study
-    from umbra.study.setup import Setup
 
 __all__ = ["COMPASS", "Elevation", "ElevationView", "ViewFromAbove", "find_direction"]
 
@@ -157,14 +155,14 @@ class OrthographicKind(ReceiverKind):
     is_chosen_by_name = False
     rows: ClassVar[str]
 
-    def lay_out(self, setup: "Setup") -> SeenRaster:
+    def lay_out(self, request: Request) -> SeenRaster:
         """Look at the model from an azimuth."""
-        scene = setup.scene
-        level, _ = find_level(scene, self, setup.options.ground)
-        azimuth, tilt = find_direction(setup.options.receivers)
-        shown = setup.find_shown(setup.options.on)
+        scene = request.scene
+        level, _ = find_level(scene, self, request.options.ground)
+        azimuth, tilt = find_direction(request.options.receivers)
+        shown = request.find_shown()
         bounds = scene.bounds()
-        frame = Elevation.of(azimuth, setup.site.true_north, tilt)
+        frame = Elevation.of(azimuth, request.true_north, tilt)
         low, high = frame.find_extent(scene, shown)
         margin = _MARGIN * (high[0] - low[0]) + 1e-3
         room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # a long row of houses is low
@@ -174,7 +172,7 @@ class OrthographicKind(ReceiverKind):
             room = margin * -frame.forward[2]
         bottom = level if frame.is_level else low[1] - room
         default = (low[0] - margin, bottom, high[0] + margin, max(high[1], bottom) + room)
-        raster = setup.find_room()
+        raster = request.find_room()
         extent, size, cell = raster["extent"] or default, raster["size"], raster["cell"]
         if size is None and cell is None:
             cell = _choose_cell(extent)
@@ -187,10 +185,10 @@ class OrthographicKind(ReceiverKind):
         )
         if size is not None:
             grid = _make_square(grid)
-        casting = prepare_casting(scene, setup.casters, setup.threads, setup.canopy)
+        casting = request.prepare()
         model = ViewModel(
-            scene, casting.soup, casting.caster, setup.threads, setup.casters,
-            lambda part: frame.make_camera(part, bounds), ground, shown, canopy=setup.canopy,
+            scene, casting.soup, casting.caster, request.threads, request.casters,
+            lambda part: frame.make_camera(part, bounds), ground, shown, canopy=request.canopy,
         )  # fmt: skip
         tile = model.make_tile(grid)
         facts = {"ground_z": level, "view_azimuth_deg": azimuth, **self.describe_tilt(tilt)}

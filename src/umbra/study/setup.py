@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,7 @@ from umbra.casters.canopy import Canopy
 from umbra.devices import check_device, find_device
 from umbra.devices.counters import StudyCounters
 from umbra.errors import InputError
-from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, Wanted
 from umbra.study.accumulators.attribution import Asked, Attribution, ExactAttribution
@@ -146,25 +145,21 @@ class Setup:
         asked = self.asked.bytes_kept(days if self.wanted.by_day else 0)
         return self.wanted.bytes_kept(days) + asked + behind
 
-    def find_shown(self, on: Sequence[str]) -> list[int] | None:
-        """Return the parts that are shown or sampled, canopies left out; None: all."""
-        if self.canopy is not None:
-            return self.canopy.find_receivers(self.scene, on)
-        return self.scene.select(on) if on else None
-
-    def find_room(self) -> dict[str, Any]:
-        """Return how a raster is asked for, and what is kept of each of its cells."""
-        return {
-            **{name: getattr(self.options, name) for name in ("extent", "cell", "size")},
-            "masks": self.bytes_of_masks,
-            "kept": self.bytes_kept,
-            "threads": self.threads,
-            "by_day": self.wanted.by_day,
-        }
-
-    def limit_tiles(self, side: int) -> int:
-        """Return how long a tile's side may be, so that what is asked of it fits in memory."""
-        return self.asked.limit_tiles(side, len(self.period.days))
+    @property
+    def request(self) -> Request:
+        """What its receivers are told."""
+        return Request(
+            self.scene, self.options, self.casters, self.threads, self.canopy,
+            true_north=self.site.true_north,
+            lights=int(self.period.sun.is_up.sum()),
+            find_reaching=self.period.find_reaching_suns,
+            bytes_kept=self.bytes_kept,
+            bytes_of_masks=self.bytes_of_masks,
+            by_day=self.wanted.by_day,
+            is_streamed=self.wanted.is_streamed,
+            has_groups=self.asked.groups is not None,
+            limit_tiles=lambda side: self.asked.limit_tiles(side, len(self.period.days)),
+        )  # fmt: skip
 
     def count(self, laid: Receivers, progress: Progress) -> Result:
         """
@@ -176,7 +171,7 @@ class Setup:
         progress : callable
             Told how many instants are done, and of how many.
         """
-        wanted, tiles = self.wanted, laid.make_tiles(self)
+        wanted, tiles = self.wanted, laid.make_tiles(self.request)
         has_groups = self.asked.groups is not None
         arrays = ResultArrays(
             self.period, laid.shape, wanted, self.canopy,

@@ -36,7 +36,7 @@ def run(
     """
     kind = find_kind(options.receivers, scene, options.ground)
     setup = Setup.of(scene, site, options)
-    laid = kind.lay_out(setup)
+    laid = kind.lay_out(setup.request)
     done = setup.count(laid, progress)
     nothing = laid.finish()
     if nothing is not None:
