@@ -345,22 +345,22 @@ def test_points_and_lines_are_noted(save, box):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "said", "vertex"),
     [
-        (lambda g: g["boundaries"][0][0][0].append(8), "object 'a' names vertex 8"),
-        (lambda g: g["boundaries"][0][0][0].append(-1), "object 'a' names vertex -1"),
-        (lambda g: g["boundaries"][0][0][0].append(1.5), "not a whole number (1.5)"),
-        (lambda g: g["boundaries"][0][0][0].append("1"), "not a whole number (1)"),
-        (lambda g: g["boundaries"][0][0][0].append(None), "not a whole number (None)"),
-        (lambda g: g["boundaries"][0][0][0].append([1]), "not a whole number ([1])"),
-        (lambda g: g["boundaries"][0].append(7), "object 'a' is damaged"),
-        (lambda g: g.update(boundaries=[[[0, 1, 2]]]), "object 'a' is damaged"),
-        (lambda g: g.pop("type"), "object 'a' is damaged"),
-        (lambda g: g["semantics"]["values"][0].append(0), "object 'a' is damaged"),
-        (lambda g: g["semantics"]["values"].__setitem__(0, [9] * 6), "object 'a' is damaged"),
+        (lambda g: g["boundaries"][0][0][0].append(8), "names vertex 8", 8),
+        (lambda g: g["boundaries"][0][0][0].append(-1), "names vertex -1", -1),
+        (lambda g: g["boundaries"][0][0][0].append(1.5), "not a whole number (1.5)", 1.5),
+        (lambda g: g["boundaries"][0][0][0].append("1"), "not a whole number", "1"),
+        (lambda g: g["boundaries"][0][0][0].append(None), "not a whole number", None),
+        (lambda g: g["boundaries"][0][0][0].append([1]), "not a whole number", [1]),
+        (lambda g: g["boundaries"][0].append(7), "is damaged", None),
+        (lambda g: g.update(boundaries=[[[0, 1, 2]]]), "is damaged", None),
+        (lambda g: g.pop("type"), "is damaged", None),
+        (lambda g: g["semantics"]["values"][0].append(0), "is damaged", None),
+        (lambda g: g["semantics"]["values"].__setitem__(0, [9] * 6), "is damaged", None),
     ],
 )
-def test_damaged_object_is_named(save, box, change, said):
+def test_damaged_object_is_named(save, box, change, said, vertex):
     vertices, faces = box
     geometry = json.loads(json.dumps(solid(faces, semantics=True)))
     change(geometry)
@@ -368,7 +368,9 @@ def test_damaged_object_is_named(save, box, change, said):
     with pytest.raises(InputError) as caught:
         umbra.read(save({"good": good, "a": building(geometry)}, vertices))
     assert said in str(caught.value)
-    assert "model.city.json" in str(caught.value)
+    assert caught.value.object == "a"
+    assert caught.value.data.get("vertex") == vertex
+    assert str(caught.value.path).endswith("model.city.json")
     assert "\n" not in str(caught.value)
 
 

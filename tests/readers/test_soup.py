@@ -134,6 +134,13 @@ def test_cut_files_are_named(box, triangles, save):
         assert "\n" not in str(caught.value)
 
 
+PLY = (
+    "ply\nformat ascii 1.0\n"
+    "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
@@ -150,6 +157,8 @@ def test_cut_files_are_named(box, triangles, save):
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex -1\nend_header\n", "line 3"),
         ("a.ply", "ply\nformat ascii 1.0\nproperty float x\nend_header\n", "line 3"),
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n", "have no x"),
+        ("a.ply", PLY + "0 0\n3 0 0 0\n", "line 10: the vertex"),
+        ("a.ply", PLY + "0 0 0\n\n3 0 0\n", "line 12: the face"),
         ("a.stl", "solid a\nfacet\nvertex 0 0 z\nendsolid\n", "line 3: the vertex"),
         ("a.stl", "solid a\nfacet\nendsolid\n", "no triangles"),
         ("a.stl", "not an STL file at all", "cut short or no STL"),

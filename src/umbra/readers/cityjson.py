@@ -159,19 +159,20 @@ class SurfaceList:
             corners = np.array([None])
         if corners.dtype.kind != "i" or corners.ndim != 1:
             wrong = next((i for i, c in enumerate(self._open) if type(c) is not int), 0)
+            owner, found = self._owner(wrong), self._open[wrong]
             msg = (
-                f"{where}object '{self._owner(wrong)}' has a vertex index that is not a whole "
-                f"number ({str(self._open[wrong])[:40]}); repair it or export the file again"
+                f"{where}object '{owner}' has a vertex index that is not a whole number "
+                f"({str(found)[:40]}); repair it or export the file again"
             )
-            raise InputError(msg)
+            raise InputError(msg, object=owner, vertex=found)
         bad = np.flatnonzero((corners < 0) | (corners >= n_vertices))
         if len(bad):
+            owner, vertex = self._owner(int(bad[0])), int(corners[bad[0]])
             msg = (
-                f"{where}object '{self._owner(int(bad[0]))}' names vertex {corners[bad[0]]}, but "
-                f"there are {n_vertices} vertices ({len(bad)} such corners in all); "
-                "repair it or export the file again"
+                f"{where}object '{owner}' names vertex {vertex}, but there are {n_vertices} "
+                f"vertices ({len(bad)} such corners in all); repair it or export the file again"
             )
-            raise InputError(msg, vertex=int(corners[bad[0]]), count=len(bad))
+            raise InputError(msg, object=owner, vertex=vertex, count=len(bad))
         self._closed.append(corners.astype(np.int64, copy=False) + offset)
         self._open.clear()
         self._first_ring = len(self._ring_lengths)
