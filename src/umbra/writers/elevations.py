@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from numpy.typing import NDArray
 
-from umbra.writers.hatches import find_swatches
+from umbra.writers.contours import find_swatches
 from umbra.writers.hours import draw_hours_key, fill_hours
 from umbra.writers.marks import draw_frame, draw_north, draw_scale_bar, find_ticks
 from umbra.writers.paper import INK, SMALL, SUBTITLE, Panel, make_figure, measure, to_pixels

@@ -7,13 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.color import paint_shares, shade_ramp
-from umbra.writers.contours import draw_contours, find_levels, trace
-from umbra.writers.hatches import (
+from umbra.writers.contours import (
+    draw_contours,
     draw_hatch,
     draw_hatch_swatch,
+    find_levels,
     find_swatches,
     hatch_canopies,
     outline_canopies,
+    trace,
 )
 from umbra.writers.marks import Swatch, draw_color_bar
 from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap

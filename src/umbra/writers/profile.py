@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.color import make_stamp_path, to_srgb
-from umbra.writers.contours import trace
-from umbra.writers.hatches import find_swatches, hatch_canopies, outline_canopies
+from umbra.writers.contours import find_swatches, hatch_canopies, outline_canopies, trace
 from umbra.writers.marks import draw_color_bar, draw_swatches
 from umbra.writers.paper import Panel
 from umbra.writers.plan import Plan, cover_with_roofs, draw_appearance, shade_roofs
