@@ -10,7 +10,7 @@ from umbra.study import run_study
 from umbra.study.timeline import make_point_timeline, make_timeline
 from umbra.sun import Site
 from umbra.writers.plan import Plan
-from umbra.writers.report import write_point_report, write_report
+from umbra.writers.report import write_report
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 GARDEN = {
@@ -42,7 +42,7 @@ def make_study(receivers="ground", **options):
 def save(path, study, **more):
     if receives_points(study):
         nowhere = np.zeros(1)
-        return path, write_point_report(path, study, Plan(nowhere, nowhere, title="Garden"))
+        return path, write_report(path, study, Plan(nowhere, nowhere, title="Garden"))
     heights = (study.heights - study.ground).astype(np.float32) if study.is_plan else None
     plan = Plan(study.x, study.y, heights, title="Garden")
     return path, write_report(path, study, plan, [], **more)

@@ -25,7 +25,7 @@ from umbra.study.timeline import make_point_timeline
 from umbra.sun import Site
 from umbra.writers.facade_layout import lay_out_facades
 from umbra.writers.plan import Plan
-from umbra.writers.report import Table, write_point_report
+from umbra.writers.report import Table, write_report
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {
@@ -69,7 +69,7 @@ def make_points(**options):
 def save(path, study, **more):
     nowhere = np.zeros(1)
     plan = Plan(nowhere, nowhere, title="Houses", place="Vienna", date="18 September")
-    return path, write_point_report(path, study, plan, **more)
+    return path, write_report(path, study, plan, **more)
 
 
 @pytest.fixture(scope="module")
@@ -273,7 +273,7 @@ def test_rules_proposals_and_casters_are_told_of_surfaces(page, tmp_path):
 def test_what_was_assumed_is_said(study, tmp_path):
     text = save(tmp_path / "r.html", study, casters=["--no-cast shed"])[0].read_text()
     for said in (
-        "at each sample and step", "1 m apart in their planes", "walls and roofs, on the side",
+        "at each sample and step", "1 m apart in their planes", "walls and roofs, on their outward",
         "Europe/Vienna: CEST (UTC+02:00)", "--no-cast shed", "This picture shows all",
     ):  # fmt: skip
         assert said in text, said

@@ -111,11 +111,11 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     study = job.study
     write_netcdf(job.folder / RESULT, study.variables(), study.facts)
     draw = draw_plan_of_points if study.samples is None else draw_surfaces
-    return draw(job), _write_more_of_points(job)
+    return draw(job), _write_more(job, describe_points(job))
 
 
 def _write_more(job: FolderJob, plan: Plan) -> list[str]:
-    """Write further files of a plan or a view; a report waits for the pictures."""
+    """Write further files; a report waits for the pictures."""
     study, outputs = job.study, job.outputs
     if not outputs.report and not outputs.files and not outputs.rules:
         return []
@@ -137,34 +137,7 @@ def _write_more(job: FolderJob, plan: Plan) -> list[str]:
         write_report(
             job.folder / REPORT, study, plan, _find_sheets(job.folder, outputs.show),
             tables=tables, casters=_name_casters(job), notes=job.scene.notes,
-            timeline=formats.timeline, show=outputs.show,
-        )  # fmt: skip
-        names.append(REPORT)
-    return names
-
-
-def _write_more_of_points(job: FolderJob) -> list[str]:
-    """Write further files of surfaces or points; a report waits for the pictures."""
-    study, outputs = job.study, job.outputs
-    names: list[str] = []
-    if outputs.files:
-        from umbra.writers.formats import Job, write_formats  # noqa: PLC0415
-
-        names += write_formats(Job(study, job.folder), outputs.files)
-    tables = []
-    if outputs.rules:
-        from umbra.study.rules import judge  # noqa: PLC0415
-
-        tables.append(_write_verdicts(job, judge(study, outputs.rules)))
-        names.append(VERDICTS)
-    if outputs.report:
-        job.painter.wait()
-        from umbra.writers.report import write_point_report  # noqa: PLC0415
-
-        write_point_report(
-            job.folder / REPORT, study, describe_points(job),
-            _find_sheets(job.folder, outputs.show), tables=tables,
-            casters=_name_casters(job), notes=job.scene.notes, show=outputs.show,
+            timeline=formats.timeline if study.kind.is_raster else None, show=outputs.show,
         )  # fmt: skip
         names.append(REPORT)
     return names

@@ -8,6 +8,6 @@ into ``assets/page.html`` with its style and script, ``markup.py`` writes the HT
 """
 
 from umbra.writers.report.markup import Table
-from umbra.writers.report.page import write_point_report, write_report
+from umbra.writers.report.page import write_report
 
-__all__ = ["Table", "write_point_report", "write_report"]
+__all__ = ["Table", "write_report"]

@@ -35,7 +35,7 @@ from umbra.writers.report.plan_data import make_plan_data, tell_plan
 from umbra.writers.report.sample_tables import list_receivers
 from umbra.writers.report.tables import find_figures, find_sun_areas, list_dates
 
-__all__ = ["write_point_report", "write_report"]
+__all__ = ["write_report"]
 
 COMMON = ("read", "timeline", "signs")
 PLAN = ("zoom", "plan")
@@ -72,23 +72,26 @@ def write_report(
     path: str | os.PathLike[str],
     study: Study,
     plan: Plan,
-    sheets: Sequence[tuple[str, Path]],
+    sheets: Sequence[tuple[str, Path]] = (),
     *,
     tables: Sequence[Table] = (),
     casters: Sequence[str] = (),
     notes: Sequence[str] = (),
     timeline: Timeline | None = None,
     show: Show = "shadow",
-) -> Timeline:
+) -> Instants:
     """
     Write ``report.html``: one file, without network access, for any browser since 2023.
+
+    A raster is a picture that is moved through the day; surfaces and points stand on a model that
+    turns.
 
     Parameters
     ----------
     path : path
     study : Study
     plan : Plan
-        Title, place and date as on the sheets.
+        Title, place, date and note as on the sheets; its raster is asked for of rasters alone.
     sheets : sequence of (caption, PNG file)
     tables : sequence of Table
         Verdicts; comparisons are found in the study itself.
@@ -97,91 +100,55 @@ def write_report(
     notes : sequence of str
         On the files.
     timeline : Timeline, optional
-        Where one has been counted already.
+        Of a raster, where one has been counted already.
     show : {'shadow', 'sun'}
         Which hours the colours' key tells.
 
     Returns
     -------
-    timeline : Timeline
-        What the page shows.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    timeline = timeline or make_timeline(study)
-    pins = [pin for table in tables for pin in table.pins]
-    data = make_plan_data(study, plan, timeline, pins)
-    told = tell_plan(study, timeline, "hours" in data)
-    parts = _WORDS["plan"] | {"script": _read_scripts(PLAN), "resolution": escape(told)}
-    parts["left_out"] = make_notice(tell_left_out(study, timeline, "hours" in data))
-    parts |= _name_hours(show)
-    _write(path, study, plan, data, parts, tables, sheets, casters, notes)
-    return timeline
-
-
-def write_point_report(
-    path: str | os.PathLike[str],
-    study: Study,
-    plan: Plan,
-    sheets: Sequence[tuple[str, Path]] = (),
-    *,
-    tables: Sequence[Table] = (),
-    casters: Sequence[str] = (),
-    notes: Sequence[str] = (),
-    show: Show = "shadow",
-) -> Instants:
-    """
-    Write ``report.html`` of sampled surfaces or of points, with a model that turns.
-
-    Parameters
-    ----------
-    path : path
-    study : Study
-    plan : Plan
-        Title, place, date and note; its raster is not asked for.
-    sheets, tables, casters, notes, show
-        As for ``write_report``.
-
-    Returns
-    -------
     instants : Instants
-        What the page shows.
+        What the page shows; of a raster its timeline.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    instants = make_point_timeline(study)
-    data = make_model_data(study, instants)
-    words = _WORDS["model"]
-    parts = words | {
-        "at": words["at"].format(receiver=study.kind.spot),
-        "script": _read_scripts(MODEL),
-        "resolution": escape(tell_model(study, instants, data)),
-        "left_out": make_notice(tell_left_out(study, instants, own_hours=True)),
+    instants: Instants
+    if study.kind.is_raster:
+        instants = timeline or make_timeline(study)
+        pins = [pin for table in tables for pin in table.pins]
+        data = make_plan_data(study, plan, instants, pins)
+        has_own_hours = "hours" in data
+        told = tell_plan(study, instants, has_own_hours)
+        parts = _WORDS["plan"] | {"script": _read_scripts(PLAN)}
+    else:
+        instants = make_point_timeline(study)
+        data = make_model_data(study, instants)
+        has_own_hours = True
+        told = tell_model(study, instants, data)
+        parts = _WORDS["model"] | {"script": _read_scripts(MODEL)}
+        parts["at"] = parts["at"].format(receiver=study.kind.spot)
+        tables = [*tables, *list_receivers(study)]
+    parts |= {
+        "resolution": escape(told),
+        "left_out": make_notice(tell_left_out(study, instants, has_own_hours)),
+        "sheets": make_sheets(sheets),
+        "facts": make_facts(find_facts(study, casters, notes)),
+        **_name_hours(show),
     }
-    parts |= _name_hours(show)
-    listed = list_receivers(study)
-    _write(path, study, plan, data, parts, [*tables, *listed], sheets, casters, notes)
+    Path(path).write_text(_fill_page(study, plan, data, parts, tables), "utf-8", newline="\n")
     return instants
 
 
-def _write(
-    path: str | os.PathLike[str],
+def _fill_page(
     study: Study,
     plan: Plan,
     data: dict[str, object],
     parts: dict[str, str],
     tables: Sequence[Table],
-    sheets: Sequence[tuple[str, Path]],
-    casters: Sequence[str],
-    notes: Sequence[str],
-) -> None:
-    """Fill the page."""
+) -> str:
+    """Put all into the page."""
     areas = find_sun_areas(study)
     by_date = list_dates(study)
     shown = [
@@ -201,8 +168,6 @@ def _write(
         "style": _read("page.css"),
         "summary": make_summary(_sum_up(study)),
         "tables": "\n".join(make_table(table) for table in shown),
-        "sheets": make_sheets(sheets),
-        "facts": make_facts(find_facts(study, casters, notes)),
         "footer": escape(plan.note),
         # No data can end the script element that holds it.
         "data": orjson.dumps(data, option=orjson.OPT_SERIALIZE_NUMPY)
@@ -210,8 +175,7 @@ def _write(
         .replace("<", "\\u003c"),
     }
     # One pass: what is put in is never looked through again.
-    page = re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
-    Path(path).write_text(page, "utf-8", newline="\n")
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
 
 
 def _make_policy(style: str, script: str) -> str:
