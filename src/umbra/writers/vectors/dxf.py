@@ -1,7 +1,7 @@
 """DXF for CAD: shadows and what stands there as closed polylines, and lines of equal hours."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -121,31 +121,30 @@ def write_dxf(
     drawing.header.custom_vars.append("umbra", note)
     space = drawing.modelspace()
 
-    def add_layer(name: str, rgb: np.ndarray) -> str:
-        if name not in drawing.layers:
-            layer = drawing.layers.add(name)
+    def draw(lines: Iterable[np.ndarray], layer: str, rgb: np.ndarray) -> None:
+        """Draw polylines (k, 2), closed where they end as they begin."""
+        if layer not in drawing.layers:
             red, green, blue = (int(v) for v in np.round(rgb * 255))
-            layer.rgb = (red, green, blue)
-        return name
+            drawing.layers.add(layer).rgb = (red, green, blue)
+        for line in lines:
+            is_closed = bool((line[0] == line[-1]).all())
+            space.add_lwpolyline(
+                line[:-1] if is_closed else line, close=is_closed,
+                dxfattribs={"layer": layer, "elevation": height},
+            )  # fmt: skip
+
+    def close(polygons: Iterable[Polygon]) -> Iterator[np.ndarray]:
+        return (np.concatenate([ring, ring[:1]]) for polygon in polygons for ring in polygon)
 
     for layer, polygons in footprints.items():
-        name = add_layer(layer, np.array(_INKS.get(layer, (0.0, 0.0, 0.0))))
-        for ring in (ring for polygon in polygons for ring in polygon):
-            space.add_lwpolyline(ring, close=True, dxfattribs={"layer": name, "elevation": height})
+        draw(close(polygons), layer, np.array(_INKS.get(layer, (0.0, 0.0, 0.0))))
     tints = make_stamp_tints(len(outlines)) * 0.8  # dark enough for white paper
     for outline, tint in zip(outlines, tints, strict=True):
         clock = outline.local
-        name = add_layer(f"SHADOW_{clock:%Y-%m-%d_%H%M}{f'{clock:%S}'.replace('00', '')}", tint)
-        for polygon in outline.polygons:
-            for ring in polygon:
-                space.add_lwpolyline(
-                    ring, close=True, dxfattribs={"layer": name, "elevation": height}
-                )
-    for border in seen:
-        name = add_layer("SEEN", np.zeros(3))
-        space.add_lwpolyline(
-            border[:-1], close=True, dxfattribs={"layer": name, "elevation": height}
-        )
+        layer = f"SHADOW_{clock:%Y-%m-%d_%H%M}{f'{clock:%S}'.replace('00', '')}"
+        draw(close(outline.polygons), layer, tint)
+    if seen:
+        draw(seen, "SEEN", np.zeros(3))
     ramp = shade_ramp()
     found = list(hour_lines)
     has_dates = len({hour_line.date for hour_line in found}) > 1
@@ -153,15 +152,7 @@ def write_dxf(
         share = hour_line.shadow_hours / max(up_hours, 1e-9)
         rgb = ramp[int(np.clip(0.3 + 0.7 * share, 0, 1) * (len(ramp) - 1))]
         of = "SUM_" if hour_line.date.startswith("sum") else f"{hour_line.date}_" * has_dates
-        name = f"HOURS_{of}{hour_line.shadow_hours:02.0f}"
-        if show == "sun":
-            name = f"SUN_{of}{hour_line.sun_hours:02.0f}"
-        add_layer(name, rgb)
-        for line in hour_line.lines:
-            closed = bool((line[0] == line[-1]).all())
-            space.add_lwpolyline(
-                line[:-1] if closed else line,
-                close=closed,
-                dxfattribs={"layer": name, "elevation": height},
-            )
+        is_sun = show == "sun"
+        hours = hour_line.sun_hours if is_sun else hour_line.shadow_hours
+        draw(hour_line.lines, f"{'SUN' if is_sun else 'HOURS'}_{of}{hours:02.0f}", rgb)
     drawing.saveas(os.fspath(path))

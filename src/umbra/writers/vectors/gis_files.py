@@ -88,12 +88,16 @@ def write_geojson(
         If the file cannot be written.
     """
     import shapely  # noqa: PLC0415  (an extra)
+    from shapely.geometry import mapping  # noqa: PLC0415
 
     system = find_crs(crs)
-    geometries, decimals = layer.geometries, _METRES
-    if system is not None:
-        to_wgs84, decimals = make_to_wgs84(system), _DEGREES
-        geometries = [shapely.transform(geometry, to_wgs84) for geometry in geometries]
+    to_wgs84 = None if system is None else make_to_wgs84(system)
+
+    def place(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (
+            np.round(points, _METRES) if to_wgs84 is None else np.round(to_wgs84(points), _DEGREES)
+        )
+
     collection: dict[str, Any] = {"type": "FeatureCollection", "name": layer.name}
     collection["coordinates_note"] = (
         f"longitude, latitude on WGS 84, reprojected from {name_crs(system)}"
@@ -104,29 +108,11 @@ def write_geojson(
         {
             "type": "Feature",
             "properties": {name: values[k] for name, values in layer.values.items()},
-            "geometry": _describe(geometry, layer.kind, decimals),
+            "geometry": mapping(shapely.transform(geometry, place)),
         }
-        for k, geometry in enumerate(geometries)
+        for k, geometry in enumerate(layer.geometries)
     ]
     Path(path).write_bytes(orjson.dumps(collection, option=orjson.OPT_SERIALIZE_NUMPY) + b"\n")
-
-
-def _describe(geometry: Any, kind: str, decimals: int) -> dict[str, Any]:
-    """Give a geometry as GeoJSON does, rings closed and counter-clockwise outside."""
-    if kind == "Point":
-        return {"type": kind, "coordinates": _round(geometry, decimals)[0]}
-    if kind == "MultiPolygon":
-        coordinates: list = [
-            [_round(ring, decimals) for ring in (part.exterior, *part.interiors)]
-            for part in geometry.geoms
-        ]
-    else:
-        coordinates = [_round(part, decimals) for part in geometry.geoms]
-    return {"type": kind, "coordinates": coordinates}
-
-
-def _round(line: Any, decimals: int) -> list:
-    return np.round(np.asarray(line.coords)[:, :2], decimals).tolist()
 
 
 _NO_CRS = (
