@@ -402,7 +402,7 @@ def test_of_very_many_days_some_are_shown_whole(page, tmp_path):
     # It is said where nobody can miss it, and how to see another date.
     notice = page.ask("document.querySelector('#through > .notice:not([hidden])').innerText")
     assert notice.startswith("The picture moves through 183 of the study's 365 dates, one in 2")
-    assert "For another date run the study again" in notice
+    assert "For another date run the study" in notice
     page.ask("document.querySelector('input[value=hours]').click()")
     page.mouse("mouseMoved", *place_of(page, year, 9, 11))
     mine = np.isin(year.period.day_of_step, np.arange(0, 365, 2)) & year.sun.is_up
