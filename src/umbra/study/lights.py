@@ -1,11 +1,12 @@
 """Lights with weights: what a study adds up, one light after another."""
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Lights"]
+__all__ = ["Lamps", "Lights"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +50,7 @@ class Lights:
         names: tuple[str, ...] = ("lights",),
         units: tuple[str, ...] = ("1",),
         step: NDArray[np.int64] | None = None,
-    ) -> "Lights":
+    ) -> Self:
         """
         Take lights that have no place in time.
 
@@ -68,7 +69,7 @@ class Lights:
         given = np.ones(count) if weights is None else np.asarray(weights, np.float64)
         none = np.zeros(count, np.int64)
         return cls(
-            whole, given.reshape(count, -1), names, units, none, none,
+            whole, given if given.ndim > 1 else given[:, None], names, units, none, none,
             np.arange(count) if step is None else step,
             ((slice(0, count),),) if count else ((),),
         )  # fmt: skip
@@ -77,9 +78,22 @@ class Lights:
         return len(self.vectors)
 
     @property
+    def are_suns(self) -> NDArray[np.bool_]:
+        """Which are directions above the horizon, (n,): they are counted without rays."""
+        return (self.vectors[:, 3] == 0) & (self.vectors[:, 2] > 0)
+
+    @property
     def directions(self) -> NDArray[np.float64]:
-        """Unit directions toward lights without a place, (n, 3) float64."""
+        """What counters take of suns: unit directions, (n, 3) float64."""
         return np.ascontiguousarray(self.vectors[:, :3])
+
+    def split(self) -> "tuple[Lights, Lamps]":
+        """Return the suns, and all other lights; without their places in time."""
+        parts = [
+            (self.vectors[which], self.weights[which], self.names, self.units, self.step[which])
+            for which in (self.are_suns, ~self.are_suns)
+        ]
+        return Lights.of(*parts[0]), Lamps.of(*parts[1])
 
     @property
     def lengths(self) -> NDArray[np.int64]:
@@ -89,3 +103,12 @@ class Lights:
     def weigh(self, weights: NDArray[np.float64], names: tuple[str, ...]) -> "Lights":
         """Return the same lights with other weights, (n, k)."""
         return replace(self, weights=weights, names=names, units=self.units[:1] * len(names))
+
+
+class Lamps(Lights):
+    """Lights of any place, which rays count: lamps, and directions below the horizon."""
+
+    @property
+    def directions(self) -> NDArray[np.float64]:
+        """What counters of any lights take: homogeneous lights, (n, 4) float64."""
+        return self.vectors
