@@ -20,10 +20,10 @@ very centre rounding would tell for each of them which side of an edge it is on.
 class Grid:
     """Cells of a plan, rows from south to north."""
 
-    x0: float  # centre of the first cell, in the scene's local frame [m]
-    y0: float  # centre of the first cell, in the scene's local frame [m]
-    dx: float  # size of a cell [m]
-    dy: float  # size of a cell [m]
+    x0: float  # centre of the first cell, with y0, in the scene's local frame [m]
+    y0: float
+    dx: float  # size of a cell, with dy [m]
+    dy: float
     cols: int
     rows: int
 

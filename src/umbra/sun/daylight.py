@@ -25,8 +25,8 @@ _CLOSE = 1_000_000  # to which sunrise and sunset are solved [us]
 class Daylight:
     """When the sun is above the horizon on a date."""
 
-    rises: dt.datetime | None  # local; None where the sun does not rise or set on that date
-    sets: dt.datetime | None  # local; None where the sun does not rise or set on that date
+    rises: dt.datetime | None  # local, as sets; None where the sun does not rise or set that day
+    sets: dt.datetime | None
     is_up: bool  # whether it is up when the date begins
 
     def __str__(self) -> str:
