@@ -39,7 +39,7 @@ class _Surface:
     The visible surface as volumes meet it.
 
     ``keys`` (rows, cols + LANES) are depth keys, nearer than everything where nothing is to be
-    counted; ``tiles`` those of ``find_nearest_tiles``.
+    counted; ``tiles`` come from ``find_nearest_tiles``.
     """
 
     view: DepthBuffer

@@ -26,7 +26,7 @@ def shade(
     view: DepthBuffer | None = None,
 ) -> NDArray[np.uint8]:
     """
-    Shade what is seen by Lambert's cosine law.
+    Shade the visible surface by Lambert's cosine law.
 
     Each light weakens as its attenuation, range and cone say; several share the
     exposure of one. What a material emits is added, and an unlit one shows its colour
@@ -88,7 +88,7 @@ def find_surfaces(
     scene: Scene, frame: VisibleSurface, view: DepthBuffer | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
-    Find reflectance (linear RGB) and unit normal of what is seen, (n, 3) each, row by row.
+    Find reflectance (linear RGB) and unit normal of visible pixels, (n, 3) each, row by row.
 
     Without a view parts are of one colour and faces are flat. `InputError` if a texture cannot
     be decoded (which).

@@ -215,7 +215,7 @@ def _pair_off(
     Divide components so that each casts on all others but never on itself.
 
     Two numbers differ in some binary digit: those with a 0 there cast on those with a 1,
-    and the reverse, for each digit in turn. Yields what casts (n,), and on which pixels.
+    and the reverse, for each digit in turn. Yields the casters (n,), and their pixels.
     """
     numbers = np.arange(n)
     for digit in range(max((n - 1).bit_length(), 1)):

@@ -1,5 +1,5 @@
 """
-Local dates and clock times: which dates are asked for, and when a time is in UTC.
+Local dates and clock times: the dates of a study, and local times in UTC.
 
 ``zoneinfo`` gives every local time an instant, also those that the clock skips. Here
 such a time is refused, and the error tells what the clock does.

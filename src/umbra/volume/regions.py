@@ -49,7 +49,7 @@ def find_view_planes(
     camera: Camera, origin: ArrayLike = (0.0, 0.0, 0.0), scissor: ArrayLike | None = None
 ) -> NDArray[np.float64]:
     """
-    Find the planes of what is seen through the picture, or a scissor's part of it.
+    Find the planes of the view through the picture, or through a scissor's part of it.
 
     Returns (5, 4) float64: near, left, bottom, right, top; inward, with unit normals, for points
     relative to the origin. There is no far plane: with depth clamping, z-fail needs volumes to
@@ -79,7 +79,7 @@ class Regions:
     What placements of one camera and one light share.
 
     ``pyramid`` (n, 4) and ``view`` (5, 4) are inward planes, a little widened, of the occlusion
-    pyramid and of what is seen, to infinity; ``light`` (4,) is in their frame.
+    pyramid and of the view, to infinity; ``light`` (4,) is in their frame.
     """
 
     pyramid: NDArray[np.float64]
