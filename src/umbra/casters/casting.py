@@ -12,6 +12,7 @@ from umbra.casters.canopy import Canopy
 from umbra.rays.face_tree import FaceTree, make_face_tree
 from umbra.rays.hidden import find_hidden
 from umbra.scene import Scene, Triangles
+from umbra.scene.derived import derive
 from umbra.scene.places import Places
 from umbra.volume.adjacency import Caster, make_caster
 
@@ -44,11 +45,11 @@ class Casting:
     @cached_property
     def tree(self) -> FaceTree:
         """Bounding volume hierarchy over all that casts."""
-        return make_face_tree(self.caster, self._farthest)
+        return self._make_tree(self.caster)
 
-    @property
-    def _farthest(self) -> float:
-        return float(np.abs(self.scene.bounds()).max())
+    def _make_tree(self, caster: Caster) -> FaceTree:
+        farthest = float(np.abs(self.scene.bounds()).max())
+        return derive(caster, "tree", farthest, lambda: make_face_tree(caster, farthest))
 
     @cached_property
     def solid(self) -> Self:
@@ -96,7 +97,7 @@ class Casting:
         """Return the tree of one of ``make_casters``, made once."""
         key = id(caster)  # which stays its own, since the caster is kept beside the tree
         if key not in self._trees:
-            self._trees[key] = caster, make_face_tree(caster, self._farthest)
+            self._trees[key] = caster, self._make_tree(caster)
         return self._trees[key][1]
 
     def make_casters(self, pieces: Sequence[Sequence[int]]) -> list[Caster]:
@@ -118,8 +119,8 @@ def prepare_casting(
     threads : int
     canopy : Canopy, optional
     """
-    soup = scene.triangles()
-    caster = _make_caster(scene, casters, soup if len(casters) == len(scene.parts) else None)
+    soup = derive(scene, "soup", None, scene.triangles)
+    caster = derive(scene, "caster", tuple(casters), lambda: _make_caster(scene, casters))
     if canopy is not None:
         seen = np.ones(len(scene.parts), np.bool_)
         seen[list(canopy.parts)] = False
@@ -127,6 +128,6 @@ def prepare_casting(
     return Casting(scene, soup, caster, threads, canopy=canopy)
 
 
-def _make_caster(scene: Scene, parts: Sequence[int], soup: Triangles | None = None) -> Caster:
-    soup = scene.triangles(parts) if soup is None else soup
+def _make_caster(scene: Scene, parts: Sequence[int]) -> Caster:
+    soup = scene.triangles(parts)
     return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])

@@ -16,6 +16,7 @@ from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.sweep import Sweep, overflows
+from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_lit
@@ -82,9 +83,13 @@ class HeightFieldSweep(Sweep):
         self.floor = float(heights.min())
         self.heights = np.full((grid.rows, grid.cols + _LANES), np.inf)
         self.heights[:, : grid.cols] = heights
-        ends = grid.to_cells(caster.ends().reshape(-1, 2, 3))
-        ends[..., :2] -= ASIDE
-        self.ends = ends.reshape(-1, 6)
+
+        def place() -> NDArray[np.float64]:
+            ends = grid.to_cells(caster.ends().reshape(-1, 2, 3))
+            ends[..., :2] -= ASIDE
+            return ends.reshape(-1, 6)
+
+        self.ends = derive(caster, "ends", grid, place)
 
     def _run(
         self,

@@ -15,6 +15,7 @@ from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.sweep import Sweep, overflows
+from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes
@@ -100,10 +101,12 @@ class PlaneSweep(Sweep):
     """
 
     def __init__(self, caster: Caster, grid: Grid, height: float, threads: int = 1) -> None:
-        super().__init__(
-            _open_where_negative(clip_above(caster, height), grid, height), grid, threads
-        )
-        self.ends = _place(self.caster, grid, height)
+        def cut() -> tuple[Caster, NDArray[np.float64]]:
+            opened = _open_where_negative(clip_above(caster, height), grid, height)
+            return opened, _place(opened, grid, height)
+
+        opened, self.ends = derive(caster, "cut", (grid, height), cut)
+        super().__init__(opened, grid, threads)
 
     def _run(
         self,

@@ -19,6 +19,7 @@ from umbra.receivers.kind import Raster, ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, lay_out
 from umbra.receivers.level import Level, find_level
 from umbra.receivers.zenith import Surface, find_surface
+from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.scene.places import Places
 from umbra.volume.adjacency import Caster
@@ -27,6 +28,7 @@ __all__ = ["PlanKind", "PlanModel", "PlanTile", "PlaneTile", "TopmostTile"]
 
 STREAMED_TILE = 1024
 """Side of the tiles of a study whose instants pass in order: each cell holds more then."""
+_KEPT = 1 << 22  # cells of a surface that is kept for the next study, 80 MB of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +59,13 @@ class PlanModel(Casting):
 
     def look_down(self, grid: Grid) -> Surface:
         """Find what is topmost of all that is seen."""
-        return find_surface(self.soup, grid, self.floor, self.threads, has_end=self.has_end)
+
+        def look() -> Surface:
+            return find_surface(self.soup, grid, self.floor, self.threads, has_end=self.has_end)
+
+        if grid.rows * grid.cols > _KEPT:
+            return look()
+        return derive(self.soup, "surface", (grid, self.floor, self.has_end), look)
 
     @property
     def floor(self) -> float:

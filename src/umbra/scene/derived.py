@@ -1,0 +1,51 @@
+"""What is made of a scene or a caster, kept with it for the next study: bounded, thread-safe."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from threading import Lock
+from typing import TypeVar, cast
+
+__all__ = ["derive"]
+
+T = TypeVar("T")
+
+_NAME = "_derived"
+_lock = Lock()
+
+
+def derive(owner: object, kind: str, key: Hashable, make: Callable[[], T], most: int = 2) -> T:
+    """
+    Return what was made of a frozen record, or make it and keep it as long as the record lives.
+
+    Parameters
+    ----------
+    owner : object
+        A frozen record, from which it is made. ``dataclasses.replace`` makes a record that
+        has nothing yet.
+    kind : str
+        What is made.
+    key : hashable
+        Whatever else it depends on.
+    make : callable
+        Makes it. Two threads that ask at once may both make it; one of the two is kept.
+    most : int
+        So many of a kind are kept, those that were asked for last.
+
+    Returns
+    -------
+    value
+        Not to be written to.
+    """
+    with _lock:
+        held: OrderedDict[Hashable, object]
+        held = owner.__dict__.setdefault(_NAME, {}).setdefault(kind, OrderedDict())
+        if key in held:
+            held.move_to_end(key)
+            return cast("T", held[key])
+    value = make()
+    with _lock:
+        value = cast("T", held.setdefault(key, value))
+        held.move_to_end(key)
+        while len(held) > most:
+            held.popitem(last=False)
+    return value
