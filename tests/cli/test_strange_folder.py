@@ -13,7 +13,7 @@ from support.model_files import save_obj
 from support.shapes import box
 
 from umbra.children import HOME, make_command
-from umbra.gl.backends import probe
+from umbra.gl.probe import probe
 from umbra.writers.painter import Painter
 
 MODULES = sorted(

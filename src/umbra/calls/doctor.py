@@ -25,8 +25,9 @@ def examine() -> dict[str, Any]:
     report : dict
         What JSON can hold, as ``umbra doctor --json`` prints it.
     """
-    from umbra.gl.backends import BACKENDS, probe  # noqa: PLC0415
+    from umbra.gl.backends import BACKENDS  # noqa: PLC0415
     from umbra.gl.context import DRIVER, INSTALL  # noqa: PLC0415
+    from umbra.gl.probe import probe  # noqa: PLC0415
 
     packages = {name: _find_version(name) for name in _PACKAGES}
     advice = []
