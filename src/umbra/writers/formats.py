@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PIL.Image import Image
 
+    from umbra.study import Study
     from umbra.study.moments import Moment
     from umbra.study.timeline import Timeline
     from umbra.writers.plan import Show
@@ -45,7 +46,7 @@ class Job:
         Clock times that are outlined and filmed; round ones by default.
     """
 
-    study: Any
+    study: "Study"
     folder: Path
     title: str = ""
     say: Callable[[str], object] = lambda _line: None
