@@ -72,7 +72,9 @@ class Outputs:
         metavar="FORMAT,...",
     )
     rules: Any = _files(  # a path, or what was read of it
-        "path", "Check the result against a file of rules; writes verdicts.csv.", metavar="FILE.yaml"
+        "path",
+        "Check the result against a file of rules; writes verdicts.csv.",
+        metavar="FILE.yaml",
     )
 
     def __post_init__(self) -> None:
