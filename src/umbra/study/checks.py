@@ -5,15 +5,15 @@ from collections.abc import Callable, Sequence
 
 from umbra.errors import InputError
 from umbra.scene import Scene
-from umbra.study.accumulators.arrays import FEW_DAYS, Wanted
-from umbra.study.accumulators.exact import find_least_spell
+from umbra.study.accumulators.arrays import FEW_DAYS, ResultOptions
+from umbra.study.accumulators.exact import find_least_interval
 from umbra.study.options import StudyOptions
 from umbra.study.period import Period
 from umbra.sun.clock import parse_duration
 
 __all__ = [
     "describe_period",
-    "find_wanted",
+    "find_results",
     "make_advance",
     "select_casters",
 ]
@@ -32,7 +32,7 @@ def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) ->
     return casters
 
 
-def find_wanted(period: Period, options: StudyOptions) -> Wanted:
+def find_results(period: Period, options: StudyOptions) -> ResultOptions:
     """Find what is to be kept: ``min_spell`` implies ``spells``, few dates imply ``by_day``."""
     tolerance = float(options.exact)  # True is a second
     if not (tolerance == 0 or LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE):
@@ -44,21 +44,21 @@ def find_wanted(period: Period, options: StudyOptions) -> Wanted:
     by_day = options.by_day
     if by_day is None:
         by_day = 1 < len(period.days) <= FEW_DAYS
-    return Wanted(by_day, options.spells or least > 0, least, options.masks, tolerance)
+    return ResultOptions(by_day, options.spells or least > 0, least, options.masks, tolerance)
 
 
-def describe_period(period: Period, wanted: Wanted) -> dict[str, object]:
+def describe_period(period: Period, results: ResultOptions) -> dict[str, object]:
     """Say in attributes what the time axis was, where it is more than one plain day."""
     facts: dict[str, object] = {}
     if len(period.days) > 1:
         facts["days"] = len(period.days)
         facts["first_date"] = str(period.days[0])
         facts["last_date"] = str(period.days[-1])
-    if wanted.min_spell:
-        facts["min_spell_minutes"] = wanted.min_spell / 6e7
-    if wanted.tolerance:
-        facts["exact_tolerance_seconds"] = wanted.tolerance
-        facts["exact_least_spell_seconds"] = find_least_spell(period)
+    if results.min_spell:
+        facts["min_spell_minutes"] = results.min_spell / 6e7
+    if results.tolerance:
+        facts["exact_tolerance_seconds"] = results.tolerance
+        facts["exact_least_spell_seconds"] = find_least_interval(period)
     return facts
 
 

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Lamps", "Lights"]
+__all__ = ["AnyLights", "Lights"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,13 +87,13 @@ class Lights:
         """What counters take of suns: unit directions, (n, 3) float64."""
         return np.ascontiguousarray(self.vectors[:, :3])
 
-    def split(self) -> "tuple[Lights, Lamps]":
+    def split(self) -> "tuple[Lights, AnyLights]":
         """Return the suns, and all other lights; without their places in time."""
         parts = [
             (self.vectors[which], self.weights[which], self.names, self.units, self.step[which])
             for which in (self.are_suns, ~self.are_suns)
         ]
-        return Lights.of(*parts[0]), Lamps.of(*parts[1])
+        return Lights.of(*parts[0]), AnyLights.of(*parts[1])
 
     @property
     def lengths(self) -> NDArray[np.int64]:
@@ -105,7 +105,7 @@ class Lights:
         return replace(self, weights=weights, names=names, units=self.units[:1] * len(names))
 
 
-class Lamps(Lights):
+class AnyLights(Lights):
     """Lights of any place, which rays count: lamps, and directions below the horizon."""
 
     @property

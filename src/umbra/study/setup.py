@@ -15,13 +15,13 @@ from umbra.devices.counters import StudyCounters
 from umbra.errors import InputError
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.scene import Scene
-from umbra.study.accumulators.arrays import ResultArrays, Wanted
-from umbra.study.accumulators.attribution import Asked, Attribution, ExactAttribution
+from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
+from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
 from umbra.study.accumulators.exact import ExactIntervals, follow_sun
 from umbra.study.accumulators.hours import HourSums
 from umbra.study.accumulators.masks import InstantMasks, Masks
 from umbra.study.accumulators.sun_intervals import SunIntervals
-from umbra.study.checks import describe_period, find_wanted, make_advance, select_casters
+from umbra.study.checks import describe_period, find_results, make_advance, select_casters
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun, look, pass_lights
 from umbra.study.options import StudyOptions
@@ -84,8 +84,8 @@ class Setup:
     site : Site
     options : StudyOptions
     period : Period
-    wanted : Wanted
-    asked : Asked
+    results : ResultOptions
+    attribution : AttributionOptions
     casters : list of int
         Indices of the parts that cast.
     threads : int
@@ -99,8 +99,8 @@ class Setup:
     site: Site
     options: StudyOptions
     period: Period
-    wanted: Wanted
-    asked: Asked
+    results: ResultOptions
+    attribution: AttributionOptions
     casters: list[int]
     threads: int
     device: str = "auto"
@@ -125,25 +125,25 @@ class Setup:
         canopies = Canopy.of(
             scene, casters, options.canopy, options.transmissivity, options.leaf_on
         )
-        asked = Asked.of(scene, casters, options, canopies)
+        attribution = AttributionOptions.of(scene, casters, options, canopies)
         return cls(
-            scene, site, options, period, find_wanted(period, options), asked, casters, threads,
+            scene, site, options, period, find_results(period, options), attribution, casters, threads,
             "cpu" if canopies else options.device, canopies,
         )  # fmt: skip
 
     @property
     def bytes_of_masks(self) -> int:
         """What masks take of each receiver [byte]."""
-        each = (int(self.period.sun.is_up.sum()) + 7) // 8 if self.wanted.masks else 0
+        each = (int(self.period.sun.is_up.sum()) + 7) // 8 if self.results.masks else 0
         return 2 * each if self.canopy else each
 
     @property
     def bytes_kept(self) -> int:
         """What else is kept of each receiver besides hours [byte]."""
         days = len(self.period.days)
-        behind = (4 + 4 * days * self.wanted.by_day) if self.canopy else 0
-        asked = self.asked.bytes_kept(days if self.wanted.by_day else 0)
-        return self.wanted.bytes_kept(days) + asked + behind
+        behind = (4 + 4 * days * self.results.by_day) if self.canopy else 0
+        attribution = self.attribution.bytes_kept(days if self.results.by_day else 0)
+        return self.results.bytes_kept(days) + attribution + behind
 
     @property
     def request(self) -> Request:
@@ -155,10 +155,10 @@ class Setup:
             find_reaching=self.period.find_reaching_suns,
             bytes_kept=self.bytes_kept,
             bytes_of_masks=self.bytes_of_masks,
-            by_day=self.wanted.by_day,
-            is_streamed=self.wanted.is_streamed,
-            has_groups=self.asked.groups is not None,
-            limit_tiles=lambda side: self.asked.limit_tiles(side, len(self.period.days)),
+            by_day=self.results.by_day,
+            is_streamed=self.results.is_streamed,
+            has_groups=self.attribution.groups is not None,
+            limit_tiles=lambda side: self.attribution.limit_tiles(side, len(self.period.days)),
         )  # fmt: skip
 
     def count(self, laid: Receivers, progress: Progress) -> Result:
@@ -171,11 +171,11 @@ class Setup:
         progress : callable
             Told how many instants are done, and of how many.
         """
-        wanted, tiles = self.wanted, laid.make_tiles(self.request)
-        has_groups = self.asked.groups is not None
+        results, tiles = self.results, laid.make_tiles(self.request)
+        has_groups = self.attribution.groups is not None
         arrays = ResultArrays(
-            self.period, laid.shape, wanted, self.canopy,
-            reads_days=bool(self.asked.proposed) or (has_groups and wanted.tolerance > 0),
+            self.period, laid.shape, results, self.canopy,
+            reads_days=bool(self.attribution.proposed) or (has_groups and results.tolerance > 0),
         )  # fmt: skip
         accumulators = self.make_accumulators(arrays, laid)
         lights = self.make_lights()
@@ -196,25 +196,25 @@ class Setup:
 
     def make_lights(self) -> Lights:
         """Return the suns: at the steps' midpoints, or so dense that no interval is missed."""
-        if self.wanted.tolerance:
-            return follow_sun(self.period, self.wanted.tolerance)
+        if self.results.tolerance:
+            return follow_sun(self.period, self.results.tolerance)
         return self.period.make_lights()
 
     def make_accumulators(self, arrays: ResultArrays, laid: Receivers) -> list[Accumulator]:
         """Return what keeps what is asked for, hours first: the others read them."""
-        wanted, asked = self.wanted, self.asked
+        results, attribution = self.results, self.attribution
         found: list[Accumulator] = [
-            ExactIntervals(arrays) if wanted.tolerance
-            else SunIntervals(arrays) if wanted.is_streamed
+            ExactIntervals(arrays) if results.tolerance
+            else SunIntervals(arrays) if results.is_streamed
             else HourSums(arrays)
         ]  # fmt: skip
-        if wanted.masks:
+        if results.masks:
             has_canopy = self.canopy is not None
             found.append(InstantMasks(self.period, laid.shape, has_canopy=has_canopy))
-        if asked.groups is not None and wanted.tolerance:
-            found.append(ExactAttribution(asked, laid, arrays, self._solve))
-        elif asked.groups is not None:
-            found.append(Attribution(asked, laid, arrays))
+        if attribution.groups is not None and results.tolerance:
+            found.append(ExactAttribution(attribution, laid, arrays, self._solve))
+        elif attribution.groups is not None:
+            found.append(Attribution(attribution, laid, arrays))
         return found
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
@@ -226,8 +226,8 @@ class Setup:
             canopy = None
         tiles = [tile.with_casters(some) for some in chosen]
         run = TileRun(tile.shape, [one.make_counter() for one in tiles], ..., tiles)
-        wanted = Wanted(tolerance=self.wanted.tolerance)
-        arrays = ResultArrays(self.period, tile.shape, wanted, canopy, reads_days=True)
+        results = ResultOptions(tolerance=self.results.tolerance)
+        arrays = ResultArrays(self.period, tile.shape, results, canopy, reads_days=True)
         pass_lights(run, self.make_lights(), [ExactIntervals(arrays)])
         return np.array([arrays.read_hours(day) for day in range(len(self.period.days))])
 
@@ -248,8 +248,8 @@ class Setup:
             "time_zone": site.zone,
             "true_north_deg": site.true_north,
             "refraction": self.period.refraction,
-            **describe_period(self.period, self.wanted),
-            **self.asked.facts,
+            **describe_period(self.period, self.results),
+            **self.attribution.facts,
             **(self.canopy.facts if self.canopy else {}),
             "prepare_seconds": time.perf_counter() - self.begun - seconds,
             "count_seconds": seconds,

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from umbra.casters.canopy import Canopy
 from umbra.receivers.kind import Receivers, Variables
-from umbra.study.accumulators.intervals import Spells, to_hours
+from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
 from umbra.study.period import Period
 
-__all__ = ["FEW_DAYS", "ResultArrays", "Wanted"]
+__all__ = ["FEW_DAYS", "ResultArrays", "ResultOptions"]
 
 FEW_DAYS = 12
 """Up to so many dates results are also kept by day, unless it is said otherwise."""
@@ -24,7 +24,7 @@ _SPELLS = {
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ResultOptions:
     """
     What a study shall keep besides the hours in shadow.
 
@@ -74,7 +74,7 @@ class ResultArrays:
     period : Period
     shape : tuple of int
         Of the receivers.
-    wanted : Wanted
+    results : ResultOptions
     canopy : Canopy, optional
     reads_days : bool
         Whether the hours of each date are read again while a tile is at hand.
@@ -89,24 +89,24 @@ class ResultArrays:
         self,
         period: Period,
         shape: tuple[int, ...],
-        wanted: Wanted,
+        results: ResultOptions,
         canopy: Canopy | None = None,
         *,
         reads_days: bool = False,
     ) -> None:
-        self.period, self.shape, self.wanted = period, shape, wanted
+        self.period, self.shape, self.results = period, shape, results
         self.shadow_hours = np.zeros(shape, np.float32)
         self.shares = None if canopy is None else canopy.find_shares(period.days)
         self.up_hours_by_day = period.up_hours_by_day
         days = len(period.days)
-        self._whole = {name: np.zeros(shape, t) for name, t in wanted._spell_types().items()}
+        self._whole = {name: np.zeros(shape, t) for name, t in results._spell_types().items()}
         self._by_day: dict[str, NDArray] = {}
         self._of_tile: list[NDArray] = [np.zeros(0)] * days if reads_days else []
-        types = {"shadow_hours": np.dtype(np.float32), **wanted._spell_types()}
+        types = {"shadow_hours": np.dtype(np.float32), **results._spell_types()}
         if canopy is not None:
             self._whole["canopy_hours"] = np.zeros(shape, np.float32)
             types["canopy_hours"] = np.dtype(np.float32)
-        if wanted.by_day:
+        if results.by_day:
             self._by_day = {name: np.zeros((days, *shape), t) for name, t in types.items()}
 
     @property
@@ -117,7 +117,7 @@ class ResultArrays:
     @property
     def has_days(self) -> bool:
         """Whether the hours of each date are asked for."""
-        return self.wanted.by_day or bool(self._of_tile)
+        return self.results.by_day or bool(self._of_tile)
 
     def read_hours(self, day: int, where: Any = ...) -> NDArray:
         """Give a date's hours in shadow of the tile that was counted last."""
@@ -145,7 +145,9 @@ class ResultArrays:
         elif self._by_day:
             self._by_day["canopy_hours"][day][where] = hours
 
-    def keep_spells(self, spells: Spells, where: Any = ..., day: int | None = None) -> None:
+    def keep_spells(
+        self, spells: SunIntervalTable, where: Any = ..., day: int | None = None
+    ) -> None:
         """Store the spells of a tile: of the whole period, or of one day."""
         if day is not None and not self._by_day:
             return
@@ -168,7 +170,7 @@ class ResultArrays:
             missing = {"f": np.nan, "M": np.datetime64("NaT")}.get(array.dtype.kind, 0)
             array[..., nothing] = missing
 
-    def enter_day(self, spells: Spells, up: int, where: Any, day: int | None) -> None:
+    def enter_day(self, spells: SunIntervalTable, up: int, where: Any, day: int | None) -> None:
         """Enter the sun intervals of one day, or of all (None), with the sun up so long [us]."""
         light = spells.sun if spells.light is None else spells.light
         self.keep_hours(to_hours(up - light), where, day)
@@ -181,7 +183,7 @@ class ResultArrays:
         dims = laid.dims
         found: Variables = {}
         found |= {name: (dims, array) for name, array in self._whole.items()}
-        if self.wanted.spells:
+        if self.results.spells:
             share = self.shadow_hours / np.float32(self.up_hours or np.nan)
             found["shaded_share"] = (dims, share)
         if self._by_day:

@@ -20,20 +20,20 @@ from umbra.study.losses import Losses, is_newly_under
 from umbra.study.options import StudyOptions
 from umbra.volume.adjacency import Caster
 
-__all__ = ["Asked", "Attribution", "ExactAttribution"]
+__all__ = ["Attribution", "AttributionOptions", "ExactAttribution"]
 
 _WORK = 256e6  # what the pieces' instants may take while a tile is counted [byte]
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class AttributionOptions:
     """
-    What is asked of the casters.
+    What is asked about single casters.
 
     Parameters
     ----------
     groups : Groups, optional
-        Those whose hours are asked, and last, if there is a proposal, all of it.
+        Those whose hours are asked for, and last, if there is a proposal, all of it.
     shown : int
         How many of the groups were asked for themselves.
     proposed : tuple of int
@@ -54,7 +54,7 @@ class Asked:
         casters: Sequence[int],
         options: StudyOptions,
         canopy: Canopy | None = None,
-    ) -> "Asked":
+    ) -> "AttributionOptions":
         """Read the options, see ``umbra.shadow_study``."""
         weak = () if canopy is None else canopy.casting
         who, by, proposed = options.who, options.by, options.proposed
@@ -92,7 +92,7 @@ class Attribution(Accumulator):
 
     Parameters
     ----------
-    asked : Asked
+    attribution : AttributionOptions
         About some groups.
     laid : Receivers
     arrays : ResultArrays
@@ -101,16 +101,18 @@ class Attribution(Accumulator):
 
     needs_masks = False
 
-    def __init__(self, asked: Asked, laid: Receivers, arrays: ResultArrays) -> None:
-        self.asked, self.model, self.arrays = asked, laid.casting, arrays
-        self.groups, shape = cast("Groups", asked.groups), arrays.shape
+    def __init__(
+        self, attribution: AttributionOptions, laid: Receivers, arrays: ResultArrays
+    ) -> None:
+        self.attribution, self.model, self.arrays = attribution, laid.casting, arrays
+        self.groups, shape = cast("Groups", attribution.groups), arrays.shape
         count, days = len(self.groups.names), len(arrays.period.days)
-        kept = days if arrays.wanted.by_day else 0
+        kept = days if arrays.results.by_day else 0
         self.cast = np.zeros((count, *shape), np.float32)
         self.sole = np.zeros((count, *shape), np.float32)
         self.cast_by_day = np.zeros((kept, count, *shape), np.float32)
         self.sole_by_day = np.zeros((kept, count, *shape), np.float32)
-        of_proposal = shape if asked.proposed else (0,)
+        of_proposal = shape if attribution.proposed else (0,)
         self.owner = np.zeros(of_proposal, np.int32)
         self.nothing = np.zeros(of_proposal, np.bool_)
         self.newly_days = np.zeros(of_proposal, np.int16)
@@ -157,44 +159,46 @@ class Attribution(Accumulator):
         if len(self.cast_by_day):
             self.cast_by_day[day, :, *inside] = due
             self.sole_by_day[day, :, *inside] = sole
-        if not self.asked.proposed:
+        if not self.attribution.proposed:
             return
         up = np.float32(self.arrays.up_hours_by_day[day])
-        newly = is_newly_under(up - self.arrays.read_hours(day, where), sole[-1], self.asked.under)
+        newly = is_newly_under(
+            up - self.arrays.read_hours(day, where), sole[-1], self.attribution.under
+        )
         self.newly_days[where] += newly
         if len(self.newly_by_day):
             self.newly_by_day[day, *inside] = newly
 
     def _keep_owner(self, tile: Tile, where: Any) -> None:
-        if self.asked.proposed:
+        if self.attribution.proposed:
             self.owner[where] = tile.find_parts()
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
         """Take away the answers of receivers that are not there."""
         for hours in (self.cast, self.sole, self.cast_by_day, self.sole_by_day):
             hours[..., nothing] = np.nan
-        if self.asked.proposed:
+        if self.attribution.proposed:
             self.nothing |= nothing
 
     def variables(self, laid: Receivers) -> Variables:
         """Return the answers when all tiles are counted."""
         dims = laid.dims
-        asked, has_days = self.asked, len(self.cast_by_day) > 0
+        attribution, has_days = self.attribution, len(self.cast_by_day) > 0
         found: Variables = {}
-        if asked.groups and asked.shown:
-            some = slice(asked.shown)
-            found["caster"] = (("caster",), np.array(asked.groups.names[some]))
+        if attribution.groups and attribution.shown:
+            some = slice(attribution.shown)
+            found["caster"] = (("caster",), np.array(attribution.groups.names[some]))
             found["cast_hours"] = (("caster", *dims), self.cast[some])
             found["sole_hours"] = (("caster", *dims), self.sole[some])
             if has_days:
                 axes = ("day", "caster", *dims)
                 found["cast_hours_by_day"] = (axes, self.cast_by_day[:, some])
                 found["sole_hours_by_day"] = (axes, self.sole_by_day[:, some])
-        if asked.proposed:
+        if attribution.proposed:
             losses = Losses(
                 self.sole[-1],
                 self.newly_days,
-                np.isin(self.owner, asked.proposed) | self.nothing,
+                np.isin(self.owner, attribution.proposed) | self.nothing,
                 self.owner,
                 self.model.scene.labels(),
                 laid.area,
@@ -212,7 +216,7 @@ class ExactAttribution(Attribution):
 
     Parameters
     ----------
-    asked, laid, arrays
+    attribution, laid, arrays
         As in ``Attribution``.
     solve : callable
         Gives a tile's hours in shadow by date if only some parts cast, (n_days, ...) [h].
@@ -221,10 +225,10 @@ class ExactAttribution(Attribution):
     needs_masks = True  # no single casters are asked for while the lights pass
 
     def __init__(
-        self, asked: Asked, laid: Receivers, arrays: ResultArrays,
+        self, attribution: AttributionOptions, laid: Receivers, arrays: ResultArrays,
         solve: Callable[[Tile, Sequence[int]], NDArray[np.float32]],
     ) -> None:  # fmt: skip
-        super().__init__(asked, laid, arrays)
+        super().__init__(attribution, laid, arrays)
         self._solve = solve
 
     def begin(self, run: TileRun, lights: Lights) -> None:
@@ -250,7 +254,7 @@ class ExactAttribution(Attribution):
             mine = {p for piece, is_mine in zip(groups.pieces, row) if is_mine for p in piece}
             without = self._solve(tile, [part for part in everything if part not in mine])
             sole[:, k] = np.maximum(after - without, 0)
-            if k < self.asked.shown:
+            if k < self.attribution.shown:
                 due[:, k] = np.maximum(self._solve(tile, sorted(mine)) - attached, 0)
             progress(works * (k + 1) // len(groups.names) - works * k // len(groups.names))
         for day in days:

@@ -19,14 +19,20 @@ from numpy.typing import NDArray
 
 from umbra.rays.hidden import is_hidden
 from umbra.study.accumulators.arrays import ResultArrays
-from umbra.study.accumulators.intervals import BEGAN, BLOCK, Spells, SpellState, end_spell
+from umbra.study.accumulators.intervals import (
+    BEGAN,
+    BLOCK,
+    IntervalState,
+    SunIntervalTable,
+    end_interval,
+)
 from umbra.study.accumulators.sun_intervals import DayIntervals
 from umbra.study.lights import Lights
 from umbra.study.loop import TileRun
 from umbra.study.period import Period
 from umbra.sun import find_sun
 
-__all__ = ["ExactIntervals", "SunTrack", "find_least_spell", "find_runs", "follow_sun"]
+__all__ = ["ExactIntervals", "SunTrack", "find_least_interval", "find_runs", "follow_sun"]
 
 _LOOK = 60_000_000
 """Instants are at most so far apart, so that nothing longer is missed [us]."""
@@ -87,7 +93,7 @@ def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
     return [run for run in runs if len(run) > 1]
 
 
-def find_least_spell(period: Period) -> float:
+def find_least_interval(period: Period) -> float:
     """Give the length from which no spell of sun or shadow is missed [s]."""
     return max(
         float(np.diff(_find_times(period, day)).max()) / _SECOND for day in range(len(period.days))
@@ -108,7 +114,7 @@ class ExactIntervals(DayIntervals):
 
     def __init__(self, arrays: ResultArrays) -> None:
         super().__init__(arrays)
-        self._tolerance = round(arrays.wanted.tolerance * _SECOND)
+        self._tolerance = round(arrays.results.tolerance * _SECOND)
 
     def begin(self, run: TileRun, lights: Lights) -> None:
         """Begin with a tile."""
@@ -117,8 +123,8 @@ class ExactIntervals(DayIntervals):
         self._begin_day()
 
     def _begin_day(self) -> None:
-        least = self.arrays.wanted.min_spell
-        self._states = [SpellState(self._run.shape, least) for _ in self._run.counters]
+        least = self.arrays.results.min_spell
+        self._states = [IntervalState(self._run.shape, least) for _ in self._run.counters]
 
     def begin_run(self, lights: Lights, some: slice) -> None:
         """Begin when the sun rises, or the day's period begins."""
@@ -140,7 +146,7 @@ class ExactIntervals(DayIntervals):
             _advance(
                 before, mask, times[i - 1], times[i], self._lights.paths[i],  # type: ignore[attr-defined]
                 self._tolerance, places.points, places.normals, tree.boxes, tree.links,
-                tree.corners, tree.ids, tree.normals, self.arrays.wanted.min_spell, state,
+                tree.corners, tree.ids, tree.normals, self.arrays.results.min_spell, state,
             )  # fmt: skip
         self._before[k] = mask
 
@@ -149,7 +155,7 @@ class ExactIntervals(DayIntervals):
         for state in self._states:
             state.end_all(int(lights.starts[some.stop - 1]))
 
-    def finish_day(self, day: int) -> tuple[Spells, int]:
+    def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
         """End the day: the sun was up from the first to the last instant of each run."""
         arrays, times = self.arrays, self._lights.starts
         up = sum(int(times[run.stop - 1] - times[run.start]) for run in self._lights.days[day])
@@ -282,4 +288,4 @@ def _advance(
             if before[c] != 0:
                 state[BEGAN, c] = middle
             else:
-                end_spell(state, c, middle, least)
+                end_interval(state, c, middle, least)

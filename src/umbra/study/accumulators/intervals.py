@@ -1,5 +1,5 @@
 """
-Spells of sun: first and last sun, how often it comes, how long it stays.
+SunIntervalTable of sun: first and last sun, how often it comes, how long it stays.
 
 Instants stream through in time order, and each receiver keeps seven numbers. What the
 step [start, end) is at its midpoint it is taken to be throughout, so spells begin and
@@ -14,7 +14,16 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-__all__ = ["BEGAN", "BLOCK", "NEVER", "SpellState", "Spells", "end_spell", "join_days", "to_hours"]
+__all__ = [
+    "BEGAN",
+    "BLOCK",
+    "NEVER",
+    "IntervalState",
+    "SunIntervalTable",
+    "end_interval",
+    "join_days",
+    "to_hours",
+]
 
 BEGAN, TOTAL, LONGEST, COUNTED, SPELLS, FIRST, LAST = range(7)
 NEVER = np.iinfo(np.int64).min
@@ -25,7 +34,7 @@ _HOUR = 3.6e9  # [us]
 
 
 @dataclass(frozen=True, eq=False)
-class Spells:
+class SunIntervalTable:
     """
     What is known of each receiver's sun.
 
@@ -56,7 +65,7 @@ class Spells:
     behind: NDArray[np.int64] | None = None
     light: NDArray[np.float64] | None = None
 
-    def add_behind(self, behind: NDArray[np.int64], share: float) -> "Spells":
+    def add_behind(self, behind: NDArray[np.int64], share: float) -> "SunIntervalTable":
         """
         Give the same with the time behind canopies, which let a share of the light through.
 
@@ -66,13 +75,13 @@ class Spells:
         return replace(self, behind=behind, light=light)
 
 
-def join_days(days: list[Spells]) -> Spells:
+def join_days(days: list[SunIntervalTable]) -> SunIntervalTable:
     """Give the spells of several days together, in their order."""
     first, last = days[0].first.copy(), days[0].last.copy()
     for day in days[1:]:
         # fmin and fmax pass NaT over.
         first, last = np.fmin(first, day.first), np.fmax(last, day.last)
-    return Spells(
+    return SunIntervalTable(
         np.sum([day.sun for day in days], axis=0),
         first,
         last,
@@ -88,7 +97,7 @@ def _sum(arrays: list[Any]) -> Any:
     return None if any(array is None for array in arrays) else np.sum(arrays, axis=0)
 
 
-class SpellState:
+class IntervalState:
     """
     One day's spells while its instants stream through.
 
@@ -128,7 +137,7 @@ class SpellState:
         """End every spell that lasts [us since 1970]."""
         _end_all(at, self.least, self.state)
 
-    def finish(self) -> Spells:
+    def finish(self) -> SunIntervalTable:
         """End the spells that last, and give what is known."""
         if self.until != NEVER:
             self.end_all(self.until)
@@ -136,7 +145,7 @@ class SpellState:
         def shaped(row: int) -> NDArray[np.int64]:
             return self.state[row].reshape(self.shape)
 
-        return Spells(
+        return SunIntervalTable(
             shaped(TOTAL),
             shaped(FIRST).view("datetime64[us]"),
             shaped(LAST).view("datetime64[us]"),
@@ -152,7 +161,7 @@ def to_hours(duration: NDArray) -> NDArray[np.float32]:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def end_spell(state, c, at, least):
+def end_interval(state, c, at, least):
     """Let a receiver's sun go; it came at ``state[BEGAN, c]``."""
     length = at - state[BEGAN, c]
     if length > 0:
@@ -176,12 +185,12 @@ def _add_steps(masks, starts, before, least, state):
             for s in range(masks.shape[0]):
                 is_on = state[BEGAN, c] != NEVER
                 if is_on and before[s] != starts[s]:  # the sun was down between
-                    end_spell(state, c, before[s], least)
+                    end_interval(state, c, before[s], least)
                     is_on = False
                 if masks[s, c] == 0 and not is_on:
                     state[BEGAN, c] = starts[s]
                 elif masks[s, c] != 0 and is_on:
-                    end_spell(state, c, starts[s], least)
+                    end_interval(state, c, starts[s], least)
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
@@ -190,4 +199,4 @@ def _end_all(at, least, state):
     for block in prange((cells + BLOCK - 1) // BLOCK):
         for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
             if state[BEGAN, c] != NEVER:
-                end_spell(state, c, at, least)
+                end_interval(state, c, at, least)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study.accumulators.arrays import ResultArrays
-from umbra.study.accumulators.intervals import Spells, SpellState, join_days
+from umbra.study.accumulators.intervals import IntervalState, SunIntervalTable, join_days
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun
 
@@ -30,7 +30,7 @@ class IntervalCount(Accumulator):
 
     def begin(self, run: TileRun, lights: Lights) -> None:
         """Begin with a tile."""
-        self._state = SpellState(run.shape, self.least)
+        self._state = IntervalState(run.shape, self.least)
         self._behind = np.zeros(run.shape if len(run.counters) > 1 else (0,), np.int64)
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
@@ -43,7 +43,7 @@ class IntervalCount(Accumulator):
             shadow = dark if self.share >= 1 else shadow
         self._state.add_steps(shadow, lights.starts[some], lights.ends[some])
 
-    def finish(self) -> Spells:
+    def finish(self) -> SunIntervalTable:
         """End the intervals that last, and return what is known."""
         spells = self._state.finish()
         return spells if self.share is None else spells.add_behind(self._behind, self.share)
@@ -65,10 +65,10 @@ class DayIntervals(Accumulator):
     def begin(self, run: TileRun, lights: Lights) -> None:
         """Begin with a tile."""
         self._where = run.where
-        self._together: Spells | None = None
+        self._together: SunIntervalTable | None = None
         self._up = 0
 
-    def finish_day(self, day: int) -> tuple[Spells, int]:
+    def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
         """Return the intervals of a day, and how long the sun was up [us]."""
         raise NotImplementedError
 
@@ -97,14 +97,14 @@ class SunIntervals(DayIntervals):
     def _begin_day(self, day: int) -> None:
         shares = self.arrays.shares
         share = None if shares is None or day >= len(shares) else float(shares[day])
-        self._count = IntervalCount(self.arrays.wanted.min_spell, share)
+        self._count = IntervalCount(self.arrays.results.min_spell, share)
         self._count.begin(self._run, self._lights)
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """Let some steps pass."""
         self._count.add(lights, some, masks)
 
-    def finish_day(self, day: int) -> tuple[Spells, int]:
+    def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
         """End the day, and begin the next."""
         spells = self._count.finish()
         self._begin_day(day + 1)

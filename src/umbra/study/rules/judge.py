@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
-from umbra.study.accumulators.intervals import Spells
+from umbra.study.accumulators.intervals import SunIntervalTable
 from umbra.study.loop import look
 from umbra.study.period import Period, make_period
 from umbra.study.result import Study
@@ -161,7 +161,7 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     return counts
 
 
-def _measure(study: Study, check: Check, period: Period, grid: Grid) -> Spells:
+def _measure(study: Study, check: Check, period: Period, grid: Grid) -> SunIntervalTable:
     """Let the instants that count pass over some cells."""
     run = look(study.model.make_tile(grid), study.model.canopy)
     return measure(check, period, run, study.model.canopy)

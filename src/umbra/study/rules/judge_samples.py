@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.study.accumulators.intervals import Spells
+from umbra.study.accumulators.intervals import SunIntervalTable
 from umbra.study.loop import look
 from umbra.study.period import Period
 from umbra.study.result import Study
@@ -116,7 +116,7 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     return ~is_wall if check.area == "roofs" else np.ones(len(owner), np.bool_)
 
 
-def _measure(study: Study, check: Check, period: Period) -> Iterator[Spells]:
+def _measure(study: Study, check: Check, period: Period) -> Iterator[SunIntervalTable]:
     """Let the instants that a check counts pass over all points, some at a time."""
     canopy = study.model.canopy
     for _, tile in study.laid.look_again():

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.canopy import Canopy
-from umbra.study.accumulators.intervals import Spells, to_hours
+from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
 from umbra.study.accumulators.sun_intervals import IntervalCount
 from umbra.study.loop import TileRun, pass_lights
 from umbra.study.period import Period
@@ -63,7 +63,7 @@ def measure(
     period: Period,
     run: TileRun,
     canopy: Canopy | None = None,
-) -> Spells:
+) -> SunIntervalTable:
     """
     Let the instants that a check counts pass over some receivers.
 
@@ -80,7 +80,7 @@ def measure(
 
     Returns
     -------
-    spells : Spells
+    spells : SunIntervalTable
     """
     share = None if canopy is None else canopy.season.find_share(period.days[0])
     count = IntervalCount(check.min_spell // dt.timedelta(microseconds=1), share)
@@ -88,7 +88,7 @@ def measure(
     return count.finish()
 
 
-def pick_hours(check: Check, period: Period, spells: Spells) -> NDArray[np.float32]:
+def pick_hours(check: Check, period: Period, spells: SunIntervalTable) -> NDArray[np.float32]:
     """Give what the check measures [h]."""
     light = spells.sun if spells.light is None else spells.light
     if check.measure == "longest_sun_hours":
@@ -130,7 +130,7 @@ def say_how(check: Check) -> str:
     return f"{check.start} to {check.end}, steps of {check.every}{altitude}"
 
 
-def say_spells(zone: str, spells: Spells, place: tuple[int, ...]) -> str:
+def say_spells(zone: str, spells: SunIntervalTable, place: tuple[int, ...]) -> str:
     """Say when one receiver has sun."""
     first, last = spells.first[place], spells.last[place]
     behind = ""
