@@ -112,6 +112,40 @@ def test_parts_may_cast_or_not():
     assert umbra.count(scene, points, [ABOVE], cast=["tree"]).tolist() == [[False], [True]]
 
 
+@pytest.mark.parametrize("receivers", ["ground", "top", "surfaces", "south"])
+def test_named_receivers_are_those_of_a_study(receivers):
+    scene = umbra.make_scene(*box((-1, -1, 0), (1, 1, 3)))
+    site = umbra.Site(48.2, 16.37, "Europe/Vienna")
+    raster = {"cell": 0.25} if receivers != "surfaces" else {"spacing": 0.4}
+    if receivers in {"ground", "top"}:
+        raster["extent"] = (-4, -4, 4, 4)
+    study = umbra.shadow_study(
+        scene, site, date="2026-03-21", every="1h", ground=0.0, receivers=receivers, masks=True,
+        **raster,
+    )  # fmt: skip
+    suns = study.sun_direction.values
+    hours = umbra.count(scene, receivers, suns, weights=np.ones(8), ground=0.0, **raster)
+    assert hours.dims == study.shadow_hours.dims
+    np.testing.assert_allclose(hours, study.shadow_hours)
+    hidden = umbra.count(scene, receivers, suns, ground=0.0, **raster)
+    assert hidden.dims == (*hours.dims, "light")
+    np.testing.assert_array_equal(np.moveaxis(hidden.values, -1, 0), study.in_shadow)
+
+
+def test_weights_in_columns_on_named_receivers():
+    scene = umbra.make_scene(*box((-1, -2, 0), (1, 2, 3)))
+    lights = [(*ABOVE, 0), (*WEST, 0), (0, 0, 9, 1)]
+    weights = [[1, 2], [3, 4], [10, 20]]
+    raster = {"extent": (-1, -2, 1, 2), "cell": 0.5}
+    view = umbra.count(scene, "top", lights, weights=weights, of="light", **raster)
+    assert view.shape == (8, 4, 2)
+    assert view.dims == ("y", "x", "weight")
+    np.testing.assert_array_equal(view.x, [-0.75, -0.25, 0.25, 0.75])
+    assert (view == [14, 26]).all()
+    hidden = umbra.count(scene, "ground", lights, ground=0.0, **raster)
+    assert hidden.values.all()
+
+
 def test_blocks_and_threads_change_nothing(table, monkeypatch):
     rng = np.random.default_rng(9)
     points, ways = rng.uniform(-4, 4, (300, 3)), rng.normal(size=(20, 3))
@@ -126,7 +160,10 @@ def test_blocks_and_threads_change_nothing(table, monkeypatch):
     ("arguments", "options", "words"),
     [
         (([(0, 0)], [ABOVE]), {}, r"receivers are an array \(n, 3\) or \(n, 6\).*got \(1, 2\)"),
-        (("top", [ABOVE]), {}, "receivers are an array .* got 'top'"),
+        (("roof", [ABOVE]), {}, "unknown receivers 'roof'"),
+        (("top", [ABOVE]), {"spacing": 1.0}, "spacing= is not for receivers='top'"),
+        (([(0, 0, 0)], [ABOVE]), {"cell": 1.0}, "cell= is for named receivers"),
+        (([(0, 0, 0)], [ABOVE]), {"threads": 0}, "threads must be at least 1"),
         (([(0, 0, np.nan)], [ABOVE]), {}, r"receivers have 1 rows .* \(first: 0\)"),
         (([(0, 0, 0)], ABOVE), {}, r"directions are an array .* got \(3,\)"),
         (([(0, 0, 0)], [(0, 0, 0)]), {}, "row 0 of directions is 0 and points nowhere"),

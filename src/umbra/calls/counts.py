@@ -1,20 +1,26 @@
 """Counting with points and lights of one's own: the primitive below every study."""
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.calls.inputs import check_scene
 from umbra.casters.casting import prepare_casting
+from umbra.devices import check_device
 from umbra.errors import InputError
-from umbra.machine import count_cores
 from umbra.rays.hidden import find_hidden_from
 from umbra.scene import Scene
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 __all__ = ["check_lights", "count"]
 
+_PLACE = 3  # numbers of a place; those after it are a normal
+_HALF = 0.5
+_NO_DATE = "2000-01-01"  # which lights without a time do not ask
 _WORK = 64e6  # what a block of points may take with all lights [byte]
 
 
@@ -28,7 +34,8 @@ def count(
     cast: str | Sequence[str] = (),
     no_cast: str | Sequence[str] = (),
     threads: int | None = None,
-) -> NDArray[np.bool_] | NDArray[np.float64]:
+    **options: Any,
+) -> Any:
     """
     Find which points lie in the shadow of which lights, or add up what the shadows weigh.
 
@@ -36,10 +43,11 @@ def count(
     ----------
     scene : Scene
         What casts.
-    receivers : (n, 3) or (n, 6) float
+    receivers : (n, 3) or (n, 6) float, or str
         Points in the model's own coordinates [m], or points with normals. A surface with a
         normal is in its own shadow where it is turned from a light; a point on a face
-        without one sees both sides of that face.
+        without one sees both sides of that face. Or the name of a study's receivers:
+        ``'ground'``, ``'top'``, ``'surfaces'``, ``'south'``.
     directions : (m, 3) or (m, 4) float
         Directions toward the lights, of any length, in the model's axes; or homogeneous
         lights, of which w = 0 is a direction and w = 1 a lamp at a place [m].
@@ -51,12 +59,17 @@ def count(
         Shell patterns of the parts that cast, or do not.
     threads : int, optional
         All cores by default.
+    **options
+        Of named receivers, as of `umbra.shadow_study`: ``ground``, ``extent``, ``cell``,
+        ``size``, ``spacing``, ``on``, ``points``, ``eye``.
 
     Returns
     -------
     counts : (n, m) bool, (n,) float64 or (n, k) float64
         Without weights, whether each light is hidden from (or, of light, seen by) each
-        point; with weights, the sum of those that are, in the weights' unit.
+        point; with weights, the sum of those that are, in the weights' unit. Of named
+        receivers an xarray.DataArray (float32 sums) with their dimensions and coordinates
+        before ``light`` or ``weight``; NaN or False where nothing receives.
 
     Raises
     ------
@@ -68,32 +81,72 @@ def count(
     --------
     >>> hidden = umbra.count(scene, [(2, 3, 1.5)], [(0.3, -0.5, 0.8), (0, 0, 1)])
     >>> suns = umbra.find_sun(site, times)
+    >>> sky = umbra.count(scene, "top", sky_directions, weights=shares, of="light", cell=1.0)
     >>> hours = umbra.count(scene, points, suns.direction, weights=np.full(len(times), 0.25))
     """
     check_scene(scene)
     if of not in {"shadow", "light"}:
         msg = f"of={of!r} is not one of shadow, light"
         raise InputError(msg, option="of")
-    points = _check_array("receivers", receivers, (3, 6))
     lights = check_lights(directions, "directions")
     sums = None if weights is None else _check_weights(weights, len(lights))
-    chosen = [(one,) if isinstance(one, str) else tuple(one) for one in (cast, no_cast)]
-    casters = scene.select(*chosen)
-    threads = threads or count_cores()
-    tree = prepare_casting(scene, casters, threads).tree
-    places = np.ascontiguousarray(points[:, :3] - scene.origin)
-    normals = np.full(places.shape, np.nan)
-    if points.shape[1] > 3:
-        normals[:] = points[:, 3:]
+    threads = check_device("cpu", threads)
     lights[:, :3] -= lights[:, 3:] * scene.origin
+    if isinstance(receivers, str):
+        asked = {"receivers": receivers, "cast": cast, "no_cast": no_cast, "threads": threads}
+        return _count_named(scene, lights, sums, of, {**asked, **options})
+    if options:
+        name = next(iter(options))
+        msg = f"{name}= is for named receivers, such as 'top'; leave it out"
+        raise InputError(msg, option=name)
+    points = _check_array("receivers", receivers, (3, 6))
+    places = np.ascontiguousarray(points[:, :_PLACE] - scene.origin)
+    normals = np.full(places.shape, np.nan)
+    if points.shape[1] > _PLACE:
+        normals[:] = points[:, _PLACE:]
+    chosen = [(one,) if isinstance(one, str) else tuple(one) for one in (cast, no_cast)]
+    tree = prepare_casting(scene, scene.select(*chosen), threads).tree
     block = max(int(_WORK / (9 * len(lights))), 1)
     found = []
-    for first in range(0, len(points), block):
+    for first in range(0, len(places), block):
         some = slice(first, first + block)
         masks = find_hidden_from(tree, places[some], normals[some], lights, threads)
         counted = (masks == (of == "shadow")).T
         found.append(counted if sums is None else counted @ sums)
     return np.concatenate(found)
+
+
+def _count_named(
+    scene: Scene,
+    lights: NDArray[np.float64],
+    sums: NDArray[np.float64] | None,
+    of: str,
+    asked: dict[str, Any],
+) -> "xr.DataArray":
+    """Count on a study's receivers, each light in a column of its own where none has a weight."""
+    import xarray as xr  # noqa: PLC0415
+
+    from umbra.study.any_lights import count_lights  # noqa: PLC0415
+    from umbra.study.lights import Lights  # noqa: PLC0415
+    from umbra.study.options import StudyOptions  # noqa: PLC0415
+
+    columns = (np.eye(len(lights)) if sums is None else sums).reshape(len(lights), -1)
+    options = StudyOptions(date=_NO_DATE, **asked)
+    laid, dark = count_lights(scene, Lights.of(lights, columns), options)
+    found = np.moveaxis(dark, 0, -1)
+    if of == "light":
+        found = (columns.sum(0) - found).astype(np.float32)
+    dims: tuple[str, ...] = (*laid.dims, "light" if sums is None else "weight")
+    if sums is None:
+        found = found > _HALF
+    elif sums.ndim == 1:
+        found, dims = found[..., 0], laid.dims
+    coordinates = {
+        name: (axes, array)
+        for name, (axes, array) in {**laid.coordinates(), **laid.variables()}.items()
+        if set(axes) <= set(laid.dims)
+    }
+    return xr.DataArray(found, coordinates, dims, name="count")
 
 
 def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArray[np.float64]:

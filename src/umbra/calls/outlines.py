@@ -116,8 +116,8 @@ def _outline(scene: Scene, parts: list[int], suns: NDArray[np.float64], plane: f
     low, high = corners.min(0), corners.max(0)
     if high[2] <= height:
         return [shapely.MultiPolygon() for _ in suns]
-    side = np.maximum(high[:2] - low[:2], 1e-3) / _CELLS
-    grid = Grid(*(low[:2] + side / 2).tolist(), *side.tolist(), _CELLS, _CELLS)
+    dx, dy = (np.maximum(high[:2] - low[:2], 1e-3) / _CELLS).tolist()
+    grid = Grid(float(low[0]) + dx / 2, float(low[1]) + dy / 2, dx, dy, _CELLS, _CELLS)
     cut = PlaneSweep(caster, grid, height).caster
     reach = np.abs(suns[:, :2] / suns[:, 2:]).max(0) * (high[2] - height) + _MARGIN
     box = (low[:2] - reach, high[:2] + reach)

@@ -131,8 +131,10 @@ class Picture:
 
 @overload
 def render(
-    scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *, arrays: Literal[True],
-    **options: Any,
+    scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
+    arrays: Literal[True], ground: float | None = ..., method: str = ...,
+    device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
+    mask_scale: int = ..., mask_filter: str = ..., threads: int | None = ...,
 ) -> Picture: ...  # fmt: skip
 @overload
 def render(

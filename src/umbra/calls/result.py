@@ -266,19 +266,18 @@ class ShadowStudy:
         pyvista = import_package("pyvista", "to_pyvista")
         data = self.dataset
         dims = self.result.dims
+        order: Literal["F", "C"] = "F" if self.result.is_plan else "C"
+        is_there: Any = slice(None)
         if self.result.is_plan:
             x, y = np.meshgrid(data.x.values, data.y.values)
             mesh = pyvista.StructuredGrid(x, y, data.receiver_z.values)
-            arrays = {"order": "F"}
-            is_there = slice(None)
         else:
             places = data.position.values.reshape(-1, 3)
-            arrays = {}
             is_there = np.isfinite(places).all(1)
             mesh = pyvista.PolyData(places[is_there])
         for name, array in data.data_vars.items():
             if array.dims == dims and name != "receiver_z":
-                mesh.point_data[str(name)] = array.values.ravel(**arrays)[is_there]
+                mesh.point_data[str(name)] = array.values.ravel(order=order)[is_there]
         return mesh
 
 
