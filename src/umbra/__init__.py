@@ -36,11 +36,11 @@ if TYPE_CHECKING:
         make_image,
         make_scene,
         point_light,
-        pose,
         sphere_light,
         spot_light,
         volume_light,
     )
+    from umbra.scene.pose import pose
     from umbra.study.compare import compare
     from umbra.sun import Site, find_site, find_sun, sun_light
 

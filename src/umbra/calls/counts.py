@@ -133,7 +133,7 @@ def _count_named(
     columns = (np.eye(len(lights)) if sums is None else sums).reshape(len(lights), -1)
     options = StudyOptions(date=_NO_DATE, **asked)
     laid, dark = count_lights(scene, Lights.of(lights, columns), options)
-    found = np.moveaxis(dark, 0, -1)
+    found: NDArray[Any] = np.moveaxis(dark, 0, -1)
     if of == "light":
         found = (columns.sum(0) - found).astype(np.float32)
     dims: tuple[str, ...] = (*laid.dims, "light" if sums is None else "weight")
