@@ -1,4 +1,4 @@
-"""Options as fields of a record, each with all that a command and Python say of it."""
+"""Options as fields of a record, with everything that the command line and Python need."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, field, fields
@@ -13,7 +13,7 @@ __all__ = ["Option", "check_types", "list_options", "option"]
 @dataclass(frozen=True, kw_only=True)
 class Option:
     """
-    What an option is, beside its name and its default.
+    Description of an option; its name and default are those of the field.
 
     Parameters
     ----------
@@ -61,12 +61,12 @@ class Option:
 
 
 def option(type: str, help: str = "", *, default: Any = None, **more: Any) -> Any:  # noqa: A002
-    """Make a field of a record of options; parameters as of ``Option``."""
+    """Make a field of a record of options, with the parameters of ``Option``."""
     return field(default=default, metadata={"option": Option(type=type, help=help, **more)})
 
 
 def list_options(record: Any) -> Iterator[tuple[str, Option, Any]]:
-    """Give the name, the description and the default (``MISSING`` where needed) of each option."""
+    """Return the name, the description and the default of each option."""
     for one in fields(record):
         if "option" in one.metadata:
             yield one.name, one.metadata["option"], one.default
@@ -74,10 +74,10 @@ def list_options(record: Any) -> Iterator[tuple[str, Option, Any]]:
 
 def check_types(record: Any) -> None:
     """
-    Check the types of a record's options, and give each one form.
+    Check and normalise the types of a record's options.
 
-    One pattern becomes a tuple of patterns, vectors become tuples; what is at its default
-    stays.
+    One pattern becomes a tuple of patterns, vectors become tuples, numbers those of Python;
+    what is at its default stays.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def _check_number(name: str, said: Option, value: Any) -> Any:
         raise _refuse(name, f"is {what}", value)
     if said.least is not None and value < said.least:
         raise _refuse(name, f"must be at least {said.least}", value)
-    return value
+    return int(value) if said.type == "whole" else float(value)
 
 
 def _check_numbers(name: str, said: Option, value: Any) -> tuple:
@@ -112,7 +112,7 @@ def _check_numbers(name: str, said: Option, value: Any) -> tuple:
     is_right = all(isinstance(one, kind) and not isinstance(one, bool) for one in found)
     if len(found) != said.count or not is_right:
         raise _refuse(name, f"has {said.count} {what}", value)
-    return found
+    return tuple(int(one) if said.type == "size" else float(one) for one in found)
 
 
 def _check_texts(name: str, _: Option, value: Any) -> tuple[str, ...]:

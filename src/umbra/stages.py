@@ -1,4 +1,4 @@
-"""Stages of a long work: what it does now, whether it was interrupted, what took the memory."""
+"""Stages of a long run: the current one, interruptions, and running out of memory."""
 
 import signal
 import threading
@@ -24,30 +24,30 @@ class Stages:
     _triangles = 0
 
     def begin(self, what: str) -> None:
-        """Begin work whose length is not known."""
+        """Begin a stage of unknown length."""
         self._stage = what
         self.check()
 
     def show_scene(self, scene: Any) -> None:
-        """Tell how large the scene is, for when it is too large."""
+        """Note how large the scene is, for the message if memory runs out."""
         self._triangles = sum(part.triangles for part in scene.parts)
 
     def advance(self, done: int, everything: int) -> None:
-        """Tell how many instants are counted, and of how many."""
+        """Note how many instants of how many are counted."""
         self._stage = "counting shadows"
         self.check()
 
     def end(self) -> None:
-        """Let go of what shows them."""
+        """Stop showing the stages."""
 
     def check(self) -> None:
-        """Raise the Ctrl-C that was pressed, if no one has heard of it."""
+        """Raise a Ctrl-C that was noted but not raised."""
         if self._is_interrupted:
             raise KeyboardInterrupt
 
     @contextmanager
     def noting_interrupts(self) -> Iterator[None]:
-        """Lose no Ctrl-C in the block."""
+        """Note every Ctrl-C in the block, and raise it at the latest at its end."""
         is_main = threading.current_thread() is threading.main_thread()
         if not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
             yield  # the caller has other plans for it
@@ -64,7 +64,7 @@ class Stages:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def explain_memory(self) -> str:
-        """Say what took the memory that there is not, and what would take less."""
+        """Describe what needed too much memory, and what would need less."""
         held = name_memory(find_memory())
         cut = "cut the model to what matters"
         if not self._triangles:

@@ -64,7 +64,7 @@ def _find_version(package: str) -> str | None:
 
 
 def _find_threading() -> str:
-    """Give numba's threading layer, as a small job has it."""
+    """Return numba's threading layer, found by a small job."""
 
     @numba.njit(parallel=True)
     def add(values: Any) -> None:

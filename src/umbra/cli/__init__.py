@@ -1,4 +1,4 @@
-"""The command line: it parses and prints; all else is done by the rooms it calls."""
+"""The command line: it parses and prints, and calls other packages for the work."""
 
 from umbra.cli.main import main
 

@@ -16,7 +16,7 @@ __all__ = ["pass_over_settings"]
 
 
 def pass_over_settings() -> None:
-    """Import the libraries that would read such a file from another folder, if there is one."""
+    """Import numba and matplotlib from another folder if the current one holds their settings."""
     if os.path.lexists(".numba_config.yaml"):
         with contextlib.chdir(HOME):
             config: Any = import_module("numba.core.config")

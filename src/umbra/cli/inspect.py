@@ -90,7 +90,7 @@ def _why_open(result: dict) -> str:
 
 
 def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) -> None:
-    """Print the words that choose parts and how many each chooses, the commonest first."""
+    """Print the layers or tags and how many parts each selects, the commonest first."""
     tally: dict[str, list[int]] = {}
     names: dict[str, set[str]] = {}
     for chosen, part in zip(words, parts, strict=True):
@@ -119,7 +119,7 @@ def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) ->
 
 
 def _list_parts(parts: list[dict]) -> None:
-    """Print a table of parts: the first ones in full, all by kind."""
+    """Print the number of parts by kind, then a table of the first parts."""
     kinds: dict[str, list[int]] = {}
     for part in parts:
         tally = kinds.setdefault(part["kind"] or "-", [0, 0, 0])

@@ -1,4 +1,4 @@
-"""The ``umbra`` command: its subcommands, and how it ends."""
+"""The ``umbra`` command: its subcommands, error messages and exit status."""
 
 import difflib
 import errno
@@ -30,7 +30,7 @@ COMMANDS = {
 
 
 class _Commands(click.Group):
-    """Load a subcommand only when it is called: help and errors come at once."""
+    """Load a subcommand only when it is called, so that the help appears at once."""
 
     def invoke(self, ctx: click.Context) -> Any:
         note = find_kernel_cache()
@@ -116,7 +116,7 @@ def _run(arguments: list[str], debug: bool) -> int:
 
 
 def _explain(error: BaseException) -> tuple[str, int]:
-    """Say in a line what ended a command, and give the exit status."""
+    """Return the error message, in one line, and the exit status."""
     text, status = f"{type(error).__name__}: {error} (--debug shows where)", 1
     if isinstance(error, click.UsageError):
         where = f" (see '{error.ctx.command_path} --help')" if error.ctx else ""
@@ -152,7 +152,7 @@ def _find_benchmarks() -> click.Command:
 
 
 def _word(error: click.UsageError) -> str:
-    """Say what is wrong with a command as typed, and what would be right."""
+    """Describe what is wrong with a command line, and what would be right."""
     if error.ctx is not None and isinstance(error, click.MissingParameter):
         command = error.ctx.command
         # Whatever is given has been taken by now.
@@ -171,7 +171,7 @@ def _word(error: click.UsageError) -> str:
 
 
 def _show_parameter(parameter: click.Parameter, context: click.Context) -> str:
-    """Show a parameter as it is typed, and what goes there."""
+    """Return a parameter as it is typed, with a placeholder for its value."""
     metavar = parameter.make_metavar(context)
     return metavar if isinstance(parameter, click.Argument) else f"{parameter.opts[0]} {metavar}"
 

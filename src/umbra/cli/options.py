@@ -1,4 +1,4 @@
-"""Options of the commands: under headings in the help, and made of records of options."""
+"""Command-line options: made from records of options, and listed under headings."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
@@ -16,7 +16,7 @@ _WIDTH = 26  # of the options' names, alike in all sections
 
 class HeadedOption(click.Option):
     """
-    An option that knows its place in the help.
+    An option with the heading under which the help lists it.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class HeadedOption(click.Option):
         As ``click.Option`` takes them.
     heading : str
     is_kept : bool
-        Whether a file of options has it.
+        Whether ``study.toml`` repeats it.
     is_file : bool
         Whether its value names a file.
     """
@@ -39,7 +39,7 @@ class HeadedOption(click.Option):
 
 class SectionedCommand(click.Command):
     """
-    A command whose help has its options under headings.
+    A command whose help lists its options under headings.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class SectionedCommand(click.Command):
         self.headings = headings
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the sections."""
+        """Write a section for each heading."""
         sections: dict[str, list[tuple[str, str]]] = {heading: [] for heading in self.headings}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
@@ -67,7 +67,7 @@ class SectionedCommand(click.Command):
 
 
 def record_options(record: type) -> Callable[[Callable], Callable]:
-    """Give a command every option of a record that is typed."""
+    """Make a decorator that adds every option of a record which can be typed."""
 
     def add(command: Callable) -> Callable:
         for name, said, default in reversed([*list_options(record)]):
@@ -79,7 +79,7 @@ def record_options(record: type) -> Callable[[Callable], Callable]:
 
 
 def take_record(record: type[R], given: dict[str, Any]) -> R:
-    """Make a record of its options among those of a command, and take them out there."""
+    """Build a record from a command's values, and remove them from there."""
     names = [name for name, said, _ in list_options(record) if said.flag is not None]
     return record(**{name: given.pop(name) for name in names})
 

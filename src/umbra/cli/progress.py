@@ -24,7 +24,7 @@ _FIRST_RUN = "preparing; a first run compiles its kernels, later ones start at o
 
 
 def name_reading(files: Sequence[str]) -> str:
-    """Say what is read."""
+    """Describe the reading stage."""
     words = f"reading {files[0] if len(files) == 1 else f'{len(files)} files'}"
     return shorten(make_printable(words))
 
@@ -61,7 +61,7 @@ def show_progress(quiet: bool) -> Iterator[Stages]:
 
 
 class _Logged(Stages):
-    """Stages of a long run told in plain lines."""
+    """Stages of a long run, printed as lines now and then."""
 
     def __init__(self) -> None:
         self._what = "starting"
@@ -98,7 +98,7 @@ class _Logged(Stages):
 
 
 class _Watched(Stages):
-    """Stages shown by a bar of Rich."""
+    """Stages shown as a progress bar."""
 
     def __init__(self, bar: Any) -> None:
         self._bar = bar
@@ -143,7 +143,7 @@ class _Watched(Stages):
 
 
 def _make_bar() -> Any:
-    """Make the bar; Rich takes 0.04 s to import, so only for someone who watches."""
+    """Make the bar; only on a terminal, since Rich takes 0.04 s to import."""
     from rich.console import Console  # noqa: PLC0415
     from rich.progress import (  # noqa: PLC0415
         BarColumn,

@@ -1,4 +1,4 @@
-"""Reading and placing models: the options, which several commands share, and the work."""
+"""Options for reading and locating models, which several commands share, and their use."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -37,7 +37,7 @@ _option = partial(
 
 
 def read_values(context: click.Context | None = None) -> dict[str, Any]:
-    """Give the values of these options of a command, by default the running one."""
+    """Return the values of these options; by default those of the running command."""
     return (context or click.get_current_context()).meta.get(_KEY, {})
 
 
@@ -48,7 +48,7 @@ def _add(options: Sequence[Callable], command: Callable) -> Callable:
 
 
 def site_options(command: Callable) -> Callable:
-    """Add the options of the place on earth; ``find_model_site`` takes their values."""
+    """Add the options of the site; ``find_model_site`` uses their values."""
     on_earth = partial(_option, heading="Site")
     return _add(
         [
@@ -78,7 +78,7 @@ def site_options(command: Callable) -> Callable:
 
 
 def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
-    """Make what adds the options of reading, with this name for the file's upward axis."""
+    """Make a decorator that adds the reading options; ``up`` names the one for the up axis."""
     options = [
         _option(
             up,
@@ -132,7 +132,7 @@ def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
 
 
 def canopy_options(command: Callable) -> Callable:
-    """Add the options of canopy rasters."""
+    """Add the options for canopy rasters."""
     raster = partial(_option, heading="Casters")
     return _add(
         [
@@ -179,7 +179,7 @@ def read_model(files: Sequence[str], canopy: Sequence[str] = ()) -> "Scene":
 
 
 def find_model_site(scene: "Scene") -> "Site":
-    """Find where on earth a model stands, by a command's options and the file."""
+    """Find a model's site from a command's options and the file."""
     from umbra.sun import find_site  # noqa: PLC0415
 
     return find_site(scene, *(read_values()[name] for name in _SITE))

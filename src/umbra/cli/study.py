@@ -108,6 +108,6 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
 
 
 def _find_command() -> str:
-    """Give the command as typed; in Unicode, which the names of files need not be."""
+    """Return the command line as valid Unicode, which file names need not be."""
     words = shlex.join(["umbra", *click.get_current_context().obj])
     return os.fsencode(words).decode("utf-8", "replace")

@@ -1,4 +1,4 @@
-"""The options of a study from a TOML file, and written back beside its results."""
+"""Options of a study: read from a TOML file, and written beside the results."""
 
 import difflib
 import json
@@ -22,7 +22,7 @@ _LAYER = re.compile(r"([^/\\=]+)=(.+)", re.DOTALL)
 
 
 def _read(context: click.Context, _: click.Parameter, path: str | None) -> str | None:
-    """Take the file's values as defaults, so that what is typed comes before them."""
+    """Use the file's values as defaults, so that the command line overrides them."""
     if path is None:
         return None
     from umbra.readers.companions import read_bounded  # noqa: PLC0415 - the help needs no reader
@@ -115,7 +115,7 @@ def write_options(path: Path, context: click.Context) -> None:
 
 
 def _name_parameters(command: click.Command) -> dict[str, click.Parameter]:
-    """Give the parameters by the names that they are typed with."""
+    """Return the parameters by their names on the command line."""
     named: dict[str, click.Parameter] = {}
     for parameter in command.params:
         if isinstance(parameter, click.Argument):
@@ -128,7 +128,7 @@ def _name_parameters(command: click.Command) -> dict[str, click.Parameter]:
 
 
 def _take(parameter: click.Parameter, value: Any, path: Path, name: str) -> Any:
-    """Turn a value of the file into what click takes, files relative to that file."""
+    """Convert a value of the file for click; file names are relative to that file."""
     many = parameter.multiple or parameter.nargs == -1
     if many and not isinstance(value, list):
         value = [value]
@@ -142,13 +142,13 @@ def _take(parameter: click.Parameter, value: Any, path: Path, name: str) -> Any:
 
 
 def _is_file(parameter: click.Parameter, value: Any) -> bool:
-    """Tell whether a value names a file; a trunk zone may be a share, too."""
+    """Tell whether a value is a file name; ``--trunk`` may also be a share."""
     is_raster = parameter.name == "trunk" and str(value).lower().endswith((".tif", ".tiff"))
     return is_raster or getattr(parameter, "is_file", False)
 
 
 def _name_in_full(text: str, folder: Path) -> str:
-    """Give a file, or a layer and its file, with its whole path."""
+    """Return a file, or a layer and its file, with its full path."""
     found = _LAYER.fullmatch(text)
     if found and not (folder / text).exists():
         return f"{found[1]}={(folder / found[2]).resolve()}"

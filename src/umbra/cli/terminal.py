@@ -1,4 +1,4 @@
-"""The one place where text leaves for a terminal."""
+"""Printing: the only module that writes text to a terminal."""
 
 import json
 import os
@@ -27,7 +27,7 @@ def echo(text: object = "", *, err: bool = False) -> None:
 
 
 def echo_path(path: str | os.PathLike[str]) -> None:
-    """Print the path of a file that was written: whole, and to a script with its very bytes."""
+    """Print the full path of a file that was written; for scripts byte by byte."""
     text = os.fspath(path)
     is_watched = sys.stdout is not None and sys.stdout.isatty()
     click.echo(make_printable(text) if is_watched else text)

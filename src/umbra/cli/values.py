@@ -31,7 +31,7 @@ class Numbers(click.ParamType):
         self.name, self.counts, self.remedy = name, counts, remedy
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
-        """Parse; a tuple passes as it is."""
+        """Parse text; return a tuple unchanged."""
         if isinstance(value, tuple):
             return value
         try:
@@ -43,18 +43,18 @@ class Numbers(click.ParamType):
         return numbers
 
     def get_metavar(self, *_: Any, **__: Any) -> str:
-        """Show the name as it is."""
+        """Return the name."""
         return self.name
 
 
 class NewPath(click.Path):
-    """A file or folder to write; an empty name, as of a variable that is not set, is none."""
+    """A file or folder to write; an empty name, as from an unset variable, is refused."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path)
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Parse; a path passes as it is."""
+        """Parse text; refuse an empty name."""
         if value == "":
             self.fail("the name is empty; name what is to be written", param, ctx)
         return super().convert(value, param, ctx)
@@ -66,7 +66,7 @@ class Size(click.ParamType):
     name = "COLSxROWS"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[int, int]:
-        """Parse; a tuple passes as it is."""
+        """Parse text; return a tuple unchanged."""
         if isinstance(value, tuple):
             return value
         cols, _, rows = str(value).lower().partition("x")
@@ -75,17 +75,17 @@ class Size(click.ParamType):
         return int(cols), int(rows)
 
     def get_metavar(self, *_: Any, **__: Any) -> str:
-        """Show the name as it is."""
+        """Return the name."""
         return self.name
 
 
 class Length(click.ParamType):
-    """Metres, or another unit where it is named: ``0.5``, ``50cm``."""
+    """A length in metres, or in the unit given: ``0.5``, ``50cm``."""
 
     name = "M"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
-        """Parse; a number passes as it is."""
+        """Parse text or a number."""
         number, unit = _LENGTH.fullmatch(str(value)).groups()  # type: ignore[union-attr]
         try:
             return float(number) * _UNITS[(unit or "m").lower()]

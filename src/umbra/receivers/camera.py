@@ -37,9 +37,6 @@ class CameraPicture(ReceiverKind):
         shown = request.find_shown()
         eye, target, fov = request.options.eye, request.options.target, request.options.fov
         size = request.options.size
-        if eye is None or target is None:
-            msg = "receivers 'camera' need an eye and a target; give eye= and target="
-            raise InputError(msg)
         cols, rows = size or _PIXELS
         whole = Camera(np.array(eye), np.array(target), size=(cols, rows), fov=fov)
         casting = request.prepare()
@@ -58,17 +55,11 @@ class CameraPicture(ReceiverKind):
                 f"{name_memory(find_memory())}; give a smaller size="
             )
             raise InputError(msg, size=size)
-        facts = {
-            "ground_z": level,
-            "eye": [float(v) for v in whole.eye],
-            "target": [float(v) for v in whole.target],
-            "fov_deg": float(fov),
-        }
         grid = Grid(0.0, 0.0, 1.0, 1.0, cols, rows)
         tile = model.make_tile(grid)
         return SeenRaster(
-            self, model, tile.shape, ("row", "col"), _find_areas(tile), facts, x=grid.x, y=grid.y,
-            ground=level, grid=grid, heights=tile.drawn_heights, tile=tile,
+            self, model, tile.shape, ("row", "col"), _find_areas(tile), {"ground_z": level},
+            x=grid.x, y=grid.y, ground=level, grid=grid, heights=tile.drawn_heights, tile=tile,
         )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:

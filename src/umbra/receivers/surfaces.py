@@ -36,7 +36,7 @@ class SampledSurfaces(SampleKind):
         left = None if request.canopy is None else request.canopy.find_receivers(request.scene, on)
         samples = sample_surfaces(request.scene, spacing, on, left)
         return SurfaceSamples(
-            self, casting, samples.area.shape, DIMS, samples.area, {"spacing_m": float(spacing)},
+            self, casting, samples.area.shape, DIMS, samples.area,
             local=Places(samples.points, samples.normals), part=samples.part[samples.surface],
             samples=samples,
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The call of ``umbra.shadow_study``: slips told where they are made, not far below."""
+"""Checks of a call to ``umbra.shadow_study``, before any work."""
 
 import difflib
 import functools

@@ -1,5 +1,5 @@
 """
-The options of a study: each once, with its type, default, unit, help, flag and heading.
+The options of a study: each with its type, default, unit, help, flag and heading.
 
 The command's options and headings, the checks of types and some attributes of the result are
 made from ``StudyOptions``; the signature of ``umbra.shadow_study`` is written out in full, and
@@ -9,15 +9,18 @@ a test compares the two.
 import datetime as dt
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from numbers import Real
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.devices import CHOICES
 from umbra.errors import InputError
 from umbra.methods import DeviceName
 from umbra.options import Option, check_types, list_options, option
+
+if TYPE_CHECKING:
+    from umbra.receivers import ReceiverKind
 
 __all__ = ["StudyOptions"]
 
@@ -37,7 +40,7 @@ _RASTERS = ("ground", "top", "elevation", "view", "camera")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StudyOptions:
     """
-    What a study is asked for, checked and in one form; see ``umbra.shadow_study``.
+    Options of a study, checked and normalised; see ``umbra.shadow_study``.
 
     Raises
     ------
@@ -191,7 +194,7 @@ class StudyOptions:
     )  # fmt: skip
     threads: int | None = _running(
         "whole", "Number of threads; default: all cores.", least=1, metavar="N",
-        attribute="threads", is_kept=False,
+        is_kept=False,
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -215,30 +218,28 @@ class StudyOptions:
             object.__setattr__(self, "names", self.names or tuple(names))
 
     def _check_receivers(self) -> None:
-        """Refuse options of other receivers that are not at their default; ask for own ones."""
-        own = [
-            name
-            for name, said, _ in list_options(self)
-            if said.receivers and said.flag is not None and self._has(said)
-        ]
-        for name, said, default in list_options(self):
-            value = getattr(self, name)
-            if value is None and said.is_needed and self._has(said):
-                needed = (n for n, one, _ in list_options(self) if one.is_needed and self._has(one))
+        """Refuse options of other receivers; require those that these receivers need."""
+        own = [(name, said) for name, said, _ in list_options(self) if self._is_own(said)]
+        needed = [name for name, said in own if said.is_needed]
+        for name in needed:
+            if getattr(self, name) is None:
                 listed = " and ".join(f"{one}=" for one in needed)
                 msg = f"receivers='{self.receivers}' needs {listed}; give what is missing"
                 raise InputError(msg, option=name)
-            if value is default or self._has(said):
+        for name, said, default in list_options(self):
+            value = getattr(self, name)
+            if not said.receivers or self._is_own(said) or value is default:
                 continue
             if default is None or value != default:
+                taken = ", ".join(f"{one}=" for one, said in own if said.flag is not None)
                 msg = (
-                    f"{name}= is not for receivers='{self.receivers}', which takes "
-                    f"{', '.join(f'{one}=' for one in own)}; leave it out"
+                    f"{name}= is not for receivers='{self.receivers}', which takes {taken}; leave "
+                    "it out"
                 )
                 raise InputError(msg, option=name)
 
     def _check_values(self) -> None:
-        """Find slips in what is written as text, before any model is read."""
+        """Check dates, times, durations and shares, before any model is read."""
         from umbra.casters.canopy import check_transmissivity  # noqa: PLC0415
         from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
         from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
@@ -255,23 +256,28 @@ class StudyOptions:
             raise InputError(msg, option="under")
         check_transmissivity(self.canopy, self.transmissivity, self.leaf_on)
 
-    def _has(self, said: Option) -> bool:
-        """Tell whether an option is for the receivers."""
+    @cached_property
+    def kind(self) -> "ReceiverKind":
+        """Kind of the receivers; for ``auto`` a plan."""
         from umbra.receivers import find_kind  # noqa: PLC0415  (the help needs none)
 
-        return not said.receivers or find_kind(self.receivers).name in said.receivers
+        return find_kind(self.receivers)
+
+    def _is_own(self, said: Option) -> bool:
+        """Tell whether an option is only for receivers of this kind."""
+        return self.kind.name in said.receivers
 
     @property
     def attributes(self) -> dict[str, object]:
-        """What the result's attributes say of the options that are for its receivers."""
+        """Attributes of the result that are options of its receivers."""
         return {
             said.attribute: getattr(self, name)
             for name, said, _ in list_options(self)
-            if said.attribute and self._has(said)
+            if said.attribute and (not said.receivers or self._is_own(said))
         }
 
     def ask_hours(self, receivers: str, **changes: Any) -> "StudyOptions":
-        """Ask for the hours alone, of other receivers; options that are not for those go."""
+        """Return options for the hours of other receivers, without any further results."""
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers).name

@@ -247,7 +247,7 @@ class Setup:
             "longitude": site.longitude,
             "time_zone": site.zone,
             "true_north_deg": site.true_north,
-            "refraction": self.period.refraction,
+            **self.options.attributes,
             **describe_period(self.period, self.results),
             **self.attribution.facts,
             **(self.canopy.facts if self.canopy else {}),

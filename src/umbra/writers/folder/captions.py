@@ -1,4 +1,4 @@
-"""The words around a study's pictures: site, dates, method, accuracy, casters."""
+"""Captions of a study's pictures: site, dates, method, accuracy, casters."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,7 +30,7 @@ FEW = 4  # dates that are named one by one
 
 
 def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
-    """Say in words what the pictures of some of a study's days show."""
+    """Describe the picture of some of a study's days: coordinates, titles and captions."""
     study, options, outputs = job.study, job.options, job.outputs
     period = study.period
     dates = name_dates(period.days[which.start : which.stop])
@@ -65,7 +65,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
 def _find_axes(
     study: Study, preview: Preview
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[str, str]]:
-    """Give the pictures' coordinates and what to call them; those of an elevation begin at 0."""
+    """Return the coordinates and the axis labels; an elevation starts at 0."""
     if study.kind.is_plan:
         return preview.x, preview.y, ("x [m]", "y [m]")
     if not study.kind.is_upright:
@@ -79,7 +79,7 @@ def place_elevation(
     study: Study, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
-    Measure an elevation from the left end of what it shows, and from the ground.
+    Measure coordinates of an elevation from its left end and from the ground.
 
     Parameters
     ----------
@@ -102,34 +102,34 @@ def place_elevation(
 
 
 def name_files(scene: Scene) -> str:
-    """Name the files of a scene, the first three."""
+    """Name the first three files of a scene."""
     named = [Path(source.name).name for source in scene.sources if not source.is_companion]
     return " + ".join(named[:3]) + (f" and {len(named) - 3} more" if len(named) > 3 else "")
 
 
 def name_dates(days: Sequence) -> str:
-    """Say which dates a study has."""
+    """Describe a study's dates."""
     if len(days) <= FEW:
         return ", ".join(map(str, days))
     return f"{len(days)} days from {days[0]} to {days[-1]}"
 
 
 def describe_place(site: Any) -> str:
-    """Say where a site is, and by which clock."""
+    """Describe a site's coordinates and time zone."""
     north = "N" if site.latitude >= 0 else "S"
     east = "E" if site.longitude >= 0 else "W"
     return f"{abs(site.latitude):.3f}° {north}, {abs(site.longitude):.3f}° {east} · {site.zone}"
 
 
 def describe_making(study: Study, options: StudyOptions) -> str:
-    """Say how a study was made, for the foot of its pictures."""
+    """Describe how a study was made, for the foot of its pictures."""
     version = f"umbra {study.facts['umbra_version']}"
     cells = study.kind.tell_cells(study.grid, study.facts)
     return " · ".join([version, cells, *describe_method(study, options)])
 
 
 def describe_finer(plan: Plan, finer: FinerHours | None) -> Plan:
-    """Say below a picture from which steps its contours are drawn, if not from the study's."""
+    """Add the time step of the contours to a caption, if it is finer than the study's."""
     if finer is None:
         return plan
     minutes = finer.seconds / 60
@@ -138,7 +138,7 @@ def describe_finer(plan: Plan, finer: FinerHours | None) -> Plan:
 
 
 def describe_method(study: Study, options: StudyOptions) -> list[str]:
-    """Say how instants were judged and how exact hours are, what casts, and what is proposed."""
+    """Describe time steps, accuracy, casters and the proposed development."""
     facts = study.facts
     if "exact_tolerance_seconds" in facts:
         notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
@@ -160,13 +160,13 @@ def describe_method(study: Study, options: StudyOptions) -> list[str]:
 
 
 def _describe_canopy(patterns: Sequence[str], facts: dict[str, Any]) -> str:
-    """Say what share of the light canopies let through."""
+    """Describe what share of the light canopies transmit."""
     shares = [f"{100 * share:.3g}" for share in np.atleast_1d(facts["canopy_transmissivity"])]
     leaves = f" with leaves, {shares[-1]} % without" if len(shares) > 1 else ""
     return f"{list_few(patterns)}: {shares[0]} % of the light comes through{leaves}"
 
 
 def list_few(names: Sequence[str], most: int = 3) -> str:
-    """List names, the rest by their number."""
+    """List the first names and the number of the others."""
     rest = len(names) - most
     return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")

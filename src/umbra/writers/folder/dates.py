@@ -1,4 +1,4 @@
-"""Which dates a picture shows: each on a map of its own, or all together as a mean or a sum."""
+"""The dates of a picture: one map each, or all together as a mean or a sum."""
 
 from dataclasses import dataclass, replace
 
@@ -13,11 +13,11 @@ from umbra.writers.plan import Plan, Show, name_hours
 __all__ = ["Scale", "choose_panels", "find_together", "name_shown", "tell_daylight"]
 
 MOST_PANELS = 12
-"""Dates of which a picture has a map; of more, every n-th."""
+"""Most dates with a map of their own; of more dates every n-th is shown."""
 
 
 def choose_panels(study: Study) -> range:
-    """Give the dates that have a map: all, or every n-th of very many."""
+    """Return the indices of the dates with a map: all, or every n-th of many."""
     count = len(study.period.days)
     return range(0, count, -(-count // MOST_PANELS))
 
@@ -25,16 +25,16 @@ def choose_panels(study: Study) -> range:
 @dataclass(frozen=True)
 class Scale:
     """
-    The one scale of a picture's maps.
+    The common scale of a picture's maps.
 
     Parameters
     ----------
     most : float
-        Its end: the most hours that the sun is up on one of the dates, or on all together [h].
+        Its upper end: the longest time with the sun up on one of the dates, or on all [h].
     what : str
-        What the hours are of, for the key.
+        What the hours count, for the legend.
     divisor : int
-        Of the hours: the number of dates of which they are the mean, else 1.
+        Divisor of the hours: the number of dates for a mean, else 1.
     show : {'shadow', 'sun'}
     """
 
@@ -54,20 +54,20 @@ class Scale:
         return cls(most, f"{name_hours(show)}{words}", divisor, show)
 
     def read_hours(self, study: Study | FinerHours) -> NDArray[np.float32]:
-        """Give hours in shadow; what they lack to the scale's end is the date's sun, if shown."""
+        """Return hours in shadow, shifted so that the scale's end minus them is sun, if shown."""
         hours = study.shadow_hours / np.float32(self.divisor)
         lack = self.most - study.up_hours / self.divisor if self.show == "sun" else 0.0
         return hours + np.float32(lack)
 
 
 def tell_daylight(study: Study) -> str:
-    """Say when the sun rises and sets on a study's date."""
+    """Describe sunrise and sunset on a study's date."""
     return str(find_daylight(study.site, study.period.days[0]))
 
 
 def find_together(job: FolderJob) -> tuple[int, str]:
     """
-    Say what a picture shows of dates that are not kept apart.
+    Describe what a picture shows of dates that are not kept apart.
 
     Returns
     -------
@@ -85,6 +85,6 @@ def find_together(job: FolderJob) -> tuple[int, str]:
 
 
 def name_shown(plan: Plan, study: Study) -> Plan:
-    """Say how many of very many dates have a map."""
+    """Add to a plan's date how many of many dates have a map."""
     shown, days = choose_panels(study), study.period.days
     return plan if len(shown) == len(days) else replace(plan, date=f"{len(shown)} of {plan.date}")

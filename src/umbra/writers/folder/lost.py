@@ -1,4 +1,4 @@
-"""The picture of what a proposal takes away: hours lost, and hatched where too few are left."""
+"""Picture of the sun lost to a proposal: hours lost, hatched where too few are left."""
 
 from dataclasses import replace
 from typing import Any
@@ -26,7 +26,7 @@ _MATTERS = 0.5  # so much lost is in the picture, however far it is [h]
 
 def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     """
-    Have drawn what the proposal takes away, close up, and the proposal outlined.
+    Draw the hours lost to the proposal, cropped to them, with the proposal outlined.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
 
 
 def _tell_area(areas: NDArray[np.float64]) -> str:
-    """Say how large an area is, of all neighbours together."""
+    """Describe the area of all neighbours together."""
     area = float(areas.sum())
     return "nowhere" if area == 0 else f"{area:,.0f} m²" if area >= 10 else f"{area:.2g} m²"
 
@@ -106,7 +106,7 @@ def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.boo
 
 
 def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Give the rows and columns about some cells, a quarter of their length around them."""
+    """Return the window around some cells, with a margin of a quarter of its length."""
     window = []
     room = round(0.25 * max(np.ptp(np.flatnonzero(is_shown.any(axis))) for axis in (0, 1))) + 1
     for axis in (1, 0):

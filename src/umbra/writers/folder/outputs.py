@@ -1,4 +1,4 @@
-"""What a study's folder shall hold, and what its pictures show."""
+"""The outputs of a study: what its folder holds, and how its pictures look."""
 
 import difflib
 from collections.abc import Sequence
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 __all__ = ["NAMES", "FolderJob", "Outputs"]
 
 NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4", "pdf", "svg")
-"""The formats that can be asked for."""
+"""The formats that can be written."""
 DRAWN = ("pdf", "svg")
-"""Of these, what every picture is written as besides PNG."""
+"""Of these, the formats of pictures."""
 
 _pictures = partial(option, heading="Pictures")
 _files = partial(option, heading="Further files")
@@ -31,7 +31,7 @@ _files = partial(option, heading="Further files")
 @dataclass(frozen=True, kw_only=True)
 class Outputs:
     """
-    What is written of a study, and how its pictures show it.
+    What is written of a study, and how its pictures look.
 
     Raises
     ------
@@ -132,7 +132,7 @@ class Outputs:
 
 
 def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
-    """Read names, each once; one text may hold several by commas."""
+    """Read the names of formats, each once; commas separate several."""
     names = dict.fromkeys(name for text in given for name in text.replace(",", " ").lower().split())
     if not names:
         return ()
@@ -175,5 +175,5 @@ class FolderJob:
 
     @property
     def scene(self) -> "Scene":
-        """What was studied."""
+        """The scene that was studied."""
         return self.study.model.scene

@@ -1,4 +1,4 @@
-"""The pictures of a study: which are drawn, and of what."""
+"""The pictures of a study: maps of hours and profiles."""
 
 import math
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from umbra.writers.plan import DayMap, Plan, find_map_size
 __all__ = ["Sheets", "draw_pictures"]
 
 MOST_DAYS = 4
-"""Of so many dates each has its own pictures besides its map among the others."""
+"""Up to this many dates each have pictures of their own as well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class Sheets:
 
 
 def draw_pictures(job: FolderJob) -> Sheets:
-    """Have the hours and the profile drawn; of few dates those of each date, too."""
+    """Draw the hours and the profile; for a few dates also those of each date."""
     study = job.study
     preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
     plan = describe(job, preview, range(len(study.period.days)))
@@ -61,7 +61,7 @@ def draw_pictures(job: FolderJob) -> Sheets:
 
 
 def _draw_days(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
-    """Have the profile drawn, a panel for each date; of few dates pictures of each, too."""
+    """Draw the profile with a panel per date; for a few dates also pictures of each."""
     study, painter, folder, at = job.study, job.painter, job.folder, job.outputs.at
     days = study.period.days
     if len(days) == 1:
@@ -99,7 +99,7 @@ def _draw_days(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
 
 
 def _draw_dates(job: FolderJob, plan: Plan) -> None:
-    """Have the hours drawn: of several dates a map of each on one scale, or all together."""
+    """Draw the hours: a map per date on one scale, or all dates together."""
     study = job.study
     dates, scale = split_dates(study), Scale.of(job)
     if len(dates) == 1:
@@ -123,7 +123,7 @@ def _draw_dates(job: FolderJob, plan: Plan) -> None:
 def _draw_date(
     job: FolderJob, name: str, plan: Plan, study: Study, scale: Scale, what: str = ""
 ) -> None:
-    """Have the hours of one of several dates drawn, on the scale of them all."""
+    """Draw the hours of one date, on the scale of all."""
     hours, finer = _coarsen(scale.read_hours(study), plan.shape), count_finer(study)
     job.painter.draw_hours(
         job.folder / name, describe_finer(plan, finer), hours, scale.most,
@@ -141,7 +141,7 @@ def _draw_profile(job: FolderJob, name: str, plan: Plan, preview: Preview, stamp
 
 
 def _coarsen(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Average hours to the cells of the pictures."""
+    """Average hours to the cells of a picture."""
     if hours.shape == shape:
         return hours
     from umbra.writers.raster import resample  # noqa: PLC0415

@@ -21,7 +21,7 @@ _CELLS = 1200  # along the plan of points
 
 
 def draw_surfaces(job: FolderJob) -> list[str]:
-    """Have the model drawn from above and the side of the sun, with its hours in shadow."""
+    """Draw the model with its hours in shadow, seen from above on the sunny side."""
     site, options = job.study.site, job.options
     azimuth = 215 if site.latitude >= 0 else 325
     options = options.ask_hours(f"{azimuth}/{_TILT}")
@@ -30,7 +30,7 @@ def draw_surfaces(job: FolderJob) -> list[str]:
 
 
 def draw_plan_of_points(job: FolderJob) -> list[str]:
-    """Have points drawn on a plan of what stands about them, in the colours of their hours."""
+    """Draw the points on a plan of the buildings around them, coloured by their hours."""
     study, scene, painter = job.study, job.scene, job.painter
     points, origin = study.places.points, scene.origin
     low, high = points[:, :2].min(0), points[:, :2].max(0)
@@ -70,7 +70,7 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
 
 
 def describe_points(job: FolderJob) -> Plan:
-    """Say in words what a report of surfaces or points shows."""
+    """Describe surfaces or points for a report."""
     study, options, outputs = job.study, job.options, job.outputs
     what, spot = "points", f"{len(study.shadow_hours):,} points"
     if study.samples is not None:

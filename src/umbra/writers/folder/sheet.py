@@ -1,4 +1,4 @@
-"""The sheet: a plan and its four elevations, counted in one scale."""
+"""The sheet: a plan and four elevations in one scale."""
 
 from dataclasses import replace
 from typing import Any
@@ -21,13 +21,13 @@ __all__ = ["draw_sheet"]
 
 _SIDES = ("south", "east", "north", "west")
 MATTERS = 1 / 4
-"""Of the time with the sun up: a shadow that stands so long is part of the sheet."""
+"""Share of the time with the sun up: longer shadows must be on the sheet."""
 _MARGIN = 0.03  # of an elevation's length, on each side of it
 
 
 def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     """
-    Count four elevations at the resolution of a sheet, and have it drawn.
+    Count four elevations at the resolution of a sheet, and draw it.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def _find_window(
     study: Study, plan: Plan, options: StudyOptions
 ) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """
-    Find what of the plan must be seen, and how much may be.
+    Find which part of the plan must be on the sheet, and how much may be.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def _find_window(
 
 
 def _redraw(plan: Plan, seen: Study) -> Plan:
-    """Give a plan the cells of a study of it."""
+    """Return a plan with the cells of another study of it."""
     tile = seen.model.make_tile(seen.grid)
     canopies = tile.find_canopies()
     return replace(
@@ -129,7 +129,7 @@ def _redraw(plan: Plan, seen: Study) -> Plan:
 
 
 def _find_box(scene: Scene, study: Study, side: str) -> tuple[float, float, float, float]:
-    """Give the extent of an elevation, from the ground up."""
+    """Return the extent of an elevation, from the ground up."""
     low, high = Elevation.of(COMPASS[side], study.site.true_north).find_extent(scene)
     room = _MARGIN * float(high[0] - low[0]) + 1e-3
     top = max(float(high[1]), study.ground) + min(room, 0.1 * float(high[1] - low[1]) + 1e-3)

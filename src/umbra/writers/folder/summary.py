@@ -1,4 +1,4 @@
-"""A study in a few numbers, for programs."""
+"""Summary of a study in a few numbers, as JSON."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ __all__ = ["sum_up"]
 
 def sum_up(study: Study) -> dict[str, Any]:
     """
-    Sum a study up in a few numbers; of several dates those of each, too.
+    Summarise a study in a few numbers; for several dates also those of each.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def sum_up(study: Study) -> dict[str, Any]:
 
 
 def _find_hours(study: Study) -> dict[str, Any]:
-    """Give how long the sun was up, and the hours in shadow."""
+    """Return how long the sun was up, and the hours in shadow."""
     is_known = np.isfinite(study.shadow_hours) & getattr(study, "is_of_model", True)
     known = study.shadow_hours[is_known]
     return {
@@ -64,7 +64,7 @@ def _find_hours(study: Study) -> dict[str, Any]:
 
 
 def _list_neighbours(study: Study) -> list[dict[str, Any]]:
-    """Give who loses sun on a date, or on all dates together."""
+    """Return the neighbours that lose sun, on a date or on all dates together."""
     names = [name for name in study.more if name.startswith("neighbour_")]
     columns = [study.more[name][1].tolist() for name in ("neighbour", *names)]
     keys = ["name", *(name.removeprefix("neighbour_") for name in names)]

@@ -1,4 +1,4 @@
-"""Writing a study's folder: the result, its pictures, and whatever else is asked for."""
+"""Writing a study's folder: the result, its pictures, and further files."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -45,7 +45,7 @@ def write_study(
     options : StudyOptions
         Of the study.
     say : callable
-        Told what a user should know, a line at a time.
+        Called with each line that the user should read.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def fill_folder(
 
 
 def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
-    """Write a plan or a view; give the names of the pictures and of the other files."""
+    """Write a plan or a view; return the names of the pictures and of further files."""
     study = job.study
     sheets = draw_pictures(job)
     pictures = sheets.names
@@ -107,7 +107,7 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
 
 
 def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
-    """Write surfaces or points; give the names of the pictures and of the other files."""
+    """Write surfaces or points; return the names of the pictures and of further files."""
     study = job.study
     write_netcdf(job.folder / RESULT, study.variables(), study.facts)
     draw = draw_plan_of_points if study.samples is None else draw_surfaces
@@ -115,7 +115,7 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
 
 
 def _write_more(job: FolderJob, plan: Plan) -> list[str]:
-    """Write further files; a report waits for the pictures."""
+    """Write further files; the report needs the pictures."""
     study, outputs = job.study, job.outputs
     if not outputs.report and not outputs.files and not outputs.rules:
         return []
@@ -144,7 +144,7 @@ def _write_more(job: FolderJob, plan: Plan) -> list[str]:
 
 
 def _write_verdicts(job: FolderJob, verdicts: Any) -> "Table":
-    """Write the verdicts of the rules, and give their table."""
+    """Write the verdicts on the rules, and return their table."""
     from umbra.writers.report.tables import make_verdict_table  # noqa: PLC0415
     from umbra.writers.tables import write_table  # noqa: PLC0415
 
@@ -154,7 +154,7 @@ def _write_verdicts(job: FolderJob, verdicts: Any) -> "Table":
 
 
 def _name_casters(job: FolderJob) -> list[str]:
-    """Say how casters were chosen, as typed."""
+    """Describe how casters were chosen, as typed."""
     casters = [f"cast={pattern!r}" for pattern in job.options.cast]
     casters += [f"no_cast={pattern!r}" for pattern in job.options.no_cast]
     is_typed_in_shell = str(job.study.facts["command"]).startswith("umbra ")
@@ -162,7 +162,7 @@ def _name_casters(job: FolderJob) -> list[str]:
 
 
 def _note_standing(pins: Sequence["Pin"], say: Say) -> None:
-    """Say which of the rules' places lie in or under something, or on top of it."""
+    """Tell the user which places of the rules are not in the open."""
     found = [f"'{pin.name}' {pin.standing}" for pin in pins if pin.standing]
     if found:
         some = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
@@ -173,7 +173,7 @@ def _note_standing(pins: Sequence["Pin"], say: Say) -> None:
 
 
 def _find_sheets(folder: Path, show: Show) -> list[tuple[str, Path]]:
-    """Name the pictures of a results folder, those of the whole period first."""
+    """List the pictures of a folder with captions, those of the whole period first."""
     hours = name_hours(show).capitalize()
     words = {
         "hours": hours,
