@@ -95,18 +95,19 @@ def _refuse(name: str, what: str, value: object) -> InputError:
 
 
 def _check_number(name: str, said: Option, value: Any) -> Any:
-    kind, what = (Integral, "a whole number") if said.type == "whole" else (Real, "a number")
+    is_whole = said.type == "whole"
+    kind: Any = Integral if is_whole else Real
     if not isinstance(value, kind):
-        raise _refuse(name, f"is {what}", value)
+        raise _refuse(name, "is a whole number" if is_whole else "is a number", value)
     if said.least is not None and value < said.least:
         raise _refuse(name, f"must be at least {said.least}", value)
-    return int(value) if said.type == "whole" else float(value)
+    return int(value) if is_whole else float(value)
 
 
 def _check_numbers(name: str, said: Option, value: Any) -> tuple:
     kind, what = (Integral, "whole numbers") if said.type == "size" else (Real, "numbers")
     try:
-        found = tuple(value)
+        found: tuple[Any, ...] = tuple(value)
     except TypeError:
         found = ()
     is_right = all(isinstance(one, kind) and not isinstance(one, bool) for one in found)
