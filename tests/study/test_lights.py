@@ -7,10 +7,10 @@ from support.shapes import box, city
 import umbra
 from umbra.rays.hidden import find_hidden_from
 from umbra.receivers.kind import Request
-from umbra.study.any_lights import count_lights
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun, add_up, pass_lights
 from umbra.study.options import StudyOptions
+from umbra.study.study import count_lights
 
 LEANING = np.array([(0.6, 0.0, 0.8), (-0.6, 0.0, 0.8), (0.0, 0.6, 0.8), (0.0, 0.0, 1.0)])
 

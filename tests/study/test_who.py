@@ -155,7 +155,7 @@ def test_threads_and_tiles_change_nothing(block, monkeypatch):
         ({"who": ["house 4"], "no_cast": ["proposed"]}, "do not cast"),
         ({"proposed": ["proposed"], "no_cast": ["proposed"]}, "do not cast"),
         ({"proposed": ["proposed"], "under": "soon"}, "least sun"),
-        ({"by": "colour"}, "part, kind or layer"),
+        ({"by": "colour"}, "part, kind, layer"),
     ],
 )
 def test_slips_are_told(block, options, says):

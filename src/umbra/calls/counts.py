@@ -126,9 +126,9 @@ def _count_named(
     """Count on a study's receivers, each light in a column of its own where none has a weight."""
     import xarray as xr  # noqa: PLC0415
 
-    from umbra.study.any_lights import count_lights  # noqa: PLC0415
     from umbra.study.lights import Lights  # noqa: PLC0415
     from umbra.study.options import StudyOptions  # noqa: PLC0415
+    from umbra.study.study import count_lights  # noqa: PLC0415
 
     columns = (np.eye(len(lights)) if sums is None else sums).reshape(len(lights), -1)
     options = StudyOptions(date=_NO_DATE, **asked)

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 from umbra.calls.result import ShadowStudy
 from umbra.methods import DeviceName
 from umbra.scene import Scene
-from umbra.study.call import check_names, check_scene
 from umbra.study.options import Date, Refraction, StudyOptions
-from umbra.study.study import run
+from umbra.study.study import check_names, check_scene, run
 from umbra.sun import Site
 
 __all__ = ["shadow_study"]

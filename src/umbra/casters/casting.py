@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.canopy import Canopy
+from umbra.errors import InputError
 from umbra.rays.face_tree import FaceTree, make_face_tree
 from umbra.rays.hidden import find_hidden
 from umbra.scene import Scene, Triangles
@@ -16,7 +17,7 @@ from umbra.scene.derived import derive
 from umbra.scene.places import Places
 from umbra.volume.adjacency import Caster, make_caster
 
-__all__ = ["Casting", "prepare_casting"]
+__all__ = ["Casting", "prepare_casting", "select_casters"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,3 +132,12 @@ def prepare_casting(
 def _make_caster(scene: Scene, parts: Sequence[int]) -> Caster:
     soup = scene.triangles(parts)
     return make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
+
+
+def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) -> list[int]:
+    """Give the indices of the parts that cast; there must be one."""
+    casters = scene.select(cast, no_cast)
+    if not casters:
+        msg = "no part is left to cast a shadow; take a no_cast= pattern away"
+        raise InputError(msg)
+    return casters

@@ -4,24 +4,22 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from umbra.study.by_date import split_dates, tell_dates
-    from umbra.study.finer import FinerHours, count_finer
     from umbra.study.options import StudyOptions
-    from umbra.study.preview import Preview, make_preview
-    from umbra.study.result import Study
+    from umbra.study.preview import FinerHours, Preview, count_finer, make_preview
+    from umbra.study.result import Study, split_dates, tell_dates
     from umbra.study.study import run, run_study
 
 _HOMES = {
-    "FinerHours": "finer",
+    "FinerHours": "preview",
     "Preview": "preview",
     "Study": "result",
     "StudyOptions": "options",
-    "count_finer": "finer",
+    "count_finer": "preview",
     "make_preview": "preview",
     "run": "study",
     "run_study": "study",
-    "split_dates": "by_date",
-    "tell_dates": "by_date",
+    "split_dates": "result",
+    "tell_dates": "result",
 }
 
 __all__ = [

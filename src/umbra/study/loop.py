@@ -11,7 +11,7 @@ from umbra.casters.canopy import Canopy
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.study.lights import Lights
 
-__all__ = ["AT_ONCE", "Accumulator", "TileRun", "add_up", "look", "pass_lights"]
+__all__ = ["AT_ONCE", "Accumulator", "TileRun", "add_up", "look", "make_advance", "pass_lights"]
 
 AT_ONCE = 8
 """Lights whose masks are held at a time."""
@@ -207,3 +207,17 @@ def add_up(
         for column in np.flatnonzero(row):
             sums[column] += np.multiply(counts, np.float32(row[column]), dtype=np.float32)
     return sums
+
+
+def make_advance(
+    progress: Callable[[int, int], object], tile: int, tiles: int, works: int
+) -> Callable[[int], object]:
+    """Turn progress within one of several tiles, of equal work, into progress of them all."""
+    done = tile * works
+
+    def advance(n: int) -> None:
+        nonlocal done
+        done += n
+        progress(done, tiles * works)
+
+    return advance

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import umbra
 from umbra.casters.canopy import Canopy
+from umbra.casters.casting import select_casters
 from umbra.devices import check_device, find_device
 from umbra.devices.counters import StudyCounters
 from umbra.errors import InputError
@@ -17,13 +18,11 @@ from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
-from umbra.study.accumulators.exact import ExactIntervals, follow_sun
-from umbra.study.accumulators.hours import HourSums
+from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
+from umbra.study.accumulators.hours import HourSums, SunIntervals
 from umbra.study.accumulators.masks import InstantMasks, Masks
-from umbra.study.accumulators.sun_intervals import SunIntervals
-from umbra.study.checks import describe_period, find_results, make_advance, select_casters
 from umbra.study.lights import Lights
-from umbra.study.loop import Accumulator, TileRun, look, pass_lights
+from umbra.study.loop import Accumulator, TileRun, look, make_advance, pass_lights
 from umbra.study.options import StudyOptions
 from umbra.study.period import Period, make_period
 from umbra.sun import Site
@@ -126,8 +125,9 @@ class Setup:
             scene, casters, options.canopy, options.transmissivity, options.leaf_on
         )
         attribution = AttributionOptions.of(scene, casters, options, canopies)
+        results = ResultOptions.of(period, options)
         return cls(
-            scene, site, options, period, find_results(period, options), attribution, casters, threads,
+            scene, site, options, period, results, attribution, casters, threads,
             "cpu" if canopies else options.device, canopies,
         )  # fmt: skip
 
@@ -248,10 +248,23 @@ class Setup:
             "time_zone": site.zone,
             "true_north_deg": site.true_north,
             **self.options.attributes,
-            **describe_period(self.period, self.results),
+            **self._describe_period(),
             **self.attribution.facts,
             **(self.canopy.facts if self.canopy else {}),
             "prepare_seconds": time.perf_counter() - self.begun - seconds,
             "count_seconds": seconds,
         }
         return {name: fact for name, fact in facts.items() if fact is not None}
+
+    def _describe_period(self) -> dict[str, object]:
+        """Tell in attributes what the time axis was, where it is more than one plain day."""
+        facts: dict[str, object] = {}
+        days, results = self.period.days, self.results
+        if len(days) > 1:
+            facts |= {"days": len(days), "first_date": str(days[0]), "last_date": str(days[-1])}
+        if results.min_spell:
+            facts["min_spell_minutes"] = results.min_spell / 6e7
+        if results.tolerance:
+            facts["exact_tolerance_seconds"] = results.tolerance
+            facts["exact_least_spell_seconds"] = find_least_interval(self.period)
+        return facts

@@ -5,16 +5,30 @@ The period is cut into steps and each step is judged at its midpoint, so that ho
 add up to exactly the period less the night. The profile is drawn at the steps' ends.
 """
 
-from typing import Any
+import difflib
+import functools
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import select_casters
+from umbra.errors import InputError
+from umbra.machine import count_cores
+from umbra.options import list_options
+from umbra.rays.hidden import find_hidden_from
 from umbra.receivers import find_kind
+from umbra.receivers.kind import Receivers, Request, Tile
 from umbra.scene import Scene
+from umbra.study.lights import Lights
+from umbra.study.loop import add_up
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.study.setup import Progress, Setup
 from umbra.sun import Site
 
-__all__ = ["run", "run_study"]
+__all__ = ["RayCounter", "check_names", "check_scene", "count_lights", "run", "run_study"]
 
 
 def run(
@@ -53,3 +67,131 @@ def run_study(
 ) -> Study:
     """Run a study with the options of ``shadow_study``, and keep what its pictures need."""
     return run(scene, site, StudyOptions(**options), progress)
+
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def check_names(call: Callable[P, T]) -> Callable[P, T]:
+    """
+    Make a call with a study's options say which name is no option, and what is missing.
+
+    Raises
+    ------
+    InputError
+        From the call: if a name is unknown, or there is no date.
+    """
+    known = [name for name, _, _ in list_options(StudyOptions)]
+
+    @functools.wraps(call)
+    def checked(*args: P.args, **given: P.kwargs) -> T:
+        for name in given:
+            if name not in known and name not in {"scene", "site"}:
+                near = difflib.get_close_matches(name, known, n=1)
+                advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
+                msg = f"a study has no option '{name}'; {advice}"
+                raise InputError(msg, option=name)
+        if "date" not in given:
+            msg = "a study needs a date; give date='YYYY-MM-DD'"
+            raise InputError(msg, option="date")
+        return call(*args, **given)
+
+    return checked
+
+
+def check_scene(scene: object, site: object) -> None:
+    """
+    Check the types of what is studied.
+
+    Raises
+    ------
+    InputError
+        If it is no scene, or its place no site.
+    """
+    if not isinstance(scene, Scene):
+        msg = f"scene is no Scene but a {type(scene).__name__}; give what umbra.read returns"
+        raise InputError(msg)
+    if not isinstance(site, Site):
+        msg = f"site is no Site but a {type(site).__name__}; give umbra.Site(latitude=, longitude=)"
+        raise InputError(msg)
+
+
+class RayCounter:
+    """
+    Counts homogeneous lights of any place on a tile, by rays.
+
+    Parameters
+    ----------
+    tile : Tile
+    threads : int
+    """
+
+    def __init__(self, tile: Tile, threads: int = 1) -> None:
+        self.tile, self.threads = tile, threads
+
+    def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Tell for each light (n, 4) which receivers are in shadow, cast or attached."""
+        tile, where = self.tile, self.tile.places
+        found = find_hidden_from(tile.tree, where.points, where.normals, lights, self.threads)
+        return found.reshape(-1, *tile.shape)
+
+    def add_steps(
+        self,
+        lights: NDArray[np.float64],
+        steps: NDArray[np.int32],
+        progress: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Count for each receiver how many lights leave it in shadow."""
+        for light in lights:
+            steps += self.masks(light[None])[0]
+            progress(1)
+
+
+def count_lights(
+    scene: Scene, lights: Lights, options: StudyOptions
+) -> tuple[Receivers, NDArray[np.float32]]:
+    """
+    Add the weights of the lights that are hidden from each receiver.
+
+    Directions above the horizon are counted as suns are; lamps, and lights that shine
+    upward, by rays.
+
+    Parameters
+    ----------
+    scene : Scene
+    lights : Lights
+    options : StudyOptions
+        Of the receivers and casters; those of time are not read.
+
+    Returns
+    -------
+    laid : Receivers
+    sums : (k, ...) float32
+        Of each column of weights.
+
+    Raises
+    ------
+    InputError
+        If an option is wrong.
+    """
+    kind = find_kind(options.receivers, scene, options.ground)
+    threads = options.threads or count_cores()
+    suns, others = lights.split()
+    casters = select_casters(scene, options.cast, options.no_cast)
+    request = Request(
+        scene, options, casters, threads, lights=len(suns), find_reaching=lambda: suns.directions
+    )
+    laid = kind.lay_out(request)
+    sums = np.zeros((lights.weights.shape[1], *laid.shape), np.float32)
+    for where, make_tile in laid.make_tiles(request):
+        tile = make_tile()
+        inside = where if isinstance(where, tuple) else (where,)
+        if len(suns):
+            sums[:, *inside] += add_up(tile.make_counter(), tile.shape, suns)
+        if len(others):
+            sums[:, *inside] += add_up(RayCounter(tile, threads), tile.shape, others)
+    nothing = laid.finish()
+    if nothing is not None:
+        sums[:, nothing] = np.nan
+    return laid, sums

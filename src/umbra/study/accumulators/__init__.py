@@ -1,8 +1,8 @@
 """
 Accumulators: what a study keeps of the lights that pass over its receivers, one file each.
 
-    hours.py        hours in shadow, added up
-    intervals.py    first and last sun, sun intervals, the longest
+    hours.py        hours in shadow, added up; sun intervals of steps
+    intervals.py    first and last sun, the longest interval: what streams through
     masks.py        every instant
     exact.py        when shadow begins and ends, solved to a tolerance
     attribution.py  hours due to chosen casters, and what a proposal takes

@@ -1,5 +1,6 @@
 """The arrays of a result: hours always, the rest where it was asked for."""
 
+import datetime as dt
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,14 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.canopy import Canopy
+from umbra.errors import InputError
 from umbra.receivers.kind import Receivers, Variables
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
+from umbra.study.options import StudyOptions
 from umbra.study.period import Period
+from umbra.sun.clock import parse_duration
 
 __all__ = ["FEW_DAYS", "ResultArrays", "ResultOptions"]
 
 FEW_DAYS = 12
 """Up to so many dates results are also kept by day, unless it is said otherwise."""
+LEAST_TOLERANCE, MOST_TOLERANCE = 1e-3, 60
+"""Within which instants can be solved [s]."""
+_MICROSECOND = dt.timedelta(microseconds=1)
 _SPELLS = {
     "first_sun": np.dtype("datetime64[us]"),
     "last_sun": np.dtype("datetime64[us]"),
@@ -47,6 +54,21 @@ class ResultOptions:
     min_spell: int = 0
     masks: bool = False
     tolerance: float = 0.0
+
+    @classmethod
+    def of(cls, period: Period, options: StudyOptions) -> "ResultOptions":
+        """Read the options: ``min_spell`` implies ``spells``, few dates imply ``by_day``."""
+        tolerance = float(options.exact)  # True is a second
+        if not (tolerance == 0 or LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE):
+            msg = f"exact instants are solved to 0.001 to 60 s; got {options.exact}"
+            raise InputError(msg, exact=options.exact)
+        least = 0
+        if options.min_spell is not None:
+            least = parse_duration(options.min_spell, "least spell") // _MICROSECOND
+        by_day = options.by_day
+        if by_day is None:
+            by_day = 1 < len(period.days) <= FEW_DAYS
+        return cls(by_day, options.spells or least > 0, least, options.masks, tolerance)
 
     @property
     def is_streamed(self) -> bool:

@@ -13,10 +13,9 @@ from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.groups import Groups, ShareCount, find_groups
-from umbra.study.compare import read_hours
+from umbra.study.compare import Losses, is_newly_under, read_hours
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun
-from umbra.study.losses import Losses, is_newly_under
 from umbra.study.options import StudyOptions
 from umbra.volume.adjacency import Caster
 

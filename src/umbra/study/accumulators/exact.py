@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from umbra.rays.hidden import is_hidden
 from umbra.study.accumulators.arrays import ResultArrays
+from umbra.study.accumulators.hours import DayIntervals
 from umbra.study.accumulators.intervals import (
     BEGAN,
     BLOCK,
@@ -26,7 +27,6 @@ from umbra.study.accumulators.intervals import (
     SunIntervalTable,
     end_interval,
 )
-from umbra.study.accumulators.sun_intervals import DayIntervals
 from umbra.study.lights import Lights
 from umbra.study.loop import TileRun
 from umbra.study.period import Period

@@ -1,15 +1,114 @@
-"""Hours in shadow, added up: of the whole period, and of each day where that is asked for."""
+"""Sun intervals from the masks of a study's steps, each step what it is at its midpoint."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study.accumulators.arrays import ResultArrays
+from umbra.study.accumulators.intervals import IntervalState, SunIntervalTable, join_days
 from umbra.study.lights import Lights
 from umbra.study.loop import Accumulator, TileRun, add_up
 
-__all__ = ["HourSums"]
+__all__ = ["DayIntervals", "HourSums", "IntervalCount", "SunIntervals"]
+
+
+class IntervalCount(Accumulator):
+    """
+    Counts the sun intervals of one day.
+
+    Parameters
+    ----------
+    least : int
+        Length from which an interval counts as long [us].
+    share : float, optional
+        Of the light that canopies let through on the day, if there are any.
+    """
+
+    def __init__(self, least: int, share: float | None = None) -> None:
+        self.least, self.share = least, share
+
+    def begin(self, run: TileRun, lights: Lights) -> None:
+        """Begin with a tile."""
+        self._state = IntervalState(run.shape, self.least)
+        self._behind = np.zeros(run.shape if len(run.counters) > 1 else (0,), np.int64)
+
+    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+        """Let some steps pass."""
+        shadow = masks[0]
+        if self.share is not None:
+            dark = masks[1]
+            for mask, length in zip(shadow & ~dark, lights.lengths[some].tolist(), strict=True):
+                self._behind += mask * np.int64(length)
+            shadow = dark if self.share >= 1 else shadow
+        self._state.add_steps(shadow, lights.starts[some], lights.ends[some])
+
+    def finish(self) -> SunIntervalTable:
+        """End the intervals that last, and return what is known."""
+        spells = self._state.finish()
+        return spells if self.share is None else spells.add_behind(self._behind, self.share)
+
+
+class DayIntervals(Accumulator):
+    """
+    Enters the sun intervals of each day, and of all days together.
+
+    Parameters
+    ----------
+    arrays : ResultArrays
+        Written to.
+    """
+
+    def __init__(self, arrays: ResultArrays) -> None:
+        self.arrays = arrays
+
+    def begin(self, run: TileRun, lights: Lights) -> None:
+        """Begin with a tile."""
+        self._where = run.where
+        self._together: SunIntervalTable | None = None
+        self._up = 0
+
+    def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
+        """Return the intervals of a day, and how long the sun was up [us]."""
+        raise NotImplementedError
+
+    def end_day(self, day: int) -> None:
+        """Enter a day."""
+        spells, up = self.finish_day(day)
+        self.arrays.enter_day(spells, up, self._where, day)
+        self._together = spells if self._together is None else join_days([self._together, spells])
+        self._up += up
+
+    def end(self, progress: Callable[[int], object]) -> None:
+        """Enter all days together."""
+        if self._together is not None:
+            self.arrays.enter_day(self._together, self._up, self._where, None)
+
+
+class SunIntervals(DayIntervals):
+    """Counts sun intervals that begin and end with steps."""
+
+    def begin(self, run: TileRun, lights: Lights) -> None:
+        """Begin with a tile."""
+        super().begin(run, lights)
+        self._run, self._lights = run, lights
+        self._begin_day(0)
+
+    def _begin_day(self, day: int) -> None:
+        shares = self.arrays.shares
+        share = None if shares is None or day >= len(shares) else float(shares[day])
+        self._count = IntervalCount(self.arrays.results.min_spell, share)
+        self._count.begin(self._run, self._lights)
+
+    def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
+        """Let some steps pass."""
+        self._count.add(lights, some, masks)
+
+    def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
+        """End the day, and begin the next."""
+        spells = self._count.finish()
+        self._begin_day(day + 1)
+        return spells, sum(int(self._lights.lengths[run].sum()) for run in self._lights.days[day])
 
 
 class HourSums(Accumulator):

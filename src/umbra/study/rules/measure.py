@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.canopy import Canopy
+from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
-from umbra.study.accumulators.sun_intervals import IntervalCount
 from umbra.study.loop import TileRun, pass_lights
 from umbra.study.period import Period
 from umbra.study.rules.read import Check, Place
