@@ -59,7 +59,7 @@ class CameraPicture(ReceiverKind):
         tile = model.make_tile(grid)
         return SeenRaster(
             self, model, tile.shape, ("row", "col"), _find_areas(tile), {"ground_z": level},
-            x=grid.x, y=grid.y, ground=level, grid=grid, heights=tile.drawn_heights, tile=tile,
+            x=grid.x, y=grid.y, ground=level, grid=grid, tile=tile,
         )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:

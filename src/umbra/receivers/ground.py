@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.receivers.level import Level, has_terrain
-from umbra.receivers.plan import PlaneTile, PlanKind
+from umbra.receivers.plan import PlaneTile, PlanKind, PlanRaster
 from umbra.scene import Scene
 
 if TYPE_CHECKING:
@@ -30,9 +30,9 @@ class GroundPlane(PlanKind):
         """Choose the height at which the middle one of the model's buildings stands."""
         return assumed.middle
 
-    def find_receiver_z(self, heights: NDArray[np.float64], ground: float) -> NDArray[np.float64]:
+    def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
         """Return the ground's height everywhere."""
-        return np.full(heights.shape, ground)
+        return np.full(laid.shape, laid.ground)
 
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float

@@ -372,16 +372,22 @@ class Raster(Receivers):
         In the frame in which ``casting`` makes its tiles.
     ground : float
         z of the ground [m].
-    heights : (rows, cols) float64
-        z of the topmost surface or the ground, in the model's own coordinates [m]; NaN where
-        nothing receives.
     """
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     grid: Grid
     ground: float
-    heights: NDArray[np.float64]
+
+    @property
+    def heights(self) -> NDArray[np.float64]:
+        """
+        What stands in each cell, (rows, cols) float64.
+
+        z of the topmost surface or the ground, in the model's own coordinates [m]; NaN where
+        nothing receives.
+        """
+        raise NotImplementedError
 
     def coordinates(self) -> Variables:
         """Return the centres of columns and rows."""

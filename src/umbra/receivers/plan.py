@@ -53,9 +53,8 @@ class PlanModel(Casting):
     has_end: bool = field(default=False, kw_only=True)
 
     def make_tile(self, grid: Grid) -> "PlanTile":
-        """Look at a raster of the local frame from above."""
-        surface = self.look_down(grid)
-        return self.tile(self, grid, surface, self.tile.find_covered(self, grid, surface))
+        """Make the receivers of a raster of the local frame."""
+        return self.tile(self, grid)
 
     def look_down(self, grid: Grid) -> Surface:
         """Find what is topmost of all that is seen."""
@@ -83,23 +82,21 @@ class PlanTile:
     model : PlanModel
     grid : Grid
         Local frame.
-    surface : Surface
-        Of the grid.
-    covered : (n,) int
-        Flat indices of the cells over which canopies hang, and of those on the surface's rim:
-        rays count them.
     """
 
     model: PlanModel
     grid: Grid
-    surface: Surface
-    covered: NDArray[np.intp]
     on_plane: ClassVar[bool]
 
-    @staticmethod
-    def find_covered(_model: PlanModel, _grid: Grid, surface: Surface) -> NDArray[np.intp]:
-        """Find the cells that a sweep cannot count."""
-        return surface.rim
+    @cached_property
+    def surface(self) -> Surface:
+        """What is topmost in each cell, found when it is first asked for."""
+        return self.model.look_down(self.grid)
+
+    @cached_property
+    def covered(self) -> NDArray[np.intp]:
+        """Flat indices of the cells that a sweep cannot count, but rays: none on a plane."""
+        return np.zeros(0, np.intp)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -114,7 +111,9 @@ class PlanTile:
     @property
     def nothing(self) -> NDArray[np.bool_]:
         """Where nothing receives, (rows, cols) bool."""
-        return (self.surface.face < 0) & self.model.has_end
+        if not self.model.has_end:
+            return np.zeros(self.shape, np.bool_)
+        return self.surface.face < 0
 
     @property
     def axes(self) -> NDArray[np.float64]:
@@ -208,7 +207,10 @@ class PlanTile:
     def with_casters(self, parts: Sequence[int] | None = None) -> "PlanTile":
         """Return the same receivers with other parts casting; all but canopies by default."""
         model = self.model.solid if parts is None else self.model.with_casters(parts)
-        return replace(self, model=model)
+        other, known = replace(self, model=model), ("surface", "covered", "places")
+        _ = self.covered  # rays count the same cells, whoever casts
+        vars(other).update({name: vars(self)[name] for name in known if name in vars(self)})
+        return other
 
     def find_canopies(self) -> NDArray[np.bool_]:
         """Tell which cells canopies hang over, (rows, cols), whatever receives there."""
@@ -248,13 +250,14 @@ class TopmostTile(PlanTile):
 
     on_plane = False
 
-    @staticmethod
-    def find_covered(model: PlanModel, grid: Grid, surface: Surface) -> NDArray[np.intp]:
-        """Find the cells on the rim, and those over which canopies hang."""
+    @cached_property
+    def covered(self) -> NDArray[np.intp]:
+        """Cells on the surface's rim, and those over which canopies hang."""
+        model, surface = self.model, self.surface
         if model.canopy is None:
             return surface.rim
         crowns = model.scene.triangles(model.canopy.casting)
-        above = find_surface(crowns, grid, model.floor, model.threads)
+        above = find_surface(crowns, self.grid, model.floor, model.threads)
         return np.union1d(surface.rim, np.flatnonzero(above.heights > surface.heights))
 
     def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
@@ -359,34 +362,49 @@ class PlanRaster(Raster):
     assumed: Level | None = field(kw_only=True)
 
     def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
-        """Cut the plan into tiles, whose surface is found when they are made."""
-        self.nothing, self.bare = np.zeros((2, *self.shape), np.bool_)
+        """Cut the plan into tiles."""
         side = request.limit_tiles(min(TILE, STREAMED_TILE) if request.is_streamed else TILE)
+        self._parts = list(self.grid.tiles(side))
         return [
             ((rows, cols), partial(self._make_tile, (rows, cols), part))
-            for rows, cols, part in self.grid.tiles(side)
+            for rows, cols, part in self._parts
         ]
 
     def _make_tile(self, where: tuple[slice, slice], part: Grid) -> PlanTile:
         tile = self.casting.make_tile(part)
-        self.heights[where] = tile.surface.heights + self.casting.scene.origin[2]
-        self.nothing[where] = tile.nothing
-        self.bare[where] = tile.surface.face < 0
+        if not tile.on_plane:
+            self._look(where, tile)
         return tile
+
+    def _look(self, where: tuple[slice, slice], tile: PlanTile) -> None:
+        surface, heights = tile.surface, self._seen[0]
+        heights[where] = surface.heights + self.casting.scene.origin[2]
+        heights[where][tile.nothing] = np.nan
+        self._seen[1][where] = (surface.face < 0) & ~tile.nothing
+
+    @cached_property
+    def _seen(self) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        return np.zeros(self.shape), np.zeros(self.shape, np.bool_)
+
+    @cached_property
+    def heights(self) -> NDArray[np.float64]:
+        """What stands in each cell; on a plane looked for when a picture asks."""
+        if self.kind.tile.on_plane:
+            for rows, cols, part in self._parts:
+                self._look((rows, cols), self.casting.make_tile(part))
+        return self._seen[0]
 
     def finish(self) -> NDArray[np.bool_] | None:
         """Tell what was assumed of the ground."""
-        share = (self.bare & ~self.nothing).mean()
-        scene = self.casting.scene
+        heights, bare = self._seen
+        scene, share = self.casting.scene, float(bare.mean())
         self.facts |= self.kind.describe_level(scene, self.ground, self.assumed, share)
-        if not self.nothing.any():
-            return None
-        self.heights[self.nothing] = np.nan
-        return self.nothing
+        nothing = np.isnan(heights)
+        return nothing if nothing.any() else None
 
     def variables(self) -> Variables:
         """Return the height of each receiver."""
-        return {"receiver_z": (self.dims, self.kind.find_receiver_z(self.heights, self.ground))}
+        return {"receiver_z": (self.dims, self.kind.find_receiver_z(self))}
 
 
 class PlanKind(ReceiverKind):
@@ -403,8 +421,8 @@ class PlanKind(ReceiverKind):
         """Tell whether nothing receives beside what is seen."""
         return False
 
-    def find_receiver_z(self, heights: NDArray[np.float64], ground: float) -> NDArray[np.float64]:
-        """Return the height of each receiver, from those of what is topmost [m]."""
+    def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
+        """Return the height of each receiver [m]."""
         raise NotImplementedError
 
     def lay_out(self, request: Request) -> PlanRaster:
@@ -428,7 +446,6 @@ class PlanKind(ReceiverKind):
             self, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy,
             {"ground_z": level}, x=x, y=y, ground=level, assumed=assumed,
             grid=replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1]),
-            heights=np.zeros((grid.rows, grid.cols)),
         )  # fmt: skip
 
 

@@ -219,6 +219,11 @@ class SeenRaster(Raster):
     casting: ViewModel
     tile: ViewTile = field(kw_only=True)
 
+    @property
+    def heights(self) -> NDArray[np.float64]:
+        """0 where anything is seen, NaN elsewhere."""
+        return self.tile.drawn_heights
+
     def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
         """Return the one tile that all pixels are."""
         return [(..., lambda: self.tile)]

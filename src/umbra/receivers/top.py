@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from umbra.receivers.kind import Request
 from umbra.receivers.level import Level, has_terrain
-from umbra.receivers.plan import PlanKind, TopmostTile
+from umbra.receivers.plan import PlanKind, PlanRaster, TopmostTile
 from umbra.scene import Scene
 
 if TYPE_CHECKING:
@@ -28,9 +28,9 @@ class TopmostSurface(PlanKind):
         """Tell whether the model's own terrain ends, with no ground that anyone named beyond."""
         return is_assumed and has_terrain(request.scene)
 
-    def find_receiver_z(self, heights: NDArray[np.float64], ground: float) -> NDArray[np.float64]:
+    def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
         """Return what is topmost."""
-        return heights
+        return laid.heights
 
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float

@@ -195,7 +195,7 @@ class OrthographicKind(ReceiverKind):
         return SeenRaster(
             self, model, tile.shape, (self.rows, "along"),
             grid.dx * grid.dy / _find_facing(tile), facts, x=grid.x, y=grid.y, ground=level,
-            grid=grid, heights=tile.drawn_heights, tile=tile,
+            grid=grid, tile=tile,
         )  # fmt: skip
 
     def describe_tilt(self, tilt: float) -> dict[str, object]:
