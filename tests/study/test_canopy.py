@@ -260,8 +260,8 @@ def test_a_scene_of_canopies_alone(park):
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        ({"transmissivity": 0.3}, "--transmissivity is for canopies.*--canopy"),
-        ({"leaf_on": "04-15..10-31"}, "--leaf-on is for canopies"),
+        ({"transmissivity": 0.3}, "transmissivity= is for canopies.*canopy="),
+        ({"leaf_on": "04-15..10-31"}, "leaf_on= is for canopies"),
         ({"canopy": ["Tee"]}, "'Tee' matches no part"),
         ({"canopy": ["Tree"], "no_cast": ["Tree"]}, "only parts that do not cast"),
         ({"canopy": ["Tree"], "transmissivity": "3"}, "for 3 % write 0.03 or 3%"),
@@ -269,8 +269,8 @@ def test_a_scene_of_canopies_alone(park):
         ({"canopy": ["Tree"], "transmissivity": "nan"}, "from 0 to 1"),
         ({"canopy": ["Tree"], "transmissivity": "some"}, "from 0 to 1"),
         ({"canopy": ["Tree"], "transmissivity": "0.1:0.2:0.3"}, "one share, or two"),
-        ({"canopy": ["Tree"], "transmissivity": "0.03:0.5"}, "give --leaf-on"),
-        ({"canopy": ["Tree"], "leaf_on": "04-15..10-31"}, "--transmissivity 0.03:0.5"),
+        ({"canopy": ["Tree"], "transmissivity": "0.03:0.5"}, "give leaf_on="),
+        ({"canopy": ["Tree"], "leaf_on": "04-15..10-31"}, "transmissivity='0.03:0.5'"),
         ({"canopy": ["Tree"], "transmissivity": "0:1", "leaf_on": "April"}, "MM-DD..MM-DD"),
         ({"canopy": ["Tree"], "transmissivity": "0:1", "leaf_on": "02-30..03-01"}, "no day 02-30"),
         ({"canopy": ["Tree"], "device": "gl"}, "gl device does not weaken"),
