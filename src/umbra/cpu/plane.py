@@ -102,8 +102,10 @@ class PlaneSweep(Sweep):
 
     def __init__(self, caster: Caster, grid: Grid, height: float, threads: int = 1) -> None:
         def cut() -> tuple[Caster, NDArray[np.float64]]:
-            opened = _open_where_negative(clip_above(caster, height), grid, height)
-            return opened, _place(opened, grid, height)
+            clipped = derive(caster, "clip", height, lambda: clip_above(caster, height))
+            opened = _open_where_negative(clipped, grid, height)
+            ends = derive(opened, "ends of edges", None, opened.ends)
+            return opened, _place(ends, grid, height)
 
         opened, self.ends = derive(caster, "cut", (grid, height), cut)
         super().__init__(opened, grid, threads)
@@ -128,13 +130,13 @@ class PlaneSweep(Sweep):
         return too_deep
 
 
-def _place(caster: Caster, grid: Grid, height: float) -> NDArray[np.float64]:
+def _place(ends: NDArray[np.float64], grid: Grid, height: float) -> NDArray[np.float64]:
     """
     Give edge ends as (column, row, metres above the plane) twice, (n_edges, 6).
 
     Cells are judged a hair beside their centres, where edges along the raster do not pass.
     """
-    ends = grid.to_cells(caster.ends().reshape(-1, 2, 3))
+    ends = grid.to_cells(ends.reshape(-1, 2, 3))
     ends[..., :2] -= ASIDE
     ends[..., 2] -= height
     return ends.reshape(-1, 6)
@@ -153,14 +155,14 @@ def _open_where_negative(caster: Caster, grid: Grid, height: float) -> Caster:
     cut = np.flatnonzero(caster.edge_faces[:, 1] == n_faces)
     if not len(cut):
         return caster
-    ends = _place(caster, grid, height)
+    ends = _place(caster.vertices[caster.edges[cut]], grid, height)
     starts = np.array([0, len(cut)])
     winding = np.zeros((1, grid.rows, grid.cols), np.int32)
     diff = np.zeros((1, grid.rows + 1, grid.cols), np.int32)
-    codes = (cut << 2 | 1).astype(np.int32)
+    codes = (np.arange(len(cut)) << 2 | 1).astype(np.int32)
     nothing = np.zeros((1, 1, 1), np.uint8)
     _sweep(
-        ends, caster.weight, codes, starts, np.zeros((1, 2)), np.zeros(1, np.int64),
+        ends, caster.weight[cut], codes, starts, np.zeros((1, 2)), np.zeros(1, np.int64),
         diff, nothing, winding, np.zeros(1, np.bool_),
     )  # fmt: skip
     if winding.min() >= 0:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.receivers.kind import ReceiverKind
 from umbra.scene import Scene
+from umbra.scene.derived import derive
 from umbra.scene.mesh import find_standing
 
 __all__ = ["GAP", "TERRAIN", "Level", "assume_level", "find_level", "has_terrain"]
@@ -89,7 +90,7 @@ def find_level(
     """
     known = scene.ground if ground is None else float(ground)
     if known is None:
-        assumed = assume_level(scene)
+        assumed = derive(scene, "level", None, lambda: assume_level(scene))
         return kind.choose_level(assumed), assumed
     if not np.isfinite(known):
         msg = f"the ground's height must be a finite number; got {known:g}"
