@@ -11,7 +11,7 @@ from umbra.casters.canopy import Season
 from umbra.errors import InputError
 from umbra.receivers import plan as study_module
 from umbra.scene import Mesh, Part, make_scene
-from umbra.study import run_study
+from umbra.study import make_preview, run_study
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-03-05", "start": "08:00", "end": "16:30", "every": "30min"}
@@ -243,6 +243,13 @@ def test_what_is_canopy_is_looked_through(park):
     assert not [name for name in surfaces.part.values if name.startswith("tree")]
     seen = run(park, "camera", canopy=["Tree"]).part.values
     assert not {k for k in np.unique(seen) if k >= 0 and park.parts[k].kind == "Tree"}
+
+
+def test_polar_night_below_canopies(park):
+    polar = umbra.Site(80.0, 15.0, "Arctic/Longyearbyen")
+    night = {**DAY, "date": "2026-12-21"}
+    study = run_study(park, polar, **night, **PLACE, receivers="top", canopy=["Tree"])
+    assert not make_preview(study).shadows.any()
 
 
 def test_a_scene_of_canopies_alone(park):

@@ -243,6 +243,35 @@ def test_spells_exact_instants_and_casters_on_an_elevation(block):
     np.testing.assert_allclose(cast[seen] + steps.sun_hours.values[seen], facing, atol=0.02)
 
 
+@pytest.mark.parametrize("view", [
+    {"receivers": "south", "cell": 0.5},
+    {"receivers": "camera", "eye": (-20, -30, 12), "target": (0, 0, 3), "size": (40, 30)},
+])  # fmt: skip
+def test_where_nothing_is_seen_no_hours_are_due_or_lost(view):
+    scene = parts(tower=box((0, -9, 0), (4, -5, 15)), house=box((-4, 0, 0), (6, 5, 6)))
+    result = umbra.shadow_study(
+        scene, VIENNA, date="2026-03-05", every="2h", who=["tower"], proposed=["tower"], **view
+    )
+    sky = result.part.values == -1
+    assert sky.any()
+    for name in ("shadow_hours", "cast_hours", "sole_hours", "hours_lost"):
+        assert np.isnan(result[name].values[..., sky]).all(), name
+    assert np.isfinite(result.sole_hours.values[..., ~sky]).all()
+    # Columns of tables stand in this order: where a pixel lies comes before what is due to whom.
+    names = list(result.data_vars)
+    assert names.index("part") < names.index("cast_hours") < names.index("hours_lost")
+
+
+@pytest.mark.parametrize("last", [0, 1])
+def test_one_part_alone_is_seen_on_the_ground(last):
+    scene = parts(a=box((0, 0, 0), (4, 4, 6)), b=box((9, 0, 0), (12, 4, 3)))
+    result = umbra.shadow_study(
+        scene, VIENNA, date="2026-03-05", every="2h", receivers="camera", eye=(-20, -30, 12),
+        target=(6, 0, 3), size=(40, 30), on=["ab"[last]],
+    )  # fmt: skip
+    assert set(np.unique(result.part.values)) == {-2, -1, last}
+
+
 def test_chosen_parts_are_seen_through_the_others():
     # Three walls in a row: the middle one alone is seen, and shaded by the first.
     scene = parts(

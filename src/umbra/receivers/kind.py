@@ -189,6 +189,10 @@ class Receivers:
         """Return what tells each receiver's place."""
         return {}
 
+    def locate(self) -> Variables:
+        """Return what of each receiver's place is a result."""
+        return {}
+
     def sum_up(self, study: "Study") -> Variables:
         """Return what a study's results are for larger things: surfaces, parts."""
         return {}

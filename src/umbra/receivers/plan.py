@@ -1,5 +1,6 @@
 """Plans: rasters that are seen from the zenith, and how shadows are counted on them."""
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -322,7 +323,7 @@ class CoveredSweep:
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Tell for each sun which cells are in shadow, (n, rows, cols) uint8."""
         masks = self.sweep.masks(suns)
-        masks.reshape(len(suns), -1)[:, self.cells] = self._find(suns)
+        masks.reshape(len(suns), math.prod(masks.shape[1:]))[:, self.cells] = self._find(suns)
         return masks
 
     def add_steps(

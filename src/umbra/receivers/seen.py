@@ -10,7 +10,7 @@ hand counting starts at the eye's own count.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,6 @@ from umbra.scene import Camera, directional_light
 from umbra.scene.grid import Grid
 from umbra.scene.places import Places
 from umbra.volume.adjacency import Caster
-
-if TYPE_CHECKING:
-    from umbra.study.result import Study
 
 __all__ = ["SeenRaster", "ViewModel", "ViewTile"]
 
@@ -81,8 +78,9 @@ class ViewModel(Casting):
         """See what is shown; parts are those of the scene."""
         view, frame = self.counter.see(camera)
         if self.shown is not None:
-            part = np.where(frame.part < 0, frame.part, np.array(self.shown)[frame.part])
-            frame = replace(frame, part=part.astype(np.int32))
+            part = frame.part.copy()
+            part[part >= 0] = np.array(self.shown)[part[part >= 0]]
+            frame = replace(frame, part=part)
         return view, frame
 
 
@@ -232,7 +230,7 @@ class SeenRaster(Raster):
         """Return where nothing is seen."""
         return ~self.tile.is_seen
 
-    def sum_up(self, study: "Study") -> Variables:
+    def locate(self) -> Variables:
         """Return where on which surface each pixel's centre lies."""
         frame = self.tile.frame
         return {

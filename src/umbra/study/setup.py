@@ -66,7 +66,7 @@ class Result:
 
     def variables(self, laid: Receivers) -> Variables:
         """Return the arrays of the result besides the hours of the whole period."""
-        found = self.arrays.variables(laid)
+        found = {**self.arrays.variables(laid), **laid.locate()}
         for one in self.accumulators:
             found |= one.variables(laid)
         return found
