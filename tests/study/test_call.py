@@ -8,6 +8,8 @@ from support.shapes import box
 
 import umbra
 from umbra.options import list_options
+from umbra.receivers import KINDS
+from umbra.receivers.kind import SampleKind
 from umbra.study import StudyOptions
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -81,6 +83,18 @@ def test_a_record_of_options_has_one_form():
     assert "spacing_m" not in camera.attributes
     surfaces = camera.ask_hours("surfaces", spacing=0.25)
     assert (surfaces.eye, surfaces.who, surfaces.spacing) == (None, (), 0.25)
+
+
+def test_a_further_kind_of_receivers_is_named_in_messages(monkeypatch):
+    class Sensors(SampleKind):
+        name = "sensors"
+
+    monkeypatch.setitem(KINDS, "sensors", Sensors())
+    StudyOptions(date="2026-03-21", receivers="sensors")
+    with pytest.raises(umbra.InputError, match=r"choose ground, top, camera, .*, sensors, an elev"):
+        StudyOptions(date="2026-03-21", receivers="sensor")
+    with pytest.raises(umbra.InputError, match="cell= is not for receivers='sensors'; leave it"):
+        StudyOptions(date="2026-03-21", receivers="sensors", cell=1.0)
 
 
 def test_a_table_of_points_is_read(tmp_path):

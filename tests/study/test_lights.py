@@ -8,7 +8,7 @@ import umbra
 from umbra.rays.hidden import find_hidden_from
 from umbra.receivers.kind import Request
 from umbra.study.lights import Lights
-from umbra.study.loop import Accumulator, TileRun, add_up, pass_lights
+from umbra.study.loop import Accumulator, TileRun, add_up, count_passes, pass_lights
 from umbra.study.options import StudyOptions
 from umbra.study.study import count_lights
 
@@ -93,6 +93,35 @@ def test_lights_pass_run_by_run_and_days_without_any_end_too():
         ("add", 10, 11, 2), ("end run", 11), ("add", 11, 12, 2), ("end run", 12), ("end day", 2),
     ]  # fmt: skip
     assert sum(told) == 12
+
+
+class Sums(Accumulator):
+    """Adds all lights up at once."""
+
+    is_streamed = False
+
+    def add_sums(self, run, lights, progress):
+        add_up(run.counters[0], run.shape, lights, progress)
+
+
+class Single(Watch):
+    """Asks for single casters, no masks, and for as much again at the end."""
+
+    needs_masks, more_passes = False, 1
+
+    def end(self, progress):
+        progress(4)
+
+
+@pytest.mark.parametrize(
+    ("accumulators", "passes"),
+    [([Sums], 1), ([Watch, Watch], 1), ([Sums, Watch], 2), ([Watch, Single], 3), ([Sums, Sums], 2)],
+)
+def test_progress_ends_at_its_total_whatever_is_kept(accumulators, passes):
+    made, told = [one() for one in accumulators], []
+    pass_lights(TileRun((3,), [Fixed(MASKS)]), Lights.of(LEANING), made, told.append)
+    assert count_passes(made) == passes
+    assert sum(told) == 4 * passes
 
 
 @pytest.mark.parametrize(

@@ -61,5 +61,7 @@ def find_kind(
     kind = KINDS.get(receivers)
     if kind is not None and kind.is_chosen_by_name:
         return kind
-    _, tilt = find_direction(receivers)
+    _, tilt = find_direction(
+        receivers, [name for name, one in KINDS.items() if one.is_chosen_by_name]
+    )
     return KINDS["view" if tilt else "elevation"]

@@ -29,7 +29,7 @@ PIXEL_BYTES = 200
 COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
 
 
-def find_direction(receivers: str) -> tuple[float, float]:
+def find_direction(receivers: str, names: Sequence[str] = ()) -> tuple[float, float]:
     """
     Read from where a view is seen.
 
@@ -38,6 +38,8 @@ def find_direction(receivers: str) -> tuple[float, float]:
     receivers : str
         North, east, south, west, or degrees clockwise from true north; after a slash
         how far the view looks down: ``215/35``.
+    names : sequence of str
+        Other receivers that a message names.
 
     Returns
     -------
@@ -63,9 +65,8 @@ def find_direction(receivers: str) -> tuple[float, float]:
         raise InputError(msg, receivers=receivers)
     if not (np.isfinite(azimuth) and 0 <= tilt < 90):
         msg = (
-            f"unknown receivers '{receivers}'; choose ground or top, an elevation from north, "
-            "east, south, west or an azimuth in degrees, a view from above such as 215/35, "
-            "camera, surfaces or points"
+            f"unknown receivers '{receivers}'; choose {', '.join(names)}, an elevation from north, "
+            "east, south, west or an azimuth in degrees, or a view from above such as 215/35"
         )
         raise InputError(msg, receivers=receivers)
     return azimuth % 360, tilt

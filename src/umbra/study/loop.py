@@ -11,7 +11,10 @@ from umbra.casters.canopy import Canopy
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.study.lights import Lights
 
-__all__ = ["AT_ONCE", "Accumulator", "TileRun", "add_up", "look", "make_advance", "pass_lights"]
+__all__ = [
+    "AT_ONCE", "Accumulator", "TileRun", "add_up", "count_passes", "look", "make_advance",
+    "pass_lights",
+]  # fmt: skip
 
 AT_ONCE = 8
 """Lights whose masks are held at a time."""
@@ -55,10 +58,13 @@ class Accumulator:
         Whether lights have to pass in time order; else ``add_sums`` takes them all at once.
     needs_masks : bool
         Whether ``add`` needs to know which receivers are in shadow.
+    more_passes : int
+        How many times it tells progress of all lights in ``end``.
     """
 
     is_streamed = True
     needs_masks = True
+    more_passes = 0
 
     def begin(self, run: TileRun, lights: Lights) -> None:
         """Begin with a tile."""
@@ -135,8 +141,7 @@ def pass_lights(
     accumulators : sequence of Accumulator
         Told in this order.
     progress : callable
-        Told how many lights were done, now and then; twice, if an accumulator asks for single
-        casters besides.
+        Told how many lights were done, now and then; of each ``count_passes`` times.
     """
     for one in accumulators:
         one.begin(run, lights)
@@ -163,6 +168,19 @@ def pass_lights(
             one.end_day(day)
     for one in accumulators:
         one.end(progress)
+
+
+def count_passes(accumulators: Sequence[Accumulator]) -> int:
+    """
+    Count how often progress is told of each light: for its masks, sums and single casters.
+
+    Parameters
+    ----------
+    accumulators : sequence of Accumulator
+    """
+    sums = sum(not one.is_streamed for one in accumulators)
+    more = sum(one.more_passes for one in accumulators)
+    return sums + more + len({one.needs_masks for one in accumulators if one.is_streamed})
 
 
 def add_up(
@@ -212,7 +230,7 @@ def add_up(
 def make_advance(
     progress: Callable[[int, int], object], tile: int, tiles: int, works: int
 ) -> Callable[[int], object]:
-    """Turn progress within one of several tiles, of equal work, into progress of them all."""
+    """Return progress within one of several tiles of equal work as progress of all tiles."""
     done = tile * works
 
     def advance(n: int) -> None:

@@ -232,10 +232,8 @@ class StudyOptions:
                 continue
             if default is None or value != default:
                 taken = ", ".join(f"{one}=" for one, said in own if said.flag is not None)
-                msg = (
-                    f"{name}= is not for receivers='{self.receivers}', which takes {taken}; leave "
-                    "it out"
-                )
+                takes = f", which takes {taken}" if taken else ""
+                msg = f"{name}= is not for receivers='{self.receivers}'{takes}; leave it out"
                 raise InputError(msg, option=name)
 
     def _check_values(self) -> None:

@@ -135,7 +135,6 @@ FREE = 250_000_000
 """So much work is done in any case: 0.15 to 0.6 s of one core, less than drawing takes."""
 LEAST = 60_000_000
 """Steps are not cut below a minute [us]."""
-_COUNTED_OTHERWISE = {"exact_tolerance_seconds", "canopy_transmissivity"}
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,14 @@ from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, 
 from umbra.study.accumulators.hours import HourSums, SunIntervals
 from umbra.study.accumulators.masks import InstantMasks, Masks
 from umbra.study.lights import Lights
-from umbra.study.loop import Accumulator, TileRun, look, make_advance, pass_lights
+from umbra.study.loop import (
+    Accumulator,
+    TileRun,
+    count_passes,
+    look,
+    make_advance,
+    pass_lights,
+)
 from umbra.study.options import StudyOptions
 from umbra.study.period import Period, make_period
 from umbra.sun import Site
@@ -179,7 +186,7 @@ class Setup:
         )  # fmt: skip
         accumulators = self.make_accumulators(arrays, laid)
         lights = self.make_lights()
-        works = len(lights) * (1 + has_groups)
+        works = len(lights) * count_passes(accumulators)
         suns = self.period.sun.direction[self.period.sun.is_up]
         seconds = 0.0
         with StudyCounters(self.device, self.casters, suns, math.prod(laid.shape)) as counters:

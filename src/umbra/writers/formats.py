@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.errors import InputError
-from umbra.study import split_dates, tell_dates
 
 if TYPE_CHECKING:
     import numpy as np
@@ -107,6 +106,8 @@ class Job:
     @property
     def most_hours(self) -> float:
         """Most hours with the sun up on one of the dates; on all, if only sums are kept."""
+        from umbra.study import split_dates  # noqa: PLC0415
+
         return max(one.up_hours for one in split_dates(self.study))
 
     @cached_property
@@ -259,6 +260,7 @@ def _write_csv(job: Job) -> list[str]:
 
 
 def _write_glb(job: Job) -> list[str]:
+    from umbra.study import split_dates, tell_dates  # noqa: PLC0415
     from umbra.writers.model_glb import write_model_glb  # noqa: PLC0415
     from umbra.writers.surfaces_glb import write_surfaces_glb  # noqa: PLC0415
 

@@ -222,6 +222,7 @@ class ExactAttribution(Attribution):
     """
 
     needs_masks = True  # no single casters are asked for while the lights pass
+    more_passes = 1  # in ``end``, group after group
 
     def __init__(
         self, attribution: AttributionOptions, laid: Receivers, arrays: ResultArrays,

@@ -147,9 +147,10 @@ class HourSums(Accumulator):
         behind = np.zeros((0, *run.shape), np.float32)
         if len(run.counters) > 1 and shares is not None:
             dark = add_up(run.counters[1], run.shape, lights)
-            behind = hours - dark
+            behind = np.subtract(hours, dark, out=hours)
+            hours = dark
             for k, share in enumerate(shares):
-                hours[k] = dark[k] + np.float32(1 - share) * behind[k]
+                hours[k] += np.float32(1 - share) * behind[k]
         if arrays.has_days:
             for k, one in enumerate(hours):
                 arrays.keep_hours(one, where, k)

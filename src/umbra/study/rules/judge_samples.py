@@ -24,7 +24,6 @@ from umbra.study.rules.read import Check
 
 __all__ = ["judge_parts", "judge_points"]
 
-_CHUNK = 65_536  # points that are measured at a time
 _STEEP = 60.0  # tilt from which a surface is a wall [degrees]
 
 

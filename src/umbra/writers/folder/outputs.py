@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from umbra.errors import InputError
 from umbra.options import check_types, option
+from umbra.writers.formats import FORMATS, check_extra
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,10 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = ["NAMES", "FolderJob", "Outputs"]
 
-NAMES = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4", "pdf", "svg")
-"""The formats that can be written."""
 DRAWN = ("pdf", "svg")
-"""Of these, the formats of pictures."""
+"""The formats of pictures, besides PNG."""
+NAMES = (*FORMATS, *DRAWN)
+"""The formats that can be written."""
 
 _pictures = partial(option, heading="Pictures")
 _files = partial(option, heading="Further files")
@@ -136,8 +137,6 @@ def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
     names = dict.fromkeys(name for text in given for name in text.replace(",", " ").lower().split())
     if not names:
         return ()
-    from umbra.writers.formats import FORMATS, check_extra  # noqa: PLC0415
-
     for name in names:
         if name in DRAWN:
             continue
