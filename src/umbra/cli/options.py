@@ -58,7 +58,8 @@ class SectionedCommand(click.Command):
         sections: dict[str, list[tuple[str, str]]] = {heading: [] for heading in self.headings}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
-            if record is not None:
+            # click gives a record of arguments, too, which the usage shows.
+            if record is not None and isinstance(parameter, click.Option):
                 heading = getattr(parameter, "heading", self.headings[-1])
                 sections[heading].append((record[0].ljust(_WIDTH), record[1]))
         for heading, records in sections.items():
