@@ -24,7 +24,7 @@ _USE = Path("/proc/self/statm")
 
 def find_memory() -> float:
     """
-    Give the memory that this process may use [byte]; 8 GB where no one tells.
+    Return the memory that this process may use [byte]; 8 GB where no one tells.
 
     It is the machine's, or less where a control group (a container, a job of a cluster, a
     systemd service) or the process's own limits (``ulimit -v``, ``-d``) allow less.
@@ -47,7 +47,7 @@ def _find_physical() -> float:
 
 @cache
 def _find_group_limit() -> float:
-    """Give the least that a control group above this process may use [byte]."""
+    """Return the least that a control group above this process may use [byte]."""
     least = math.inf
     for path in _find_group_files():
         with suppress(OSError, ValueError):  # it may say "max"
@@ -68,7 +68,7 @@ def _find_own_limits() -> Iterator[float]:
 
 def _find_group_files() -> Iterator[Path]:
     """
-    Give the files that limit this process's control group and those that hold it.
+    Return the files that limit this process's control group and those that hold it.
 
     In a container the group's own path may not be there, and the root is the container's.
     """
@@ -92,7 +92,7 @@ def _find_group_files() -> Iterator[Path]:
 
 
 def _find_use() -> tuple[int, int, int]:
-    """Give the addresses of this process, what of them is in memory, and those of data [byte]."""
+    """Return the addresses of this process, what of them is in memory, and those of data [byte]."""
     with suppress(OSError, ValueError):
         pages = [int(word) for word in _USE.read_text(encoding="ascii").split()]
         size, resident, data = (pages[n] * os.sysconf("SC_PAGE_SIZE") for n in (0, 1, 5))
@@ -101,7 +101,7 @@ def _find_use() -> tuple[int, int, int]:
 
 
 def count_cores() -> int:
-    """Give the number of cores that this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,8 +1,8 @@
 """
 Canopies: casters that weaken the sun instead of blocking it.
 
-What lies behind canopies alone gets a share of the light, once, however many crowns the
-way to the sun passes, as in SOLWEIG (Lindberg, Grimmond 2011). Measured of single trees
+Receivers behind canopies alone get a share of the light, once, however many crowns the
+ray to the sun passes, as in SOLWEIG (Lindberg, Grimmond 2011). Measured of single trees
 in streets, the share of direct sun is 0.01 to 0.05 with leaves and 0.40 to 0.52 without
 (Konarska, Lindberg, Larsson, Thorsson, Holmer 2014, Theor. Appl. Climatol. 117, 363-376).
 """
@@ -22,7 +22,7 @@ from umbra.scene import Scene
 __all__ = ["WITH_LEAVES", "Canopy", "Season", "check_transmissivity"]
 
 WITH_LEAVES = 0.03
-"""Share of the light through leaves where nothing else is said."""
+"""Share of the light through leaves by default."""
 _DAY = re.compile(r"([0-9]{1,2})-([0-9]{1,2})")
 _LEAP = 2024  # has every day
 
@@ -51,7 +51,7 @@ class Season:
         cls, transmissivity: str | float | Sequence[float] | None, leaf_on: str | None
     ) -> "Season":
         """
-        Read what a caller gave.
+        Read the options.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ class Season:
         return cls(shares[0], shares[1], first, last)
 
     def find_share(self, day: dt.date) -> float:
-        """Give the share of the light that is let through on a local date."""
+        """Return the share of the light that is let through on a local date."""
         if self.first is None or self.last is None:
             return self.with_leaves
         at = day.month, day.day
@@ -94,7 +94,7 @@ class Season:
 
     @property
     def facts(self) -> dict[str, object]:
-        """What the attributes say."""
+        """Attributes of the result."""
         if self.first is None or self.last is None:
             return {"canopy_transmissivity": self.with_leaves}
         return {
@@ -108,16 +108,16 @@ class Canopy:
     """
     Which casters weaken the light, and by how much on which day.
 
-    They are looked through: what is a canopy receives nothing.
+    Canopies are looked through, and receive nothing.
 
     Parameters
     ----------
     parts : tuple of int
-        Indices of all that is canopy, whether it casts or not.
+        Indices of all canopies, casting or not.
     casting : tuple of int
-        Those of them that cast.
+        Indices of canopies that cast.
     solid : tuple of int
-        Parts that cast and are none.
+        Indices of opaque casters.
     season : Season
     """
 
@@ -166,7 +166,7 @@ class Canopy:
 
     def find_receivers(self, scene: Scene, on: Sequence[str] = ()) -> list[int]:
         """
-        Give the parts that are no canopy, of all or of those that patterns choose.
+        Return the parts that are no canopies, of all parts or of a choice by patterns.
 
         Raises
         ------
@@ -183,12 +183,12 @@ class Canopy:
         return left
 
     def find_shares(self, days: Sequence[dt.date]) -> NDArray[np.float64]:
-        """Give the share of the light that is let through on each day, (n_days,)."""
+        """Return the share of the light that is let through on each day, (n_days,)."""
         return np.array([self.season.find_share(day) for day in days])
 
     @property
     def facts(self) -> dict[str, object]:
-        """What the attributes say."""
+        """Attributes of the result."""
         return {
             **self.season.facts,
             "canopy_rule": "behind canopies alone an hour counts canopy_transmissivity hours of "
@@ -201,7 +201,7 @@ def check_transmissivity(
     transmissivity: str | float | Sequence[float] | None,
     leaf_on: str | None,
 ) -> None:
-    """Refuse shares that are not written as they must be, or have no canopy."""
+    """Refuse shares that are badly written, or given without a canopy."""
     if patterns:
         Season.of(transmissivity, leaf_on)
     elif transmissivity is not None or leaf_on is not None:

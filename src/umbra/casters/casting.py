@@ -1,4 +1,4 @@
-"""What casts in a study, made ready for any receivers."""
+"""Casters of a study, made ready for any receivers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -23,18 +23,18 @@ __all__ = ["Casting", "prepare_casting", "select_casters"]
 @dataclass(frozen=True, eq=False)
 class Casting:
     """
-    What casts in a study, whatever receives.
+    Casters of a study, for any receivers.
 
     Parameters
     ----------
     scene : Scene
     soup : Triangles
-        All that is seen.
+        All visible triangles.
     caster : Caster
-        What casts, canopies as if they were solid.
+        All casters, canopies as if they were opaque.
     threads : int
     canopy : Canopy, optional
-        What of it lets light through.
+        Casters that let light through.
     """
 
     scene: Scene
@@ -45,7 +45,7 @@ class Casting:
 
     @cached_property
     def tree(self) -> FaceTree:
-        """Bounding volume hierarchy over all that casts."""
+        """Bounding volume hierarchy over the casting faces."""
         return self._make_tree(self.caster)
 
     def _make_tree(self, caster: Caster) -> FaceTree:
@@ -59,7 +59,7 @@ class Casting:
         return self if self.canopy is None else self.with_casters(parts)
 
     def with_casters(self, parts: Sequence[int]) -> Self:
-        """Let other parts cast, all of them solid."""
+        """Return the same with other casters, all opaque."""
         return replace(self, caster=_make_caster(self.scene, parts), canopy=None)
 
     @cached_property
@@ -84,7 +84,7 @@ class Casting:
         which : (k,) int
             Points that they can reach.
         masks : (n, k) uint8
-            Of those.
+            Shadow on these points.
         """
         corners = caster.vertices[caster.faces.ravel()]
         which = places.find_reached(corners.min(0), corners.max(0), suns)
@@ -110,7 +110,7 @@ def prepare_casting(
     scene: Scene, casters: Sequence[int], threads: int, canopy: Canopy | None = None
 ) -> Casting:
     """
-    Find the adjacency of what casts, for any receivers.
+    Find the adjacency of the casters, for any receivers.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def _make_caster(scene: Scene, parts: Sequence[int]) -> Caster:
 
 
 def select_casters(scene: Scene, cast: Sequence[str], no_cast: Sequence[str]) -> list[int]:
-    """Give the indices of the parts that cast; there must be one."""
+    """Return the indices of the parts that cast; there must be one."""
     casters = scene.select(cast, no_cast)
     if not casters:
         msg = "no part is left to cast a shadow; take a no_cast= pattern away"

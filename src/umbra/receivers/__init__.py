@@ -1,8 +1,7 @@
 """
-Receivers: what shadows fall on in a study, one file a kind.
+Receivers: the points and cells on which a study counts shadows, one file a kind.
 
-Names of kinds are compared here and nowhere else: whoever asks what kind receivers are gives
-the kind a method instead.
+Names of kinds are compared here and nowhere else: other code calls a method of the kind.
 """
 
 from umbra.receivers.camera import CameraPicture
@@ -30,7 +29,7 @@ KINDS: dict[str, ReceiverKind] = {
         SampledSurfaces(), GivenPoints(),
     )
 }  # fmt: skip
-"""Every kind by the name that results say."""
+"""All kinds by the name that results state."""
 
 
 def find_kind(
@@ -45,14 +44,14 @@ def find_kind(
         A name of ``KINDS``; the direction of an elevation or a view; or ``"auto"``: the topmost
         surfaces of a model with ground of its own, else the ground plane.
     scene : Scene, optional
-        That is studied; without it ``"auto"`` is a plan of the ground.
+        The scene of the study; without it ``"auto"`` is a plan of the ground.
     ground : float, optional
         The ground's height, if it is given.
 
     Raises
     ------
     InputError
-        If it is none of these.
+        If there are no such receivers.
     """
     if receivers == "auto":
         if scene is None or ground is not None or scene.ground is not None:

@@ -1,4 +1,4 @@
-"""What a camera sees."""
+"""Pixels of a camera's picture."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -63,7 +63,7 @@ class CameraPicture(ReceiverKind):
         )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:
-        """Say from where and how the camera looks."""
+        """Describe the camera."""
         facts = study.facts
         eye, target = (
             ", ".join(f"{float(v):g}" for v in np.asarray(facts[name]).ravel())
@@ -72,11 +72,11 @@ class CameraPicture(ReceiverKind):
         return f"what is seen from {eye} toward {target}, {facts['fov_deg']:g}° high"
 
     def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
-        """Say that a camera looks."""
+        """Name the view."""
         return ", a camera\N{RIGHT SINGLE QUOTATION MARK}s view"
 
     def tell_cells(self, grid: Grid, facts: dict[str, Any]) -> str:
-        """Say from where it looks where to."""
+        """Describe the camera."""
         eye, target = (
             ", ".join(f"{float(v):.6g}" for v in np.asarray(facts[name]).ravel())
             for name in ("eye", "target")
@@ -97,7 +97,7 @@ class CameraPicture(ReceiverKind):
 
 
 def _find_areas(tile: ViewTile) -> NDArray[np.float64]:
-    """Give the area of surface that each pixel of a perspective picture shows [m2]."""
+    """Return the area of surface that each pixel of a perspective picture shows [m2]."""
     camera = tile.camera
     depth = (np.nan_to_num(tile.frame.position[::-1]) - camera.eye) @ camera.axes()[2]
     ray = np.nan_to_num(tile.frame.position[::-1]) - camera.eye

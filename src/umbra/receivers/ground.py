@@ -18,7 +18,7 @@ _LEVEL = 1e-6  # m above the ground that are rounding
 
 
 class GroundPlane(PlanKind):
-    """The plane z = ground, whatever stands on it."""
+    """The plane z = ground, also under buildings."""
 
     name = "ground"
     is_level = True
@@ -47,7 +47,7 @@ class GroundPlane(PlanKind):
         return {} if assumed is None else assumed.describe(level)
 
     def describe_receivers(self, study: "Study") -> str:
-        """Say where the ground lies."""
+        """Describe the ground plane."""
         return f"the level ground at z = {study.ground:.6g} m, including under buildings"
 
     def find_open(self, study: "Study") -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""What a study asks of receivers, whatever their kind."""
+"""The protocol of receivers, of all kinds."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -59,13 +59,13 @@ class Tile(Protocol):
 
     @property
     def tree(self) -> FaceTree:
-        """Bounding volume hierarchy over all that casts."""
+        """Bounding volume hierarchy over the casting faces."""
 
     def make_counter(self) -> Counter:
-        """Make ready to count all that casts, and attached shadow."""
+        """Return a counter of all casters and of attached shadow."""
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
-        """Find the shadows of one caster alone: where they can be, and the masks there."""
+        """Find the shadows of one caster alone: the receivers in reach, and their masks."""
 
     def with_casters(self, parts: Sequence[int] | None = None) -> "Tile":
         """Return the same receivers with other parts casting; all but canopies by default."""
@@ -77,13 +77,13 @@ class Tile(Protocol):
 @dataclass(frozen=True, eq=False)
 class Request:
     """
-    What receivers are told before they are laid out.
+    Request of a study for its receivers.
 
     Parameters
     ----------
     scene : Scene
     options : StudyOptions
-        Those of the receivers are read.
+        The options of receivers are read.
     casters : list of int
         Indices of the parts that cast.
     threads : int
@@ -91,15 +91,15 @@ class Request:
     true_north : float
         Its azimuth in the model's plan [degrees].
     lights : int
-        How many there are.
+        Number of lights.
     find_reaching : callable
-        Returns directions (n, 3), the shadows of which a default extent shall hold.
+        Returns the directions (n, 3) whose shadows a default extent holds.
     bytes_kept, bytes_of_masks : int
-        Held for each receiver by results besides the hours, and by masks [byte].
+        Memory of each receiver for results besides the hours, and for masks [byte].
     by_day : bool
-        Whether each of several dates is kept besides, which can be left out.
+        Whether results by day are kept, too, which can be left out.
     is_streamed : bool
-        Whether each receiver holds more while lights pass in time order.
+        Whether lights pass in time order, which takes more memory of each receiver.
     has_groups : bool
         Whether the shadows of single casters are asked for.
     limit_tiles : callable
@@ -122,18 +122,18 @@ class Request:
     limit_tiles: Callable[[int], int] = lambda side: side
 
     def prepare(self) -> Casting:
-        """Make ready what casts."""
+        """Prepare the casters."""
         return prepare_casting(self.scene, self.casters, self.threads, self.canopy)
 
     def find_shown(self) -> list[int] | None:
-        """Return the parts that are shown or sampled, canopies left out; None: all."""
+        """Return the parts that are shown or sampled, without canopies; None: all."""
         on = self.options.on
         if self.canopy is not None:
             return self.canopy.find_receivers(self.scene, on)
         return self.scene.select(on) if on else None
 
     def find_room(self) -> dict[str, Any]:
-        """Return how a raster is asked for, and what is kept of each of its cells."""
+        """Return the options of a raster, and the memory of each of its cells."""
         return {
             **{name: getattr(self.options, name) for name in ("extent", "cell", "size")},
             "masks": self.bytes_of_masks,
@@ -152,14 +152,14 @@ class Receivers:
     ----------
     kind : ReceiverKind
     casting : Casting
-        What casts on them.
+        Casters of their shadows.
     shape : tuple of int
     dims : tuple of str
         Names of their axes.
     area : (...) float64 or float
         Of each receiver [m2].
     facts : dict
-        What the result's attributes say of them.
+        Attributes of the result about them.
     """
 
     kind: "ReceiverKind"
@@ -170,7 +170,7 @@ class Receivers:
     facts: dict[str, Any] = field(default_factory=dict)
 
     def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
-        """Cut them into tiles: where each lies among all receivers, and what makes it."""
+        """Cut them into tiles: the index of each among all receivers, and its maker."""
         raise NotImplementedError
 
     def look_again(self) -> Iterator[tuple[Any, Any]]:
@@ -178,7 +178,7 @@ class Receivers:
         raise NotImplementedError
 
     def finish(self) -> NDArray[np.bool_] | None:
-        """Complete what only the tiles know; return where nothing receives, if anywhere."""
+        """Complete the facts after the last tile; return where nothing receives, if anywhere."""
         return None
 
     def coordinates(self) -> Variables:
@@ -186,7 +186,7 @@ class Receivers:
         return {}
 
     def variables(self) -> Variables:
-        """Return what tells each receiver's place."""
+        """Return arrays of each receiver's place."""
         return {}
 
     def locate(self) -> Variables:
@@ -194,20 +194,20 @@ class Receivers:
         return {}
 
     def sum_up(self, study: "Study") -> Variables:
-        """Return what a study's results are for larger things: surfaces, parts."""
+        """Return the results of surfaces and parts as wholes."""
         return {}
 
 
 class ReceiverKind:
     """
-    A kind of receivers: how it is laid out, and how its results are told, drawn and written.
+    A kind of receivers: its layout, and how its results are described, drawn and written.
 
-    One object of each stands in ``umbra.receivers.KINDS``; nobody else compares names.
+    ``umbra.receivers.KINDS`` holds one object of each.
 
     Attributes
     ----------
     name : str
-        As results say it.
+        As results state it.
     is_chosen_by_name : bool
         Whether callers ask for it by its name, not by a direction.
     is_plan : bool
@@ -227,9 +227,9 @@ class ReceiverKind:
     has_scale : bool
         Whether a length in the picture is one length in the model.
     follows_extent : bool
-        Whether areas grow with the extent of what is shown.
+        Whether areas grow with the extent of the raster.
     spot : str
-        Where in a receiver the answer holds.
+        The point of a receiver at which shadow is judged, in words.
     formats : tuple of str
         Of ``umbra.writers.formats.FORMATS``, in which it is written.
     has_roofs : bool
@@ -272,14 +272,14 @@ class ReceiverKind:
         raise NotImplementedError
 
     def choose_level(self, assumed: "Level") -> float:
-        """Choose the ground's height where nobody says it: so low that it hides nothing."""
+        """Choose the ground's height where none is given: so low that it hides nothing."""
         return assumed.low
 
     def describe_level(
         self, scene: Scene, level: float, assumed: "Level | None", bare: float
     ) -> dict[str, object]:
         """
-        Tell in attributes what was assumed of the ground.
+        Return attributes about an assumed ground.
 
         Parameters
         ----------
@@ -287,7 +287,7 @@ class ReceiverKind:
         level : float
             z of the ground [m].
         assumed : Level, optional
-            From what it was taken; None where the caller or the file says it.
+            The basis of the assumption; None where the caller or the file states a height.
         bare : float
             Share of the cells in which nothing of the model stands.
 
@@ -299,27 +299,27 @@ class ReceiverKind:
         return {}
 
     def describe_receivers(self, study: Any) -> str:
-        """Say what receives shadows in a study, for a report."""
+        """Describe the receivers of a study, for a report."""
         raise NotImplementedError
 
     def describe_places(self, study: Any) -> tuple[str, str]:
-        """Say how many receivers there are, and how far apart: a heading, and the words."""
+        """Describe the number and spacing of the receivers: a heading, and the words."""
         grid = study.grid
         cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
         size = f" of {cell}" if self.has_scale else ""
         return "Cells", f"{len(study.x):,} x {len(study.y):,}{size}, judged at their centres"
 
     def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
-        """Say from where the model is seen, if not from above, to follow a title."""
+        """Describe a view other than from above, to follow a title."""
         return ""
 
     def tell_cells(self, grid: Grid, facts: dict[str, Any]) -> str:
-        """Say how large the cells of a raster are, for the foot of a picture."""
+        """Describe the size of a raster's cells, for the foot of a picture."""
         cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
         return f"cells of {cell}, exact at their centres"
 
     def find_north(self, facts: dict[str, Any], true_north: float) -> tuple[float | None, float]:
-        """Find where true north points in a picture, and how foreshortened the ground is."""
+        """Find the direction of true north in a picture, and the foreshortening of the ground."""
         return true_north, 1.0
 
     def find_counted(self, study: Any) -> Counted | None:
@@ -358,7 +358,7 @@ class SampleKind(ReceiverKind):
     is_raster = False
 
     def check_judged(self, receivers: str) -> None:
-        """Let rules judge it."""
+        """Accept rules."""
 
 
 @dataclass(eq=False, kw_only=True)

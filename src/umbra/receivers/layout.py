@@ -142,7 +142,7 @@ def _check_near(
 def _reach(
     points: NDArray[np.float64], suns: NDArray[np.float64], ground: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the corners of the model and its shadows on the ground, the longest ones cut short."""
+    """Return the bounds of the model and its shadows on the ground, long ones cut short."""
     low, high = points[:, :2].min(0), points[:, :2].max(0)
     tall = np.maximum(points[:, 2] - ground, 0.0)
     longest = LONGEST_SHADOW * float(tall.max())
@@ -160,7 +160,7 @@ def _reach(
 def _find_skyline(
     along: NDArray[np.float64], tall: NDArray[np.float64], bins: int = 256
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the highest point over each piece of an axis, and the pieces' edges."""
+    """Return the highest point over each piece of an axis, and the pieces' edges."""
     edges = np.linspace(along.min(), along.max(), bins + 1)
     wide = max(float(np.ptp(along)), 1e-300)
     piece = np.minimum((along - edges[0]) / wide * bins, bins - 1).astype(np.intp)
@@ -170,7 +170,7 @@ def _find_skyline(
 
 
 def _round_up(value: float, tolerance: float = 0.999) -> float:
-    """Give the next 1, 2 or 5 times a power of ten; a bit above one counts as it."""
+    """Round up to 1, 2 or 5 times a power of ten, within a tolerance."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(
         float(f"{step * power:.6g}") for step in (1, 2, 5, 10) if step * power >= value * tolerance
@@ -178,12 +178,12 @@ def _round_up(value: float, tolerance: float = 0.999) -> float:
 
 
 def _count_cells(length: float, side: float) -> int:
-    """Give the whole number of cells that cover a length, but for rounding."""
+    """Return the number of whole cells that cover a length, up to rounding."""
     return max(1, math.ceil(min(length / side, 1e15) - 1e-6))
 
 
 def _most_cells(kept: int, threads: int) -> int:
-    """Give the number of cells that fit in memory."""
+    """Return the number of cells that fit in memory."""
     room = max(find_memory() - _BASE, 0.0)
     work = _WORK + _THREAD_WORK * threads
     in_one_tile = room / (_BYTES + kept + work)

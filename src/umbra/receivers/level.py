@@ -141,7 +141,7 @@ def assume_level(scene: Scene) -> Level:
 def _find_feet(
     lowest: NDArray[np.float64], area: NDArray[np.float64], thing: NDArray[np.integer]
 ) -> NDArray[np.float64]:
-    """Give the lowest point of each thing, what is stray left out; inf for one without faces."""
+    """Return the lowest point of each object, without strays; inf without faces."""
     count = int(thing.max(initial=-1)) + 1
     foot = np.full(count, np.inf)
     np.minimum.at(foot, thing, lowest)
@@ -174,7 +174,7 @@ def _find_middle(heights: NDArray[np.float64], weights: NDArray[np.float64]) -> 
 def _find_plans(
     corners: NDArray[np.float64], thing: NDArray[np.integer], count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the bounds of each thing's plan, (count, 2) each."""
+    """Return the bounds of each thing's plan, (count, 2) each."""
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     np.minimum.at(low, thing, corners[..., :2].min(1))
     np.maximum.at(high, thing, corners[..., :2].max(1))

@@ -44,9 +44,9 @@ class PlanModel(Casting):
     ground : float
         z of the ground, local frame [m].
     tile : type
-        What receives: the plane, or whatever is topmost.
+        Receivers: the plane, or the topmost surface.
     has_end : bool
-        Whether nothing receives beside what is seen, as there is no ground plane.
+        Whether there is no ground plane, so that nothing receives beside the visible parts.
     """
 
     ground: float
@@ -58,7 +58,7 @@ class PlanModel(Casting):
         return self.tile(self, grid)
 
     def look_down(self, grid: Grid) -> Surface:
-        """Find what is topmost of all that is seen."""
+        """Find the topmost surface of the visible parts."""
 
         def look() -> Surface:
             return find_surface(self.soup, grid, self.floor, self.threads, has_end=self.has_end)
@@ -106,7 +106,7 @@ class PlanTile:
 
     @property
     def tree(self) -> FaceTree:
-        """Bounding volume hierarchy over all that casts."""
+        """Bounding volume hierarchy over the casting faces."""
         return self.model.tree
 
     @property
@@ -123,7 +123,7 @@ class PlanTile:
 
     @property
     def relief(self) -> NDArray[np.float64]:
-        """What stands above the ground, (rows, cols) float64 [m]."""
+        """Heights above the ground, 0 on it, (rows, cols) float64 [m]."""
         return np.maximum(self.surface.heights - self.model.ground, 0.0)
 
     @property
@@ -140,11 +140,11 @@ class PlanTile:
         """Return the height of each receiver, (rows, cols) float64 [m], local frame."""
 
     def make_counter(self) -> "Sweep | CoveredSweep":
-        """Make ready to count all that casts, and attached shadow."""
+        """Return a counter of all casters and of attached shadow."""
         return self.with_rays(self.make_sweep(self.model.caster))
 
     def with_rays(self, sweep: Any) -> Any:
-        """Let rays count where a sweep, on any device, cannot."""
+        """Return a sweep of any device with rays for the cells that it cannot count."""
         if not len(self.covered):
             return sweep
         places = self.places.pick(self.covered)
@@ -203,7 +203,7 @@ class PlanTile:
         return np.tile(ASIDE, (self.grid.rows * self.grid.cols, 1))
 
     def _tilt(self, normals: NDArray[np.float64]) -> None:
-        """Set the normals of what is not level."""
+        """Set the normals of cells that are not level."""
 
     def with_casters(self, parts: Sequence[int] | None = None) -> "PlanTile":
         """Return the same receivers with other parts casting; all but canopies by default."""
@@ -214,7 +214,7 @@ class PlanTile:
         return other
 
     def find_canopies(self) -> NDArray[np.bool_]:
-        """Tell which cells canopies hang over, (rows, cols), whatever receives there."""
+        """Tell which cells lie under canopies, (rows, cols)."""
         model = self.model
         if model.canopy is None:
             return np.zeros(self.shape, np.bool_)
@@ -247,7 +247,7 @@ class PlaneTile(PlanTile):
 
 
 class TopmostTile(PlanTile):
-    """Cells of whatever is topmost."""
+    """Cells of the topmost surface."""
 
     on_plane = False
 
@@ -273,7 +273,7 @@ class TopmostTile(PlanTile):
         )
 
     def find_z(self) -> NDArray[np.float64]:
-        """Return what is topmost."""
+        """Return the height of the topmost surface."""
         return self.surface.heights
 
     def find_floor(self) -> float:
@@ -416,10 +416,10 @@ class PlanKind(ReceiverKind):
     tile: ClassVar[type[PlanTile]]
 
     def check_judged(self, receivers: str) -> None:
-        """Let rules judge it."""
+        """Accept rules."""
 
     def has_end(self, request: Request, *, is_assumed: bool) -> bool:
-        """Tell whether nothing receives beside what is seen."""
+        """Tell whether nothing receives beside the visible parts."""
         return False
 
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:

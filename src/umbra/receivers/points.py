@@ -44,11 +44,11 @@ class GivenPoints(SampleKind):
         )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:
-        """Say whose points they are."""
+        """Describe the points."""
         return "the given points"
 
     def describe_places(self, study: Any) -> tuple[str, str]:
-        """Say how many points there are, and how many of them have a normal."""
+        """Describe the number of points, and of points with normals."""
         count = len(study.shadow_hours)
         free = int(np.isnan(study.places.normals).any(1).sum())
         words = f"{count:,}, {count - free:,} with a normal" if free else f"{count:,}, with normals"
@@ -131,7 +131,7 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
 
 
 def check_points(points: ArrayLike | None) -> NDArray[np.float64]:
-    """Give points as an array, normals made unit vectors."""
+    """Return points as an array, with unit normals."""
     given = np.array([] if points is None else points, np.float64)
     if given.ndim != 2 or given.shape[1] not in {3, 6} or not len(given):
         msg = "receivers 'points' need points (n, 3) or with normals (n, 6); give points="

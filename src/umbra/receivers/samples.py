@@ -81,7 +81,7 @@ class Samples:
 
     def piece(self, some: slice) -> "Samples":
         """
-        Give some of the samples, with the surfaces and triangles on which they lie.
+        Return some of the samples, with the surfaces and triangles on which they lie.
 
         Parameters
         ----------
@@ -200,7 +200,7 @@ def sample_surfaces(
 
 
 def _turn_outward(scene: Scene, parts: Sequence[int]) -> NDArray[np.int32]:
-    """Give the parts' faces, those of closed things that are wound inward turned about."""
+    """Return the parts' faces, with inward-wound closed components reversed."""
     soup = scene.triangles(parts)
     everything = scene.triangles()
     groups = scene.groups()
@@ -243,14 +243,14 @@ def _join(
 
 
 def _find_largest(area: NDArray[np.float64], first: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Give the largest triangle of each run."""
+    """Return the largest triangle of each run."""
     run = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(area))))
     order = np.lexsort((-area, run))
     return order[first]
 
 
 def _make_axes(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give each surface's horizontal and upward axis, (n, 2, 3)."""
+    """Return each surface's horizontal and upward axis, (n, 2, 3)."""
     along = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], 1)
     length = np.linalg.norm(along, axis=1)
     level = length < LEVEL
@@ -261,7 +261,7 @@ def _make_axes(normals: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @njit(cache=True, nogil=True)
 def _unite(one, two, root):
-    """Give every face the lowest face that it hangs together with (union-find)."""
+    """Set each face's root: the lowest face connected to it (union-find)."""
     for i in range(one.size):
         a = one[i]
         b = two[i]

@@ -57,13 +57,13 @@ class ViewModel(Casting):
     shown: list[int] | None = None
 
     def with_casters(self, parts: Sequence[int]) -> "ViewModel":
-        """Give the same receivers with other parts casting, which need not be seen."""
+        """Return the same receivers with other parts casting, which need not be seen."""
         shown = range(len(self.scene.parts)) if self.shown is None else self.shown
         return replace(super().with_casters(parts), shown=list(shown))
 
     @cached_property
     def counter(self) -> FrameCounter:
-        """What counts frames of the scene, or shows the chosen parts."""
+        """Counter of frames of the scene, or of the shown parts alone."""
         if self.shown is None:
             return FrameCounter(self.scene, self.casters, self.ground, self.threads)
         alone = replace(self.scene, parts=tuple(self.scene.parts[k] for k in self.shown))
@@ -75,7 +75,7 @@ class ViewModel(Casting):
         return ViewTile(self, camera, *self.look(camera))
 
     def look(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
-        """See what is shown; parts are those of the scene."""
+        """Find the visible surface of the shown parts, with indices of the scene's parts."""
         view, frame = self.counter.see(camera)
         if self.shown is not None:
             part = frame.part.copy()
@@ -114,7 +114,7 @@ class ViewTile:
 
     @property
     def tree(self) -> FaceTree:
-        """What casts, for ways that start anywhere."""
+        """Bounding volume hierarchy over the casting faces."""
         return self.model.tree
 
     @property
@@ -149,7 +149,7 @@ class ViewTile:
         return Places(position, normal)
 
     def make_counter(self) -> "ViewTile":
-        """Give what counts these receivers: this."""
+        """Return the counter of these receivers (itself)."""
         return self
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -179,12 +179,12 @@ class ViewTile:
             progress(1)
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
-        """Find the shadows of one caster alone: where they can be, and the masks there."""
+        """Find the shadows of one caster alone: the pixels in reach, and their masks."""
         which, masks = self.model.find_cast(self.places, caster, suns)
         return np.unravel_index(which, self.shape), masks
 
     def with_casters(self, parts: Sequence[int] | None = None) -> "ViewTile":
-        """Give the same receivers with other parts casting; all but canopies by default."""
+        """Return the same receivers with other parts casting; all but canopies by default."""
         model = self.model.solid if parts is None else self.model.with_casters(parts)
         return replace(self, model=model)
 
@@ -199,7 +199,7 @@ class ViewTile:
         return np.isin(crowned.find_parts(), model.canopy.parts)
 
     def find_parts(self) -> NDArray[np.intp]:
-        """Give each pixel's part; -1 for the ground and where there is none."""
+        """Return each pixel's part; -1 for the ground and where there is none."""
         part = self.frame.part[::-1]
         return np.where(part < 0, -1, part)
 
@@ -231,7 +231,7 @@ class SeenRaster(Raster):
         return ~self.tile.is_seen
 
     def locate(self) -> Variables:
-        """Return where on which surface each pixel's centre lies."""
+        """Return the place, normal and part of each pixel's centre."""
         frame = self.tile.frame
         return {
             "position": ((*self.dims, "xyz"), frame.position[::-1].copy()),

@@ -58,11 +58,11 @@ class PointTile:
 
     @property
     def tree(self) -> FaceTree:
-        """Bounding volume hierarchy over all that casts."""
+        """Bounding volume hierarchy over the casting faces."""
         return self.casting.tree
 
     def make_counter(self) -> "PointTile | PatchCounter":
-        """Make ready to count: surfaces by the rims of shadows, other points by rays."""
+        """Return a counter: of surfaces by the edges of shadows, of other points by rays."""
         if self.samples is None:
             return self
         casting = self.casting
@@ -89,7 +89,7 @@ class PointTile:
             progress(len(some))
 
     def find_cast(self, caster: Caster, suns: NDArray[np.float64]) -> tuple[Any, NDArray[np.uint8]]:
-        """Find the shadows of one caster alone: where they can be, and the masks there."""
+        """Find the shadows of one caster alone: the points in reach, and their masks."""
         return self.casting.find_cast(self.places, caster, suns)
 
     def with_casters(self, parts: Sequence[int] | None = None) -> "PointTile":
@@ -136,7 +136,7 @@ class SingleReceivers(Receivers):
         Raises
         ------
         InputError
-            If what is kept of each does not fit in memory.
+            If the results do not fit in memory.
         """
         count = len(self.local)
         kept = count * (_BYTES + request.bytes_kept + request.bytes_of_masks)
@@ -147,7 +147,7 @@ class SingleReceivers(Receivers):
             )
             raise InputError(msg, samples=count)
         samples = self.samples if request.lights >= _MANY_SUNS else None
-        # Who casts is asked by rays, and holds a mask of each caster.
+        # Attribution traces rays, and holds a mask of each caster.
         chunk = CHUNK if samples is None or request.has_groups else _CHUNK_OF_SURFACES
         return self._cut(chunk, samples)
 

@@ -42,7 +42,7 @@ class SampledSurfaces(SampleKind):
         )  # fmt: skip
 
     def describe_receivers(self, study: "Study") -> str:
-        """Say how many surfaces are sampled, and which side of them."""
+        """Describe the sampled surfaces, and their outward side."""
         surfaces, parts = len(study.more["surface_part"][1]), len(study.more["part"][1])
         return (
             f"{surfaces:,} surface{'s' if surfaces > 1 else ''} of {parts:,} "
@@ -51,7 +51,7 @@ class SampledSurfaces(SampleKind):
         )
 
     def describe_places(self, study: Any) -> tuple[str, str]:
-        """Say how many samples there are, and how far apart."""
+        """Describe the number and spacing of samples."""
         return "Samples", (
             f"{len(study.shadow_hours):,}, {study.samples.spacing:g} m apart in their planes, each "
             "standing for an equal share of its surface; a surface too small for one has one in "

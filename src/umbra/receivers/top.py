@@ -1,4 +1,4 @@
-"""Whatever is topmost in the plan."""
+"""The topmost surface of a plan."""
 
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,7 @@ class TopmostSurface(PlanKind):
         return is_assumed and has_terrain(request.scene)
 
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
-        """Return what is topmost."""
+        """Return the height of the topmost surface."""
         return laid.heights
 
     def describe_level(
@@ -48,5 +48,5 @@ class TopmostSurface(PlanKind):
         return assumed.describe(level)
 
     def describe_receivers(self, study: "Study") -> str:
-        """Say what is topmost."""
+        """Describe the topmost surface."""
         return f"the topmost surface: roofs, terrain, and the ground at z = {study.ground:.6g} m"

@@ -118,7 +118,7 @@ class Elevation:
         return self.forward[2] == 0
 
     def find_extent(self, scene: Scene, parts: list[int] | None = None) -> NDArray[np.float64]:
-        """Give the bounds of parts along the view and upward in it, (2, 2) [m]."""
+        """Return the bounds of parts along the view and upward in it, (2, 2) [m]."""
         soup = scene.triangles(parts)
         used = soup.find_corners() + scene.origin
         across = used @ np.array([self.right, self.up]).T
@@ -151,7 +151,7 @@ class Elevation:
 
 
 class OrthographicKind(ReceiverKind):
-    """What elevations and views from above have in common."""
+    """Base of elevations and views from above."""
 
     is_chosen_by_name = False
     rows: ClassVar[str]
@@ -204,7 +204,7 @@ class OrthographicKind(ReceiverKind):
         return {}
 
     def describe_receivers(self, study: "Study") -> str:
-        """Say from where the model is seen."""
+        """Describe the view."""
         facts = study.facts
         azimuth, tilt = facts["view_azimuth_deg"], facts.get("view_tilt_deg")
         words = f"what is seen from azimuth {azimuth:g}°, clockwise from true north"
@@ -219,7 +219,7 @@ class ElevationView(OrthographicKind):
     is_upright = True
 
     def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
-        """Say which elevation it is."""
+        """Name the elevation."""
         side = receivers.partition("/")[0]
         name = f"the {side}" if side.isalpha() else f"azimuth {float(side):g}°"
         return f", elevation from {name}"
@@ -236,7 +236,7 @@ class ViewFromAbove(OrthographicKind):
     rows = "up"
 
     def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
-        """Say from where and how steeply it looks."""
+        """Describe the view."""
         azimuth, tilt = facts["view_azimuth_deg"], facts["view_tilt_deg"]
         return f", seen from azimuth {azimuth:g}°, looking down {tilt:g}°"
 
@@ -251,14 +251,14 @@ class ViewFromAbove(OrthographicKind):
 
 
 def _find_facing(tile: ViewTile) -> NDArray[np.float64]:
-    """Give the cosine between each surface and the view; 1 where nothing is seen."""
+    """Return the cosine between each surface and the view; 1 where nothing is seen."""
     way = tile.camera.axes()[2]
     facing = -np.nan_to_num(tile.frame.normal[::-1]) @ way
     return np.where(tile.is_seen, np.maximum(facing, 1e-6), 1.0)
 
 
 def _choose_cell(extent: Sequence[float]) -> float:
-    """Give the 1, 2 or 5 times a power of ten that makes at most a million cells, 2048 a side."""
+    """Return the 1, 2 or 5 times a power of ten that makes at most a million cells, 2048 a side."""
     wide, high = extent[2] - extent[0], extent[3] - extent[1]
     least = max(wide / 2048, high / 2048, math.sqrt(wide * high) / 1024, 1e-9)
     power = 10.0 ** math.floor(math.log10(least))
@@ -266,7 +266,7 @@ def _choose_cell(extent: Sequence[float]) -> float:
 
 
 def _make_square(grid: Grid) -> Grid:
-    """Let the cells be square, about the same middle, and hold all that they held."""
+    """Make the cells square, about the same centre, around at least the same extent."""
     side = max(grid.dx, grid.dy)
     x = grid.x0 + grid.dx * (grid.cols - 1) / 2 - side * (grid.cols - 1) / 2
     y = grid.y0 + grid.dy * (grid.rows - 1) / 2 - side * (grid.rows - 1) / 2

@@ -99,7 +99,7 @@ def find_surface(
 
 
 def _find_near(soup: Triangles, grid: Grid, empty: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """Give the faces whose bounding rectangles hold centres of empty cells."""
+    """Return the faces whose bounding rectangles hold centres of empty cells."""
     sums = np.zeros((grid.rows + 1, grid.cols + 1), np.int32)
     sums[1:, 1:] = empty.cumsum(0, dtype=np.int32).cumsum(1, dtype=np.int32)
     cells = grid.to_cells(soup.vertices)[:, :2]

@@ -95,7 +95,7 @@ _SUMMED = {
     *(f"{of}_{what}_sun_hours" for of in ("surface", "part") for what in ("mean", "least", "most")),
 }
 _JUDGED = {"newly_under", "neighbour_area_touched", "neighbour_area_newly_under"}
-"""Of several dates these are not of a sum: a limit is one of a date."""
+"""Variables judged date by date: a limit is one of a date."""
 
 
 def is_sum(name: str) -> bool:
@@ -105,13 +105,13 @@ def is_sum(name: str) -> bool:
 
 def find_attributes(name: str, dates: int = 1) -> dict[str, str]:
     """
-    Give a variable's attributes by its name; one of each day is like that of all days.
+    Return a variable's attributes by its name; results by day have those of all days.
 
     Parameters
     ----------
     name : str
     dates : int
-        How many the study has: of several, what is of all of them together says so.
+        Number of dates of the study; names of sums over several state it.
 
     Returns
     -------

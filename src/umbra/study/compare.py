@@ -186,7 +186,7 @@ class Losses:
 
     def variables(self, dims: tuple[str, ...]) -> Variables:
         """
-        Give the arrays of ``study.nc``; only neighbours that are touched.
+        Return the arrays of ``study.nc``; only neighbours that are touched.
 
         Those who lose most hours over most of their area stand first.
         """
@@ -234,7 +234,7 @@ class Losses:
         return found
 
     def _gather(self) -> tuple[NDArray[np.str_], NDArray[np.intp]]:
-        """Give the neighbours' names, and the neighbour of each receiver that is not new."""
+        """Return the neighbours' names, and the neighbour of each receiver that is not new."""
         labels, place = np.unique(np.array([*self.names, GROUND]), return_inverse=True)
         owner = np.where(self.owner < 0, len(self.names), self.owner)
         return labels, place.ravel()[owner][~self.is_new]

@@ -14,8 +14,7 @@ class Lights:
     """
     Homogeneous lights, each with a weight in every column.
 
-    Hours of a day are one column; hours by day as many columns as days; a canopy is a second
-    set of casters, whose column is multiplied by what it keeps back.
+    Hours of a day are one column, hours by day a column for each day.
 
     Parameters
     ----------
@@ -26,9 +25,9 @@ class Lights:
     names, units : tuple of str
         Of the k columns.
     starts, ends : (n,) int64
-        From when until when each light stands for its weight, UTC [us since 1970]; ascending.
+        Start and end of the time that each light stands for, UTC [us since 1970]; ascending.
     step : (n,) int64
-        Index of each in what it was taken from, such as the steps of a study.
+        Index of each in its source, such as the steps of a study.
     days : tuple of tuple of slice
         For each day the runs of lights that follow one another; a day may have none.
     """
@@ -52,7 +51,7 @@ class Lights:
         step: NDArray[np.int64] | None = None,
     ) -> Self:
         """
-        Take lights that have no place in time.
+        Make lights that have no place in time.
 
         Parameters
         ----------
@@ -61,7 +60,7 @@ class Lights:
             1 each by default.
         names, units : tuple of str
         step : (n,) int64, optional
-            Index of each in what it was taken from.
+            Index of each in its source.
         """
         count = len(vectors)
         whole = np.zeros((count, 4))
@@ -79,12 +78,12 @@ class Lights:
 
     @property
     def are_suns(self) -> NDArray[np.bool_]:
-        """Which are directions above the horizon, (n,): they are counted without rays."""
+        """Whether each is a direction above the horizon, (n,): they are counted without rays."""
         return (self.vectors[:, 3] == 0) & (self.vectors[:, 2] > 0)
 
     @property
     def directions(self) -> NDArray[np.float64]:
-        """What counters take of suns: unit directions, (n, 3) float64."""
+        """Unit directions, (n, 3) float64, as counters of suns take them."""
         return np.ascontiguousarray(self.vectors[:, :3])
 
     def split(self) -> "tuple[Lights, AnyLights]":
@@ -110,5 +109,5 @@ class AnyLights(Lights):
 
     @property
     def directions(self) -> NDArray[np.float64]:
-        """What counters of any lights take: homogeneous lights, (n, 4) float64."""
+        """Homogeneous lights, (n, 4) float64, as counters of any lights take them."""
         return self.vectors

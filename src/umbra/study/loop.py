@@ -1,4 +1,4 @@
-"""The one loop of every study: lights pass over receivers, and accumulators see what they do."""
+"""The one loop of every study: lights pass over receivers, accumulators see their shadows."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ _FEW = 4  # lights of equal weight, on average, from which their integers are ad
 
 
 def _ignore(_: int) -> None:
-    """Tell nobody."""
+    """Ignore progress."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +37,9 @@ class TileRun:
     counters : sequence of Counter
         Of all that casts; if there are canopies, then a second one without them.
     where : index
-        Where these receivers lie among all; all of them by default.
+        Index of these receivers among all; all of them by default.
     tiles : sequence of Tile
-        What the counters were made of, where accumulators ask for single casters or places.
+        Tiles of the counters, where accumulators ask for single casters or places.
     """
 
     shape: tuple[int, ...]
@@ -50,7 +50,7 @@ class TileRun:
 
 class Accumulator:
     """
-    Keeps something of the lights that pass over receivers.
+    Keeps a result of the lights that pass over receivers.
 
     Attributes
     ----------
@@ -70,26 +70,26 @@ class Accumulator:
         """Begin with a tile."""
 
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
-        """Add all lights up, in whatever order."""
+        """Add all lights up, in any order."""
 
     def begin_run(self, lights: Lights, some: slice) -> None:
         """Begin with lights that follow one another."""
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """
-        Let some lights pass, later than all before.
+        Add some lights, later than all before.
 
         Parameters
         ----------
         lights : Lights
         some : slice
-            Of them.
+            Indices of these lights.
         masks : sequence of (n, ...) uint8
             Of each counter: 1 where in shadow.
         """
 
     def end_run(self, lights: Lights, some: slice) -> None:
-        """End what lasts: after these lights nothing follows at once."""
+        """End a run of lights: after it comes a gap in time."""
 
     def end_day(self, day: int) -> None:
         """End a day."""
@@ -98,7 +98,7 @@ class Accumulator:
         """End the tile."""
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
-        """Take away receivers that are not there."""
+        """Blank the results where nothing receives."""
 
     def variables(self, laid: Receivers) -> Variables:
         """Return the arrays of the result that it holds itself, when all tiles are counted."""
@@ -116,7 +116,7 @@ def look(
     tile : Tile
     canopy : Canopy, optional
     where : index
-        Where its receivers lie among all.
+        Index of its receivers among all.
     counter : Counter, optional
         Of all that casts, on some device; the tile's own by default.
     """
@@ -190,7 +190,7 @@ def add_up(
     progress: Callable[[int], object] = _ignore,
 ) -> NDArray[np.float32]:
     """
-    Add the weights of the lights that are hidden from each receiver.
+    Add the weights of the lights that each receiver does not see.
 
     Where many lights weigh the same they are counted in integers, so that the sum does not
     depend on their order; else masks are weighed one by one.

@@ -39,7 +39,7 @@ class Moment:
 
 
 def choose_stamps(steps: Steps, at: Sequence[str] = ()) -> Stamps:
-    """Give the clock times that are asked for on a date; those of its steps by default."""
+    """Return the clock times asked for on a date; the ends of its steps by default."""
     return find_stamps(steps.local()[0].date(), at, steps.zone) if at else steps
 
 
@@ -56,7 +56,7 @@ def find_moments(
         Clock times, as ``umbra.sun.clock.find_stamps`` reads them.
     every : int, optional
         Without ``at``: the spacing at least [min]; None, and where a date's period is shorter
-        than two of it: that of the study's steps, or the next round one.
+        than two of it: the length of the study's steps, or the next round one.
     most : int
         Of all dates; of many fewer a date are shown, then of every n-th date only.
 
@@ -84,7 +84,7 @@ def find_moments(
 
 
 def _find_round(steps: Steps, every: int | None, most: int) -> Stamps:
-    """Give as many round times of a date as there may be, or its steps' ends if it has none."""
+    """Return at most N round times of a date, or its steps' ends if it has none."""
     length = float(steps.hours.sum()) * 60
     least = every if every and every <= length / 2 else float(steps.hours.max()) * 60
     for minutes in ROUND:

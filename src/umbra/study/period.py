@@ -99,7 +99,7 @@ class Period:
         return np.concatenate([self.sun.direction[self.sun.is_up], path.direction[path.is_up]])
 
     def pick(self, day: int) -> "Period":
-        """Give one of the days alone."""
+        """Return the period of one day alone."""
         mine, sun = self.day_of_step == day, self.sun
         kept = (sun.altitude[mine], sun.azimuth[mine], sun.direction[mine], sun.is_up[mine])
         return replace(self, days=(self.days[day],), steps=(self.steps[day],), sun=SunPath(*kept))
@@ -126,7 +126,7 @@ def make_period(
         As ``umbra.sun.make_steps`` reads them.
     site : Site
     every_days : int
-        Of a range, a month or a year take every so many days.
+        Of a range, a month or a year take every N-th day.
     refraction : {'standard', 'none'}
 
     Raises

@@ -99,7 +99,7 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
     longest : int
         Most cells along a side.
     steps : Stamps, optional
-        The clock times of a day; those of the study's first by default.
+        The clock times of a day; the first of the study by default.
 
     Returns
     -------
@@ -132,7 +132,7 @@ LONGEST = 800
 FACE = 75
 """Work of a sun for each face that casts, beside one for each cell. Measured."""
 FREE = 250_000_000
-"""So much work is done in any case: 0.15 to 0.6 s of one core, less than drawing takes."""
+"""Work that is done in any case: 0.15 to 0.6 s of one core, less than drawing takes."""
 LEAST = 60_000_000
 """Steps are not cut below a minute [us]."""
 
@@ -210,7 +210,7 @@ def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
 
 
 def _choose_parts(period: Period, most: int) -> int:
-    """Cut a step into at most so many parts of whole minutes, or of whole seconds."""
+    """Cut a step into at most N parts of whole minutes, or of whole seconds."""
     step = round(float(period.hours[0]) * 3.6e9)
     parts = range(min(most, step // LEAST), 1, -1)
     for unit in (60_000_000, 1_000_000):

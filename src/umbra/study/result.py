@@ -42,7 +42,7 @@ class Study:
     masks : (n_steps, ...) Masks, optional
         1 where in shadow at a midpoint; 0 at night. Reads like a uint8 array.
     facts : dict
-        What the result's attributes say.
+        Attributes of the result.
     more : dict
         Further arrays of ``study.nc``, by name, each with its dimensions.
     """
@@ -62,7 +62,7 @@ class Study:
 
     @property
     def kind(self) -> ReceiverKind:
-        """How such receivers are told, drawn and written."""
+        """How these receivers are described, drawn and written."""
         return self.laid.kind
 
     @property
@@ -82,12 +82,12 @@ class Study:
 
     @property
     def model(self) -> Any:
-        """What cast, and makes tiles of a raster."""
+        """The casters; of a raster they make its tiles."""
         return self.laid.casting
 
     @property
     def site(self) -> Site:
-        """Where it is."""
+        """The place of the study."""
         return self.period.site
 
     @property
@@ -140,7 +140,7 @@ class Study:
 
 
 def time_variables(period: Period) -> Variables:
-    """Give the time axis and the sun along it."""
+    """Return the time axis and the sun along it."""
     return {
         "time": (("time",), period.instants.astype("datetime64[ns]")),
         "xyz": (("xyz",), np.array(["x", "y", "z"])),
@@ -152,7 +152,7 @@ def time_variables(period: Period) -> Variables:
 
 def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset":
     """
-    Make an xarray.Dataset of arrays and attributes; what is packed is unpacked.
+    Make an xarray.Dataset of arrays and attributes; packed masks are unpacked.
 
     Raises
     ------
@@ -187,7 +187,7 @@ _DATES = {"days", "first_date", "last_date"}
 
 def split_dates(study: AnyStudy) -> list[AnyStudy]:
     """
-    Give the same study of each of its dates, as if it were of that date alone.
+    Return the study of each date, as if it were of that date alone.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
 
 
 def tell_dates(study: "Study") -> str:
-    """Say of which date hours are, or of how many they are the sum."""
+    """Name the date of the hours, or the number of dates that they are summed over."""
     days = study.period.days
     return str(days[0]) if len(days) == 1 else f"sum of {len(days)} dates"
 
@@ -225,7 +225,7 @@ def tell_dates(study: "Study") -> str:
 def _pick(
     more: dict[str, tuple[tuple[str, ...], NDArray]], day: int
 ) -> dict[str, tuple[tuple[str, ...], NDArray]]:
-    """Give the further arrays of one date: by the names that they have where it is the only one."""
+    """Return the further arrays of one date, named as in a study of this date alone."""
     own = {
         name.removesuffix(_BY_DAY): (dims[1:], array[day])
         for name, (dims, array) in more.items()

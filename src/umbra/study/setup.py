@@ -1,4 +1,4 @@
-"""A study's options made ready, and the counting that is the same for all receivers."""
+"""A study's options made ready, and the counting of all kinds of receivers."""
 
 import math
 import time
@@ -42,7 +42,7 @@ Progress = Callable[[int, int], object]
 @dataclass(frozen=True, eq=False)
 class Result:
     """
-    What was counted.
+    Results of counting.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Result:
     seconds : float
         Spent in counting.
     device : str
-        What counted.
+        The device that counted.
     """
 
     arrays: ResultArrays
@@ -61,12 +61,12 @@ class Result:
 
     @property
     def masks(self) -> Masks | None:
-        """Every instant, if it was asked for."""
+        """Masks of every instant, if asked for."""
         kept = [one.masks for one in self.accumulators if isinstance(one, InstantMasks)]
         return kept[0] if kept else None
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
-        """Take away receivers that are not there."""
+        """Blank the results where nothing receives."""
         self.arrays.blank(nothing)
         for one in self.accumulators:
             one.blank(nothing)
@@ -82,7 +82,7 @@ class Result:
 @dataclass(frozen=True, eq=False)
 class Setup:
     """
-    What every study is told, whatever receives the shadows.
+    A study's options made ready, for all kinds of receivers.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ class Setup:
 
     @property
     def bytes_of_masks(self) -> int:
-        """What masks take of each receiver [byte]."""
+        """Memory of the masks of each receiver [byte]."""
         each = (int(self.period.sun.is_up.sum()) + 7) // 8 if self.results.masks else 0
         return 2 * each if self.canopy else each
 
@@ -154,7 +154,7 @@ class Setup:
 
     @property
     def request(self) -> Request:
-        """What its receivers are told."""
+        """The request for its receivers."""
         return Request(
             self.scene, self.options, self.casters, self.threads, self.canopy,
             true_north=self.site.true_north,
@@ -170,7 +170,7 @@ class Setup:
 
     def count(self, laid: Receivers, progress: Progress) -> Result:
         """
-        Count the whole period on all receivers, and answer what was asked.
+        Count the whole period on all receivers.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class Setup:
         return self.period.make_lights()
 
     def make_accumulators(self, arrays: ResultArrays, laid: Receivers) -> list[Accumulator]:
-        """Return what keeps what is asked for, hours first: the others read them."""
+        """Return the accumulators that options ask for, hours first: the others read them."""
         results, attribution = self.results, self.attribution
         found: list[Accumulator] = [
             ExactIntervals(arrays) if results.tolerance
@@ -239,7 +239,7 @@ class Setup:
         return np.array([arrays.read_hours(day) for day in range(len(self.period.days))])
 
     def describe(self, receivers: str, seconds: float, **more: object) -> dict[str, object]:
-        """Give the attributes of a result; those that are None are left out."""
+        """Return the attributes of a result, without None."""
         scene, site = self.scene, self.site
         facts: dict[str, object] = {
             "umbra_version": umbra.__version__,

@@ -75,7 +75,7 @@ T = TypeVar("T")
 
 def check_names(call: Callable[P, T]) -> Callable[P, T]:
     """
-    Make a call with a study's options say which name is no option, and what is missing.
+    Decorate a call with a study's options: name unknown options, and a missing date.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def check_names(call: Callable[P, T]) -> Callable[P, T]:
 
 def check_scene(scene: object, site: object) -> None:
     """
-    Check the types of what is studied.
+    Check the types of a scene and a site.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def count_lights(
     scene: Scene, lights: Lights, options: StudyOptions
 ) -> tuple[Receivers, NDArray[np.float32]]:
     """
-    Add the weights of the lights that are hidden from each receiver.
+    Add the weights of the lights that each receiver does not see.
 
     Directions above the horizon are counted as suns are; lamps, and lights that shine
     upward, by rays.
@@ -162,7 +162,8 @@ def count_lights(
     scene : Scene
     lights : Lights
     options : StudyOptions
-        Of the receivers and casters; those of time are not read.
+        Options of receivers and casters are read, options of time are not; canopies cast
+        shadows like other casters.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Every instant of a study, so many of them and so fine as a web page holds, packed to bits."""
+"""Instants of a study, as many and as fine as a web page holds, packed to bits."""
 
 import math
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ __all__ = [
 ]
 
 FEW_DATES = 24
-"""So many are all shown, if need be at one instant an hour."""
+"""Most dates of which all are shown, if need be at one instant an hour."""
 _COARSE, _COARSEST = 0.25, 1.0  # between instants that are shown: of many dates, of few [h]
 
 
@@ -82,9 +82,9 @@ LONGEST_VIEW = 1600
 MOST_BYTES = 16_000_000
 """Of all masks at a bit a cell, before they are compressed; else cells grow."""
 MOST_INSTANTS = 3000
-"""With the sun up; of more ``thinning.py`` chooses some."""
+"""With the sun up; of more ``thin`` chooses some."""
 _FEWEST = 24  # instants that are kept of however many points
-_SMALLEST = 120  # cells along the longer side that are kept whatever the instants
+_SMALLEST = 120  # cells along the longer side that are kept however many the instants
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ class Instants:
     bits : (n, (receivers + 7) // 8) uint8
         A bit for each receiver, the first in the highest bit; 1 in shadow, 0 at night.
     behind : (n, (receivers + 7) // 8) uint8, optional
-        Of these, what is behind canopies alone; None without canopies.
+        1 where a receiver is behind canopies alone; None without canopies.
     share : (n,) float64, optional
         Of the light that canopies let through; where it is 1 they are not there.
     """
@@ -202,7 +202,7 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
 
 def make_point_timeline(study: Study) -> Instants:
     """
-    Give every step's middle at single points, or of so many steps as fit a page.
+    Return every step's middle at single points, or of so many steps as fit a page.
 
     Masks that the study kept are used; else these steps are counted again.
     """
@@ -271,7 +271,7 @@ class _InstantPacker(Accumulator):
 
 
 def _find_share(study: Study, which: NDArray[np.int64]) -> NDArray[np.float64] | None:
-    """Give the share of the light that canopies let through at some steps, if there are any."""
+    """Return the share of the light that canopies let through at some steps, if there are any."""
     canopy, period = study.model.canopy, study.period
     return None if canopy is None else canopy.find_shares(period.days)[period.day_of_step[which]]
 

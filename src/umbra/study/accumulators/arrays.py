@@ -1,4 +1,4 @@
-"""The arrays of a result: hours always, the rest where it was asked for."""
+"""The arrays of a result: hours, and what options ask for."""
 
 import datetime as dt
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from umbra.sun.clock import parse_duration
 __all__ = ["FEW_DAYS", "ResultArrays", "ResultOptions"]
 
 FEW_DAYS = 12
-"""Up to so many dates results are also kept by day, unless it is said otherwise."""
+"""Most dates of which results are kept by day where no option states it."""
 LEAST_TOLERANCE, MOST_TOLERANCE = 1e-3, 60
-"""Within which instants can be solved [s]."""
+"""Least and largest tolerance of solved instants [s]."""
 _MICROSECOND = dt.timedelta(microseconds=1)
-_SPELLS = {
+_INTERVALS = {
     "first_sun": np.dtype("datetime64[us]"),
     "last_sun": np.dtype("datetime64[us]"),
     "sun_spells": np.dtype(np.int32),
@@ -40,13 +40,13 @@ class ResultOptions:
     by_day : bool
         Everything for each date, too.
     spells : bool
-        First and last sun, number of spells, the longest, the shaded share.
+        First and last sun, number of sun intervals, the longest, the shaded share.
     min_spell : int
-        Also the hours in spells of at least this length [us]; 0: not asked for.
+        Also the hours in intervals of at least this length [us]; 0: not asked for.
     masks : bool
         Every instant.
     tolerance : float
-        Within which beginnings and ends are solved [s]; 0: they are those of steps.
+        Of beginnings and ends that are solved [s]; 0: intervals begin and end with steps.
     """
 
     by_day: bool = False
@@ -76,12 +76,12 @@ class ResultOptions:
         return self.spells or self.masks or self.tolerance > 0
 
     def bytes_kept(self, days: int) -> int:
-        """Give what is kept of each receiver besides the hours and the masks [byte]."""
-        each = sum(dtype.itemsize for dtype in self._spell_types().values())
+        """Return the bytes kept of each receiver besides the hours and the masks."""
+        each = sum(dtype.itemsize for dtype in self._interval_types().values())
         return each + ((4 + each) * days if self.by_day else 0)
 
-    def _spell_types(self) -> dict[str, np.dtype]:
-        types = dict(_SPELLS) if self.spells else {}
+    def _interval_types(self) -> dict[str, np.dtype]:
+        types = dict(_INTERVALS) if self.spells else {}
         if self.spells and self.min_spell:
             types["sun_hours_in_spells"] = np.dtype(np.float32)
         return types
@@ -99,7 +99,7 @@ class ResultArrays:
     results : ResultOptions
     canopy : Canopy, optional
     reads_days : bool
-        Whether the hours of each date are read again while a tile is at hand.
+        Whether an accumulator reads the hours of each date of the current tile.
 
     Attributes
     ----------
@@ -121,10 +121,10 @@ class ResultArrays:
         self.shares = None if canopy is None else canopy.find_shares(period.days)
         self.up_hours_by_day = period.up_hours_by_day
         days = len(period.days)
-        self._whole = {name: np.zeros(shape, t) for name, t in results._spell_types().items()}
+        self._whole = {name: np.zeros(shape, t) for name, t in results._interval_types().items()}
         self._by_day: dict[str, NDArray] = {}
         self._of_tile: list[NDArray] = [np.zeros(0)] * days if reads_days else []
-        types = {"shadow_hours": np.dtype(np.float32), **results._spell_types()}
+        types = {"shadow_hours": np.dtype(np.float32), **results._interval_types()}
         if canopy is not None:
             self._whole["canopy_hours"] = np.zeros(shape, np.float32)
             types["canopy_hours"] = np.dtype(np.float32)
@@ -142,11 +142,11 @@ class ResultArrays:
         return self.results.by_day or bool(self._of_tile)
 
     def read_hours(self, day: int, where: Any = ...) -> NDArray:
-        """Give a date's hours in shadow of the tile that was counted last."""
+        """Return a date's hours in shadow of the current tile."""
         return self._by_day["shadow_hours"][day][where] if self._by_day else self._of_tile[day]
 
     def lets_all_through(self, day: int) -> bool:
-        """Tell whether canopies weaken nothing on a day."""
+        """Return whether canopies let all light through on a day."""
         return self.shares is not None and self.shares[day] >= 1
 
     def keep_hours(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
@@ -167,41 +167,41 @@ class ResultArrays:
         elif self._by_day:
             self._by_day["canopy_hours"][day][where] = hours
 
-    def keep_spells(
-        self, spells: SunIntervalTable, where: Any = ..., day: int | None = None
+    def keep_intervals(
+        self, intervals: SunIntervalTable, where: Any = ..., day: int | None = None
     ) -> None:
-        """Store the spells of a tile: of the whole period, or of one day."""
+        """Store the sun intervals of a tile: of the whole period, or of one day."""
         if day is not None and not self._by_day:
             return
         kept = self._whole if day is None else {n: a[day] for n, a in self._by_day.items()}
         values = {
-            "first_sun": spells.first,
-            "last_sun": spells.last,
-            "sun_spells": spells.count,
-            "longest_sun_hours": to_hours(spells.longest),
-            "sun_hours_in_spells": to_hours(spells.counted),
+            "first_sun": intervals.first,
+            "last_sun": intervals.last,
+            "sun_spells": intervals.count,
+            "longest_sun_hours": to_hours(intervals.longest),
+            "sun_hours_in_spells": to_hours(intervals.counted),
         }
         for name, array in kept.items():
             if name in values:
                 array[where] = values[name]
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
-        """Take away the values of receivers that are not there."""
+        """Blank the values where nothing receives."""
         self.shadow_hours[nothing] = np.nan
         for array in (*self._whole.values(), *self._by_day.values()):
             missing = {"f": np.nan, "M": np.datetime64("NaT")}.get(array.dtype.kind, 0)
             array[..., nothing] = missing
 
-    def enter_day(self, spells: SunIntervalTable, up: int, where: Any, day: int | None) -> None:
+    def enter_day(self, intervals: SunIntervalTable, up: int, where: Any, day: int | None) -> None:
         """Enter the sun intervals of one day, or of all (None), with the sun up so long [us]."""
-        light = spells.sun if spells.light is None else spells.light
+        light = intervals.sun if intervals.light is None else intervals.light
         self.keep_hours(to_hours(up - light), where, day)
-        self.keep_spells(spells, where, day)
-        if spells.behind is not None:
-            self.keep_behind(to_hours(spells.behind), where, day)
+        self.keep_intervals(intervals, where, day)
+        if intervals.behind is not None:
+            self.keep_behind(to_hours(intervals.behind), where, day)
 
     def variables(self, laid: Receivers) -> Variables:
-        """Return what is kept besides the hours of the whole period."""
+        """Return all arrays besides the hours of the whole period."""
         dims = laid.dims
         found: Variables = {}
         found |= {name: (dims, array) for name, array in self._whole.items()}

@@ -1,4 +1,4 @@
-"""Questions about casters that a study answers in the same pass: who casts, and what is lost."""
+"""Attribution of shadow to casters, and the sun lost to a proposal, in the same pass."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -21,22 +21,22 @@ from umbra.volume.adjacency import Caster
 
 __all__ = ["Attribution", "AttributionOptions", "ExactAttribution"]
 
-_WORK = 256e6  # what the pieces' instants may take while a tile is counted [byte]
+_WORK = 256e6  # memory of the pieces' instants while a tile is counted [byte]
 
 
 @dataclass(frozen=True, eq=False)
 class AttributionOptions:
     """
-    What is asked about single casters.
+    Options of attribution.
 
     Parameters
     ----------
     groups : Groups, optional
-        Those whose hours are asked for, and last, if there is a proposal, all of it.
+        Groups whose hours are asked for; the last is the whole proposal, if there is one.
     shown : int
-        How many of the groups were asked for themselves.
+        Number of groups asked for themselves.
     proposed : tuple of int
-        Parts that are not there yet.
+        Parts of the proposed development.
     under : float
         Hours of sun on a date [h].
     """
@@ -68,17 +68,17 @@ class AttributionOptions:
         return cls(_join(groups, whole), shown, parts, under)
 
     def bytes_kept(self, days: int) -> int:
-        """Give what is kept of each receiver, and of each of so many dates besides [byte]."""
+        """Return the bytes kept of each receiver, with results by day of some dates."""
         kept = (8 + 8 * days) * len(self.groups.names) if self.groups else 0
         return kept + (18 + 5 * days if self.proposed else 0)
 
     @property
     def facts(self) -> dict[str, object]:
-        """What the attributes say."""
+        """Attributes of the result."""
         return {"under_hours": self.under} if self.proposed else {}
 
     def limit_tiles(self, side: int, days: int) -> int:
-        """Give how long a tile's side may be, so that the pieces and dates fit in memory."""
+        """Return the longest side of a tile whose pieces and dates fit in memory."""
         if self.groups is None:
             return side
         each = len(self.groups.pieces) + 64 + 16 * (days - 1)
@@ -92,10 +92,10 @@ class Attribution(Accumulator):
     Parameters
     ----------
     attribution : AttributionOptions
-        About some groups.
+        With groups.
     laid : Receivers
     arrays : ResultArrays
-        Of the study: its hours of a day are entered before that day ends here.
+        Of the study; they hold the hours of a day before ``end_day``.
     """
 
     needs_masks = False
@@ -173,14 +173,14 @@ class Attribution(Accumulator):
             self.owner[where] = tile.find_parts()
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
-        """Take away the answers of receivers that are not there."""
+        """Blank the results where nothing receives."""
         for hours in (self.cast, self.sole, self.cast_by_day, self.sole_by_day):
             hours[..., nothing] = np.nan
         if self.attribution.proposed:
             self.nothing |= nothing
 
     def variables(self, laid: Receivers) -> Variables:
-        """Return the answers when all tiles are counted."""
+        """Return the hours due to groups, and the losses to the proposal."""
         dims = laid.dims
         attribution, has_days = self.attribution, len(self.cast_by_day) > 0
         found: Variables = {}
@@ -236,13 +236,13 @@ class ExactAttribution(Attribution):
         self._run, self._lights = run, lights
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
-        """Do nothing: all is found when the tile's own hours are."""
+        """Do nothing: ``end`` counts all, when the tile's own hours are known."""
 
     def end_day(self, day: int) -> None:
-        """Do nothing yet."""
+        """Do nothing: ``end`` counts all."""
 
     def end(self, progress: Callable[[int], object]) -> None:
-        """Let only some parts cast, group after group."""
+        """Count the tile with only some parts casting, group after group."""
         tile, where, groups = self._run.tiles[0], self._run.where, self.groups
         days, works = range(len(self.arrays.period.days)), len(self._lights)
         everything = sorted(part for piece in groups.pieces for part in piece)
@@ -263,7 +263,7 @@ class ExactAttribution(Attribution):
 
 
 def _join(some: Groups | None, more: Groups) -> Groups:
-    """Give the groups of both, made of pieces that are whole in both."""
+    """Join two sets of groups, cut into pieces that are whole in both."""
     if some is None:
         return more
     first = {part: k for k, piece in enumerate(some.pieces) for part in piece}

@@ -1,7 +1,7 @@
 """
 When each receiver enters and leaves shadow, solved to a tolerance.
 
-Instants are counted as ever, a minute apart at most, the steps' ends and midpoints among
+Instants are counted a minute apart at most, the steps' ends and midpoints among
 them. Where two that follow one another differ at a receiver, the instant of the change is
 bisected: the sun's place is found in between, and the way to it is tried face by face, in
 float64, with the same rules. Between two instants that agree a receiver is taken to stay
@@ -94,7 +94,7 @@ def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
 
 
 def find_least_interval(period: Period) -> float:
-    """Give the length from which no spell of sun or shadow is missed [s]."""
+    """Return the length from which no interval of sun or shadow is missed [s]."""
     return max(
         float(np.diff(_find_times(period, day)).max()) / _SECOND for day in range(len(period.days))
     )
@@ -131,7 +131,7 @@ class ExactIntervals(DayIntervals):
         self._before: list[NDArray[np.uint8] | None] = [None] * len(self._states)
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
-        """Go on to the next instants, and solve what changed on the way."""
+        """Go on to the next instants, and solve the changes between."""
         for i in range(some.start, some.stop):
             for k, mask in enumerate(masks):
                 self._follow(k, mask[i - some.start].ravel(), i)
@@ -151,7 +151,7 @@ class ExactIntervals(DayIntervals):
         self._before[k] = mask
 
     def end_run(self, lights: Lights, some: slice) -> None:
-        """End what lasts when the sun sets."""
+        """Close all open intervals when the sun sets."""
         for state in self._states:
             state.end_all(int(lights.starts[some.stop - 1]))
 
@@ -165,13 +165,13 @@ class ExactIntervals(DayIntervals):
         if arrays.shares is None:
             return found[0], up
         weakened, solid = found
-        spells = solid if arrays.lets_all_through(day) else weakened
+        intervals = solid if arrays.lets_all_through(day) else weakened
         behind = np.maximum(solid.sun - weakened.sun, 0)
-        return spells.add_behind(behind, float(arrays.shares[day])), up
+        return intervals.add_behind(behind, float(arrays.shares[day])), up
 
 
 def _find_times(period: Period, day: int) -> NDArray[np.int64]:
-    """Give a day's steps' ends and midpoints, and what lies evenly between them."""
+    """Return a day's steps' ends and midpoints, and what lies evenly between them."""
     steps = period.steps[day]
     times = np.zeros(2 * len(steps.hours) + 1, np.int64)
     times[::2], times[1::2] = steps.stamps.astype(np.int64), steps.instants.astype(np.int64)
@@ -241,7 +241,7 @@ def _find_steps(period: Period, times: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _begin(mask, at, state):
-    """Begin a spell wherever the sun is at the first instant of a run."""
+    """Open an interval at each receiver in the sun at the first instant of a run."""
     cells = mask.size
     for block in prange((cells + BLOCK - 1) // BLOCK):
         for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):

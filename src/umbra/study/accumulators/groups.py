@@ -250,7 +250,7 @@ def _share(bits, suns, normals, lengths, through, first, listed, is_weak, cast, 
 
 @njit(cache=True, nogil=True, inline="always")
 def _pass(solid, weak, through):
-    """Give the share of the light past so many solid pieces and so many canopies."""
+    """Return the share of the light past some opaque pieces and some canopies."""
     if solid > 0:
         return 0.0
     return through if weak > 0 else 1.0

@@ -34,7 +34,7 @@ class IntervalCount(Accumulator):
         self._behind = np.zeros(run.shape if len(run.counters) > 1 else (0,), np.int64)
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
-        """Let some steps pass."""
+        """Add some steps."""
         shadow = masks[0]
         if self.share is not None:
             dark = masks[1]
@@ -44,9 +44,9 @@ class IntervalCount(Accumulator):
         self._state.add_steps(shadow, lights.starts[some], lights.ends[some])
 
     def finish(self) -> SunIntervalTable:
-        """End the intervals that last, and return what is known."""
-        spells = self._state.finish()
-        return spells if self.share is None else spells.add_behind(self._behind, self.share)
+        """Close all open intervals, and return the table."""
+        intervals = self._state.finish()
+        return intervals if self.share is None else intervals.add_behind(self._behind, self.share)
 
 
 class DayIntervals(Accumulator):
@@ -74,9 +74,10 @@ class DayIntervals(Accumulator):
 
     def end_day(self, day: int) -> None:
         """Enter a day."""
-        spells, up = self.finish_day(day)
-        self.arrays.enter_day(spells, up, self._where, day)
-        self._together = spells if self._together is None else join_days([self._together, spells])
+        intervals, up = self.finish_day(day)
+        self.arrays.enter_day(intervals, up, self._where, day)
+        before = self._together
+        self._together = intervals if before is None else join_days([before, intervals])
         self._up += up
 
     def end(self, progress: Callable[[int], object]) -> None:
@@ -101,19 +102,20 @@ class SunIntervals(DayIntervals):
         self._count.begin(self._run, self._lights)
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
-        """Let some steps pass."""
+        """Add some steps."""
         self._count.add(lights, some, masks)
 
     def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
         """End the day, and begin the next."""
-        spells = self._count.finish()
+        intervals = self._count.finish()
         self._begin_day(day + 1)
-        return spells, sum(int(self._lights.lengths[run].sum()) for run in self._lights.days[day])
+        up = sum(int(self._lights.lengths[run].sum()) for run in self._lights.days[day])
+        return intervals, up
 
 
 class HourSums(Accumulator):
     """
-    Adds up hours, in whatever order.
+    Adds up hours, in any order.
 
     A canopy is a second set of casters: what it alone hides counts by the share that it keeps
     back on the day.

@@ -1,9 +1,9 @@
 """
-SunIntervalTable of sun: first and last sun, how often it comes, how long it stays.
+Sun intervals: first and last sun, how often it comes, how long it stays.
 
 Instants stream through in time order, and each receiver keeps seven numbers. What the
-step [start, end) is at its midpoint it is taken to be throughout, so spells begin and
-end with steps; ``exact.py`` moves these ends to where they are. A spell ends
+step [start, end) is at its midpoint it is taken to be throughout, so intervals begin and
+end with steps; ``exact.py`` moves these ends to where they are. An interval ends
 with its day's period, and when the sun sets.
 """
 
@@ -25,9 +25,9 @@ __all__ = [
     "to_hours",
 ]
 
-BEGAN, TOTAL, LONGEST, COUNTED, SPELLS, FIRST, LAST = range(7)
+BEGAN, TOTAL, LONGEST, COUNTED, INTERVALS, FIRST, LAST = range(7)
 NEVER = np.iinfo(np.int64).min
-"""As an instant, what numpy calls NaT."""
+"""No instant: NaT as an integer."""
 BLOCK = 4096
 """Receivers that a thread takes at a time."""
 _HOUR = 3.6e9  # [us]
@@ -36,22 +36,22 @@ _HOUR = 3.6e9  # [us]
 @dataclass(frozen=True, eq=False)
 class SunIntervalTable:
     """
-    What is known of each receiver's sun.
+    Sun intervals of each receiver.
 
     Parameters
     ----------
     sun : (...) int64
         Time in the sun [us].
     first, last : (...) datetime64[us]
-        UTC instants at which the first spell begins and the last one ends; NaT
+        UTC instants at which the first interval begins and the last one ends; NaT
         where there is none.
     count : (...) int32
     longest : (...) int64
-        Longest unbroken spell [us].
+        Longest unbroken interval [us].
     counted : (...) int64
-        Time in spells of at least the least length [us].
+        Time in intervals of at least the least length [us].
     behind : (...) int64, optional
-        Time behind canopies alone, which is in no spell [us].
+        Time behind canopies alone, which is in no interval [us].
     light : (...) float64, optional
         With canopies: ``sun`` and the share of ``behind`` that they let through [us].
     """
@@ -67,16 +67,16 @@ class SunIntervalTable:
 
     def add_behind(self, behind: NDArray[np.int64], share: float) -> "SunIntervalTable":
         """
-        Give the same with the time behind canopies, which let a share of the light through.
+        Return the same with the time behind canopies that let a share of the light through.
 
-        With a share of 1 it is in spells already, as if there were no canopy.
+        With a share of 1 intervals hold this time already, as if there were no canopy.
         """
         light = self.sun + (share * behind if share < 1 else 0.0)
         return replace(self, behind=behind, light=light)
 
 
 def join_days(days: list[SunIntervalTable]) -> SunIntervalTable:
-    """Give the spells of several days together, in their order."""
+    """Return the sun intervals of several days, in their order, as one table."""
     first, last = days[0].first.copy(), days[0].last.copy()
     for day in days[1:]:
         # fmin and fmax pass NaT over.
@@ -99,14 +99,14 @@ def _sum(arrays: list[Any]) -> Any:
 
 class IntervalState:
     """
-    One day's spells while its instants stream through.
+    Sun intervals of one day while its instants stream through.
 
     Parameters
     ----------
     shape : tuple of int
         Of the receivers.
     least : int
-        Length from which a spell counts [us].
+        Length from which an interval counts as long [us].
     """
 
     def __init__(self, shape: tuple[int, ...], least: int = 0) -> None:
@@ -120,7 +120,7 @@ class IntervalState:
         self, masks: NDArray[np.uint8], starts: NDArray[np.int64], ends: NDArray[np.int64]
     ) -> None:
         """
-        Let some steps with the sun up pass, later than all before.
+        Add steps with the sun up, later than all before.
 
         Parameters
         ----------
@@ -134,11 +134,11 @@ class IntervalState:
         self.until = int(ends[-1])
 
     def end_all(self, at: int) -> None:
-        """End every spell that lasts [us since 1970]."""
+        """Close all open intervals at an instant [us since 1970]."""
         _end_all(at, self.least, self.state)
 
     def finish(self) -> SunIntervalTable:
-        """End the spells that last, and give what is known."""
+        """Close all open intervals, and return the table."""
         if self.until != NEVER:
             self.end_all(self.until)
 
@@ -149,20 +149,20 @@ class IntervalState:
             shaped(TOTAL),
             shaped(FIRST).view("datetime64[us]"),
             shaped(LAST).view("datetime64[us]"),
-            shaped(SPELLS).astype(np.int32),
+            shaped(INTERVALS).astype(np.int32),
             shaped(LONGEST),
             shaped(COUNTED),
         )
 
 
 def to_hours(duration: NDArray) -> NDArray[np.float32]:
-    """Give microseconds as hours, float32."""
+    """Return microseconds as hours, float32."""
     return (duration / _HOUR).astype(np.float32)
 
 
 @njit(cache=True, nogil=True, inline="always")
 def end_interval(state, c, at, least):
-    """Let a receiver's sun go; it came at ``state[BEGAN, c]``."""
+    """Close a receiver's sun interval, which began at ``state[BEGAN, c]``."""
     length = at - state[BEGAN, c]
     if length > 0:
         if state[FIRST, c] == NEVER:
@@ -171,7 +171,7 @@ def end_interval(state, c, at, least):
         state[LONGEST, c] = max(state[LONGEST, c], length)
         if length >= least:
             state[COUNTED, c] += length
-        state[SPELLS, c] += 1
+        state[INTERVALS, c] += 1
         state[LAST, c] = at
     state[BEGAN, c] = NEVER
 

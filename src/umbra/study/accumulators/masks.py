@@ -19,7 +19,7 @@ from umbra.study.period import Period
 __all__ = ["MASKS", "InstantMasks", "Masks"]
 
 MASKS = ("in_shadow", "under_canopy")
-"""What is kept of every instant: packed, and large once it is not."""
+"""Variables of every instant, which are kept packed."""
 
 
 class Masks:
@@ -107,12 +107,12 @@ class Masks:
 
 class InstantMasks(Accumulator):
     """
-    Keeps every instant's shadow, and what lies behind canopies alone.
+    Keeps the shadow of every instant, and the receivers behind canopies alone.
 
     Parameters
     ----------
     period : Period
-        Lights whose ``step`` is negative are no instant of it.
+        Lights with a negative ``step`` are none of its midpoints.
     shape : tuple of int
         Of all receivers.
     has_canopy : bool
@@ -136,7 +136,7 @@ class InstantMasks(Accumulator):
             self.behind.keep(steps[is_kept], masks[0][is_kept] & ~dark, self._where)
 
     def blank(self, nothing: NDArray[np.bool_]) -> None:
-        """Take away receivers that are not there."""
+        """Blank the results where nothing receives."""
         for masks in (self.masks, self.behind):
             if masks is not None:
                 masks.bits[:, nothing] = 0

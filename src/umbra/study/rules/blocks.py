@@ -56,7 +56,7 @@ class Block:
         return key in self.values
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Give a value as it is written; without a default it must be there."""
+        """Return a value as it is written; without a default it must be there."""
         node = self.values.get(key)
         if node is None:
             if default is None:
@@ -67,7 +67,7 @@ class Block:
         return str(node.value).strip()
 
     def number(self, key: str, default: float | None = None) -> float:
-        """Give a number."""
+        """Return a number."""
         text = self.text(key, None if default is None else str(default))
         try:
             value = float(text)
@@ -78,7 +78,7 @@ class Block:
         return value
 
     def items(self, key: str) -> list[Any]:
-        """Give the nodes of a list; one value counts as a list of it."""
+        """Return the nodes of a list; one value counts as a list of it."""
         node = self.values.get(key)
         if node is None:
             self.refuse(f"{self.what} lacks '{key}'")

@@ -22,8 +22,8 @@ from umbra.study.rules.measure import (
     pick_hours,
     say_hours,
     say_how,
+    say_intervals,
     say_limit,
-    say_spells,
 )
 from umbra.study.rules.read import Check, Place, Rules
 
@@ -72,7 +72,7 @@ def judge(study: Study, rules: Rules) -> list[Verdict]:
 
 
 def _find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -> dt.date:
-    """Give a date of a check; one without a year lies in the study's."""
+    """Return a date of a check; one without a year lies in the study's."""
     year, month, day = date
     try:
         return dt.date(year or studied.days[0].year, month, day)
@@ -124,8 +124,8 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
         )
         raise InputError(msg, place=place.name)
     # The point itself, not its cell's middle.
-    spells = _measure(study, check, period, replace(grid, x0=x, y0=y, cols=1, rows=1))
-    hours = pick_hours(check, period, spells)
+    intervals = _measure(study, check, period, replace(grid, x0=x, y0=y, cols=1, rows=1))
+    hours = pick_hours(check, period, intervals)
     standing = find_standing(study, x, y)
     return Verdict(
         check.name,
@@ -135,7 +135,7 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
         say_hours(float(hours[0, 0])),
         bool(meets_limit(check, hours)[0, 0]),
         (f"{standing}: " if standing else "")
-        + f"{say_spells(study.site.zone, spells, (0, 0))}; {say_how(check)}",
+        + f"{say_intervals(study.site.zone, intervals, (0, 0))}; {say_how(check)}",
         place,
         standing,
     )

@@ -17,8 +17,8 @@ from umbra.study.rules.measure import (
     pick_hours,
     say_hours,
     say_how,
+    say_intervals,
     say_limit,
-    say_spells,
 )
 from umbra.study.rules.read import Check
 
@@ -38,8 +38,8 @@ def judge_points(study: Study, check: Check, period: Period) -> list[Verdict]:
         raise InputError(msg)
     given = study.more.get("name")
     verdicts: list[Verdict] = []
-    for spells in _measure(study, check, period):
-        hours = pick_hours(check, period, spells)
+    for intervals in _measure(study, check, period):
+        hours = pick_hours(check, period, intervals)
         passes = meets_limit(check, hours)
         for k in range(len(hours)):
             n = len(verdicts)
@@ -51,7 +51,7 @@ def judge_points(study: Study, check: Check, period: Period) -> list[Verdict]:
                     say_limit(check),
                     say_hours(float(hours[k])),
                     bool(passes[k]),
-                    f"{say_spells(study.site.zone, spells, (k,))}; {say_how(check)}",
+                    f"{say_intervals(study.site.zone, intervals, (k,))}; {say_how(check)}",
                 )
             )
     return verdicts
@@ -67,7 +67,7 @@ def judge_parts(study: Study, check: Check, period: Period) -> list[Verdict]:
             "have some with on=, or leave 'where' out"
         )
         raise InputError(msg)
-    found = [pick_hours(check, period, spells) for spells in _measure(study, check, period)]
+    found = [pick_hours(check, period, intervals) for intervals in _measure(study, check, period)]
     hours = np.concatenate(found)
     passes = meets_limit(check, hours)
     owner = study.more["surface_part"][1][study.more["surface_of_sample"][1]]

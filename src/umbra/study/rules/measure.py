@@ -80,7 +80,7 @@ def measure(
 
     Returns
     -------
-    spells : SunIntervalTable
+    intervals : SunIntervalTable
     """
     share = None if canopy is None else canopy.season.find_share(period.days[0])
     count = IntervalCount(check.min_spell // dt.timedelta(microseconds=1), share)
@@ -88,13 +88,13 @@ def measure(
     return count.finish()
 
 
-def pick_hours(check: Check, period: Period, spells: SunIntervalTable) -> NDArray[np.float32]:
-    """Give what the check measures [h]."""
-    light = spells.sun if spells.light is None else spells.light
+def pick_hours(check: Check, period: Period, intervals: SunIntervalTable) -> NDArray[np.float32]:
+    """Return what the check measures [h]."""
+    light = intervals.sun if intervals.light is None else intervals.light
     if check.measure == "longest_sun_hours":
-        return to_hours(spells.longest)
+        return to_hours(intervals.longest)
     if check.measure == "sun_hours_in_spells":
-        return to_hours(spells.counted)
+        return to_hours(intervals.counted)
     if check.measure == "shadow_hours":
         is_counted = period.sun.is_up & (period.sun.altitude >= check.min_altitude)
         return (period.hours[is_counted].sum() - to_hours(light)).astype(np.float32)
@@ -117,10 +117,10 @@ def say_hours(hours: float) -> str:
 def say_limit(check: Check) -> str:
     """Say what is wanted."""
     limit = check.limit.total_seconds() / 3600
-    spells = f" of at least {say_hours(check.min_spell.total_seconds() / 3600)}"
+    length = f" of at least {say_hours(check.min_spell.total_seconds() / 3600)}"
     return (
         f"at {'least' if check.is_least else 'most'} {say_hours(limit)} of {_WORDS[check.measure]}"
-        + (spells if check.min_spell else "")
+        + (length if check.min_spell else "")
     )
 
 
@@ -130,16 +130,16 @@ def say_how(check: Check) -> str:
     return f"{check.start} to {check.end}, steps of {check.every}{altitude}"
 
 
-def say_spells(zone: str, spells: SunIntervalTable, place: tuple[int, ...]) -> str:
+def say_intervals(zone: str, intervals: SunIntervalTable, place: tuple[int, ...]) -> str:
     """Say when one receiver has sun."""
-    first, last = spells.first[place], spells.last[place]
+    first, last = intervals.first[place], intervals.last[place]
     behind = ""
-    if spells.behind is not None and spells.behind[place] > 0:
-        behind = f", {say_hours(float(to_hours(spells.behind)[place]))} more behind canopies"
+    if intervals.behind is not None and intervals.behind[place] > 0:
+        behind = f", {say_hours(float(to_hours(intervals.behind)[place]))} more behind canopies"
     if np.isnat(first):
         return f"no sun{behind}"
-    n = int(spells.count[place])
-    hours = float(to_hours(spells.sun)[place])
+    n = int(intervals.count[place])
+    hours = float(to_hours(intervals.sun)[place])
     return (
         f"{say_hours(hours)} of sun in {n} spell{'s' if n > 1 else ''}, "
         f"from {read_clock(zone, first)} to {read_clock(zone, last)}{behind}"
