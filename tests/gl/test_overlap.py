@@ -15,14 +15,14 @@ SUN = np.array([0.0, 0.6, 0.8, 0.0])
 
 @pytest.fixture
 def bound(device):
-    def find(mesh, light):
+    def find(mesh, light, drawn=None):
         geometry = Geometry(device, make_scene(*mesh))
         (body,) = make_bodies(make_scene(*mesh), geometry)
         opened = np.zeros((1, len(body.caster.is_closed)), bool)
         light = np.asarray(light, np.float64)
         volumes = make_volumes(body, light, opened)
         geometry.release()
-        return bound_count([volumes], [find_most(body, opened)], light)
+        return bound_count([volumes], [find_most(body, opened)], light, drawn)
 
     return find
 
@@ -71,3 +71,20 @@ def test_faces_decide_where_things_cannot(bound):
 @pytest.mark.parametrize("light", [(0.4, 0.3, 0.7, 0), (30, -20, 90, 1), (300, 200, 90, 1)])
 def test_a_fine_terrain_stays_in_the_stencil(bound, light):
     assert 1 <= bound(terrain(200), light) <= 255
+
+
+def test_only_what_is_drawn_adds_up(bound):
+    rows = in_line(700, (0, 3, 4))
+    drawn = np.arange(700) % 7 < 3  # 300 of them
+    for light in SUN, (0.5, -3, -4, 1):
+        assert bound(rows, light) == 700
+        assert bound(rows, light, drawn) == 300
+        assert bound(rows, light, drawn & (np.arange(700) < 400)) <= 255
+
+
+@pytest.mark.parametrize("sun", [(0.4, 0.3, 0.7, 0), (0.9, 0.1, 0.15, 0), (0, 0, 1, 0)])
+def test_no_bound_is_below_what_rays_count(bound, sun):
+    # Decks of 40 tilted sheets: a ray through the middle of all meets each.
+    sheets = [moved(box((-9, -9, 0), (9, 9, 0.01)), (0.1 * k, -0.1 * k, k)) for k in range(40)]
+    deck = merge(*sheets, moved(terrain(60), (-3, 5, -40)))
+    assert bound(deck, sun) >= (40 if sun[2] > 0.5 else 1)

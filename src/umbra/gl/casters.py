@@ -60,6 +60,8 @@ class Body:
     mirrored : (n_instances,) bool
     transforms : (n_instances, 4, 4) float64
         To the scene's frame.
+    most : (n_shells,) int64
+        How much each shell adds to a count at most, while nothing is opened.
     """
 
     caster: Caster
@@ -78,6 +80,8 @@ class Body:
     first: NDArray[np.int64] = field(init=False)
     mirrored: NDArray[np.bool_] = field(init=False)
     transforms: NDArray[np.float64] = field(init=False)
+    most: NDArray[np.int64] = field(init=False)
+    _world_bounds: NDArray[np.float64] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         caster = self.caster
@@ -86,6 +90,8 @@ class Body:
         self.is_inward = caster.is_inward & caster.is_closed
         self.is_convex = self.is_ball & ~_find_dented(caster)
         self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
+        adds = np.where(self.is_convex, 1, np.bincount(caster.component))
+        self.most = np.bincount(self.component_shell, adds, self.n_shells).astype(np.int64)
         self.first = np.array([group.first for group in self.groups], np.int64)
         self.place([group.transform for group in self.groups])
 
@@ -93,6 +99,7 @@ class Body:
         """Move the instances, in the order of the groups."""
         self.mirrored = np.array([is_mirrored(transform) for transform in transforms])
         self.transforms = np.array([np.eye(4) if t is None else t for t in transforms])
+        self._world_bounds = None
 
     def pose(self, soup: NDArray[np.int32], groups: list[Group]) -> "Body | None":
         """
@@ -135,9 +142,11 @@ class Body:
         """Give boxes around the shells of all instances, (n_instances * n_shells, 2, 3)."""
         if len(self.groups) == 1 and self.groups[0].transform is None:
             return self.bounds
-        corners = find_box_points(self.bounds)
-        moved = np.einsum("nij,tkj->ntki", self.transforms[:, :3], corners)
-        return np.stack([moved.min(2), moved.max(2)], 2).reshape(-1, 2, 3)
+        if self._world_bounds is None:
+            corners = find_box_points(self.bounds)
+            moved = np.einsum("nij,tkj->ntki", self.transforms[:, :3], corners)
+            self._world_bounds = np.stack([moved.min(2), moved.max(2)], 2).reshape(-1, 2, 3)
+        return self._world_bounds
 
 
 def make_bodies(

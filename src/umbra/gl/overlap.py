@@ -2,9 +2,9 @@
 How many shadow volumes can hold one point at most: whether 8 bits of stencil are enough.
 
 Seen from the light every volume is what throws it, so the deepest count is the largest
-number of casting faces on one ray from the light. That number changes only where the ray
-crosses the silhouette, so half the edges that cross a row of the light's view bound it;
-and so do boxes around shells, or around faces, piled up on a grid.
+number of casting faces on one ray from the light. Boxes around shells, piled up on a grid,
+bound it quickly. It changes only where the ray crosses the silhouette, so half the edges
+that cross a row of the light's view bound it, too; and so do boxes around faces.
 """
 
 import numpy as np
@@ -21,33 +21,41 @@ from umbra.volume.facing import find_sides
 __all__ = ["bound_boxes", "bound_count", "find_most"]
 
 _ROWS = 4096
+_SIGNED_MOST = 127  # counts so small may be read as signed bytes: no closer bound is of use
 _NO_BOUND = 1 << 62
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def bound_count(
-    volumes: list[BodyVolumes], most: list[NDArray[np.int64]], light: NDArray[np.float64]
+    volumes: list[BodyVolumes],
+    most: list[NDArray[np.int64]],
+    light: NDArray[np.float64],
+    drawn: NDArray[np.bool_] | None = None,
 ) -> int:
     """
     Bound the shadow count of any point under a light (4,), relative to the scene's origin.
 
     The bound is never too low, and no closer than is needed to tell that 255 are enough.
-    ``most`` is what ``find_most`` gives for each of the volumes.
+    ``most`` is what ``find_most`` gives for each of the volumes. Only shells that are
+    ``drawn`` (n_shells,) are counted, all by default.
     """
     if not volumes:
         return 0
     weights = np.concatenate(most)
+    if drawn is None:
+        drawn = np.ones(len(weights), np.bool_)
+    weights = weights[drawn]
     bound = int(weights.sum())
     if bound <= STENCIL_MOST:
         return bound
-    boxes = np.concatenate([each.body.world_bounds() for each in volumes])
-    bound = min(bound, _count_in_rows(volumes, boxes, light))
-    if bound <= STENCIL_MOST:
-        return bound
+    boxes = np.concatenate([each.body.world_bounds() for each in volumes])[drawn]
     bound = min(bound, bound_boxes(boxes, weights, light))
+    if bound <= _SIGNED_MOST:
+        return bound
+    bound = min(bound, _count_in_rows(volumes, drawn, boxes, light))
     if bound <= STENCIL_MOST:
         return bound
-    points, faces = _find_casting(volumes)
+    points, faces = _find_casting(volumes, drawn)
     return min(bound, _stack(points, faces, np.ones(len(faces), np.int64), light))
 
 
@@ -62,16 +70,25 @@ def bound_boxes(
     return min(int(weights.sum()), _stack(corners, shapes, weights, light))
 
 
-def _find_casting(volumes: list[BodyVolumes]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _find_casting(
+    volumes: list[BodyVolumes], drawn: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Give the points of all instances in the scene's frame, and the faces that cast."""
-    points, faces, count = [], [], 0
+    points, faces, count, offset = [], [], 0, 0
     for each in volumes:
+        body = each.body
+        shell = body.component_shell[body.caster.component]
         for instance, (light, transform, is_closed) in enumerate(
-            zip(each.lights, each.body.transforms, each.is_closed, strict=True)
+            zip(each.lights, body.transforms, each.is_closed, strict=True)
         ):
+            mine = drawn[offset : offset + body.n_shells]
+            offset += body.n_shells
+            if not mine.any():
+                continue
             caster = each.caster_of(instance)
             side = find_sides(caster.planes[:, :-1], light)
             casts = (side > 0) | ((side < 0) & ~is_closed[caster.component])
+            casts &= mine[shell]
             faces.append(caster.faces[casts].astype(np.int64) + count)
             points.append(transform_points(transform, caster.vertices))
             count += len(caster.vertices)
@@ -84,12 +101,10 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
 
     What is convex adds 1, all else at most its faces.
     """
-    n_faces = np.bincount(body.caster.component)
-    most = np.zeros((len(opened), body.n_shells), np.int64)
+    most = np.tile(body.most, (len(opened), 1))
     if not opened.any():
-        of_component = np.where(body.is_convex, 1, n_faces)
-        most[:] = np.bincount(body.component_shell, of_component, body.n_shells)
         return most.ravel()
+    n_faces = np.bincount(body.caster.component)
     for row, each in zip(most, opened, strict=True):
         of_component = np.where(body.is_convex & ~each, 1, n_faces)
         row[:] = np.bincount(body.component_shell, of_component, body.n_shells)
@@ -97,7 +112,10 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def _count_in_rows(
-    volumes: list[BodyVolumes], boxes: NDArray[np.float64], light: NDArray[np.float64]
+    volumes: list[BodyVolumes],
+    drawn: NDArray[np.bool_],
+    boxes: NDArray[np.float64],
+    light: NDArray[np.float64],
 ) -> int:
     """
     Bound counts by the silhouette edges that cross a row of the light's view.
@@ -114,30 +132,69 @@ def _count_in_rows(
     ahead = nearest if light[3] > 0 else -light[:3]
     ahead = ahead / np.linalg.norm(ahead)
     across = np.cross(ahead, _AXES[np.abs(ahead).argmin()])
-    lists = []
+    lists, offset = [], 0
     for each in volumes:
         body = each.body
-        instance = each.side_shell // body.n_shells
-        numbers = (each.sides[:, :2] >> np.uint32(1)) - body.first[instance, None]
-        ends = body.caster.vertices[numbers.astype(np.int64)]
-        turn = body.transforms[instance]
-        ends = np.einsum("nij,nkj->nki", turn[:, :3, :3], ends) + turn[:, None, :3, 3]
-        lists.append(ends - light[3] * light[:3])
-    ends = np.concatenate(lists)
-    if not len(ends):
-        return 0
-    height = ends @ across
-    if light[3] > 0:
-        depth = ends @ ahead
-        if depth.min() <= 1e-6 * np.abs(ends).max():
+        n = body.n_shells * len(body.groups)
+        heights = np.zeros((len(each.sides), 2))
+        n_found, depth, size = _find_heights(
+            each.sides, each.side_shell, drawn[offset : offset + n], body.n_shells, body.first,
+            body.caster.vertices, body.transforms, light, ahead, across, heights,
+        )  # fmt: skip
+        offset += n
+        if light[3] > 0 and n_found and depth <= 1e-6 * size:
             return _NO_BOUND
-        height = height / depth
-    top = height.min()
-    row = ((height - top) * (_ROWS / max(np.ptp(height), 1e-300))).astype(np.int64)
-    row = np.minimum(row, _ROWS - 1)
-    load = np.bincount(row.min(1), minlength=_ROWS + 1)
-    load -= np.bincount(row.max(1) + 1, minlength=_ROWS + 1)
+        lists.append(heights[:n_found])
+    load = np.zeros(_ROWS + 1, np.int64)
+    _load_rows(np.concatenate(lists), load)
     return int(np.cumsum(load).max()) // 2
+
+
+@njit(cache=True, nogil=True)
+def _find_heights(
+    sides, shells, drawn, n_shells, first, vertices, transforms, light, ahead, across, heights
+):
+    """
+    Write how high the ends of drawn edges lie in the light's view; give how many edges.
+
+    The nearest depth and the largest coordinate are given, too.
+    """
+    n = 0
+    nearest, largest = np.inf, 0.0
+    for i in range(shells.size):
+        if not drawn[shells[i]]:
+            continue
+        instance = shells[i] // n_shells
+        turn = transforms[instance]
+        for k in range(2):
+            point = vertices[np.int64(sides[i, k] >> np.uint32(1)) - first[instance]]
+            height = depth = 0.0
+            for axis in range(3):
+                place = (
+                    turn[axis, 0] * point[0] + turn[axis, 1] * point[1] + turn[axis, 2] * point[2]
+                ) + (turn[axis, 3] - light[3] * light[axis])
+                largest = max(largest, abs(place))
+                height += place * across[axis]
+                depth += place * ahead[axis]
+            nearest = min(nearest, depth)
+            heights[n, k] = height / depth if light[3] > 0.0 and depth > 0.0 else height
+        n += 1
+    return n, nearest, largest
+
+
+@njit(cache=True, nogil=True)
+def _load_rows(heights, load):
+    """Note in which row each edge begins, and after which it ends."""
+    low, high = np.inf, -np.inf
+    for a, b in heights:
+        low, high = min(low, a, b), max(high, a, b)
+    rows = load.size - 1
+    scale = rows / max(high - low, 1e-300)
+    for a, b in heights:
+        one = min(int((a - low) * scale), rows - 1)
+        two = min(int((b - low) * scale), rows - 1)
+        load[min(one, two)] += 1
+        load[max(one, two) + 1] -= 1
 
 
 def _stack(

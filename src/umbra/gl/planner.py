@@ -55,8 +55,16 @@ class _LightCache:
 
     volumes: list[BodyVolumes]
     moves: int
-    deepest: int
     nearby: Nearby | None
+    bounded: tuple[NDArray[np.bool_], int] | None = None
+
+    def bound(self, source: NDArray[np.float64], drawn: NDArray[np.bool_]) -> int:
+        """Bound the count of the drawn shells (n,), and of those drawn under it before."""
+        if self.bounded is None or (drawn & ~self.bounded[0]).any():
+            drawn = drawn if self.bounded is None else drawn | self.bounded[0]
+            most = [find_most(each.body, each.opened) for each in self.volumes]
+            self.bounded = drawn, bound_count(self.volumes, most, source, drawn)
+        return self.bounded[1]
 
 
 @dataclass(eq=False)
@@ -228,7 +236,7 @@ class Planner:
             dark_caps=drawn["dark_cap"],
             light_caps=drawn["light_cap"],
             index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
-            deepest=kept.deepest,
+            deepest=kept.bound(source, selection.sides),
         )
         return VolumePlan(
             projection=projection.tilted(tilt),
@@ -262,9 +270,7 @@ class Planner:
         same = old is not None and all(map(operator.is_, volumes, old.volumes))
         if old is not None and same and old.moves == self._moves:
             return old
-        most = [find_most(each.body, each.opened) for each in volumes]
-        deepest = bound_count(volumes, most, source)
-        kept = _LightCache(volumes, self._moves, deepest, find_nearby(volumes, source))
+        kept = _LightCache(volumes, self._moves, find_nearby(volumes, source))
         self._kept[number : number + 1] = [kept]
         return kept
 
