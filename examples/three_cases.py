@@ -51,9 +51,9 @@ def draw(renderer, camera, light, overlay):
 def main(folder):
     """Draw both pictures into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    near = Camera((-17.8, -14.2, 2.9), (-2.8, -2.2, 0.8), size=(960, 540), fov=50)
+    near = Camera((-16.8, -10.8, 3.8), (-3.2, 0.5, 0.8), size=(960, 540), fov=50, near=3.0)
     above = Camera((-9, -26, 30), (0, 1.5, 0), size=(960, 540), fov=45)
-    lamp = point_light((-2.1, -11.1, 3.2))
+    lamp = point_light((-1.6, -11.6, 1.5))
     with Renderer(make_grid(), ground=0.0) as renderer:
         pixels = draw(renderer, near, lamp, "cases")
         Image.fromarray(pixels).save(folder / "three_cases.png")

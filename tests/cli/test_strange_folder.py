@@ -79,7 +79,7 @@ def test_no_child_runs_what_lies_there(folder):
     try:
         with Painter() as painter:
             child = painter._child
-            painter._submit("json", "dumps", (folder,), {"default": "str"})
+            painter._submit("hours.make_hours_sheet", folder / "x.png")
             with pytest.raises(TypeError):
                 painter.wait()
             assert painter._child is child

@@ -92,7 +92,7 @@ def _has_gl():
 
 @pytest.mark.usefixtures("_has_gl")
 def test_three_cases(tmp_path):
-    assert "45, 0 and 4" in run("three_cases.py", tmp_path)
+    assert "46, 1 and 1" in run("three_cases.py", tmp_path)
     with Image.open(tmp_path / "three_cases.png") as picture:
         colors = np.asarray(picture.convert("RGB")).reshape(-1, 3).astype(int)
     red, green, blue = colors.T

@@ -6,7 +6,8 @@ from matplotlib.collections import LineCollection
 from support.shapes import box
 
 from umbra.scene import make_scene
-from umbra.study import count_finer, finer, run_study
+from umbra.study import count_finer, run_study
+from umbra.study import preview as finer
 from umbra.sun import Site
 from umbra.writers.contours import trace
 from umbra.writers.hours import make_hours_sheet

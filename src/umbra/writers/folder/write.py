@@ -13,10 +13,10 @@ from umbra.writers.folder.pictures import draw_pictures
 from umbra.writers.folder.points import describe_points, draw_plan_of_points, draw_surfaces
 from umbra.writers.folder.sheet import draw_sheet
 from umbra.writers.netcdf import write_netcdf
-from umbra.writers.painter import Painter
 from umbra.writers.plan import Plan, Show, name_hours
 
 if TYPE_CHECKING:
+    from umbra.writers.painter import Painter
     from umbra.writers.report.markup import Pin, Table
 
 __all__ = ["fill_folder", "write_study"]
@@ -58,6 +58,8 @@ def write_study(
         be written to.
     """
     outputs.check_receivers(options.receivers)
+    from umbra.writers.painter import Painter  # noqa: PLC0415  (it starts a child)
+
     with replace_results(folder) as unfinished, Painter(outputs.endings) as painter:
         first, more = fill_folder(study, unfinished, outputs, options, painter, say)
     return [Path(folder) / name for name in (*first, *more)]
@@ -68,7 +70,7 @@ def fill_folder(
     folder: Path,
     outputs: Outputs,
     options: StudyOptions,
-    painter: Painter,
+    painter: "Painter",
     say: Say,
 ) -> tuple[list[str], list[str]]:
     """
