@@ -6,6 +6,7 @@ from support.days import parts
 from support.shapes import box, moved
 
 import umbra
+from umbra.study import run_study
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DATES = ("2026-03-21", "2026-06-21", "2026-12-21")
@@ -134,3 +135,33 @@ def test_two_studies_are_compared_by_date(street):
     np.testing.assert_allclose(plain.hours_lost, found.hours_lost, atol=1e-5)
     assert "newly_under" not in plain
     assert plain.hours_lost.attrs["long_name"] == "hours of sun lost, sum of 3 dates"
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"spells": True, "masks": True, "by_day": False},
+        {"by": "part", "proposed": "tower", "by_day": False},
+        {"by": "part", "canopy": "tree", "transmissivity": 0.5},
+        {"by": "part", "exact": True, "canopy": "tree"},
+    ],
+)
+@pytest.mark.parametrize(("dates", "has_sun"), [("14..2026-02-18", 1), ("01..2026-02-03", 0)])
+def test_progress_ends_at_its_total_where_the_sun_comes_back(street, options, dates, has_sun):
+    site, told = umbra.Site(78.2, 15.6, "Arctic/Longyearbyen"), []
+    study = run_study(
+        street, site, date=f"2026-02-{dates}", every="1h", extent=(-20, -20, 20, 20), size=(9, 8),
+        progress=lambda done, whole: told.append((done, whole)), **options,
+    )  # fmt: skip
+    assert (study.up_hours > 0) == has_sun
+    if not has_sun:
+        assert told == []
+        assert (study.shadow_hours == 0).all()
+        return
+    assert told == sorted(told)
+    assert told[-1][0] == told[-1][1]
+    assert 0 < study.shadow_hours.max() <= study.up_hours
+    if options.get("by_day", True):
+        by_day = study.more["shadow_hours_by_day"][1]
+        np.testing.assert_allclose(by_day.sum(0), study.shadow_hours, atol=1e-5)

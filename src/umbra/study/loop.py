@@ -235,7 +235,8 @@ def make_advance(
 
     def advance(n: int) -> None:
         nonlocal done
-        done += n
-        progress(done, tiles * works)
+        if n:  # in a night there is nothing to tell
+            done += n
+            progress(done, tiles * works)
 
     return advance
