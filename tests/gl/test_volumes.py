@@ -1,16 +1,21 @@
 """Volumes as index lists: instances, what is kept, what travels, what is left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.gl_judge import Judge
 from support.shapes import HOUSE, box, city, jumble, merge, moved, torus_knot
 
 from umbra.cpu.frame import FrameCounter
+from umbra.gl import volumes
+from umbra.gl.casters import make_bodies
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.geometry import BLOCK, Geometry, make_groups
 from umbra.gl.plan import VolumeOptions
 from umbra.gl.planner import Planner
 from umbra.gl.projection import make_projection
+from umbra.gl.volumes import make_volumes
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 
 SIZE = (48, 40)
@@ -263,3 +268,50 @@ def test_the_deepest_count_is_bounded(device, seed):
         for light in LAMP, SUN, point_light((0.3, 0.2, 3)), directional_light((1, 0, 0.05)):
             verdicts, _ = scene.judge(CAMERA, light)
             assert verdicts.deepest <= scene.counter.plan.statistics.deepest
+
+
+def find_body(device, parts):
+    scene = instances(merge(*parts), TRANSFORMS[:3])
+    geometry = Geometry(device, scene)
+    (body,) = make_bodies(scene, geometry)
+    geometry.release()
+    return body
+
+
+@pytest.mark.parametrize(
+    "light", [(8, -3.3, 20, 1), (0.4, 0.3, 0.7, 0), (1, 0, 0, 0), (-7, -4, 0, 1)]
+)
+def test_sides_of_some_shells_are_those_of_all(device, light):
+    sheets = [moved((np.array([(0, 0, 0), (1, 0, 0), (0, 1.5, 0)], float), np.array([(0, 1, 2)])),
+                    (3 * k, 9, 1)) for k in range(5)]  # fmt: skip
+    boxes = [moved(box((0, 0, 0), (1, 1, 2)), (2 * k, 3, 0)) for k in range(15)]
+    body = find_body(device, [*boxes, *sheets])
+    opened = np.zeros((3, len(body.caster.is_closed)), bool)
+    opened[1, 2] = True
+    light = np.array(light, float)
+    whole = make_volumes(body, light, opened)
+    assert body.n_shells == 20
+    random = np.random.default_rng(4)
+    few = make_volumes(body, light, opened)
+    for share in 0.04, 0.1, 0.3, 0.9:
+        wanted = random.random(60) < share
+        sides, shells = few.sides_of(wanted)
+        chosen = wanted[whole.side_shell]
+        np.testing.assert_array_equal(shells, whole.side_shell[chosen])
+        expected = np.column_stack([shells, whole.sides[chosen]])
+        found = np.column_stack([shells, sides])
+        assert sorted(map(tuple, found)) == sorted(map(tuple, expected))
+
+
+def test_nothing_is_made_of_what_no_light_reaches(planner, monkeypatch):
+    asked = []
+    made = volumes._make_sides
+    monkeypatch.setattr(volumes, "_make_sides", lambda *a: asked.append(a[1].sum()) or made(*a))
+    plans, projection = planner(merge(HOUSE, moved(HOUSE, (60, 0, 0)), moved(HOUSE, (-90, 0, 0))))
+    (far,) = plans.plan(projection, [replace(point_light((300, 0, 20)), range=30.0)])
+    assert not asked
+    assert (far.statistics.culled, far.statistics.deepest, far.draws) == (3, 0, ())
+    (near,) = plans.plan(projection, [replace(point_light((8, -3.3, 20)), range=30.0)])
+    assert asked == [1]
+    assert (near.statistics.culled, near.statistics.deepest) == (2, 1)
+    assert len(near.volumes[0].sides) == 3 * len(near.volumes[0].sides_of(near.case > 0)[0])

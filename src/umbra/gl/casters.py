@@ -51,6 +51,8 @@ class Body:
     Attributes
     ----------
     component_bounds : (n_components, 2, 3) float64
+    edge_starts : (n_shells + 1,) int
+        Shell k owns the edges from ``edge_starts[k]`` to ``edge_starts[k + 1]``.
     is_inward : (n_components,) bool
         Closed, but wound inward.
     is_convex : (n_components,) bool
@@ -75,7 +77,9 @@ class Body:
     is_ball: NDArray[np.bool_]
     blocks: FaceBlocks = field(init=False)
     component_bounds: NDArray[np.float64] = field(init=False)
+    edge_starts: NDArray[np.intp] = field(init=False)
     is_inward: NDArray[np.bool_] = field(init=False)
+    any_inward: bool = field(init=False)
     is_convex: NDArray[np.bool_] = field(init=False)
     first: NDArray[np.int64] = field(init=False)
     mirrored: NDArray[np.bool_] = field(init=False)
@@ -87,7 +91,9 @@ class Body:
         caster = self.caster
         self.blocks = FaceBlocks.of(caster)
         corners = caster.vertices[caster.faces]
+        self.edge_starts = np.searchsorted(self.edge_shell, np.arange(self.n_shells + 1))
         self.is_inward = caster.is_inward & caster.is_closed
+        self.any_inward = bool(self.is_inward.any())
         self.is_convex = self.is_ball & ~_find_dented(caster)
         self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
         adds = np.where(self.is_convex, 1, np.bincount(caster.component))

@@ -72,7 +72,9 @@ def find_opened(
     opened = np.zeros((len(lights), len(body.caster.is_closed)), np.bool_)
     apex = camera.apex(origin)
     forward = camera.axes()[2]
-    suspected = body.is_inward | (body.caster.is_closed & _hold(body.component_bounds, lights))
+    if not lights[0, 3] and not body.any_inward:
+        return opened
+    suspected = body.is_inward | (body.caster.is_closed & _hold_components(body, lights))
     for instance in np.flatnonzero(suspected.any(1)):
         light, suspects = lights[instance], suspected[instance]
         transform = body.transforms[instance]
@@ -95,6 +97,16 @@ def _hold(bounds: NDArray[np.float64], lights: NDArray[np.float64]) -> NDArray[n
     places = lights[:, None, :3]
     inside = (places >= bounds[:, 0] - margin) & (places <= bounds[:, 1] + margin)
     return np.asarray(inside.all(2) & (lights[:, 3:] != 0))
+
+
+def _hold_components(body: Body, lights: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which components' boxes hold which lights, (n_lights, n_components)."""
+    found = np.zeros((len(lights), len(body.component_shell)), np.bool_)
+    near = np.asarray(_hold(body.bounds, lights).any(0))
+    if near.any():
+        some = np.flatnonzero(near[body.component_shell])
+        found[:, some] = _hold(body.component_bounds[some], lights)
+    return found
 
 
 def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArray[np.bool_]:

@@ -136,35 +136,31 @@ def _count_in_rows(
     for each in volumes:
         body = each.body
         n = body.n_shells * len(body.groups)
-        heights = np.zeros((len(each.sides), 2))
-        n_found, depth, size = _find_heights(
-            each.sides, each.side_shell, drawn[offset : offset + n], body.n_shells, body.first,
-            body.caster.vertices, body.transforms, light, ahead, across, heights,
-        )  # fmt: skip
+        sides, shells = each.sides_of(drawn[offset : offset + n])
         offset += n
-        if light[3] > 0 and n_found and depth <= 1e-6 * size:
+        heights = np.zeros((len(sides), 2))
+        depth, size = _find_heights(
+            sides, shells // body.n_shells, body.first, body.caster.vertices, body.transforms,
+            light, ahead, across, heights,
+        )  # fmt: skip
+        if light[3] > 0 and depth <= 1e-6 * size:
             return _NO_BOUND
-        lists.append(heights[:n_found])
+        lists.append(heights)
     load = np.zeros(_ROWS + 1, np.int64)
     _load_rows(np.concatenate(lists), load)
     return int(np.cumsum(load).max()) // 2
 
 
 @njit(cache=True, nogil=True)
-def _find_heights(
-    sides, shells, drawn, n_shells, first, vertices, transforms, light, ahead, across, heights
-):
+def _find_heights(sides, instances, first, vertices, transforms, light, ahead, across, heights):
     """
-    Write how high the ends of drawn edges lie in the light's view; give how many edges.
+    Write how high the ends of edges lie in the light's view.
 
-    The nearest depth and the largest coordinate are given, too.
+    Returns the nearest depth and the largest coordinate.
     """
-    n = 0
     nearest, largest = np.inf, 0.0
-    for i in range(shells.size):
-        if not drawn[shells[i]]:
-            continue
-        instance = shells[i] // n_shells
+    for i in range(instances.size):
+        instance = instances[i]
         turn = transforms[instance]
         for k in range(2):
             point = vertices[np.int64(sides[i, k] >> np.uint32(1)) - first[instance]]
@@ -177,9 +173,8 @@ def _find_heights(
                 height += place * across[axis]
                 depth += place * ahead[axis]
             nearest = min(nearest, depth)
-            heights[n, k] = height / depth if light[3] > 0.0 and depth > 0.0 else height
-        n += 1
-    return n, nearest, largest
+            heights[i, k] = height / depth if light[3] > 0.0 and depth > 0.0 else height
+    return nearest, largest
 
 
 @njit(cache=True, nogil=True)

@@ -141,7 +141,6 @@ def select(
     above = bool((find_near_rectangle(clipping, origin)[:, 2] > floor).all())
     may_cut = choices.cut and above
     is_cut = can_end_at_floor(bounds, source) if may_cut else np.zeros(n, np.bool_)
-    is_fan = dark_cap_is_fan(bounds, source) & choices.fans
     sides = light_cap = dark_cap = np.ones(n, np.bool_)
     if choices.cull:
         parts = find_visible_parts(
@@ -153,17 +152,20 @@ def select(
             floor=floor if may_cut else None,
             reach=reach,
         )
-        sides, light_cap = parts.volume, parts.light_cap
-        dark_cap = sides & (parts.dark_cap | ~is_fan)
+        sides, light_cap, dark_cap = parts.volume, parts.light_cap, parts.dark_cap
+    is_fan = np.zeros(n, np.bool_)
+    is_fan[sides] = dark_cap_is_fan(bounds[sides], source) & choices.fans
+    dark_cap = sides & (dark_cap | ~is_fan)
     # At infinity a directional light's volumes end in one point, and parallel rays too.
     dark_cap = dark_cap & (is_cut | (bool(source[3]) and camera.is_perspective))
 
     regions = make_regions(clipping, source, origin, scissor, margin=MARGIN)
-    placements = find_placements(bounds, regions)
-    case = np.where(sides, placements.case, 0).astype(np.int8)
-    needs_cap = placements.needs_light_cap.copy()
+    seen = np.flatnonzero(sides)
+    placements = find_placements(bounds[seen], regions)
+    case, needs_cap = np.zeros(n, np.int8), np.zeros(n, np.bool_)
+    case[seen], needs_cap[seen] = placements.case, placements.needs_light_cap
     left = _FACES_ASKED if choices.ask_triangles and method != "z-fail" else 0
-    for number in np.flatnonzero(placements.undecided & sides):
+    for number in seen[placements.undecided]:
         each, instance, shell = _find(volumes, int(number))
         faces = each.casting(instance, shell)
         left -= each.body.face_starts[shell + 1] - each.body.face_starts[shell]

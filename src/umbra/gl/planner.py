@@ -58,6 +58,14 @@ class _LightCache:
     nearby: Nearby | None
     bounded: tuple[NDArray[np.bool_], int] | None = None
 
+    def find(self, drawn: NDArray[np.bool_]) -> None:
+        """Find the sides of the drawn shells (n,), where they are not known."""
+        offset = 0
+        for each in self.volumes:
+            n = each.body.n_shells * len(each.body.groups)
+            each.find(drawn[offset : offset + n])
+            offset += n
+
     def bound(self, source: NDArray[np.float64], drawn: NDArray[np.bool_]) -> int:
         """Bound the count of the drawn shells (n,), and of those drawn under it before."""
         if self.bounded is None or (drawn & ~self.bounded[0]).any():
@@ -204,6 +212,7 @@ class Planner:
                 "between the near plane and the light, and the eye cannot see their volumes "
                 "begin; use auto or z-fail"
             )
+        kept.find(selection.sides)
         draws: list[Draw] = []
         drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
         place = sum(map(len, lists))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Camera, Light
-from umbra.volume.bounds import find_box_points, is_outside
+from umbra.volume.bounds import find_box_points, sort_boxes
 from umbra.volume.regions import find_view_planes
 from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sphere_scissors
 
@@ -168,9 +168,8 @@ def _find_depths(
     """Bound the depths of what may be seen: (nearest, furthest) [m] along the view axis."""
     forward = camera.axes()[2]
     eye = camera.eye - origin
-    corners = find_box_points(bounds)
-    corners = corners[~is_outside(find_view_planes(camera, origin), corners)]
-    depth = corners[..., :3] @ forward - forward @ eye
+    outside, _ = sort_boxes(find_view_planes(camera, origin), bounds)
+    depth = find_box_points(bounds[~outside])[..., :3] @ forward - forward @ eye
     nearest, furthest = depth.min(initial=np.inf), depth.max(initial=camera.near)
     if ground is not None:
         # The key of a plane is affine in the picture, so its extremes are at the corners.

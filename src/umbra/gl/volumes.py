@@ -7,6 +7,7 @@ is the whole side where both far corners meet in one point at infinity, under a
 directional light.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_sides
-from umbra.volume.silhouette import find_silhouettes
+from umbra.volume.silhouette import Silhouettes, find_silhouettes
 
 __all__ = ["BodyVolumes", "gather", "make_volumes"]
 
@@ -36,23 +37,63 @@ class BodyVolumes:
         In each instance's own frame.
     opened : (n_instances, n_components) bool
         Closed components that follow the open rule.
+    held : (n, 2) int
+        Instance and face: those on which the light lies cast nothing.
+
+    Attributes
+    ----------
     sides : (n_sides, 6) uint32
         Two triangles each, wound outward.
     side_shell : (n_sides,) int
         Ascending: instance * n_shells + shell.
-    held : (n, 2) int
-        Instance and face: those on which the light lies cast nothing.
     """
 
     body: Body
     lights: NDArray[np.float64]
     opened: NDArray[np.bool_]
-    sides: NDArray[np.uint32]
-    side_shell: NDArray[np.intp]
     held: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), np.intp))
+    _sides: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 6), np.uint32))
+    _side_shell: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
+    _found: NDArray[np.bool_] = field(init=False)
     _cap: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 3), np.uint32))
     _cap_shell: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
     _capped: NDArray[np.bool_] | None = None
+
+    def __post_init__(self) -> None:
+        self._found = np.zeros(self.body.n_shells * len(self.lights), np.bool_)
+
+    @property
+    def sides(self) -> NDArray[np.uint32]:  # noqa: D102
+        self.find(np.ones_like(self._found))
+        return self._sides
+
+    @property
+    def side_shell(self) -> NDArray[np.intp]:  # noqa: D102
+        self.find(np.ones_like(self._found))
+        return self._side_shell
+
+    def find(self, wanted: NDArray[np.bool_]) -> None:
+        """Find the sides of the wanted shells; those of others stay as they are."""
+        missing = wanted & ~self._found
+        if not missing.any():
+            return
+        sides, shell = _make_sides(self, missing)
+        if self._found.any():
+            sides = np.concatenate([self._sides, sides])
+            shell = np.concatenate([self._side_shell, shell])
+        if (np.diff(shell) < 0).any():  # what was seen edge-on comes last
+            order = np.argsort(shell, kind="stable")
+            sides, shell = sides[order], shell[order]
+        self._sides, self._side_shell = sides, shell
+        self._found |= wanted
+
+    def sides_of(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
+        """Give the sides of the wanted shells, and the shell of each, ascending."""
+        self.find(wanted)
+        if not (self._found & ~wanted).any():
+            return self._sides, self._side_shell
+        chosen = wanted[self._side_shell]
+        return self._sides[chosen], self._side_shell[chosen]
 
     @property
     def is_closed(self) -> NDArray[np.bool_]:
@@ -94,8 +135,7 @@ class BodyVolumes:
 
         Where ``is_fan``, a fan over the silhouette is enough; else the casting faces are thrown.
         """
-        fans = (wanted & is_fan)[self.side_shell]
-        sides, shell = self.sides[fans], self.side_shell[fans]
+        sides, shell = self.sides_of(wanted & is_fan)
         starts = np.flatnonzero(np.append(True, shell[1:] != shell[:-1])) if len(shell) else shell
         hub = np.repeat(sides[starts, 2], np.diff(np.append(starts, len(shell))))
         fan = np.stack([hub, sides[:, 5], sides[:, 2]], 1)
@@ -133,49 +173,102 @@ def make_volumes(
     held: NDArray[np.intp] | None = None,
 ) -> BodyVolumes:
     """
-    Find the silhouettes of all instances of a body and make their sides.
+    Tell what casts of all instances of a body; sides are made when they are asked for.
 
     The light is relative to the scene's origin; closed components that are ``opened``
     follow the open rule, and faces that are ``held`` cast nothing.
     """
-    lights = body.lights(light)
     held = np.zeros((0, 2), np.intp) if held is None else held
-    sides: list[NDArray[np.uint32]] = []
-    shells: list[NDArray[np.intp]] = []
+    return BodyVolumes(body, body.lights(light), opened, held)
+
+
+_FEW = 4  # faces of fewer than one edge in so many are asked edge by edge
+
+
+def _make_sides(
+    volumes: BodyVolumes, wanted: NDArray[np.bool_]
+) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
+    """Find the silhouettes of wanted shells and make their sides; give their shells, too."""
+    body, opened, held = volumes.body, volumes.opened, volumes.held
+    sides: list[NDArray[np.uint32]] = [np.zeros((0, 6), np.uint32)]
+    shells: list[NDArray[np.intp]] = [np.zeros(0, np.intp)]
+    asked = wanted.reshape(-1, body.n_shells).any(1)
     # Nearly always all instances open the same components, namely none.
     kinds = opened[:1] if (opened == opened[:1]).all() else np.unique(opened, axis=0)
     apart = np.bincount(held[:, 0], minlength=len(opened)) > 0
     for kind in kinds:
-        alike = np.flatnonzero((opened == kind).all(1) & ~apart)
-        _add_sides(body, body.caster.opened(kind), lights, alike, sides, shells)
-    for instance in np.flatnonzero(apart):
-        caster = body.caster.without(held[held[:, 0] == instance, 1]).opened(opened[instance])
-        _add_sides(body, caster, lights, np.array([instance]), sides, shells)
-    side, shell = np.concatenate(sides), np.concatenate(shells)
-    if (np.diff(shell) < 0).any():  # what was seen edge-on comes last
-        order = np.argsort(shell, kind="stable")
-        side, shell = side[order], shell[order]
-    return BodyVolumes(body, lights, opened, side, shell, held)
+        alike = np.flatnonzero((opened == kind).all(1) & ~apart & asked)
+        if len(alike):
+            _add_sides(volumes, body.caster.opened(kind), alike, wanted, sides, shells)
+    for instance in np.flatnonzero(apart & asked):
+        caster = volumes.caster_of(int(instance)).opened(opened[instance])
+        _add_sides(volumes, caster, np.array([instance]), wanted, sides, shells)
+    return np.concatenate(sides), np.concatenate(shells)
 
 
 def _add_sides(
-    body: Body,
+    volumes: BodyVolumes,
     caster: Caster,
-    lights: NDArray[np.float64],
     alike: NDArray[np.intp],
+    wanted: NDArray[np.bool_],
     sides: list[NDArray[np.uint32]],
     shells: list[NDArray[np.intp]],
 ) -> None:
-    """Add the sides of some instances, and which shell each belongs to, to lists."""
-    for which, found in find_silhouettes(caster, lights[alike]):
+    """Add the sides of wanted shells of some instances, and their shells, to lists."""
+    body = volumes.body
+    for which, found in _find_silhouettes(volumes, caster, alike, wanted):
         n = _count_sides(found.codes, found.starts, caster.weight)
         side, shell = np.zeros((n, 6), np.uint32), np.zeros(n, np.intp)
-        _write_sides(
+        n = _write_sides(
             found.codes, found.starts, caster.edges, caster.weight, alike[which], body.first,
-            body.mirrored, body.edge_shell, body.n_shells, side, shell,
+            body.mirrored, body.edge_shell, body.n_shells, wanted, side, shell,
         )  # fmt: skip
-        sides.append(side)
-        shells.append(shell)
+        sides.append(side[:n])
+        shells.append(shell[:n])
+
+
+def _find_silhouettes(
+    volumes: BodyVolumes, caster: Caster, alike: NDArray[np.intp], wanted: NDArray[np.bool_]
+) -> Iterator[tuple[slice, Silhouettes]]:
+    """Find silhouettes of instances; where few shells are wanted perhaps of these alone."""
+    body, lights = volumes.body, volumes.lights
+    mine = wanted.reshape(-1, body.n_shells)[alike]
+    lengths = np.diff(body.edge_starts)
+    n_edges = int((mine @ lengths).sum())
+    if n_edges * _FEW < len(caster.edges) * len(alike):
+        codes, starts = np.zeros(n_edges + 1, np.int32), np.zeros(len(alike) + 1, np.int64)
+        is_flat = _list_few(
+            mine, body.edge_starts, caster.edge_faces, caster.turn, caster.planes,
+            lights[alike], codes, starts,
+        )  # fmt: skip
+        if not is_flat or caster.is_closed.all():
+            yield slice(0, len(alike)), Silhouettes(codes, starts)
+            return
+    yield from find_silhouettes(caster, lights[alike])
+
+
+@njit(cache=True, nogil=True)
+def _list_few(wanted, edge_starts, edge_faces, turn, planes, lights, codes, starts):
+    """
+    List the codes of the edges of wanted shells (n_lights, n_shells), light by light.
+
+    True where a face is seen exactly edge-on: the codes of open ones are wrong then. Sums
+    are those of ``find_lit``, to the last bit.
+    """
+    n = 0
+    is_flat = False
+    for k in range(lights.shape[0]):
+        x, y, z, w = lights[k, 0], lights[k, 1], lights[k, 2], lights[k, 3]
+        for shell in np.flatnonzero(wanted[k]):
+            for edge in range(edge_starts[shell], edge_starts[shell + 1]):
+                a, b = edge_faces[edge, 0], edge_faces[edge, 1]
+                one = planes[0, a] * x + planes[1, a] * y + planes[2, a] * z + planes[3, a] * w
+                two = planes[0, b] * x + planes[1, b] * y + planes[2, b] * z + planes[3, b] * w
+                is_flat |= one == 0.0 or two == 0.0
+                codes[n] = np.int32(edge) << 2 | np.int32(one > 0.0)
+                n += (one > 0.0) ^ (two > 0.0) ^ turn[edge]
+        starts[k + 1] = n
+    return is_flat
 
 
 @njit(cache=True, nogil=True)
@@ -189,15 +282,19 @@ def _count_sides(codes, starts, weight):
 
 @njit(cache=True, nogil=True)
 def _write_sides(
-    codes, starts, edges, weight, instances, first, mirrored, edge_shell, n_shells, sides, shells
-):
-    """Write two triangles for each side, and the shell it belongs to."""
+    codes, starts, edges, weight, instances, first, mirrored, edge_shell, n_shells, wanted, sides,
+    shells,
+):  # fmt: skip
+    """Write two triangles for each side of a wanted shell, and the shell; give how many."""
     n = 0
     for k in range(instances.size):
         instance = instances[k]
         for i in range(starts[k], starts[k + 1]):
             code = codes[i]
             edge = code >> 2
+            owner = instance * n_shells + edge_shell[edge]
+            if not wanted[owner]:
+                continue
             # Along the lit face for a positive multiplicity: the side goes back along it.
             times = np.int64(weight[edge]) >> (code >> 1 & 1)
             forward = ((times > 0) == ((code & 1) > 0)) != mirrored[instance]
@@ -210,8 +307,9 @@ def _write_sides(
                 sides[n, 3] = b
                 sides[n, 4] = a + 1
                 sides[n, 5] = b + 1
-                shells[n] = instance * n_shells + edge_shell[edge]
+                shells[n] = owner
                 n += 1
+    return n
 
 
 def gather(
@@ -241,8 +339,7 @@ def gather(
         mine = chosen[offset : offset + n]
         if mine.any():
             if what == "sides":
-                sides = each.sides[:, : 6 if is_quad else 3]
-                found = sides if mine.all() else sides[mine[each.side_shell]]
+                found = each.sides_of(mine)[0][:, : 6 if is_quad else 3]
             elif what == "dark_cap" and is_fan is not None:
                 found = each.dark_cap(mine, is_fan[offset : offset + n])
             else:

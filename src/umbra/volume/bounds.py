@@ -14,6 +14,7 @@ Source: McGuire et al. 2003, sections 5 and 6.
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
@@ -28,6 +29,7 @@ __all__ = [
     "find_visible_parts",
     "is_in_range",
     "is_outside",
+    "sort_boxes",
 ]
 
 _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)])
@@ -52,6 +54,34 @@ def is_outside(planes: NDArray[np.float64], points: NDArray[np.float64]) -> NDAr
     # Of a shape that ends at infinity only its finite points must be truly beyond.
     beyond = np.where(points[..., 3:] > 0, values < 0, values <= 0)
     return np.asarray(beyond.all(1).any(-1))
+
+
+def sort_boxes(
+    planes: NDArray[np.float64], bounds: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """
+    Tell which boxes (n, 2, 3) lie wholly beyond a plane of a region, and which within all.
+
+    Returns ``is_outside`` and ``is_inside``, (n,) bool each; ``planes`` (k, 4) are inward.
+    """
+    outside, inside = np.zeros(len(bounds), np.bool_), np.zeros(len(bounds), np.bool_)
+    _sort_boxes(np.ascontiguousarray(planes), np.asarray(bounds, np.float64), outside, inside)
+    return outside, inside
+
+
+@njit(cache=True, nogil=True)
+def _sort_boxes(planes, bounds, outside, inside):
+    for i in range(bounds.shape[0]):
+        beyond, within = False, True
+        for k in range(planes.shape[0]):
+            lowest = highest = 0.0
+            for axis in range(3):
+                a, b = planes[k, axis] * bounds[i, 0, axis], planes[k, axis] * bounds[i, 1, axis]
+                lowest += min(a, b)
+                highest += max(a, b)
+            beyond |= highest + planes[k, 3] < 0.0
+            within &= lowest + planes[k, 3] >= 0.0
+        outside[i], inside[i] = beyond, within
 
 
 def is_in_range(
@@ -164,44 +194,97 @@ def find_shadow_points(
         The box's corners, then where the light throws them: at infinity (w = 0), on the
         floor or out of range, whichever is nearest.
     """
-    light = np.asarray(light, np.float64)
-    corners = find_box_points(bounds)
-    ends = light[3] * corners - light
-    ends[..., 3] = 0.0
-    distance = _find_distances(bounds, light)
-    if light[3] and np.isfinite(reach):
+    bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
+    points = np.zeros((len(bounds), 16, 4))
+    for box, shape in zip(bounds, points, strict=True):
+        _throw(box, light, np.nan if floor is None else float(floor), float(reach), shape)
+    return points
+
+
+@njit(cache=True, nogil=True)
+def _find_distance(box, light):
+    """Return how far a box is from a light; 0 for a directional light."""
+    square = 0.0
+    if light[3] != 0.0:
+        for axis in range(3):
+            place = light[axis] / light[3]
+            square += max(box[0, axis] - place, place - box[1, axis], 0.0) ** 2
+    return np.sqrt(square)
+
+
+@njit(cache=True, nogil=True)
+def _throw(box, light, floor, reach, points):
+    """Write the points of ``find_shadow_points`` of one box (16, 4); a floor of NaN is none."""
+    for k in range(8):
+        for axis in range(3):
+            points[k, axis] = box[k >> axis & 1, axis]
+            points[8 + k, axis] = light[3] * points[k, axis] - light[axis]
+        points[k, 3], points[8 + k, 3] = 1.0, 0.0
+    is_below = True
+    distance = _find_distance(box, light)
+    if light[3] != 0.0 and np.isfinite(reach) and distance > 1e-6 * reach:
         # Of two points on one ray the farther is at most reach / distance times as far.
-        some = distance > 1e-6 * reach
-        times = np.maximum(reach / distance[some], 1.0)[:, None, None]
-        place = light[:3] / light[3]
-        ends[some, :, :3] = place + times * (corners[some, :, :3] - place)
-        ends[some, :, 3] = 1.0
-    if floor is not None:
-        some = can_end_at_floor(bounds, light)
-        on_floor = end_at_floor(corners[some, :, :3], light, floor)
-        nearer = ends[some, :, 3:] == 0
-        # One end for all corners of a box: hulls of mixed ends could miss some of it.
-        if light[3] and np.isfinite(reach):
-            nearer |= (ends[some, :, 2].min(1) < floor)[:, None, None]
-        ends[some, :, :3] = np.where(nearer, on_floor, ends[some, :, :3])
-        ends[some, :, 3] = 1.0
-    return np.concatenate([corners, ends], 1)
+        times = max(reach / distance, 1.0)
+        is_below = False
+        for k in range(8):
+            for axis in range(3):
+                place = light[axis] / light[3]
+                points[8 + k, axis] = place + times * (points[k, axis] - place)
+            points[8 + k, 3] = 1.0
+            is_below |= points[8 + k, 2] < floor
+    size = np.sqrt(light[0] ** 2 + light[1] ** 2 + light[2] ** 2)
+    level = 1e-4 * (size if light[3] == 0.0 else abs(box[1, 2]))
+    # One end for all corners of a box: hulls of mixed ends could miss some of it.
+    if is_below and not np.isnan(floor) and light[2] - light[3] * box[1, 2] > level:
+        for k in range(8):
+            drop = max(points[k, 2] - floor, 0.0) / (light[3] * points[k, 2] - light[2])
+            for axis in range(3):
+                away = light[3] * points[k, axis] - light[axis]
+                points[8 + k, axis] = points[k, axis] - drop * away
+            points[8 + k, 3] = 1.0
 
 
-def _add_feet(
-    ends: NDArray[np.float64], bounds: NDArray[np.float64], floor: float | None
-) -> NDArray[np.float64]:
-    """
-    Add to the far ends of boxes what stays where it is: that which lies below the floor.
+@njit(cache=True, nogil=True)
+def _is_beyond(plane, points):
+    """Tell whether a shape lies wholly beyond a plane; as ``is_outside``."""
+    for k in range(points.shape[0]):
+        value = plane[3] * points[k, 3]
+        for axis in range(3):
+            value += plane[axis] * points[k, axis]
+        if value > 0.0 or (value == 0.0 and points[k, 3] > 0.0):
+            return False
+    return True
 
-    Without their section at the floor the hull would miss what is thrown from just above it.
-    """
-    if floor is None:
-        return ends
-    feet = find_box_points(bounds)
-    feet[..., 2] = np.minimum(feet[..., 2], floor)
-    stands = (bounds[:, 0, 2] < floor) & (ends[:, 0, 3] > 0)
-    return np.concatenate([ends, np.where(stands[:, None, None], feet, ends)], 1)
+
+@njit(cache=True, nogil=True)
+def _find_parts(bounds, light, planes, far, floor, reach, parts):
+    """Write whether the volume, the light cap and the dark cap of each box may be in view."""
+    points, ends, feet = np.zeros((16, 4)), np.zeros((16, 4)), np.zeros((8, 4))
+    for i in range(bounds.shape[0]):
+        box = bounds[i]
+        if _find_distance(box, light) > reach:
+            continue
+        _throw(box, light, floor, reach, points)
+        is_seen = not _is_beyond(far, points)
+        for plane in planes:
+            is_seen = is_seen and not _is_beyond(plane, points)
+        if not is_seen:
+            continue
+        # What of the box lies below the floor stays where it is: without its section there the
+        # hull would miss what is thrown from just above it.
+        _throw(box, light, floor, np.inf, ends)
+        is_cut = ends[8, 3] > 0.0
+        stands = is_cut and box[0, 2] < floor
+        feet[:] = ends[8:]
+        if stands:
+            feet[:] = points[:8]
+            feet[:, 2] = np.minimum(feet[:, 2], floor)
+        light_cap = True
+        dark_cap = is_cut or light[3] != 0.0  # at infinity all would meet in one point
+        for plane in planes:
+            light_cap = light_cap and not _is_beyond(plane, points[:8])
+            dark_cap = dark_cap and not (_is_beyond(plane, ends[8:]) and _is_beyond(plane, feet))
+        parts[0, i], parts[1, i], parts[2, i] = True, light_cap, dark_cap
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,16 +332,13 @@ def find_visible_parts(
     -------
     parts : VisibleParts
     """
-    light = np.asarray(light, np.float64)
+    bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     planes = find_view_planes(camera, origin, scissor)
-    points = find_shadow_points(bounds, light, floor, reach)
-    volume = is_in_range(bounds, light, reach) & ~is_outside(planes, points)
+    far = np.array([0.0, 0.0, 0.0, 1.0])
     if np.isfinite(camera.far):
         # No visible point is farther, but faces there still count behind visible ones.
         far = np.append(-planes[0, :3], camera.far - camera.near - planes[0, 3])
-        volume &= ~is_outside(far[None], points)
-    ends = find_shadow_points(bounds, light, floor)[:, 8:]
-    dark_cap = volume & ~is_outside(planes, _add_feet(ends, bounds, floor))
-    if light[3] == 0:
-        dark_cap &= ends[:, 0, 3] > 0  # at infinity all would meet in one point
-    return VisibleParts(volume, volume & ~is_outside(planes, points[:, :8]), dark_cap)
+    parts = np.zeros((3, len(bounds)), np.bool_)
+    end = np.nan if floor is None else float(floor)
+    _find_parts(bounds, light, planes, far, end, float(reach), parts)
+    return VisibleParts(*parts)

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import Caster
-from umbra.volume.bounds import find_box_points, is_outside
+from umbra.volume.bounds import find_box_points, is_outside, sort_boxes
 from umbra.volume.facing import find_sides
 from umbra.volume.regions import Regions, make_regions
 
@@ -128,15 +128,16 @@ def find_placements(
     Where ``is_drawn`` is False, a caster is not in the depth buffer: it needs its light cap
     counted in case 1, too, where it is in view.
     """
-    corners = find_box_points(bounds)
-    blocks, sees_box = (
-        np.asarray(~is_outside(planes, corners)) for planes in (regions.pyramid, regions.view)
+    outside, inside = zip(
+        *(sort_boxes(planes, bounds) for planes in (regions.pyramid, regions.view)), strict=True
     )
-    inside = [(corners @ planes.T >= 0).all((1, 2)) for planes in (regions.pyramid, regions.view)]
+    blocks, sees_box = ~outside[0], ~outside[1]
     is_fan = dark_cap_is_fan(bounds, regions.light)
-    dark = np.zeros(len(corners), np.bool_)
-    if regions.light[3]:
-        dark = ~is_outside(regions.view, _away(corners, regions.light)) | ~is_fan
+    dark = np.zeros(len(bounds), np.bool_)
+    if regions.light[3] and blocks.any():
+        away = _away(find_box_points(bounds[blocks]), regions.light)
+        dark[blocks] = ~is_outside(regions.view, away)
+        dark |= ~is_fan
     return Placements(
         case=np.where(blocks, np.where(sees_box, 3, 2), 1).astype(np.int8),
         undecided=blocks & ~(inside[0] & (inside[1] | ~sees_box)),

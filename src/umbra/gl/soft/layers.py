@@ -199,7 +199,6 @@ def plan_layers(
 def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
     """Give volumes of enlarged bodies without their sides, each instance by itself."""
     scaled = []
-    sides, shells = np.zeros((0, 6), np.uint32), np.zeros(0, np.intp)
     opened = {id(each.body): each.opened for each in layers.volumes}
     for each in layers.instances:
         caster, number = each.body.caster, each.number
@@ -213,5 +212,5 @@ def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
         body.groups = [body.groups[number]]
         body.place([None])
         open_here = opened[id(each.body)][[number]]
-        scaled.append(BodyVolumes(body, layers.source[None], open_here, sides, shells))
+        scaled.append(BodyVolumes(body, layers.source[None], open_here))
     return scaled
