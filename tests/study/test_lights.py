@@ -166,3 +166,8 @@ def test_a_lamp_under_a_table_lights_the_floor_beneath_it():
     _, sums = count_lights(scene, Lights.of(lamps, np.eye(2)), options)
     assert (sums[0] == 0).all()
     assert (sums[1] == 1).all()
+
+
+def test_canopies_are_refused(town):
+    with pytest.raises(umbra.InputError, match="canopy="):
+        count_lights(town, Lights.of(LEANING), ask(receivers="ground", canopy="town"))

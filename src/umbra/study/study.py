@@ -176,6 +176,9 @@ def count_lights(
     InputError
         If an option is wrong.
     """
+    if options.canopy:
+        msg = "lights of one's own pass no canopies; leave canopy= out, or no_cast= such parts"
+        raise InputError(msg, option="canopy")
     kind = find_kind(options.receivers, scene, options.ground)
     threads = options.threads or count_cores()
     suns, others = lights.split()
