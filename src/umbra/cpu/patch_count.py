@@ -43,7 +43,7 @@ __all__ = ["PatchCounter"]
 _BLOCK = 32  # patches that a thread takes at a time: their bins stay in the cache
 _SUNS = 64  # suns that are binned at a time
 _ROOM = 1024  # doubts of a patch under one sun, besides a quarter of its samples
-_CROSSINGS = 16  # of a column, besides a quarter of its rows; with more of them rays are asked
+_CROSSINGS = 16  # of a column, besides one a row; with more of them rays are asked
 _EPS = 1e-7  # squares that a rim can be off by rounding
 _EDGE_ON = 1e-9  # sine of the sun over a face that passes through a patch
 
@@ -175,7 +175,7 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
             highest = max(highest, patches.size[i, 1])
             most = max(most, patches.first[i + 1] - patches.first[i])
             cuts = max(cuts, patches.cut_start[i + 1] - patches.cut_start[i])
-    at_once = _CROSSINGS + highest // 4
+    at_once = _CROSSINGS + highest
     room = _ROOM + most // 4
     work = _Work(
         Crossings(
@@ -184,7 +184,8 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
             np.zeros((widest, at_once), np.int32),
             np.zeros((widest, at_once), np.int32),
             np.zeros(room, np.int64),
-            np.zeros((widest * (at_once + 1) + 1, 3), np.int64),
+            np.zeros((most, 3), np.int64),
+            np.zeros(highest + 1, np.int32),
         ),
         np.zeros((bins.most + cuts, 5)),
         np.zeros(bins.most, np.int32),

@@ -23,6 +23,7 @@ __all__ = [
 ]
 
 MISSES, BESIDE, MEETS = 0, 1, 2
+_MANY = 24  # crossings of a column that are sooner added up row by row than sorted
 
 
 class Crossings(NamedTuple):
@@ -39,8 +40,10 @@ class Crossings(NamedTuple):
         First row above each, and how the count changes.
     doubts : (n,) int64
         Squares so near to a rim that rounding could tell either way.
-    runs : (n, 3) int64
+    runs : (n_samples, 3) int64
         Stretches of samples with one count: first, end, count.
+    level : (rows + 1,) int32
+        Changes at each row of a column that is crossed often; 0 between uses.
     """
 
     steps: np.ndarray
@@ -49,6 +52,7 @@ class Crossings(NamedTuple):
     change: np.ndarray
     doubts: np.ndarray
     runs: np.ndarray
+    level: np.ndarray
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -160,6 +164,29 @@ def clear(cols, crossings):
 
 
 @njit(cache=True, nogil=True)
+def _sort(row, change, n, rows, level):
+    """Put the crossings of a column in order; give their number, less where rows are merged."""
+    if n > _MANY:
+        for q in range(n):
+            level[row[q]] += change[q]
+        n = 0
+        for r in range(rows):
+            if level[r] != 0:
+                row[n], change[n] = r, level[r]
+                level[r] = 0
+                n += 1
+        return n
+    for q in range(1, n):
+        r, m = row[q], change[q]
+        p = q - 1
+        while p >= 0 and row[p] > r:
+            row[p + 1], change[p + 1] = row[p], change[p]
+            p -= 1
+        row[p + 1], change[p + 1] = r, m
+    return n
+
+
+@njit(cache=True, nogil=True)
 def find_runs(cols, rows, before, crossings):
     """
     List the stretches of samples with one count, up to a constant; forget the crossings.
@@ -186,13 +213,7 @@ def find_runs(cols, rows, before, crossings):
         crossings.number[c] = 0
         row = crossings.row[c]
         change = crossings.change[c]
-        for q in range(1, k):  # in order
-            r, m = row[q], change[q]
-            p = q - 1
-            while p >= 0 and row[p] > r:
-                row[p + 1], change[p + 1] = row[p], change[p]
-                p -= 1
-            row[p + 1], change[p + 1] = r, m
+        k = _sort(row, change, k, rows, crossings.level)
         count = base
         first = before[c * rows]
         for q in range(k + 1):
