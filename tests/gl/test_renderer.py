@@ -112,6 +112,25 @@ def test_what_may_be_left_out_changes_no_pixel(device, town):
     assert count_differences(render(device, town, CAMERA, lights), plain, 0) <= 2
 
 
+def test_only_the_cone_of_a_spot_is_counted(device, town):
+    random = np.random.default_rng(8)
+    drawn = 0
+    for number in range(24):
+        place, target = random.uniform((-5, -5, 2), (45, 45, 60)), random.uniform(0, 40, 3)
+        reach = random.choice([np.inf, 15.0, 60.0])
+        spot = spot_light(place, target, random.choice([3, 15, 40, 80, 120]), range=reach)
+        height = 40.0 if number % 4 == 0 else None
+        eye = target + random.normal(0, 25, 3) + (0, 0, 20)
+        camera = Camera(eye, random.uniform(0, 40, 3) * (1, 1, 0), size=(60, 45), height=height)
+        with Renderer(town, 0.0, device=device) as renderer:
+            narrow = renderer.render(camera, [spot])
+            drawn += renderer.statistics[0].shells - renderer.statistics[0].culled
+        options = VolumeOptions(narrow=False, cull=False)
+        plain = render(device, town, camera, [spot], choices=options)
+        assert count_differences(narrow, plain, 0) <= 2
+    assert 24 <= drawn < 24 * 16 / 2
+
+
 def quad(z=0.0, size=40.0, **more):
     """Make a square that faces up, its picture's top toward +y."""
     corners = np.array([(0, 0, z), (size, 0, z), (size, size, z), (0, size, z)], float)

@@ -19,6 +19,8 @@ from umbra.volume.bounds import (
 from umbra.volume.regions import find_near_rectangle, find_view_planes
 from umbra.volume.scissor import (
     find_box_scissors,
+    find_cone_planes,
+    find_cone_scissor,
     find_depth_bounds,
     find_depths,
     find_sphere_depths,
@@ -394,3 +396,29 @@ def test_scissors_are_tight(seed):
         assert np.abs(found - np.clip(span, 0, [cols, rows, cols, rows])).max() <= 2
     else:
         assert span[0] >= cols - 1 or span[2] <= 1 or span[1] >= rows - 1 or span[3] <= 1
+
+
+@CAMERAS
+@pytest.mark.parametrize("reach", [4.0, 30.0, np.inf])
+def test_a_cones_scissor_and_planes_hold_it(camera, reach):
+    random = np.random.default_rng(3)
+    matrix, smaller = camera.matrix(), 0
+    for half_angle in (0.5, 5, 20, 45, 80, 88.9, 95) * 20:
+        place, axis = random.normal(0, 6, 3) + (0, 4, 0), random.normal(0, 1, 3)
+        axis /= np.linalg.norm(axis)
+        ways = random.normal(0, 1, (4000, 3)) * random.choice([0.01, 0.1, 1], (4000, 1)) + axis
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        ways = ways[ways @ axis >= np.cos(np.radians(half_angle))]
+        points = place + min(reach, 1e4) * random.uniform(0, 1, (len(ways), 1)) ** 3 * ways
+        planes = find_cone_planes(place, axis, half_angle)
+        assert planes is None or (points @ planes[:, :3].T + planes[:, 3] > -1e-9).all()
+        left, top, right, bottom = find_cone_scissor(camera, place, axis, half_angle, reach)
+        x, y, w, _ = (np.column_stack([points, np.ones(len(points))]) @ matrix.T).T
+        seen = points[:, 1] >= camera.near
+        x, y = x[seen] / w[seen], y[seen] / w[seen]
+        shown = (np.abs(x - 99.5) < 99.9) & (np.abs(y - 49.5) < 49.9)
+        x, y = x[shown], y[shown]
+        assert ((x > left - 0.51) & (x < right - 0.49) & (y > top - 0.51)).all()
+        assert (y < bottom - 0.49).all()
+        smaller += (right - left) * (bottom - top) < 200 * 100
+    assert smaller >= (0 if np.isinf(reach) and camera.height else 20)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.projection import Projection
 from umbra.gl.volumes import BodyVolumes
-from umbra.volume.bounds import can_end_at_floor, find_visible_parts
+from umbra.volume.bounds import can_end_at_floor, find_visible_parts, sort_boxes
 from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements
 from umbra.volume.regions import find_near_rectangle, make_regions
 
@@ -55,7 +55,7 @@ class VolumeOptions:
     ask_triangles : bool
         Let triangles decide the case where bounds cannot.
     narrow : bool
-        Count only where the light's range may reach: within its scissor and depth bounds.
+        Count only where the light's range and cone may reach: within scissor and depth bounds.
         What is counted elsewhere means nothing, for the light does not shine there.
     """
 
@@ -104,6 +104,7 @@ def select(
     choices: VolumeOptions,
     floor: float,
     reach: float = np.inf,
+    cone: NDArray[np.float64] | None = None,
     scissor: NDArray[np.int64] | None = None,
 ) -> Selection:
     """
@@ -126,6 +127,8 @@ def select(
         z, relative to the origin, where volumes may end; below every receiver [m].
     reach : float
         The light's range [m].
+    cone : (n, 4) float64, optional
+        Inward planes around the light's cone.
     scissor : (4,) int, optional
         Left, top, right, bottom [pixels]: where to count.
 
@@ -153,6 +156,8 @@ def select(
             reach=reach,
         )
         sides, light_cap, dark_cap = parts.volume, parts.light_cap, parts.dark_cap
+        if cone is not None:  # what is not in it shadows nothing that is
+            sides = sides & ~sort_boxes(cone, bounds)[0]
     is_fan = np.zeros(n, np.bool_)
     is_fan[sides] = dark_cap_is_fan(bounds[sides], source) & choices.fans
     dark_cap = sides & (dark_cap | ~is_fan)

@@ -42,6 +42,7 @@ from umbra.gl.volumes import BodyVolumes, gather, make_volumes
 from umbra.machine import count_cores, use_threads
 from umbra.methods import METHODS
 from umbra.scene import Camera, Light, Scene
+from umbra.volume.scissor import find_cone_planes
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Planner", "Statistics", "VolumePlan"]
 
@@ -171,7 +172,9 @@ class Planner:
         choices = choices or VolumeOptions()
         key = projection.matrix.tobytes() + projection.eye.tobytes()
         key += b"".join(light.position.tobytes() for light in lights)
-        key += f"{method} {choices} {[light.range for light in lights]}".encode()
+        key += b"".join(light.axis.tobytes() for light in lights if light.axis is not None)
+        shapes = [(light.range, light.half_angle, light.axis is None) for light in lights]
+        key += f"{method} {choices} {shapes}".encode()
         if self._last is None or self._last[0] != key or method == "z-pass":
             plans: list[VolumePlan] = []
             lists, nearby = [np.zeros(0, np.uint32)], [np.zeros((0, 2, 3))]
@@ -201,10 +204,14 @@ class Planner:
         source = find_source(light, origin)
         kept = self._keep(number, projection.asked, source)
         reach = light.range if choices.narrow else np.inf
-        corners, depths = find_clip_range(camera, origin, source, reach)
+        corners, depths, cone = None, None, None
+        if choices.narrow:
+            corners, depths = find_clip_range(camera, origin, source, light)
+            if light.axis is not None:
+                cone = find_cone_planes(source[:3], light.axis, light.half_angle)
         selection = select(
             kept.volumes, self.bounds, projection, origin, source, method=method, choices=choices,
-            floor=self.floor, reach=reach, scissor=corners,
+            floor=self.floor, reach=reach, cone=cone, scissor=corners,
         )  # fmt: skip
         if method == "z-pass" and (selection.case > 1).any():
             warn(

@@ -1,8 +1,8 @@
 """
 From the world to OpenGL's clip space, relative to the eye so that float32 is enough.
 
-A light of limited range can change only part of a picture: its *clip range*, a scissor
-and depth bounds.
+A light of limited range, or a spot, can change only part of a picture: its *clip range*, a
+scissor and depth bounds.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from umbra.scene import Camera, Light
 from umbra.volume.bounds import find_box_points, sort_boxes
 from umbra.volume.regions import find_view_planes
-from umbra.volume.scissor import find_depth_bounds, find_sphere_depths, find_sphere_scissors
+from umbra.volume.scissor import (
+    find_cone_scissor,
+    find_depth_bounds,
+    find_sphere_depths,
+    find_sphere_scissors,
+)
 
 __all__ = [
     "EDGE_ON",
@@ -209,10 +214,10 @@ def find_rays(projection: Projection) -> dict[str, object]:
 
 
 def find_clip_range(
-    camera: Camera, origin: NDArray, source: NDArray, reach: float
+    camera: Camera, origin: NDArray, source: NDArray, light: Light
 ) -> tuple[NDArray[np.int64] | None, tuple[float, float] | None]:
     """
-    Find what a light's range, ``reach`` [m], can change of a picture.
+    Find what a light, by its range and cone, can change of a picture.
 
     Parameters
     ----------
@@ -221,7 +226,7 @@ def find_clip_range(
         Of the scene.
     source : (4,) float64
         The light, relative to the origin.
-    reach : float
+    light : Light
 
     Returns
     -------
@@ -230,15 +235,25 @@ def find_clip_range(
     depths : (float, float) or None
         Lowest and highest window depth, in perspective.
     """
-    if np.isinf(reach) or source[3] == 0:
+    reach = light.range
+    if source[3] == 0 or (np.isinf(reach) and light.axis is None):
         return None, None
     place = source[None, :3]
     (corners,) = find_sphere_scissors(camera, place, [reach], origin)
-    if not camera.is_perspective:
+    if light.axis is not None:
+        cone = find_cone_scissor(camera, place[0], light.axis, light.half_angle, reach, origin)
+        corners = _meet(corners, cone)
+    if not camera.is_perspective or np.isinf(reach):
         return corners, None
     found = find_depth_bounds(camera, find_sphere_depths(camera, place, [reach], origin))
     low, high = found.bounds[0].tolist()
     return corners * ~found.is_empty[0], (low, high)
+
+
+def _meet(one: NDArray[np.int64], two: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Give the rectangle that lies in both; all 0 where none does."""
+    met = np.concatenate([np.maximum(one[:2], two[:2]), np.minimum(one[2:], two[2:])])
+    return met * (met[2:] > met[:2]).all()
 
 
 def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, int, int]:
@@ -249,5 +264,5 @@ def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, 
 
 def find_scissor(camera: Camera, origin: NDArray, light: Light) -> tuple[int, int, int, int] | None:
     """Find the rectangle that a light's range reaches, as OpenGL has it; None: all."""
-    corners, _ = find_clip_range(camera, origin, light.local(origin), light.range)
+    corners, _ = find_clip_range(camera, origin, light.local(origin), light)
     return None if corners is None else turn_scissor(corners, camera)

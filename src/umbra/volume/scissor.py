@@ -20,6 +20,8 @@ from umbra.volume.regions import find_view_planes
 __all__ = [
     "DepthBounds",
     "find_box_scissors",
+    "find_cone_planes",
+    "find_cone_scissor",
     "find_depth_bounds",
     "find_depths",
     "find_sphere_depths",
@@ -133,6 +135,82 @@ def find_sphere_scissors(
         low, high = (v * rows / height + (size - 1) / 2.0 for v in pixels)
         spans.append((low, high))
     return _make_scissors(camera, spans[0], spans[1], endless | (short <= radius))
+
+
+_SIDES = 16  # of the pyramid around a cone
+_WIDER = 1e-6  # of a cone's cosine, for devices that compute in float32
+
+_AHEAD = 1e-6  # an end at infinity is surely in the picture's half of space
+
+
+def _make_pyramid(
+    axis: NDArray[np.float64], half_angle: float
+) -> tuple[float, NDArray[np.float64]] | None:
+    """Return the widened half angle, and directions (16, 3) around the axis; None from 90 on."""
+    angle = np.arccos(max(np.cos(np.radians(half_angle)) - _WIDER, -1.0))
+    if angle >= np.radians(89.0):
+        return None
+    one = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    one /= np.linalg.norm(one)
+    turn = 2.0 * np.pi / _SIDES * np.arange(_SIDES)[:, None]
+    return float(angle), np.cos(turn) * one + np.sin(turn) * np.cross(axis, one)
+
+
+def find_cone_planes(
+    place: NDArray[np.float64], axis: NDArray[np.float64], half_angle: float
+) -> NDArray[np.float64] | None:
+    """
+    Find inward planes (16, 4) around a cone from a place along an axis of length 1.
+
+    None if the half angle [degrees] is so wide that there are none.
+    """
+    pyramid = _make_pyramid(axis, half_angle)
+    if pyramid is None:
+        return None
+    angle, around = pyramid
+    normals = np.sin(angle) * axis - np.cos(angle) * around
+    return np.column_stack([normals, -(normals @ place)])
+
+
+def find_cone_scissor(
+    camera: Camera,
+    place: NDArray[np.float64],
+    axis: NDArray[np.float64],
+    half_angle: float,
+    reach: float = np.inf,
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+) -> NDArray[np.int64]:
+    """
+    Find the pixels in which a cone, such as a spot light's, can be seen, up to its reach [m].
+
+    Parameters as in ``find_cone_planes``. Returns (4,) int64, as ``find_box_scissors`` does;
+    the whole picture where the cone is too wide or its end has no place in the picture.
+    """
+    whole = np.array([0, 0, *camera.size], np.int64)
+    pyramid = _make_pyramid(axis, half_angle)
+    if pyramid is None or (np.isinf(reach) and camera.height is not None):
+        return whole
+    angle, around = pyramid
+    rim = axis + np.tan(angle) / np.cos(np.pi / _SIDES) * around
+    is_endless = bool(np.isinf(reach))
+    points = np.ones((_SIDES + 1, 4))
+    points[0, :3] = place
+    points[1:, :3] = rim if is_endless else place + reach * rim
+    points[1:, 3] = 0.0 if is_endless else 1.0
+    ahead = points @ find_view_planes(camera, origin)[0]
+    if is_endless and (ahead[1:] < _AHEAD).any():
+        return whole
+    # Every two points span an edge of the hull, or lie within: where the near plane cuts it.
+    start, end = (k.ravel() for k in np.indices((len(points), len(points))))
+    cut = (ahead[start] < 0) & (ahead[end] >= 0)
+    start, end = start[cut], end[cut]
+    along = ahead[start] / (ahead[start] - ahead[end])
+    cuts = points[start] + along[:, None] * (points[end] - points[start])
+    x, y, w, _ = (np.concatenate([points[ahead >= 0], cuts]) @ camera.matrix(origin).T).T
+    if not len(w):
+        return np.zeros(4, np.int64)
+    spans = [(np.array([(v / w).min()]), np.array([(v / w).max()])) for v in (x, y)]
+    return _make_scissors(camera, spans[0], spans[1], np.ones(1, np.bool_))[0]
 
 
 def _make_scissors(

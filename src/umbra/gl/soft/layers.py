@@ -140,7 +140,9 @@ def list_layers(
     triangles will begin at ``place`` in the index list.
     """
     reach = light.range if choices.narrow else np.inf
-    corners, _ = find_clip_range(projection.camera, origin, layers.source, reach)
+    corners = None
+    if choices.narrow:
+        corners, _ = find_clip_range(projection.camera, origin, layers.source, light)
     selection = select(
         layers.volumes, layers.bounds, projection, origin, layers.source, method="auto",
         choices=replace(choices, ask_triangles=False), floor=floor, reach=reach, scissor=corners,
