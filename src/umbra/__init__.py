@@ -13,9 +13,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from umbra.calls.counts import count
-    from umbra.calls.inputs import make_camera
-    from umbra.calls.outlines import shadow_polygons
+    from umbra.calls import make_camera
+    from umbra.calls.counts import count, shadow_polygons
     from umbra.calls.picture import Picture, render
     from umbra.calls.result import ShadowStudy
     from umbra.calls.study import shadow_study
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
         spot_light,
         volume_light,
     )
-    from umbra.scene.pose import pose
+    from umbra.scene.making import pose
     from umbra.study.compare import compare
     from umbra.sun import Site, find_site, find_sun, sun_light
 
@@ -66,14 +65,14 @@ _HOMES = {
     "directional_light": "umbra.scene",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
-    "make_camera": "umbra.calls.inputs",
+    "make_camera": "umbra.calls",
     "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",
     "pose": "umbra.scene",
     "read": "umbra.readers",
     "render": "umbra.calls.picture",
-    "shadow_polygons": "umbra.calls.outlines",
+    "shadow_polygons": "umbra.calls.counts",
     "shadow_study": "umbra.calls.study",
     "show": "umbra.calls.window",
     "sphere_light": "umbra.scene",
@@ -130,7 +129,7 @@ def __getattr__(name: str) -> object:
 
 def _tell_kernel_cache() -> None:
     """Warn once where compiled kernels cannot be kept."""
-    from umbra.kernel_cache import find_kernel_cache  # noqa: PLC0415
+    from umbra.machine import find_kernel_cache  # noqa: PLC0415
 
     note = find_kernel_cache()
     if note is not None:

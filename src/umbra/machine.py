@@ -1,20 +1,48 @@
-"""The machine: how much memory this process may use, how many cores, and who runs its threads."""
+"""
+The machine that umbra runs on: memory, cores, threads, child processes, compiled kernels.
 
+Python looks for modules in the current folder when it is given ``-c`` or ``-m``, and
+numba and matplotlib look there for settings. The folder may be a stranger's, unpacked to
+see what his model is; so a child imports from where this process does, less that folder,
+and stands in umbra's own. numba takes ``.numba_config.yaml`` from there (so a cache, which holds
+pickles, in a folder of a stranger's choice), and matplotlib takes ``matplotlibrc``.
+
+numba keeps compiled kernels beside the source, else in the user's cache folder, and refuses to
+compile where it can write to neither: in a container that is read-only, of a user without a home.
+"""
+
+import atexit
 import ctypes
 import math
 import os
+import shutil
 import sys
+import tempfile
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import chdir, suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 try:
     import resource
 except ImportError:  # Windows has no such limits
     resource = None  # type: ignore[assignment]
 
-__all__ = ["count_cores", "find_memory", "name_memory", "use_threads"]
+__all__ = [
+    "HOME",
+    "count_cores",
+    "find_kernel_cache",
+    "find_memory",
+    "make_command",
+    "name_memory",
+    "pass_over_settings",
+    "use_threads",
+]
+
+HOME = Path(__file__).parent
+"""Where children stand, so paths that they are given must be absolute."""
 
 _UNKNOWN = 8e9
 _GROUPS = Path("/proc/self/cgroup")
@@ -136,3 +164,78 @@ def _load_tbb() -> None:
 
 
 _load_tbb()
+
+
+def make_command(code: str, *arguments: str) -> list[str]:
+    """
+    Make the command of a child that runs a few statements; start it in ``HOME``.
+
+    What the current folder holds is not imported, unless ``PYTHONPATH`` names it or umbra itself
+    lies there. Arguments are its ``sys.argv[1:]``.
+    """
+    path = [entry for entry in sys.path if entry and not _is_here(entry)]
+    root = str(HOME.parent)
+    if root not in path:
+        path.append(root)
+    # Python's own folders, should one be the current folder, come back from the child's path.
+    start = f"import sys; p = {path!r}; sys.path[:] = p + [e for e in sys.path if e not in p]"
+    return [sys.executable, "-P", "-c", f"{start}\n{code}", *arguments]
+
+
+def _is_here(entry: str) -> bool:
+    """Return whether an entry of ``sys.path`` is the current folder."""
+    try:
+        return Path(entry).samefile(os.curdir)
+    except OSError:  # it is not there, or the current folder is not
+        return False
+
+
+@cache
+def find_kernel_cache() -> str | None:
+    """Make kernels compile wherever umbra runs; return a note if they cannot be stored."""
+    if os.environ.get("NUMBA_CACHE_DIR") or _is_writable(HOME / "cpu") or _has_user_folder():
+        return None
+    try:
+        folder = tempfile.mkdtemp(prefix="umbra-kernels-")
+    except OSError:
+        dispatcher = import_module("numba.core.dispatcher").Dispatcher
+        dispatcher.enable_caching = lambda _: None
+    else:
+        os.environ["NUMBA_CACHE_DIR"] = folder  # for children, too
+        atexit.register(_remove, folder, os.getpid())
+    return (
+        "compiled kernels cannot be kept beside umbra or in a home folder, so every run compiles "
+        "them anew, for about a minute; set NUMBA_CACHE_DIR to a folder that may be written to"
+    )
+
+
+def _is_writable(folder: Path) -> bool:
+    kept = folder / "__pycache__"
+    return os.access(kept if kept.exists() else folder, os.W_OK)
+
+
+def _has_user_folder() -> bool:
+    from platformdirs import user_cache_path  # noqa: PLC0415 - only where it is asked
+
+    folder = user_cache_path("numba", appauthor=False)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return folder.is_absolute() and os.access(folder, os.W_OK)
+
+
+def _remove(folder: str, owner: int) -> None:
+    if os.getpid() == owner:  # not a fork of it
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def pass_over_settings() -> None:
+    """Import numba and matplotlib from another folder if the current one holds their settings."""
+    if os.path.lexists(".numba_config.yaml"):
+        with chdir(HOME):
+            config: Any = import_module("numba.core.config")
+        config._config_fname = os.devnull  # it looks again whenever it compiles
+    if os.path.lexists("matplotlibrc"):
+        with chdir(HOME):
+            import_module("matplotlib")

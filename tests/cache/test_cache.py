@@ -16,9 +16,9 @@ from support.shapes import box, moved
 import umbra
 from umbra import cache as cache_folder
 from umbra import readers
+from umbra import readers as readers_cache
 from umbra.cache import _PLACE, _WIDTHS, _sum, keep_scene, load_scene, measure
 from umbra.errors import InputError
-from umbra.readers import cache as readers_cache
 from umbra.scene import Material, Mesh, Part, Scene, Source, make_scene
 
 HOUSES = {f"house {n}": moved(box((0, 0, 0), (4, 4, 9 + n)), (9 * n, 0, 0)) for n in range(5)}

@@ -59,7 +59,7 @@ def test_far_from_zero_it_is_the_same():
 
 
 def test_without_geopandas_shapes_are_given(monkeypatch):
-    monkeypatch.setattr("umbra.calls.outlines.find_spec", lambda _: None)
+    monkeypatch.setattr("umbra.calls.counts.find_spec", lambda _: None)
     scene = make_tower(FAR, crs="EPSG:2056")
     sun = umbra.sun_light(SITE, "2026-03-21", "15:00")
     assert umbra.shadow_polygons(scene, sun, plane=400.0).geom_type == "MultiPolygon"

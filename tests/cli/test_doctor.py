@@ -47,7 +47,7 @@ def test_without_any_driver_it_says_what_to_install(umbra_here, monkeypatch):
     pytest.importorskip("moderngl")
 
     reason = {"reason": "libEGL is not loaded"}
-    monkeypatch.setattr("umbra.gl.probe.probe", lambda _: reason)
+    monkeypatch.setattr("umbra.calls.doctor.probe", lambda _: reason)
     said = umbra_here("doctor", "--json").json()
     assert not said["gl"]["runs"]
     assert said["gl"]["backends"]["egl"] == {"reason": "libEGL is not loaded"}
@@ -69,7 +69,7 @@ def test_without_the_extra_it_is_named(umbra_here, monkeypatch):
 
 def test_a_driver_that_crashes_is_survived(umbra_here, monkeypatch):
     pytest.importorskip("moderngl")
-    monkeypatch.setattr("umbra.gl.probe.sys.executable", "/bin/false")
+    monkeypatch.setattr("umbra.machine.sys.executable", "/bin/false")
     report = umbra_here("doctor", "--json").json()
     assert not report["gl"]["runs"]
     reasons = [found["reason"] for found in report["gl"]["backends"].values()]

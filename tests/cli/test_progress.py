@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from umbra.cli import progress
-from umbra.cli.progress import show_progress
+from umbra.cli import terminal as progress
+from umbra.cli.terminal import show_progress
 from umbra.errors import UmbraError
 
 

@@ -14,8 +14,8 @@ from support.model_files import save_obj
 from support.shapes import box
 
 import umbra
-from umbra import kernel_cache
-from umbra.study.period import make_period
+from umbra import machine as kernel_cache
+from umbra.study.lights import make_period
 from umbra.sun.clock import check_steps, make_steps
 from umbra.writers.atomic import replace_file
 
@@ -138,7 +138,7 @@ def test_kernels_are_kept_for_a_run_where_they_cannot_stay(monkeypatch, tmp_path
 
 def test_kernels_compile_where_nothing_can_be_written():
     code = """
-    from umbra import kernel_cache
+    from umbra import machine as kernel_cache
     def refuse(**_):
         raise FileNotFoundError
     kernel_cache._is_writable = lambda _: False

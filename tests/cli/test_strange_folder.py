@@ -12,8 +12,8 @@ from support.command import SCRIPT, VIENNA
 from support.model_files import save_obj
 from support.shapes import box
 
-from umbra.children import HOME, make_command
-from umbra.gl.probe import probe
+from umbra.calls.doctor import probe
+from umbra.machine import HOME, make_command
 from umbra.writers.painter import Painter
 
 MODULES = sorted(
@@ -79,7 +79,7 @@ def test_no_child_runs_what_lies_there(folder):
     try:
         with Painter() as painter:
             child = painter._child
-            painter._submit("hours.make_hours_sheet", folder / "x.png")
+            painter._submit("hours.make_hours_sheet", folder)  # which lacks its plan
             with pytest.raises(TypeError):
                 painter.wait()
             assert painter._child is child

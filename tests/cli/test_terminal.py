@@ -10,8 +10,7 @@ from support.shapes import box, moved
 
 from umbra import cli
 from umbra.cli.terminal import echo_path
-from umbra.errors import InputError, UmbraError
-from umbra.printable import LONGEST, make_printable, shorten
+from umbra.errors import LONGEST, InputError, UmbraError, make_printable, shorten
 
 HOSTILE = "\x1b]0;owned\x07\x9b31m\u202egnp.exe\u2066\x7f\u2028"
 COMMANDS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")

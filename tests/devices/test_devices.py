@@ -9,7 +9,8 @@ import pytest
 from support.shapes import city
 
 import umbra
-from umbra.devices import CHOICES, DEVICES, check_device, counters, find_device
+from umbra import devices
+from umbra.devices import CHOICES, DEVICES, check_device, find_device
 from umbra.devices.device import CountingDevice, TileCounters
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import open_device
@@ -63,13 +64,13 @@ def test_without_opengl_the_error_says_what_to_do(town, monkeypatch):
     monkeypatch.setattr("umbra.gl.context.open_device", refuse)
     with pytest.raises(UmbraError, match="install a driver"):
         run_study(town, VIENNA, **DAY, device="gl")
-    monkeypatch.setattr(counters, "ENOUGH", 0)
+    monkeypatch.setattr(devices, "ENOUGH", 0)
     assert run_study(town, VIENNA, **DAY).facts["device"] == "cpu"
 
 
 @pytest.mark.usefixtures("_has_gl")
 def test_auto_does_without_a_gpu_that_is_none(town, monkeypatch):
-    monkeypatch.setattr(counters, "ENOUGH", 0)
+    monkeypatch.setattr(devices, "ENOUGH", 0)
     if open_device().is_software:
         assert run_study(town, VIENNA, **DAY).facts["device"] == "cpu"
 
@@ -120,7 +121,7 @@ def toy(monkeypatch):
 @pytest.mark.parametrize(("toys", "cpus", "faster"), [(0.5, 0.0, "cpu"), (0.0, 0.5, "toy")])
 def test_auto_takes_what_counts_faster(town, monkeypatch, toy, toys, cpus, faster):
     tiles = toy(toys)
-    monkeypatch.setattr(counters, "ENOUGH", 0)
+    monkeypatch.setattr(devices, "ENOUGH", 0)
     real = type(DEVICES["cpu"].open_tiles([])).make
 
     def make(self, tile):
@@ -147,7 +148,7 @@ def test_auto_does_not_look_for_a_gpu_for_little_work(town, toy):
 def test_auto_leaves_to_the_cpu_what_the_faster_device_cannot_count(town, monkeypatch, toy):
     tiles = toy(0.0)
     tiles.can_count = lambda _: False
-    monkeypatch.setattr(counters, "ENOUGH", 0)
+    monkeypatch.setattr(devices, "ENOUGH", 0)
     assert run_study(town, VIENNA, **DAY).facts["device"] == "cpu"
 
 

@@ -8,8 +8,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from support.shapes import city, sheet, torus_knot
 
 from umbra.errors import InputError
-from umbra.gl.masks import MASKS
-from umbra.gl.masks.methods import PRINTED
+from umbra.gl.masks import MASKS, PRINTED
 from umbra.gl.masks.picture import MaskPicture
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene, point_light
 

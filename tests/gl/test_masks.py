@@ -11,9 +11,8 @@ from umbra.cli import main
 from umbra.gl.casters import make_bodies
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.geometry import Geometry
-from umbra.gl.masks import MASKS
+from umbra.gl.masks import MASKS, PRINTED
 from umbra.gl.masks.counter import MaskCounter, find_limit
-from umbra.gl.masks.methods import PRINTED
 from umbra.gl.renderer import Renderer
 from umbra.scene import Camera, directional_light, make_scene, point_light
 

@@ -7,7 +7,7 @@ from support.raycaster import RayCaster
 from support.shapes import box, city, moved, torus_knot
 
 import umbra
-from umbra.casters.canopy import Season
+from umbra.casters import Season
 from umbra.errors import InputError
 from umbra.receivers import plan as study_module
 from umbra.scene import Mesh, Part, make_scene

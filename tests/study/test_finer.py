@@ -6,8 +6,7 @@ from matplotlib.collections import LineCollection
 from support.shapes import box
 
 from umbra.scene import make_scene
-from umbra.study import count_finer, run_study
-from umbra.study import preview as finer
+from umbra.study import count_finer, preview, run_study
 from umbra.sun import Site
 from umbra.writers.contours import trace
 from umbra.writers.hours import make_hours_sheet
@@ -97,7 +96,7 @@ def test_finer_hours_of_larger_cells_fit_any_plan():
 
 def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
     study, small = study_tower(cell=0.25), study_tower()
-    face = finer.FACE * 12
+    face = preview.FACE * 12
     done = []
     tile = type(study.model.make_tile(study.grid.coarser(8)))
     make = tile.make_counter
@@ -116,15 +115,15 @@ def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
     monkeypatch.setattr(tile, "make_counter", watch)
     own = 32 * (study.grid.rows * study.grid.cols + face)
     seconds = []
-    for free in (0, own, 3 * own, finer.FREE):
+    for free in (0, own, 3 * own, preview.FREE):
         done.clear()
-        monkeypatch.setattr(finer, "FREE", free)
+        monkeypatch.setattr(preview, "FREE", free)
         seconds.append(count_finer(study).seconds)
         assert sum(done) <= max(own, free)
     assert seconds == [450, 450, 180, 60]
-    monkeypatch.setattr(finer, "FREE", 0)
+    monkeypatch.setattr(preview, "FREE", 0)
     assert count_finer(small) is None  # its cells are no larger for lines
-    monkeypatch.setattr(finer, "FREE", 4 * own)
+    monkeypatch.setattr(preview, "FREE", 4 * own)
     assert count_finer(study, pictures=4).seconds == 450  # which share what is free
 
 

@@ -5,12 +5,11 @@ import pytest
 from support.bench import borrow
 from support.shapes import SCENES, city, moved, terrain
 
-from umbra.volume import following
+from umbra.volume import silhouette as following
 from umbra.volume.adjacency import make_caster
 from umbra.volume.dual_tree import make_dual_tree
-from umbra.volume.following import Follower
 from umbra.volume.hextree import make_hextree
-from umbra.volume.silhouette import find_silhouettes
+from umbra.volume.silhouette import Follower, find_silhouettes
 
 
 def search_anew(caster, light):

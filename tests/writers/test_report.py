@@ -9,7 +9,7 @@ from support.shapes import box, moved
 
 from umbra.scene import Mesh, Part, Source, make_scene
 from umbra.study import run_study
-from umbra.study.period import make_period
+from umbra.study.lights import make_period
 from umbra.study.timeline import make_timeline, thin
 from umbra.sun import Site
 from umbra.writers.plan import Plan

@@ -23,9 +23,9 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.timeline import make_point_timeline
 from umbra.sun import Site
-from umbra.writers.facade_layout import lay_out_facades
 from umbra.writers.plan import Plan
 from umbra.writers.report import Table, write_report
+from umbra.writers.surfaces_glb import lay_out_facades
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {

@@ -16,11 +16,10 @@ from umbra.study.timeline import make_timeline
 from umbra.sun import Site
 from umbra.writers.color import paint_shares, shade_ramp
 from umbra.writers.edges import find_appearance, find_breaks
-from umbra.writers.glb import Glb
+from umbra.writers.glb import Glb, write_model_glb
 from umbra.writers.hours import make_hours_sheet
-from umbra.writers.model_glb import write_model_glb
 from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size
-from umbra.writers.report.plan_data import make_plan_data
+from umbra.writers.report.data import make_plan_data
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 TWO_HOURS = {"date": "2026-06-21", "start": "12:00", "end": "14:00", "every": "1h"}

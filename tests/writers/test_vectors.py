@@ -17,20 +17,20 @@ from umbra.errors import InputError
 from umbra.scene import Mesh, Part, make_scene
 from umbra.scene.grid import Grid
 from umbra.study import run_study
-from umbra.study.moments import Moment, find_moments
+from umbra.study.preview import Moment, find_moments
 from umbra.sun import Site, find_sun
 from umbra.volume.adjacency import make_caster
 from umbra.writers.formats import Job, write_formats
-from umbra.writers.vectors.layers import find_hour_lines
+from umbra.writers.vectors import find_hour_lines
 from umbra.writers.vectors.outlines import trace_loops
 
 pytest.importorskip("pyclipr")
 shapely = pytest.importorskip("shapely")
 
+from umbra.writers.vectors import make_line_layer, make_outline_layer  # noqa: E402
 from umbra.writers.vectors import outlines as outlining  # noqa: E402
 from umbra.writers.vectors.dxf import find_footprints, write_dxf  # noqa: E402
 from umbra.writers.vectors.gis_files import write_geojson  # noqa: E402
-from umbra.writers.vectors.layers import make_line_layer, make_outline_layer  # noqa: E402
 from umbra.writers.vectors.outlines import find_outlines, resolve_shadow  # noqa: E402
 
 HOURS = [f"{hour:02}:00" for hour in range(9, 18)]

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from umbra.gl.context import Device, open_device
-from umbra.gl.masks import MASKS
-from umbra.gl.masks.methods import PRINTED, Method
+from umbra.gl.masks import MASKS, PRINTED, Method
 from umbra.gl.masks.picture import MaskPicture
 from umbra.scene import Camera, Material, Mesh, Part, Scene, make_scene, point_light
 from umbra_benchmarks.measure import Timing, run_in_turn, timed

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from umbra.children import HOME, make_command
 from umbra.errors import UmbraError
+from umbra.machine import HOME, make_command
 from umbra_benchmarks.report import (
     BenchmarkReport,
     BenchmarkRun,

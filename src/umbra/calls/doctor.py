@@ -1,19 +1,31 @@
-"""What runs on this machine, and what to install for the rest."""
+"""
+What runs on this machine, and what to install for the rest.
 
+What a backend of OpenGL has is found out in a child process, which prints JSON: contexts of
+several kinds in one process disturb each other, and a driver that crashes must not take the
+asker with it.
+"""
+
+import json
 import platform
+import subprocess
+import sys
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-import numba
 import numpy as np
 
 from umbra import __version__
 from umbra.cache import LIMIT, find_folder, measure
-from umbra.machine import count_cores
+from umbra.errors import UmbraError
+from umbra.gl.context import open_device
+from umbra.gl.target import Target
+from umbra.machine import HOME, count_cores, make_command
 
-__all__ = ["examine"]
+__all__ = ["examine", "probe", "tell"]
 
 _PACKAGES = ("numpy", "numba", "moderngl", "glcontext", "glfw", "imgui-bundle", "lavavu-osmesa")
+_SECONDS = 60
 
 
 def examine() -> dict[str, Any]:
@@ -27,7 +39,6 @@ def examine() -> dict[str, Any]:
     """
     from umbra.gl.backends import BACKENDS  # noqa: PLC0415
     from umbra.gl.context import DRIVER, INSTALL  # noqa: PLC0415
-    from umbra.gl.probe import probe  # noqa: PLC0415
 
     packages = {name: _find_version(name) for name in _PACKAGES}
     advice = []
@@ -65,6 +76,7 @@ def _find_version(package: str) -> str | None:
 
 def _find_threading() -> str:
     """Return numba's threading layer, found by a small job."""
+    import numba  # noqa: PLC0415 - a child that probes needs none
 
     @numba.njit(parallel=True)
     def add(values: Any) -> None:
@@ -76,3 +88,50 @@ def _find_threading() -> str:
         return str(numba.threading_layer())
     except (ValueError, numba.NumbaError):
         return "none"
+
+
+def probe(backend: str) -> dict[str, Any]:
+    """
+    Find out what a backend of ``BACKENDS`` has.
+
+    Returns
+    -------
+    facts : dict
+        ``version``, ``vendor``, ``renderer``, ``is_software``, ``stencil_bits``,
+        ``depth_bounds`` and ``timer_queries``; or the ``reason`` why it does not run.
+    """
+    command = make_command("from umbra.calls.doctor import tell; tell()", backend)
+    try:
+        done = subprocess.run(
+            command, cwd=HOME, capture_output=True, text=True, check=False, timeout=_SECONDS
+        )
+    except subprocess.TimeoutExpired:
+        return {"reason": f"it does not answer within {_SECONDS} s"}
+    try:
+        return dict(json.loads(done.stdout))
+    except ValueError:
+        last = done.stderr.strip().splitlines()[-1:] or [f"status {done.returncode}"]
+        return {"reason": f"its driver ended the process: {last[0]}"}
+
+
+def _find_facts(backend: str) -> dict[str, Any]:
+    """Open the backend here, and ask."""
+    try:
+        with open_device(backend) as device, Target(device, (16, 16)) as target:
+            return {
+                "version": device.version,
+                "vendor": device.vendor,
+                "renderer": device.renderer,
+                "is_software": device.is_software,
+                "stencil_bits": target.stencil_bits(),
+                "depth_bounds": device.has_depth_bounds,
+                "timer_queries": device.has_timer_queries,
+            }
+    except UmbraError as error:
+        reasons: Any = error.data.get("reasons", [str(error)])
+        return {"reason": str(reasons[0]).removeprefix(f"{backend}: ")}
+
+
+def tell() -> None:
+    """Print the facts of the backend that the command names."""
+    sys.stdout.write(json.dumps(_find_facts(sys.argv[1])))

@@ -11,7 +11,7 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.calls.inputs import (
+from umbra.calls import (
     SomeLights,
     check_picture_memory,
     check_scene,
@@ -247,7 +247,7 @@ def draw_picture(
         Told, in a line, what is wrong with the view or the method.
     """
     from umbra.cpu.shade import shade  # noqa: PLC0415
-    from umbra.soft.area import size_lights  # noqa: PLC0415
+    from umbra.soft import size_lights  # noqa: PLC0415
 
     shining = list(lights) or _find_own_lights(scene, camera)
     check_picture_memory(camera.size, len(shining))
@@ -282,7 +282,7 @@ def draw_picture(
 
 def _find_own_lights(scene: Scene, camera: Camera) -> list[Light]:
     """Give the scene's own lights, or one from the upper left."""
-    from umbra.scene.palette import expose_lights  # noqa: PLC0415
+    from umbra.scene.camera import expose_lights  # noqa: PLC0415
 
     right, up, forward = camera.axes()
     return list(expose_lights(scene)) or [
@@ -313,7 +313,7 @@ def _reach(frame: Any, shares: Sequence[NDArray], lights: list[Light]) -> list[N
 
 def _warn_of_view(scene: Scene, camera: Camera, frame: Any, threads: int, warn: Warn) -> None:
     """Tell where a picture shows nothing of the model, or looks into it past the near plane."""
-    from umbra.rays.visible import count_cut  # noqa: PLC0415
+    from umbra.rays import count_cut  # noqa: PLC0415
 
     if (frame.part == NOTHING).all():
         middle = ", ".join(f"{v:g}" for v in scene.bounds().mean(0))

@@ -215,7 +215,7 @@ class ShadowStudy:
             If a format is unknown, is not for such receivers, or needs a package that is
             not installed.
         """
-        from umbra.writers.folder.outputs import Outputs  # noqa: PLC0415
+        from umbra.writers.folder import Outputs  # noqa: PLC0415
         from umbra.writers.folder.write import write_study  # noqa: PLC0415
 
         outputs = Outputs(

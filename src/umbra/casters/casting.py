@@ -8,13 +8,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.canopy import Canopy
+from umbra.casters import Canopy
 from umbra.errors import InputError
 from umbra.rays.face_tree import FaceTree, make_face_tree
 from umbra.rays.hidden import find_hidden
 from umbra.scene import Scene, Triangles
 from umbra.scene.derived import derive
-from umbra.scene.places import Places
+from umbra.scene.grid import Places
 from umbra.volume.adjacency import Caster, make_caster
 
 __all__ = ["Casting", "prepare_casting", "select_casters"]

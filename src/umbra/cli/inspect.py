@@ -4,10 +4,9 @@ from collections.abc import Sequence
 
 import click
 
-from umbra.cli.progress import name_reading, show_progress
 from umbra.cli.reading import read_model, reading_options
-from umbra.cli.terminal import echo, echo_json
-from umbra.printable import fit_names
+from umbra.cli.terminal import echo, echo_json, name_reading, show_progress
+from umbra.errors import fit_names
 
 __all__ = ["command"]
 

@@ -1,4 +1,4 @@
-"""The ``umbra`` command: its subcommands, error messages and exit status."""
+"""The ``umbra`` command: its subcommands, error messages and exit status, and ``umbra doctor``."""
 
 import difflib
 import errno
@@ -12,10 +12,9 @@ from typing import Any
 import click
 
 from umbra import __version__
-from umbra.cli.folder_settings import pass_over_settings
-from umbra.cli.terminal import echo
+from umbra.cli.terminal import echo, echo_json
 from umbra.errors import InputError, UmbraError
-from umbra.kernel_cache import find_kernel_cache
+from umbra.machine import find_kernel_cache, pass_over_settings
 
 __all__ = ["main"]
 
@@ -52,6 +51,8 @@ class _Commands(click.Group):
             return None
         if name == "bench":
             return _find_benchmarks()
+        if name == "doctor":
+            return doctor
         return import_module(f"umbra.cli.{name}").command
 
     def resolve_command(
@@ -82,6 +83,48 @@ def umbra(context: click.Context, debug: bool) -> None:  # noqa: ARG001  (main l
     if context.invoked_subcommand is None:
         echo(context.get_help(), err=True)
         context.exit(2)
+
+
+@click.command("doctor")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def doctor(as_json: bool) -> None:
+    """
+    Show which devices work on this machine, and what to install for the others.
+
+    \b
+    Example:
+    umbra doctor
+    """  # noqa: D301  (click asks for a real backspace)
+    from umbra.calls.doctor import examine  # noqa: PLC0415
+
+    report = examine()
+    if as_json:
+        echo_json(report)
+        return
+    cpu, gl = report["cpu"], report["gl"]
+    echo(f"umbra {report['umbra']}, Python {report['python']}, {report['system']}")
+    echo(f"cpu  runs, {cpu['cores']} cores, threads by {cpu['threading']}")
+    echo(f"gl   {'runs' if gl['runs'] else 'does not run'}")
+    for name, found in gl["backends"].items():
+        if "reason" in found:
+            echo(f"     {name:8}{found['reason']}")
+            continue
+        echo(f"     {name:8}OpenGL {found['version']}, {found['renderer']}")
+        echo(
+            f"             {'software' if found['is_software'] else 'hardware'}, "
+            f"{found['stencil_bits']} stencil bits, "
+            f"depth bounds {'yes' if found['depth_bounds'] else 'no'}, "
+            f"timer queries {'yes' if found['timer_queries'] else 'no'}"
+        )
+    packages = [f"{name} {found or '-'}" for name, found in report["packages"].items()]
+    echo(f"     {', '.join(packages)}")
+    cache = report["cache"]
+    echo(
+        f"cache {cache['folder']}, {cache['files']} files, {cache['bytes'] / 1e6:.1f} MB of at "
+        f"most {cache['limit'] / 1e6:.0f} (remove it to clear it; UMBRA_CACHE names another)"
+    )
+    for advice in report["advice"]:
+        echo(f"To do: {advice}")
 
 
 def main(arguments: list[str] | None = None) -> None:

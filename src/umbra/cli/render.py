@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from umbra.cli.options import HeadedOption, SectionedCommand
-from umbra.cli.progress import name_reading, show_progress
+from umbra.cli.options import LENGTH, SIZE, HeadedOption, NewPath, Numbers, SectionedCommand
 from umbra.cli.reading import (
     find_model_site,
     read_model,
@@ -16,8 +15,7 @@ from umbra.cli.reading import (
     reading_options,
     site_options,
 )
-from umbra.cli.terminal import echo, echo_json, echo_path
-from umbra.cli.values import LENGTH, SIZE, NewPath, Numbers
+from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.devices import CHOICES, DEFAULT, DEVICES
 from umbra.errors import InputError, write_for_shell
 from umbra.methods import SOFT
@@ -178,7 +176,7 @@ def command(
     umbra render house.ifc --date 2026-03-21 --at 15:00 --out house.png
     """  # noqa: D301  (click asks for a real backspace)
     written = _find_paths(out, arrays)
-    from umbra.calls.inputs import (  # noqa: PLC0415
+    from umbra.calls import (  # noqa: PLC0415
         check_picture_memory,
         make_camera,
         make_lights,

@@ -4,6 +4,7 @@ from typing import Any
 
 import click
 
+from umbra.cli.options import LENGTH, SIZE, NewPath
 from umbra.cli.reading import (
     find_model_site,
     read_model,
@@ -11,7 +12,6 @@ from umbra.cli.reading import (
     reading_options,
     site_options,
 )
-from umbra.cli.values import LENGTH, SIZE, NewPath
 from umbra.devices import DEVICES
 from umbra.methods import SOFT
 

@@ -18,10 +18,10 @@ from umbra.cpu.volume_rasteriser import LANES, add_sides, find_nearest_tiles
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.methods import METHODS
+from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import NOTHING, DepthBuffer, add_ground, rasterise_depth
 from umbra.rays.eye_count import FaceBlocks, find_cut_open, find_eye_count, find_faces_before
 from umbra.rays.holding import find_holders
-from umbra.rays.visible import VisibleSurface, locate
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight, find_method
 from umbra.volume.adjacency import Caster, make_caster

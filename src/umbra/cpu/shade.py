@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
-from umbra.rays.visible import VisibleSurface
 from umbra.scene import Light, Material, Part, Scene
+from umbra.scene.camera import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 from umbra.scene.material import sample
 from umbra.scene.mesh import transform_points
-from umbra.scene.palette import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 
 __all__ = ["find_surfaces", "shade"]
 

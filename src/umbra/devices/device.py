@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from umbra.rays import VisibleSurface
     from umbra.rays.depth import DepthBuffer
-    from umbra.rays.visible import VisibleSurface
     from umbra.scene import Camera, Light, Scene
     from umbra.soft import AreaLight
 

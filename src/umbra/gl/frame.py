@@ -26,10 +26,10 @@ from umbra.gl.resources import Indices
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
+from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
-from umbra.rays.visible import VisibleSurface, locate
 from umbra.scene import Camera, Light, Scene
-from umbra.soft.area import AreaLight
+from umbra.soft import AreaLight
 
 __all__ = ["GlFrameCounter"]
 

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry
-from umbra.gl.nearby import Nearby, find_nearby
-from umbra.gl.open_components import find_held, find_opened, find_start
+from umbra.gl.open_components import Nearby, find_held, find_nearby, find_opened, find_start
 from umbra.gl.overlap import bound_count, find_most
 from umbra.gl.plan import (
     LIGHT_CAP,

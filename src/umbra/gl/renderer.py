@@ -16,13 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.batches import find_solid_faces
 from umbra.gl.casters import Body
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry, moves_as_wholes
+from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
-from umbra.gl.masks.methods import Counts
 from umbra.gl.plan import Statistics, VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_scissor
@@ -30,11 +29,11 @@ from umbra.gl.resources import Timers
 from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods, Softness
 from umbra.gl.state import State
-from umbra.gl.surfaces import SurfaceRenderer
+from umbra.gl.surfaces import SurfaceRenderer, find_solid_faces
 from umbra.gl.target import LIGHT, PLACE, PictureTargets
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.palette import find_exposure
-from umbra.soft.area import AreaLight
+from umbra.scene.camera import find_exposure
+from umbra.soft import AreaLight
 
 __all__ = ["Renderer"]
 

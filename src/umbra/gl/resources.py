@@ -49,7 +49,7 @@ class Indices:
         """
         Replace the list (n,), in one upload.
 
-        ``nearby`` (n, 2, 3) are points after those of the geometry, as in ``umbra.gl.nearby``.
+        ``nearby`` (n, 2, 3) are points after those of the geometry, as in ``Nearby``.
         """
         self._device.use()
         self._write_nearby(nearby)

@@ -19,7 +19,7 @@ from umbra.gl.resources import Texture
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import ALBEDO, DARK, PLACE, Target
 from umbra.scene import Light
-from umbra.scene.palette import HORIZON, SKY
+from umbra.scene.camera import HORIZON, SKY
 
 __all__ = ["Lamp", "Lamps", "Scissor", "Shading"]
 

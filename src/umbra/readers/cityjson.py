@@ -24,8 +24,7 @@ from umbra.readers.cityjson_choice import (
     flatten,
 )
 from umbra.readers.georeference import name_crs
-from umbra.readers.model import FileModel, ReadChoices, UniqueNames
-from umbra.readers.placement import turn_up
+from umbra.readers.model import FileModel, ReadChoices, UniqueNames, turn_up
 from umbra.readers.triangulate import triangulate
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.material import GREY

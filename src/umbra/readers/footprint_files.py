@@ -13,10 +13,9 @@ from umbra.errors import InputError
 from umbra.readers.checks import list_counts, need
 from umbra.readers.companions import Companions
 from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings
-from umbra.readers.footprints import extrude_table
+from umbra.readers.footprints import extrude_table, from_shapes
 from umbra.readers.georeference import name_crs
 from umbra.readers.model import FileModel, ReadChoices
-from umbra.readers.repair import from_shapes
 from umbra.scene import Source
 
 __all__ = ["read_geojson", "read_vectors"]

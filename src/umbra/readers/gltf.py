@@ -20,10 +20,9 @@ from umbra.readers.gltf_nodes import (
     read_nodes,
     read_skin,
 )
-from umbra.readers.model import FileModel, ReadChoices, UniqueNames
-from umbra.readers.placement import turning
+from umbra.readers.model import FileModel, ReadChoices, UniqueNames, turning
 from umbra.scene import Mesh, Part
-from umbra.scene.pose import place_part
+from umbra.scene.making import place_part
 from umbra.scene.rig import RigBinding, Shape, Skin
 
 __all__ = ["read_gltf", "read_gltf_tree"]

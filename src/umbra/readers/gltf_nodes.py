@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.scene import Light
-from umbra.scene.pose import place_light
+from umbra.scene.making import place_light
 from umbra.scene.rig import Animation, Rig, RigBinding, Skin, Track
 
 __all__ = ["list_instances", "read_animations", "read_lights", "read_nodes", "read_skin"]

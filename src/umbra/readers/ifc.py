@@ -25,9 +25,8 @@ from pathlib import Path
 
 import numpy as np
 
-from umbra.children import HOME, make_command
 from umbra.errors import InputError
-from umbra.machine import find_memory
+from umbra.machine import HOME, find_memory, make_command
 from umbra.readers.checks import require
 from umbra.readers.georeference import find_plan_unit, to_metres
 from umbra.readers.ifc_engine import (
@@ -41,8 +40,7 @@ from umbra.readers.ifc_engine import (
     read_pieces,
 )
 from umbra.readers.ifc_facts import IfcWords
-from umbra.readers.model import FileModel, FilePlace, ReadChoices
-from umbra.readers.placement import LEVEL, turn_up
+from umbra.readers.model import LEVEL, FileModel, FilePlace, ReadChoices, turn_up
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.making import move_parts
 from umbra.scene.mesh import transform_points

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from umbra.readers.checks import need
 from umbra.readers.georeference import is_known, name_crs
-from umbra.readers.model import FilePlace
-from umbra.readers.placement import APART
+from umbra.readers.model import APART, FilePlace
 
 __all__ = ["IfcWords", "count_names", "describe", "find_map", "find_place"]
 

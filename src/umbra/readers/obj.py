@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.checks import list_counts
-from umbra.readers.model import FileModel, ReadChoices
+from umbra.readers.model import FileModel, ReadChoices, turn_up
 from umbra.readers.obj_materials import read_materials, read_texture_corners
-from umbra.readers.placement import turn_up
 from umbra.readers.triangulate import cut_faces
 from umbra.scene import Mesh, Part
 

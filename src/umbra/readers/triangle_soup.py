@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.checks import list_counts
-from umbra.readers.model import FileModel, ReadChoices
-from umbra.readers.placement import turn_up
+from umbra.readers.model import FileModel, ReadChoices, turn_up
 from umbra.readers.triangulate import cut_faces, triangulate
 from umbra.scene import Mesh, Part
 

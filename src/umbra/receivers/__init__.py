@@ -1,19 +1,17 @@
 """
-Receivers: the points and cells on which a study counts shadows, one file a kind.
+Receivers: the points and cells on which a study counts shadows.
 
 Names of kinds are compared here and nowhere else: other code calls a method of the kind.
 """
 
 from umbra.receivers.camera import CameraPicture
-from umbra.receivers.ground import GroundPlane
 from umbra.receivers.kind import Counter, Raster, ReceiverKind, Receivers, Tile
 from umbra.receivers.level import has_terrain
-from umbra.receivers.points import GivenPoints, check_points, read_points
+from umbra.receivers.plan import GroundPlane, TopmostSurface
+from umbra.receivers.points import GivenPoints, SampledSurfaces, check_points, read_points
 from umbra.receivers.samples import Samples
 from umbra.receivers.seen import ViewTile
 from umbra.receivers.single import SingleReceivers
-from umbra.receivers.surfaces import SampledSurfaces
-from umbra.receivers.top import TopmostSurface
 from umbra.receivers.view import ElevationView, ViewFromAbove, find_direction
 from umbra.scene import Scene
 

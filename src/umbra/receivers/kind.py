@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.canopy import Canopy
+from umbra.casters import Canopy
 from umbra.casters.casting import Casting, prepare_casting
 from umbra.errors import InputError
 from umbra.rays.face_tree import FaceTree
 from umbra.receivers.counted import Counted
 from umbra.scene import Scene
-from umbra.scene.grid import Grid
-from umbra.scene.places import Places
+from umbra.scene.grid import Grid, Places
 from umbra.volume.adjacency import Caster
 
 if TYPE_CHECKING:

@@ -1,350 +1,28 @@
-"""Plans: rasters that are seen from the zenith, and how shadows are counted on them."""
+"""Plans: their cells, and what receives in each: the ground as a plane, or the topmost surface."""
 
-import math
-from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.casting import Casting
-from umbra.cpu.height_field import HeightFieldSweep
-from umbra.cpu.plane import PlaneSweep
-from umbra.cpu.sweep import Sweep
-from umbra.rays.face_tree import FaceTree
-from umbra.rays.hidden import find_hidden
 from umbra.receivers.kind import Raster, ReceiverKind, Request, Tile, Variables
 from umbra.receivers.layout import TILE, lay_out
-from umbra.receivers.level import Level, find_level
-from umbra.receivers.zenith import Surface, find_surface
-from umbra.scene.derived import derive
-from umbra.scene.grid import ASIDE, Grid
-from umbra.scene.places import Places
-from umbra.volume.adjacency import Caster
+from umbra.receivers.level import Level, find_level, has_terrain
+from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
+from umbra.scene import Scene
+from umbra.scene.grid import Grid
 
-__all__ = ["PlanKind", "PlanModel", "PlanTile", "PlaneTile", "TopmostTile"]
+if TYPE_CHECKING:
+    from umbra.study import Study
+
+__all__ = ["GroundPlane", "PlanKind", "TopmostSurface"]
 
 STREAMED_TILE = 1024
 """Side of the tiles of a study whose instants pass in order: each cell holds more then."""
-_KEPT = 1 << 22  # cells of a surface that is kept for the next study, 80 MB of them
-
-
-@dataclass(frozen=True, eq=False)
-class PlanModel(Casting):
-    """
-    Casters and receivers of a plan.
-
-    Parameters
-    ----------
-    scene, soup, caster, threads, canopy
-        As in ``Casting``.
-    ground : float
-        z of the ground, local frame [m].
-    tile : type
-        Receivers: the plane, or the topmost surface.
-    has_end : bool
-        Whether there is no ground plane, so that nothing receives beside the visible parts.
-    """
-
-    ground: float
-    tile: "type[PlanTile]"
-    has_end: bool = field(default=False, kw_only=True)
-
-    def make_tile(self, grid: Grid) -> "PlanTile":
-        """Make the receivers of a raster of the local frame."""
-        return self.tile(self, grid)
-
-    def look_down(self, grid: Grid) -> Surface:
-        """Find the topmost surface of the visible parts."""
-
-        def look() -> Surface:
-            return find_surface(self.soup, grid, self.floor, self.threads, has_end=self.has_end)
-
-        if grid.rows * grid.cols > _KEPT:
-            return look()
-        return derive(self.soup, "surface", (grid, self.floor, self.has_end), look)
-
-    @property
-    def floor(self) -> float:
-        """From where upward things are seen: also what lies in the plane, if there is no plane."""
-        return self.ground - self.has_end
-
-
-@dataclass(frozen=True, eq=False)
-class PlanTile:
-    """
-    Receivers on a plan.
-
-    Parameters
-    ----------
-    model : PlanModel
-    grid : Grid
-        Local frame.
-    """
-
-    model: PlanModel
-    grid: Grid
-    on_plane: ClassVar[bool]
-
-    @cached_property
-    def surface(self) -> Surface:
-        """What is topmost in each cell, found when it is first asked for."""
-        return self.model.look_down(self.grid)
-
-    @cached_property
-    def covered(self) -> NDArray[np.intp]:
-        """Flat indices of the cells that a sweep cannot count, but rays: none on a plane."""
-        return np.zeros(0, np.intp)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Rows and columns."""
-        return self.grid.rows, self.grid.cols
-
-    @property
-    def tree(self) -> FaceTree:
-        """Bounding volume hierarchy over the casting faces."""
-        return self.model.tree
-
-    @property
-    def nothing(self) -> NDArray[np.bool_]:
-        """Where nothing receives, (rows, cols) bool."""
-        if not self.model.has_end:
-            return np.zeros(self.shape, np.bool_)
-        return self.surface.face < 0
-
-    @property
-    def axes(self) -> NDArray[np.float64]:
-        """The directions of columns and rows, (2, 3) float64."""
-        return np.eye(3)[:2]
-
-    @property
-    def relief(self) -> NDArray[np.float64]:
-        """Heights above the ground, 0 on it, (rows, cols) float64 [m]."""
-        return np.maximum(self.surface.heights - self.model.ground, 0.0)
-
-    @property
-    def drawn_heights(self) -> NDArray[np.float64]:
-        """Heights above the ground for pictures, NaN where nothing receives, (rows, cols) [m]."""
-        return np.where(self.nothing, np.nan, self.relief)
-
-    @abstractmethod
-    def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
-        """Make ready to count one caster's shadows, on all cells or on a window of them."""
-
-    @abstractmethod
-    def find_z(self) -> NDArray[np.float64]:
-        """Return the height of each receiver, (rows, cols) float64 [m], local frame."""
-
-    def make_counter(self) -> "Sweep | CoveredSweep":
-        """Return a counter of all casters and of attached shadow."""
-        return self.with_rays(self.make_sweep(self.model.caster))
-
-    def with_rays(self, sweep: Any) -> Any:
-        """Return a sweep of any device with rays for the cells that it cannot count."""
-        if not len(self.covered):
-            return sweep
-        places = self.places.pick(self.covered)
-        return CoveredSweep(sweep, self.covered, self.model.tree, places, self.model.threads)
-
-    def find_cast(
-        self, caster: Caster, suns: NDArray[np.float64]
-    ) -> tuple[tuple[slice, ...], NDArray[np.uint8]]:
-        """
-        Find the shadows of one caster alone, without attached shadow.
-
-        Parameters
-        ----------
-        caster : Caster
-        suns : (n, 3) float64
-
-        Returns
-        -------
-        window : tuple of slice
-            Rows and columns that hold all of them.
-        masks : (n, rows, cols) uint8
-            Of the window.
-        """
-        model = self.model
-        window, grid = _crop(self.grid, caster, suns, self.find_floor())
-        if grid.rows < 1 or grid.cols < 1:
-            return window, np.zeros((len(suns), max(grid.rows, 0), max(grid.cols, 0)), np.uint8)
-        sweep = self.make_sweep(caster, window)
-        inside = np.zeros(self.shape, np.bool_)
-        inside.ravel()[self.covered] = True
-        if not inside[window].any():
-            return window, sweep.masks(suns)
-        places = self.places.pick(np.flatnonzero(inside & _fill(self.shape, window)))
-        cells, tree = np.flatnonzero(inside[window]), model.find_tree(caster)
-        return window, CoveredSweep(
-            sweep, cells, tree, places, model.threads, attached=False
-        ).masks(suns)
-
-    @abstractmethod
-    def find_floor(self) -> float:
-        """Return the lowest receiver's height [m], local frame."""
-
-    @cached_property
-    def places(self) -> Places:
-        """The cells' centres on the receiver, as far beside them as it was looked at."""
-        x, y = np.meshgrid(self.grid.x, self.grid.y)
-        aside = self._find_aside()
-        x += (aside[:, 0] * self.grid.dx).reshape(x.shape)
-        y += (aside[:, 1] * self.grid.dy).reshape(x.shape)
-        normals = np.zeros((x.size, 3))
-        normals[:, 2] = 1.0
-        self._tilt(normals)
-        return Places(np.stack([x, y, self.find_z()], -1).reshape(-1, 3), normals)
-
-    def _find_aside(self) -> NDArray[np.float64]:
-        return np.tile(ASIDE, (self.grid.rows * self.grid.cols, 1))
-
-    def _tilt(self, normals: NDArray[np.float64]) -> None:
-        """Set the normals of cells that are not level."""
-
-    def with_casters(self, parts: Sequence[int] | None = None) -> "PlanTile":
-        """Return the same receivers with other parts casting; all but canopies by default."""
-        model = self.model.solid if parts is None else self.model.with_casters(parts)
-        other, known = replace(self, model=model), ("surface", "covered", "places")
-        _ = self.covered  # rays count the same cells, whoever casts
-        vars(other).update({name: vars(self)[name] for name in known if name in vars(self)})
-        return other
-
-    def find_canopies(self) -> NDArray[np.bool_]:
-        """Tell which cells lie under canopies, (rows, cols)."""
-        model = self.model
-        if model.canopy is None:
-            return np.zeros(self.shape, np.bool_)
-        crowns = model.scene.triangles(model.canopy.parts)
-        return find_surface(crowns, self.grid, model.ground, model.threads).face >= 0
-
-    def find_parts(self) -> NDArray[np.intp]:
-        """Return the part that is topmost in each cell, (rows, cols); -1 on the ground."""
-        face = self.surface.face
-        return np.where(face < 0, -1, self.model.soup.part[np.maximum(face, 0)])
-
-
-class PlaneTile(PlanTile):
-    """Cells of the ground plane."""
-
-    on_plane = True
-
-    def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
-        """Count by the crossings of a plane."""
-        grid = self.grid if window is None else self.grid.part(*window)
-        return PlaneSweep(caster, grid, self.model.ground, self.model.threads)
-
-    def find_z(self) -> NDArray[np.float64]:
-        """Return the ground's height everywhere."""
-        return np.full(self.shape, self.model.ground)
-
-    def find_floor(self) -> float:
-        """Return the ground's height."""
-        return self.model.ground
-
-
-class TopmostTile(PlanTile):
-    """Cells of the topmost surface."""
-
-    on_plane = False
-
-    @cached_property
-    def covered(self) -> NDArray[np.intp]:
-        """Cells on the surface's rim, and those over which canopies hang."""
-        model, surface = self.model, self.surface
-        if model.canopy is None:
-            return surface.rim
-        crowns = model.scene.triangles(model.canopy.casting)
-        above = find_surface(crowns, self.grid, model.floor, model.threads)
-        return np.union1d(surface.rim, np.flatnonzero(above.heights > surface.heights))
-
-    def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
-        """Count over a height field by spans; attached shadow where all cells are counted."""
-        model, surface = self.model, self.surface
-        if window is None:
-            return HeightFieldSweep(
-                caster, self.grid, surface.heights, model.threads, surface.slopes
-            )
-        return HeightFieldSweep(
-            caster, self.grid.part(*window), surface.heights[window], model.threads
-        )
-
-    def find_z(self) -> NDArray[np.float64]:
-        """Return the height of the topmost surface."""
-        return self.surface.heights
-
-    def find_floor(self) -> float:
-        """Return the lowest of all heights."""
-        return float(self.surface.heights.min())
-
-    def _find_aside(self) -> NDArray[np.float64]:
-        aside = super()._find_aside()
-        aside[self.surface.rim] = self.surface.inward
-        return aside
-
-    def _tilt(self, normals: NDArray[np.float64]) -> None:
-        slopes = self.surface.slopes
-        normals[slopes.cells] = slopes.planes[:3, slopes.face].T
-
-
-class CoveredSweep:
-    """
-    Count shadows on a plan some of whose cells have casters right above them.
-
-    A plan's sweep takes its receivers to be topmost, and to lie a hair to the east and north
-    of the cells' centres. Where canopies, which are looked through, are above them, or there
-    is nothing on that side, the way to each sun is tried instead, with the same rules.
-
-    Parameters
-    ----------
-    sweep : Counter
-        Right in all other cells, on any device.
-    cells : (n,) int
-        Flat indices of the cells that rays count.
-    tree : FaceTree
-        Of what casts.
-    places : Places
-        Of these cells.
-    threads : int
-    attached : bool
-        Whether a cell that is turned from the sun is in shadow.
-    """
-
-    def __init__(
-        self, sweep: Any, cells: NDArray[np.intp], tree: FaceTree, places: Places, threads: int,
-        *, attached: bool = True,
-    ) -> None:  # fmt: skip
-        self.sweep, self.cells, self.tree, self.places = sweep, cells, tree, places
-        self.threads, self.attached = threads, attached
-
-    def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Tell for each sun which cells are in shadow, (n, rows, cols) uint8."""
-        masks = self.sweep.masks(suns)
-        masks.reshape(len(suns), math.prod(masks.shape[1:]))[:, self.cells] = self._find(suns)
-        return masks
-
-    def add_steps(
-        self,
-        suns: NDArray[np.float64],
-        steps: NDArray[np.int32],
-        progress: Callable[[int], object] = lambda _: None,
-    ) -> None:
-        """Count for each cell how many suns leave it in shadow."""
-        beneath = steps.ravel()[self.cells]
-        for first in range(0, len(suns), 64):
-            beneath += self._find(suns[first : first + 64]).sum(0, dtype=np.int32)
-        self.sweep.add_steps(suns, steps, progress)
-        steps.reshape(-1)[self.cells] = beneath
-
-    def _find(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        where = self.places
-        return find_hidden(
-            self.tree, where.points, where.normals, suns, self.threads,
-            attached=self.attached,
-        )  # fmt: skip
+_LEVEL = 1e-6  # m above the ground that are rounding
 
 
 @dataclass(eq=False)
@@ -450,29 +128,75 @@ class PlanKind(ReceiverKind):
         )  # fmt: skip
 
 
-def _fill(shape: tuple[int, ...], window: tuple[slice, ...]) -> NDArray[np.bool_]:
-    """Return where a window lies among all cells."""
-    where = np.zeros(shape, np.bool_)
-    where[window] = True
-    return where
+class GroundPlane(PlanKind):
+    """The plane z = ground, also under buildings."""
+
+    name = "ground"
+    is_level = True
+    lies_under_roofs = True
+    what_counts = "open ground, not under buildings"
+    tile = PlaneTile
+
+    def choose_level(self, assumed: Level) -> float:
+        """Choose the height at which the middle one of the model's buildings stands."""
+        return assumed.middle
+
+    def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
+        """Return the ground's height everywhere."""
+        return np.full(laid.shape, laid.ground)
+
+    def describe_level(
+        self, scene: Scene, level: float, assumed: Level | None, bare: float
+    ) -> dict[str, object]:
+        """Tell that a model's own ground is not shown, or that its buildings stand unevenly."""
+        if has_terrain(scene):
+            told = (
+                f"the model brings ground of its own, of which a plane at z = {level:.6g} m shows "
+                "nothing; receivers='top' shows the shadows on it"
+            )
+            return {"assumption": told}
+        return {} if assumed is None else assumed.describe(level)
+
+    def describe_receivers(self, study: "Study") -> str:
+        """Describe the ground plane."""
+        return f"the level ground at z = {study.ground:.6g} m, including under buildings"
+
+    def find_open(self, study: "Study") -> NDArray[np.bool_]:
+        """Tell which cells lie under no roof."""
+        return study.heights <= study.ground + _LEVEL
 
 
-def _crop(
-    grid: Grid, caster: Caster, suns: NDArray[np.float64], floor: float
-) -> tuple[tuple[slice, slice], Grid]:
-    """Find the part of a raster that a caster's shadows can reach, down to the lowest receiver."""
-    corners = caster.vertices[caster.faces.ravel()]
-    low, high = grid.to_cells(np.stack([corners.min(0), corners.max(0)]))
-    drop = max(high[2] - floor, 0.0)
-    reach = -suns[:, :2] / suns[:, 2:] * (drop / grid.dx, drop / grid.dy)
-    reach = np.concatenate([np.zeros((1, 2)), reach])
-    first = np.floor(low[:2] + reach.min(0)) - 1
-    last = np.ceil(high[:2] + reach.max(0)) + 2
-    col, row = (int(v) for v in np.clip(first, 0, (grid.cols, grid.rows)))
-    cols, rows = (int(v) for v in np.clip(last, 0, (grid.cols, grid.rows)))
-    if drop == 0.0:
-        cols, rows = col, row
-    part = Grid(
-        grid.x0 + col * grid.dx, grid.y0 + row * grid.dy, grid.dx, grid.dy, cols - col, rows - row
-    )
-    return (slice(row, max(rows, row)), slice(col, max(cols, col))), part
+class TopmostSurface(PlanKind):
+    """Roofs, terrain, and the assumed ground where nothing of the model lies."""
+
+    name = "top"
+    has_roofs = True
+    what_counts = "all that is seen from above"
+    tile = TopmostTile
+
+    def has_end(self, request: Request, *, is_assumed: bool) -> bool:
+        """Tell whether the model's own terrain ends, with no ground that anyone named beyond."""
+        return is_assumed and has_terrain(request.scene)
+
+    def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
+        """Return the height of the topmost surface."""
+        return laid.heights
+
+    def describe_level(
+        self, scene: Scene, level: float, assumed: Level | None, bare: float
+    ) -> dict[str, object]:
+        """Tell where the ground is assumed, or that the model's buildings stand unevenly."""
+        if assumed is None:
+            return {}
+        if bare > 0:
+            told = (
+                f"nothing of the model lies under {100 * bare:.3g} % of the plan; there the ground "
+                f"is assumed level at z = {level:.6g} m, where the lowest of its things stands "
+                "(ground=)"
+            )
+            return {"assumption": told, "assumed_ground_share": float(bare)}
+        return assumed.describe(level)
+
+    def describe_receivers(self, study: "Study") -> str:
+        """Describe the topmost surface."""
+        return f"the topmost surface: roofs, terrain, and the ground at z = {study.ground:.6g} m"

@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import Casting
 from umbra.cpu.frame import FrameCounter
+from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
-from umbra.rays.visible import VisibleSurface
 from umbra.receivers.kind import Raster, Request, Tile, Variables
 from umbra.scene import Camera, directional_light
-from umbra.scene.grid import Grid
-from umbra.scene.places import Places
+from umbra.scene.grid import Grid, Places
 from umbra.volume.adjacency import Caster
 
 __all__ = ["SeenRaster", "ViewModel", "ViewTile"]

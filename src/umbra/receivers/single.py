@@ -17,7 +17,7 @@ from umbra.rays.face_tree import FaceTree
 from umbra.rays.hidden import find_hidden
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.receivers.samples import Samples
-from umbra.scene.places import Places
+from umbra.scene.grid import Places
 from umbra.volume.adjacency import Caster
 
 __all__ = ["DIMS", "PointTile", "SingleReceivers"]

@@ -3,10 +3,9 @@
 from umbra.scene.camera import Camera
 from umbra.scene.large_lights import area_light, sphere_light, volume_light
 from umbra.scene.lights import Light, directional_light, point_light, spot_light
-from umbra.scene.making import make_scene
+from umbra.scene.making import make_scene, pose
 from umbra.scene.material import Image, Material, make_image
 from umbra.scene.mesh import Mesh, Part
-from umbra.scene.pose import pose
 from umbra.scene.rig import Animation
 from umbra.scene.scene import Scene, Source, Triangles
 

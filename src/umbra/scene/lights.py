@@ -48,7 +48,7 @@ class Light:
     up : (3,) float, optional
         Upward in the picture; z by default.
     binding : RigBinding, optional
-        How it moves in time, see `umbra.scene.pose`.
+        How it moves in time, see `umbra.scene.making`.
 
     Raises
     ------

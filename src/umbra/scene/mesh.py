@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError
-from umbra.printable import make_printable
+from umbra.errors import InputError, make_printable
 from umbra.scene.material import Color, Material
 
 if TYPE_CHECKING:
@@ -142,7 +141,7 @@ class Part:
         From the mesh's frame to the scene's; None is the identity.
     material : Material, optional
     binding : RigBinding, optional
-        How it moves in time, see `umbra.scene.pose`.
+        How it moves in time, see `umbra.scene.making`.
     layer : str
         The file or group of files it came in: ``existing``, ``proposed``.
     tags : tuple of str

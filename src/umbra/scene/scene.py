@@ -10,8 +10,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
-from umbra.printable import fit_names, make_printable
+from umbra.errors import InputError, fit_names, make_printable
 from umbra.scene.exchange import Exchange
 from umbra.scene.lights import Light
 from umbra.scene.mesh import Part, find_box, find_used, transform_points

@@ -1,7 +1,7 @@
 """
 Soft shadows: what share of a light with a size each visible point sees.
 
-    area.py     the lights                                     AreaLight
+    __init__.py the lights: evenly bright rectangles, balls, discs in the sky such as the sun
     samples.py  many hard shadows averaged: the reference      visibility(...)
     wedges.py   hard count, corrected along silhouette edges   visibility(...)
     coverage.py its kernels: where to look, what part of the light an edge takes
@@ -13,23 +13,30 @@ is a ``FrameCounter``, view and frame are what it sees with the camera, the ligh
 ``AreaLight``. To add one, write it and name it in `umbra.methods.SOFT`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from importlib import import_module
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
 from umbra.methods import SOFT
-from umbra.soft.area import SUN_RADIUS, AreaLight, ball_light, rectangle_light
+from umbra.scene.large_lights import spread
+from umbra.scene.lights import Light
 
 __all__ = [
     "SUN_RADIUS",
     "AreaLight",
     "ball_light",
     "find_method",
+    "make_axes",
     "rectangle_light",
+    "size_lights",
 ]
+
+SUN_RADIUS = 0.2665
+"""Angle between the middle and the rim of the sun [degrees]."""
 
 
 def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
@@ -39,3 +46,183 @@ def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
         raise InputError(msg, method=name)
     method: Callable[..., NDArray[np.float32]] = import_module(f"umbra.soft.{name}").visibility
     return method
+
+
+@dataclass(frozen=True, eq=False)
+class AreaLight:
+    """
+    A light with a size.
+
+    Made by `ball_light` and `rectangle_light`. A ball shows an evenly bright disc to
+    every receiver, a rectangle the same brightness to both sides; how its apparent size
+    changes with the angle is left to the light's intensity, as for a point.
+
+    Parameters
+    ----------
+    light : Light
+        Its middle, with colour, range and the rest.
+    radius : float
+        Of the ball [m]; of a disc in the sky as the tangent of its angle; of the sphere
+        around a rectangle [m].
+    edges : (2, 3) float64, optional
+        Sides of a rectangle, from end to end [m].
+    """
+
+    light: Light
+    radius: float
+    edges: NDArray[np.float64] | None = None
+
+    def moved(self, by: NDArray[np.float64]) -> "AreaLight":
+        """Return the light moved by (3,), in units of its radius."""
+        position = self._unit()
+        position[:3] += self.radius * np.asarray(by)
+        return replace(self, light=replace(self.light, position=position))
+
+    def points(self, n: int) -> list[Light]:
+        """
+        Give lights without size that stand for this one together.
+
+        Low-discrepancy and jittered (`umbra.scene.large_lights.spread`), and always the
+        same. The points of a rectangle lie in it. Those of a ball fill it as
+        1 / sqrt(R² - r²) at the distance r from its middle: that density, and no other,
+        looks like an even disc from all sides (Abel's integral of it is constant).
+
+        Parameters
+        ----------
+        n : int
+
+        Returns
+        -------
+        lights : list of Light
+            Each with the whole colour: one stands for an n-th.
+        """
+        middle = self._unit()
+        if self.edges is not None:
+            offsets = (spread(n, 2) - 0.5) @ self.edges
+        elif self.light.is_point:
+            shares = spread(n, 3)
+            away = self.radius * _find_shell(shares[:, 0])
+            height, longitude = 2 * shares[:, 1] - 1, 2 * np.pi * shares[:, 2]
+            flat = np.sqrt(1 - height**2)
+            ways = np.stack([flat * np.cos(longitude), flat * np.sin(longitude), height], 1)
+            offsets = away[:, None] * ways
+        else:
+            shares = spread(n, 2)
+            away, longitude = self.radius * np.sqrt(shares[:, 0]), 2 * np.pi * shares[:, 1]
+            across = np.stack(make_axes(middle[:3]))
+            offsets = away[:, None] * np.stack([np.cos(longitude), np.sin(longitude)], 1) @ across
+        places = np.tile(middle, (n, 1))
+        places[:, :3] += offsets
+        return [replace(self.light, position=place) for place in places]
+
+    def _unit(self) -> NDArray[np.float64]:
+        """Return the middle: a place, or a direction of length 1; a copy."""
+        position = self.light.position.copy()
+        if not self.light.is_point:
+            position[:3] /= np.linalg.norm(position[:3])
+        return position
+
+
+def ball_light(light: Light, radius: float) -> AreaLight:
+    """
+    Give a light the size of a ball, or of a disc in the sky.
+
+    Parameters
+    ----------
+    light : Light
+        Its middle.
+    radius : float
+        [m] for a light at a place; for a directional one [degrees] from the middle of
+        the disc to its rim, `SUN_RADIUS` for the sun.
+
+    Raises
+    ------
+    InputError
+        If the radius is not above 0, or a disc in the sky reaches 45 degrees.
+    """
+    if not 0 < radius < np.inf:
+        msg = f"an area light's radius must be above 0; got {radius:g}"
+        raise InputError(msg)
+    if light.is_point:
+        return AreaLight(light, float(radius))
+    if radius >= 45:
+        msg = f"a directional light's radius is an angle below 45 degrees; got {radius:g}"
+        raise InputError(msg)
+    return AreaLight(light, float(np.tan(np.radians(radius))))
+
+
+def size_lights(lights: Sequence[Light], sizes: Sequence[float]) -> list[AreaLight]:
+    """
+    Give lights the size of balls, or of discs in the sky.
+
+    Parameters
+    ----------
+    lights : sequence of Light
+    sizes : sequence of float
+        None, one for all, or one each: metres or, for a direction, degrees.
+
+    Raises
+    ------
+    InputError
+        If their number fits in no way, a light at a place has none, or one is out of range.
+    """
+    if len(sizes) not in {0, 1, len(lights)}:
+        msg = f"light_size= has {len(sizes)} radii for {len(lights)} lights; give one, or one each"
+        raise InputError(msg)
+    if not sizes and any(light.is_point for light in lights):
+        msg = "a light at a place needs its radius for soft shadows; give light_size= [m]"
+        raise InputError(msg)
+    radii = list(sizes) or [SUN_RADIUS]
+    radii *= len(lights) // len(radii)
+    return [ball_light(light, radius) for light, radius in zip(lights, radii, strict=True)]
+
+
+def rectangle_light(light: Light, edge_u: ArrayLike, edge_v: ArrayLike) -> AreaLight:
+    """
+    Give a light at a place the size of a parallelogram.
+
+    Parameters
+    ----------
+    light : Light
+        Its middle.
+    edge_u, edge_v : (3,) float64
+        Its sides, from end to end [m].
+
+    Raises
+    ------
+    InputError
+        If the light is directional, or the sides are not finite or span no area.
+    """
+    edges = np.array([edge_u, edge_v], np.float64)
+    if edges.shape != (2, 3) or not np.isfinite(edges).all() or not np.cross(*edges).any():
+        msg = "a rectangular light needs two sides of three finite numbers that span an area"
+        raise InputError(msg)
+    if not light.is_point:
+        msg = "a directional light is a disc in the sky, not a rectangle; give it a radius"
+        raise InputError(msg)
+    corners = 0.5 * np.stack([edges[0] + edges[1], edges[0] - edges[1]])
+    return AreaLight(light, float(np.linalg.norm(corners, axis=1).max()), edges)
+
+
+def make_axes(way: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Make two unit vectors that with a unit vector (3,) are right-handed: u, v, way."""
+    least = np.zeros(3)
+    least[np.abs(way).argmin()] = 1.0
+    u = np.cross(least, way)
+    u /= np.linalg.norm(u)
+    return u, np.cross(way, u)
+
+
+def _find_shell(shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Find the radius within which a share of a unit ball's points lies.
+
+    It solves (2 / pi) (arcsin r - r sqrt(1 - r²)) = share; with r = sin(t / 2) that is
+    Kepler's t - sin t = pi share, whose left side grows with t: bisection.
+    """
+    low, high = np.zeros_like(shares), np.full_like(shares, np.pi)
+    for _ in range(52):
+        middle = (low + high) / 2
+        below = middle - np.sin(middle) < np.pi * shares
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return np.sin(low / 2)

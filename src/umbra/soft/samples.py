@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.rays import VisibleSurface
 from umbra.rays.depth import DepthBuffer
-from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera
-from umbra.soft.area import AreaLight
+from umbra.soft import AreaLight
 
 if TYPE_CHECKING:
     from umbra.cpu.frame import FrameCounter

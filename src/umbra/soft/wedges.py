@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.machine import use_threads
+from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
-from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera
-from umbra.soft.area import AreaLight, make_axes
+from umbra.soft import AreaLight, make_axes
 from umbra.soft.coverage import add_wedges, make_planes
 from umbra.volume.silhouette import find_silhouette_edges
 

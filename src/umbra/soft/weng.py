@@ -25,10 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
+from umbra.rays import VisibleSurface
 from umbra.rays.depth import DepthBuffer
-from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera, Light
-from umbra.soft.area import AreaLight
+from umbra.soft import AreaLight
 from umbra.volume.adjacency import Caster, make_planes
 from umbra.volume.silhouette import find_silhouettes
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.canopy import Canopy
+from umbra.casters import Canopy
 from umbra.receivers.kind import Counter, Receivers, Tile, Variables
 from umbra.study.lights import Lights
 

@@ -238,7 +238,7 @@ class StudyOptions:
 
     def _check_values(self) -> None:
         """Check dates, times, durations and shares, before any model is read."""
-        from umbra.casters.canopy import check_transmissivity  # noqa: PLC0415
+        from umbra.casters import check_transmissivity  # noqa: PLC0415
         from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
         from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
 

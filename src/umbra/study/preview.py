@@ -1,21 +1,33 @@
-"""What a study's pictures show: the same plan, with no more cells than a picture has pixels."""
+"""
+What pictures and films of a study show: moments, and plans with as few cells as a picture.
 
+Moments are times that a person would ask for.
+"""
+
+import datetime as dt
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study.lights import Lights
+from umbra.study.lights import Lights, Period
 from umbra.study.loop import add_up
-from umbra.study.period import Period
 from umbra.study.result import Study
 from umbra.sun import find_sun
-from umbra.sun.clock import Stamps
+from umbra.sun.clock import ROUND, Stamps, Steps, find_round_stamps, find_stamps
 
-__all__ = ["FinerHours", "Preview", "count_finer", "make_preview"]
+__all__ = [
+    "FinerHours",
+    "Moment",
+    "Preview",
+    "choose_stamps",
+    "count_finer",
+    "find_moments",
+    "make_preview",
+]
 
 LONGEST = 1600
 """Cells along the longer side: more than the map of a picture shows."""
@@ -25,6 +37,87 @@ COVERED = 0.9
 """Share of its plan that a model with terrain covers at least."""
 LOW = 0.25
 """Share of the model's height that a tenth of the terrain stays below."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """
+    An instant, and the sun at it, above the horizon.
+
+    Parameters
+    ----------
+    instant : datetime
+        UTC.
+    local : datetime
+        By the site's clock.
+    altitude, azimuth : float
+        Of the sun [degrees].
+    direction : (3,) float64
+        Toward the sun, in the model's axes.
+    """
+
+    instant: dt.datetime
+    local: dt.datetime
+    altitude: float
+    azimuth: float
+    direction: NDArray[np.float64]
+
+
+def choose_stamps(steps: Steps, at: Sequence[str] = ()) -> Stamps:
+    """Return the clock times asked for on a date; the ends of its steps by default."""
+    return find_stamps(steps.local()[0].date(), at, steps.zone) if at else steps
+
+
+def find_moments(
+    study: Study, at: Sequence[str] = (), *, every: int | None, most: int
+) -> list[Moment]:
+    """
+    Find the moments with the sun up that are asked for, or round ones.
+
+    Parameters
+    ----------
+    study : Study
+    at : sequence of str
+        Clock times, as ``umbra.sun.clock.find_stamps`` reads them.
+    every : int, optional
+        Without ``at``: the spacing at least [min]; None, and where a date's period is shorter
+        than two of it: the length of the study's steps, or the next round one.
+    most : int
+        Of all dates; of many fewer a date are shown, then of every n-th date only.
+
+    Returns
+    -------
+    moments : list of Moment
+    """
+    days = study.period.steps
+    days = days[:: -(-len(days) // most)]
+    chosen = [
+        choose_stamps(steps, at) if at else _find_round(steps, every, most // len(days))
+        for steps in days
+    ]
+    path = find_sun(
+        study.site, np.concatenate([day.stamps for day in chosen]), refraction=study.refraction
+    )
+    local = [when for day in chosen for when in day.local()]
+    return [
+        Moment(
+            local[k].astimezone(dt.UTC), local[k], float(path.altitude[k]),
+            float(path.azimuth[k]), path.direction[k],
+        )
+        for k in np.flatnonzero(path.is_up)
+    ]  # fmt: skip
+
+
+def _find_round(steps: Steps, every: int | None, most: int) -> Stamps:
+    """Return at most N round times of a date, or its steps' ends if it has none."""
+    length = float(steps.hours.sum()) * 60
+    least = every if every and every <= length / 2 else float(steps.hours.max()) * 60
+    for minutes in ROUND:
+        if minutes > least - 1e-6:
+            found = find_round_stamps(steps, minutes)
+            if len(found.stamps) <= most:
+                return found if len(found.stamps) else steps
+    return steps
 
 
 @dataclass(frozen=True, eq=False)

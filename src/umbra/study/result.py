@@ -10,9 +10,9 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.rays.depth import GROUND
 from umbra.receivers.kind import ReceiverKind, Receivers, Variables
-from umbra.study.accumulators.masks import Masks
+from umbra.study.accumulators.hours import Masks
 from umbra.study.attributes import find_attributes
-from umbra.study.period import Period, Refraction
+from umbra.study.lights import Period, Refraction
 from umbra.sun import Site, Steps, SunPath
 
 if TYPE_CHECKING:

@@ -9,19 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import umbra
-from umbra.casters.canopy import Canopy
+from umbra.casters import Canopy
 from umbra.casters.casting import select_casters
-from umbra.devices import check_device, find_device
-from umbra.devices.counters import StudyCounters
+from umbra.devices import StudyCounters, check_device, find_device
 from umbra.errors import InputError
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
-from umbra.study.accumulators.hours import HourSums, SunIntervals
-from umbra.study.accumulators.masks import InstantMasks, Masks
-from umbra.study.lights import Lights
+from umbra.study.accumulators.hours import HourSums, InstantMasks, Masks, SunIntervals
+from umbra.study.lights import Lights, Period, make_period
 from umbra.study.loop import (
     Accumulator,
     TileRun,
@@ -31,7 +29,6 @@ from umbra.study.loop import (
     pass_lights,
 )
 from umbra.study.options import StudyOptions
-from umbra.study.period import Period, make_period
 from umbra.sun import Site
 
 __all__ = ["Result", "Setup"]

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from umbra.scene.grid import Grid
 from umbra.study import Study
-from umbra.study.lights import Lights
+from umbra.study.lights import Lights, Period
 from umbra.study.loop import Accumulator, TileRun, look, pass_lights
-from umbra.study.period import Period
 
 __all__ = [
     "FEW_DATES",

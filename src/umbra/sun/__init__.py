@@ -8,9 +8,8 @@ Data flows one way::
 """
 
 from umbra.sun.clock import Steps, make_steps
-from umbra.sun.daylight import Daylight, find_daylight, sun_light
 from umbra.sun.local_time import parse_dates
-from umbra.sun.position import SunPath, find_sun
+from umbra.sun.position import Daylight, SunPath, find_daylight, find_sun, sun_light
 from umbra.sun.site import Site, find_site
 
 __all__ = [

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.scene import point_light
 from umbra.window.handles import GRIP, Pixel, drag, find_handles, pick, place_lamp
-from umbra.window.view import OVERLAYS, ViewState
-from umbra.window.viewpoint import frame_bounds
+from umbra.window.view import OVERLAYS, ViewState, frame_bounds
 
 __all__ = ["KEYS", "Controls"]
 

@@ -15,8 +15,7 @@ from umbra.errors import InputError
 from umbra.scene import Light
 from umbra.sun import Site
 from umbra.window.daylight import Sun
-from umbra.window.view import ViewState
-from umbra.window.viewpoint import Viewpoint
+from umbra.window.view import Viewpoint, ViewState
 from umbra.writers.atomic import replace_file
 
 __all__ = ["from_json", "load_view", "save_view", "to_json"]

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from umbra.scene import Camera
 from umbra.window.daylight import find_day
-from umbra.window.view import SUN, ViewState
-from umbra.window.viewpoint import Viewpoint
+from umbra.window.view import SUN, Viewpoint, ViewState
 
 __all__ = [
     "GRIP",

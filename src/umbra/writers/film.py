@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from umbra.errors import UmbraError
 from umbra.study import Study
-from umbra.study.moments import Moment, find_moments
+from umbra.study.preview import Moment, find_moments
 from umbra.writers.plan import Plan, shade_roofs
 from umbra.writers.raster import resample
 

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from umbra.study import Study
-    from umbra.study.moments import Moment
+    from umbra.study.preview import Moment
     from umbra.study.timeline import Timeline
     from umbra.writers.plan import Show
-    from umbra.writers.vectors.layers import HourLine, Layer
+    from umbra.writers.vectors import HourLine, Layer
     from umbra.writers.vectors.outlines import Outline
 
 __all__ = ["FORMATS", "Format", "Job", "check_extra", "write_formats"]
@@ -81,7 +81,7 @@ class Job:
     @cached_property
     def outlines(self) -> "list[Outline]":
         """Shadows on level ground; none of other receivers."""
-        from umbra.study.moments import find_moments  # noqa: PLC0415
+        from umbra.study.preview import find_moments  # noqa: PLC0415
         from umbra.writers.vectors.outlines import EVERY, MOST, find_outlines  # noqa: PLC0415
 
         kind = self.study.kind
@@ -99,7 +99,7 @@ class Job:
     @cached_property
     def hour_lines(self) -> "list[HourLine]":
         """Lines of equal hours."""
-        from umbra.writers.vectors.layers import find_hour_lines  # noqa: PLC0415
+        from umbra.writers.vectors import find_hour_lines  # noqa: PLC0415
 
         return list(find_hour_lines(self.study, self.show))
 
@@ -113,14 +113,14 @@ class Job:
     @cached_property
     def seen(self) -> "list[NDArray[np.float64]]":
         """The border of what a view sees; nothing of a plan."""
-        from umbra.writers.vectors.layers import find_seen  # noqa: PLC0415
+        from umbra.writers.vectors import find_seen  # noqa: PLC0415
 
         return [] if self.is_on_map else find_seen(self.study)
 
     @cached_property
     def layers(self) -> "list[Layer]":
         """All of them, as simple features."""
-        from umbra.writers.vectors import layers  # noqa: PLC0415
+        from umbra.writers import vectors as layers  # noqa: PLC0415
 
         if not self.study.kind.is_raster:
             return [layers.make_point_layer(self.study)]
@@ -261,7 +261,7 @@ def _write_csv(job: Job) -> list[str]:
 
 def _write_glb(job: Job) -> list[str]:
     from umbra.study import split_dates, tell_dates  # noqa: PLC0415
-    from umbra.writers.model_glb import write_model_glb  # noqa: PLC0415
+    from umbra.writers.glb import write_model_glb  # noqa: PLC0415
     from umbra.writers.surfaces_glb import write_surfaces_glb  # noqa: PLC0415
 
     write = write_model_glb if job.study.kind.is_plan else write_surfaces_glb

@@ -1,18 +1,36 @@
-"""Binary glTF 2.0: one buffer, filled array by array, and the tree that names what lies where."""
+"""
+Models as GLB, their surfaces coloured by their hours in shadow.
+
+Binary glTF 2.0 is one buffer, filled array by array, and the tree that names what lies where.
+"""
 
 import json
 import os
 import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Glb", "turn_up"]
+from umbra.study import Study, tell_dates
+from umbra.writers.color import shade_ramp
+
+__all__ = ["Glb", "make_legend", "turn_up", "write_model_glb"]
 
 _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
 _TYPES = {"f": 5126, "B": 5121, "I": 5125}
 _KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+MOST_TRIANGLES = 400_000
+"""Of coloured surfaces: they are divided no finer."""
+MOST_GROUND = 400
+"""Cells along the longer side of the ground."""
+GREY = (0.80, 0.80, 0.80)
+_LEVEL = 0.1  # z of a unit normal from which a face is seen well from above
+_TOE = 0.04045  # below which sRGB is linear
+_FLAT = 1e-6  # above the ground something stands [m]
+_NEAR = 0.35  # a cell's height this near a surface's is its own [m]
 
 
 def turn_up(points: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -132,3 +150,166 @@ class Glb:
             accessor["normalized"] = True
         self.accessors.append(accessor)
         return len(self.accessors) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class _Mesh:
+    """A node of the file: triangles in the model's axes and colours of their corners."""
+
+    name: str
+    positions: NDArray[np.float64]
+    colors: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+
+
+def write_model_glb(
+    path: str | os.PathLike[str], study: Study, most_hours: float | None = None
+) -> None:
+    """
+    Write a plan's model and ground; colours are those of ``hours.png``, the walls' is grey.
+
+    With the topmost surfaces as receivers, faces seen from above are divided to about a
+    cell's size and each corner takes the colour of its cell. The ground lies below them. Where
+    several files share a scale, ``most_hours`` is its end [h].
+    """
+    most = study.up_hours if most_hours is None else most_hours
+    corners = study.model.soup.vertices[study.model.soup.faces]
+    meshes = []
+    if not study.kind.lies_under_roofs:
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.linalg.norm(normal, axis=1)
+        is_seen = np.abs(normal[:, 2]) > _LEVEL * np.maximum(length, 1e-12)
+        side = max(study.grid.dx, study.grid.dy)
+        divided = _divide(corners[is_seen], side)
+        meshes.append(_colored("surfaces", divided, _sample(study, divided, most)))
+        corners = corners[~is_seen]
+    meshes.append(_colored("model", corners, None))
+    meshes.append(_make_ground(study, most))
+    origin = np.array([study.x[0] - study.grid.x0, study.y[0] - study.grid.y0])
+    _write(path, [mesh for mesh in meshes if len(mesh.faces)], study, origin, most)
+
+
+def _find_ground(study: Study) -> float:
+    """Give z of the ground in the model's local frame [m]."""
+    return float(study.model.ground or 0.0)
+
+
+def _colored(name: str, corners: NDArray[np.float64], colors: NDArray | None) -> _Mesh:
+    """Give each triangle corners of its own, so that its edges stay sharp."""
+    flat = corners.reshape(-1, 3)
+    if colors is None:
+        colors = np.broadcast_to(np.array(GREY, np.float32), flat.shape)
+    return _Mesh(name, flat, colors, np.arange(len(flat), dtype=np.uint32).reshape(-1, 3))
+
+
+def _divide(corners: NDArray[np.float64], side: float) -> NDArray[np.float64]:
+    """Halve triangles at their longest edges until none is longer than ``side``, or enough."""
+    if not len(corners):
+        return corners
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    side = max(side, np.sqrt(area.sum() / MOST_TRIANGLES) * 2)
+    done = []
+    while len(corners):
+        edges = np.linalg.norm(np.roll(corners, -1, 1) - corners, axis=2)
+        is_long = edges.max(1) > side
+        done.append(corners[~is_long])
+        corners, edges = corners[is_long], edges[is_long]
+        if len(corners) * 2 + sum(map(len, done)) > 2 * MOST_TRIANGLES:
+            done.append(corners)
+            break
+        # Turn the longest edge to the front, then cut it in the middle.
+        order = (edges.argmax(1)[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(corners, order[..., None], 1).transpose(1, 0, 2)
+        middle = (a + b) / 2
+        corners = np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
+    return np.concatenate(done)
+
+
+def _sample(study: Study, corners: NDArray[np.float64], most: float) -> NDArray[np.float32]:
+    """Take each corner's colour from the raster; grey where something else is on top."""
+    middle = corners.mean(1, keepdims=True)
+    inward = (corners + 1e-3 * (middle - corners)).reshape(-1, 3)  # off the edge, into its face
+    grid = study.grid
+    col = np.rint((inward[:, 0] - grid.x0) / grid.dx).astype(int)
+    row = np.rint((inward[:, 1] - grid.y0) / grid.dy).astype(int)
+    is_in = (col >= 0) & (col < grid.cols) & (row >= 0) & (row < grid.rows)
+    col, row = np.clip(col, 0, grid.cols - 1), np.clip(row, 0, grid.rows - 1)
+    colors = _find_colors(study.shadow_hours[row, col], most)
+    height = study.heights[row, col] - (study.ground - _find_ground(study))
+    # A slope's cell centre lies up to a cell from the corner.
+    reach = _NEAR + np.repeat(np.ptp(corners[..., 2], axis=1), 3) + max(grid.dx, grid.dy)
+    colors[~is_in | (np.abs(height - inward[:, 2]) > reach)] = GREY
+    return colors
+
+
+def _find_colors(hours: NDArray[np.float32], most: float) -> NDArray[np.float32]:
+    """Colour hours as the sheet does, in linear light as glTF wants vertex colours."""
+    ramp = shade_ramp().astype(np.float32)
+    linear = np.where(ramp <= _TOE, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
+    share = np.nan_to_num(hours) / max(most, 1e-9)
+    colors = linear[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
+    colors[np.isnan(hours)] = GREY
+    return colors.astype(np.float32)
+
+
+def _make_ground(study: Study, most: float) -> _Mesh:
+    """Lay a grid under the model, each corner coloured by its cell."""
+    grid = study.grid
+    stride = max(1, -(-max(grid.rows, grid.cols) // MOST_GROUND))
+    rows, cols = np.arange(0, grid.rows, stride), np.arange(0, grid.cols, stride)
+    hours = study.shadow_hours[np.ix_(rows, cols)]
+    x, y = np.meshgrid(grid.x[cols], grid.y[rows])
+    ground = _find_ground(study)
+    points = np.stack([x, y, np.full(x.shape, ground)], -1).reshape(-1, 3)
+    index = np.arange(x.size, dtype=np.uint32).reshape(x.shape)
+    a, b = index[:-1, :-1], index[:-1, 1:]
+    c, d = index[1:, 1:], index[1:, :-1]
+    faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2).reshape(-1, 3)
+    colors = _find_colors(hours.ravel(), most)
+    if not study.kind.lies_under_roofs:
+        height = study.heights[np.ix_(rows, cols)].ravel() - study.ground
+        colors[height > _FLAT] = GREY
+    return _Mesh("ground", points, colors, faces)
+
+
+def _write(
+    path: str | os.PathLike[str],
+    meshes: Sequence[_Mesh],
+    study: Study,
+    origin: NDArray,
+    most: float,
+) -> None:
+    """Pack meshes into a GLB about the plan's middle; glTF's y is up."""
+    bounds = np.concatenate([[mesh.positions.min(0), mesh.positions.max(0)] for mesh in meshes])
+    middle = np.round((bounds.min(0) + bounds.max(0)) / 2)
+    middle[2] = _find_ground(study)
+    shift = [*(middle[:2] + origin), study.ground]
+    extras = {
+        "origin": [float(v) for v in shift],
+        "crs": study.facts.get("crs"),
+        "date": tell_dates(study),
+        "hours_of_darkest": most,
+        "legend": make_legend(most),
+    }
+    glb = Glb(f"umbra {study.facts['umbra_version']}", extras)
+    material = glb.add_material(lit=False)
+    for mesh in meshes:
+        colors = np.full((len(mesh.positions), 4), 255, np.uint8)
+        colors[:, :3] = np.rint(mesh.colors * 255)
+        points = turn_up(mesh.positions - middle)
+        glb.add_mesh(mesh.name, mesh.faces, material, POSITION=points, COLOR_0=colors)
+    glb.write(path)
+
+
+def make_legend(up_hours: float) -> list[dict[str, object]]:
+    """Say which colours hours in shadow have, sRGB in hex, at even steps."""
+    ramp = np.rint(shade_ramp() * 255).astype(int)
+    return [
+        {
+            "shadow_hours": round(share * up_hours, 3),
+            "color": "#{:02x}{:02x}{:02x}".format(*ramp[round(share * (len(ramp) - 1))]),
+        }
+        for share in np.linspace(0, 1, 9).tolist()
+    ]

@@ -20,7 +20,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.children import HOME, make_command
+from umbra.machine import HOME, make_command
 from umbra.writers.plan import Plan
 from umbra.writers.raster import PackedMasks
 

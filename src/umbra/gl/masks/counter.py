@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device, release_all
 from umbra.gl.count import mark_shadow
 from umbra.gl.geometry import Geometry
-from umbra.gl.masks.methods import MASKS, Counts, Method
+from umbra.gl.masks import MASKS, Counts, Method
 from umbra.gl.masks.passes import MaskPainter
 from umbra.gl.masks.pieces import Pieces, make_pieces
 from umbra.gl.plan import VolumePlan

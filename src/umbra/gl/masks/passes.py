@@ -10,7 +10,7 @@ import numpy as np
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
-from umbra.gl.masks.methods import Method, Step
+from umbra.gl.masks import Method, Step
 from umbra.gl.masks.pieces import Pieces, VolumeBatch
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.gl.programs import Program, Programs
@@ -18,7 +18,7 @@ from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.scene import Scene
-from umbra.scene.palette import AMBIENT
+from umbra.scene.camera import AMBIENT
 
 __all__ = ["Forward", "MaskPainter", "Tally"]
 

@@ -18,8 +18,8 @@ from umbra.errors import InputError
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
+from umbra.gl.masks import MASKS, Method, Step
 from umbra.gl.masks.counter import MaskCounter
-from umbra.gl.masks.methods import MASKS, Method, Step
 from umbra.gl.masks.passes import Forward, Tally
 from umbra.gl.masks.upsampling import FILTERS, Upsampler
 from umbra.gl.plan import VolumeOptions, VolumePlan

@@ -19,8 +19,8 @@ from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, find_rays
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
+from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING
-from umbra.rays.visible import VisibleSurface
 from umbra.scene import Camera, Light
 
 __all__ = ["FILTERS", "Upsampler", "find_shares", "shrink", "upsample"]

@@ -1,16 +1,195 @@
 """
 Soft shadows on OpenGL: what share of each light reaches each pixel, as a picture.
 
-    methods.py     what a method is; samples; the methods of one scene, and for which lights
+    __init__.py    what a method is; samples; the methods of one scene, and for which lights
     wedges.py      the hard count, corrected along silhouette edges; depth keys
-    weng.py        scaled layers of the hard volume, stacked
-    layers.py      what to draw of all layers of a light: one list of triangles
+    weng.py        scaled layers of the hard volume, as one list of triangles, stacked
     growth.py      the points of casters that are enlarged, and which caster a pixel shows
+
+Samples are hard shadows of many points of each light, averaged in floats (McGuire et al.
+2003, section 4; Heckbert and Herf 1997). The points are the CPU's.
 
 The hard volumes are the renderer's own. A light's visibility takes the stencil's place in
 its light pass (``shading.py``). The answers are those of ``umbra.soft`` on the CPU.
 """
 
-from umbra.gl.soft.methods import SoftLights, SoftMethods, Softness, Visibility
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
-__all__ = ["SoftLights", "SoftMethods", "Softness", "Visibility"]
+import numpy as np
+
+from umbra.gl.context import release_all
+from umbra.gl.count import Stack, VolumeCounter
+from umbra.gl.plan import VolumeOptions, VolumePlan
+from umbra.gl.planner import Planner
+from umbra.gl.projection import Projection
+from umbra.gl.soft.wedges import Wedges
+from umbra.gl.soft.weng import ScaledLayers
+from umbra.gl.state import State
+from umbra.gl.target import Target
+from umbra.methods import METHODS
+from umbra.scene import Light
+from umbra.soft import AreaLight
+from umbra.soft.samples import SAMPLES
+from umbra.soft.weng import GAP, LENGTH
+
+__all__ = ["SampledShadows", "SoftLights", "SoftMethods", "Softness", "Visibility"]
+
+
+class Visibility(Protocol):
+    """What share of each light of a picture reaches each pixel, by one method."""
+
+    def begin(
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+    ) -> None:
+        """Make ready for a picture; plans are the hard volumes of the lights' middles."""
+
+    def draw(self, state: State, target: Target, number: int) -> Target:
+        """
+        Draw the visibility of the light of a number.
+
+        Before: the target's depth holds the scene. After: the target that is returned, shared
+        by all lights, holds the visibility in attachment 0, from 0 to 1; the stencil means
+        nothing.
+        """
+
+    def release(self) -> None:
+        """Free what is held on the device."""
+
+
+_AT_ONCE = 64  # points whose volumes are kept in memory together, and while nothing moves
+
+
+class SampledShadows:
+    """Averages the hard shadows of many points of each light, as `umbra.soft.samples` does."""
+
+    def __init__(
+        self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None
+    ) -> None:
+        self.samples = samples
+        # What one point's range does not reach another's may, and the light's middle decides.
+        self._choices = replace(choices or VolumeOptions(), narrow=False)
+        self._planner = planner.twin()
+        self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
+        self._stack = Stack(planner.device)
+        self._points: list[Light] = []
+        self._projection: Projection | None = None
+        self._chunk = -1
+        self._plans: list[VolumePlan] = []
+
+    def begin(
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+    ) -> None:
+        """Make ready for a picture; see `Visibility`."""
+        self._points = [point for light in lights for point in light.points(self.samples)]
+        self._points = [replace(point, range=np.inf) for point in self._points]
+        self._projection, self._chunk = projection, -1
+
+    def draw(self, state: State, target: Target, number: int) -> Target:
+        """Draw a light's visibility; see `Visibility`."""
+        shares = self._stack.begin(state, target, 0.0)
+        for point in range(number * self.samples, (number + 1) * self.samples):
+            self._counter.count(state, shares, self._find_plan(point))
+            self._stack.add_light(state, 1.0 / self.samples)
+        return shares
+
+    def _find_plan(self, point: int) -> VolumePlan:
+        """Give the plan of one of all lights' points; plans hold for a chunk of them."""
+        chunk, place = divmod(point, _AT_ONCE)
+        if chunk != self._chunk:
+            assert self._projection is not None
+            some = self._points[chunk * _AT_ONCE : (chunk + 1) * _AT_ONCE]
+            self._plans = self._planner.plan(self._projection, some, choices=self._choices)
+            self._chunk = chunk
+        return self._plans[place]
+
+    def release(self) -> None:
+        """Free what is held on the device."""
+        self._stack.release()
+        self._counter.release()
+        self._planner.release()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Softness:
+    """
+    How finely methods work.
+
+    Parameters
+    ----------
+    samples : int
+        Points that stand for a light.
+    length, gap : float
+        How far the widest scaled layer goes, and from each to the next, in tenths of the
+        silhouette's radius.
+    """
+
+    samples: int = SAMPLES
+    length: float = LENGTH
+    gap: float = GAP
+
+
+class SoftLights:
+    """Those of a picture's lights that have a size, by number, and what draws their visibility."""
+
+    def __init__(self, method: Visibility | None, areas: dict[int, AreaLight]) -> None:
+        self._method, self.areas = method, areas
+        self._places = {number: place for place, number in enumerate(areas)}
+
+    def begin(self, projection: Projection, plans: Sequence[VolumePlan | None]) -> None:
+        """Make ready for a picture; plans are the hard volumes of all its lights."""
+        found = [plan for number in self.areas if (plan := plans[number]) is not None]
+        if self._method is not None:
+            self._method.begin(projection, list(self.areas.values()), found)
+
+    def draw(self, state: State, target: Target, number: int) -> Target | None:
+        """Draw a light's visibility, as `Visibility` does; None where its shadows are hard."""
+        if self._method is None or number not in self.areas:
+            return None
+        return self._method.draw(state, target, self._places[number])
+
+
+class SoftMethods:
+    """Soft shadows beside the hard ones of a planner's plans."""
+
+    def __init__(
+        self,
+        planner: Planner,
+        counter: VolumeCounter,
+        softness: Softness | None = None,
+        choices: VolumeOptions | None = None,
+    ) -> None:
+        self._planner, self._counter = planner, counter
+        self._softness, self._choices = softness or Softness(), choices
+        self._made: dict[str, Visibility] = {}
+
+    def select(self, lights: Sequence[Light | AreaLight], name: str) -> SoftLights:
+        """Find the lights with a size, and choose what draws them; raises as ``choose``."""
+        areas = {
+            number: light for number, light in enumerate(lights) if isinstance(light, AreaLight)
+        }
+        return SoftLights(self.choose(name) if areas else None, areas)
+
+    def choose(self, name: str) -> Visibility:
+        """Find the method of a name; `InputError` if the gl device has none."""
+        METHODS["gl"].check_soft(name)
+        if name not in self._made:
+            self._made[name] = self._make(name)
+        return self._made[name]
+
+    def _make(self, name: str) -> Visibility:
+        softness = self._softness
+        if name == "samples":
+            return SampledShadows(self._planner, softness.samples, self._choices)
+        if name == "wedges":
+            return Wedges(self._planner, self._counter)
+        return ScaledLayers(
+            self._planner, self._counter, length=softness.length, gap=softness.gap,
+            choices=self._choices,
+        )  # fmt: skip
+
+    def release(self) -> None:
+        """Free them; they are made anew when asked for again."""
+        release_all(*self._made.values())
+        self._made = {}

@@ -25,7 +25,7 @@ from umbra.gl.state import Pass, State
 from umbra.gl.target import SharedDepthTarget, Target
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
-from umbra.soft.area import AreaLight
+from umbra.soft import AreaLight
 from umbra.soft.coverage import make_planes
 from umbra.soft.wedges import find_axes
 

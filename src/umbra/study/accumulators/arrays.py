@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.canopy import Canopy
+from umbra.casters import Canopy
 from umbra.errors import InputError
 from umbra.receivers.kind import Receivers, Variables
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
+from umbra.study.lights import Period
 from umbra.study.options import StudyOptions
-from umbra.study.period import Period
 from umbra.sun.clock import parse_duration
 
 __all__ = ["FEW_DAYS", "ResultArrays", "ResultOptions"]

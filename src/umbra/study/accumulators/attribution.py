@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.canopy import Canopy
+from umbra.casters import Canopy
 from umbra.receivers.kind import Receivers, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays

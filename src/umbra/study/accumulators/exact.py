@@ -27,9 +27,8 @@ from umbra.study.accumulators.intervals import (
     SunIntervalTable,
     end_interval,
 )
-from umbra.study.lights import Lights
+from umbra.study.lights import Lights, Period
 from umbra.study.loop import TileRun
-from umbra.study.period import Period
 from umbra.sun import find_sun
 
 __all__ = ["ExactIntervals", "SunTrack", "find_least_interval", "find_runs", "follow_sun"]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.scene import Scene
-from umbra.scene.places import Places
+from umbra.scene.grid import Places
 
 __all__ = ["BY", "Groups", "ShareCount", "Shares", "find_groups"]
 

@@ -1,9 +1,8 @@
 """
 Rules as data: a YAML file says what is to be measured, where and when, and how much is enough.
 
-``blocks.py`` knows YAML with its lines, ``read.py`` reads a file's checks, ``measure.py``
-measures them on their own dates, ``judge.py`` gives verdicts with their evidence, and
-``judge_samples.py`` those of points and surfaces.
+``read.py`` reads a file's checks, ``measure.py`` measures them on their own dates, and ``judge.py``
+gives verdicts with their evidence.
 """
 
 from umbra.study.rules.judge import judge

@@ -1,7 +1,7 @@
 """Judging by rules; of a plan a share of its area, or named places and what stands there."""
 
 import datetime as dt
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.intervals import SunIntervalTable
+from umbra.study.lights import Period, make_period
 from umbra.study.loop import look
-from umbra.study.period import Period, make_period
 from umbra.study.result import Study
-from umbra.study.rules.judge_samples import judge_parts, judge_points
 from umbra.study.rules.measure import (
     Verdict,
     measure,
@@ -27,10 +26,11 @@ from umbra.study.rules.measure import (
 )
 from umbra.study.rules.read import Check, Place, Rules
 
-__all__ = ["find_standing", "judge"]
+__all__ = ["find_standing", "judge", "judge_parts", "judge_points"]
 
 _TILE = 2048
 _SLACK = 1e-6  # what lies in the ground itself stands on no one [m]
+_STEEP = 60.0  # tilt from which a surface is a wall [degrees]
 
 
 def judge(study: Study, rules: Rules) -> list[Verdict]:
@@ -92,7 +92,7 @@ def _judge_area(study: Study, check: Check, period: Period) -> Verdict:
     counts = _find_area(study, check)
     hours = np.zeros(counts.shape, np.float32)
     for rows, cols, tile in study.grid.tiles(_TILE):
-        hours[rows, cols] = pick_hours(check, period, _measure(study, check, period, tile))
+        hours[rows, cols] = pick_hours(check, period, _measure_plan(study, check, period, tile))
     found = hours[counts]
     share = 100 * float(meets_limit(check, found).mean())
     worst = np.flatnonzero(counts.ravel())[found.argmin() if check.is_least else found.argmax()]
@@ -124,7 +124,7 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
         )
         raise InputError(msg, place=place.name)
     # The point itself, not its cell's middle.
-    intervals = _measure(study, check, period, replace(grid, x0=x, y0=y, cols=1, rows=1))
+    intervals = _measure_plan(study, check, period, replace(grid, x0=x, y0=y, cols=1, rows=1))
     hours = pick_hours(check, period, intervals)
     standing = find_standing(study, x, y)
     return Verdict(
@@ -161,7 +161,7 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
     return counts
 
 
-def _measure(study: Study, check: Check, period: Period, grid: Grid) -> SunIntervalTable:
+def _measure_plan(study: Study, check: Check, period: Period, grid: Grid) -> SunIntervalTable:
     """Let the instants that count pass over some cells."""
     run = look(study.model.make_tile(grid), study.model.canopy)
     return measure(check, period, run, study.model.canopy)
@@ -202,3 +202,100 @@ def find_standing(study: Study, x: float, y: float) -> str:
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+
+
+def judge_points(study: Study, check: Check, period: Period) -> list[Verdict]:
+    """Judge given points one by one."""
+    _refuse_places(check)
+    if check.area in {"roofs", "walls"}:
+        msg = (
+            f"check '{check.name}' names {check.area} of a model; leave 'where' out: the points "
+            "are those of the study"
+        )
+        raise InputError(msg)
+    given = study.more.get("name")
+    verdicts: list[Verdict] = []
+    for intervals in _measure_samples(study, check, period):
+        hours = pick_hours(check, period, intervals)
+        passes = meets_limit(check, hours)
+        for k in range(len(hours)):
+            n = len(verdicts)
+            verdicts.append(
+                Verdict(
+                    check.name,
+                    period.days[0],
+                    f"point {n + 1}" if given is None else str(given[1][n]),
+                    say_limit(check),
+                    say_hours(float(hours[k])),
+                    bool(passes[k]),
+                    f"{say_intervals(study.site.zone, intervals, (k,))}; {say_how(check)}",
+                )
+            )
+    return verdicts
+
+
+def judge_parts(study: Study, check: Check, period: Period) -> list[Verdict]:
+    """Judge each part by the share of its area, or of that of its roofs or walls."""
+    _refuse_places(check)
+    is_named = _find_named(study, check)
+    if not is_named.any():
+        msg = (
+            f"check '{check.name}' finds no {check.area} among what is sampled; choose parts that "
+            "have some with on=, or leave 'where' out"
+        )
+        raise InputError(msg)
+    found = [
+        pick_hours(check, period, intervals) for intervals in _measure_samples(study, check, period)
+    ]
+    hours = np.concatenate(found)
+    passes = meets_limit(check, hours)
+    owner = study.more["surface_part"][1][study.more["surface_of_sample"][1]]
+    area = np.asarray(study.more["area"][1]) * is_named
+    what = f" of its {check.area}" if check.area in {"roofs", "walls"} else ""
+    verdicts = []
+    for k, name in enumerate(study.more["part"][1].tolist()):
+        mine = (owner == k) & (area > 0)
+        whole = float(area[mine].sum())
+        if not whole > 0:
+            continue
+        share = 100 * float(area[mine & passes].sum()) / whole
+        mean = float(np.average(hours[mine], weights=area[mine]))
+        least, most = float(hours[mine].min()), float(hours[mine].max())
+        verdicts.append(
+            Verdict(
+                check.name,
+                period.days[0],
+                str(name),
+                f"{say_limit(check)} on {check.share:g} % of the area{what}",
+                f"{share:.1f} % of the area{what}",
+                share >= check.share - 1e-9,
+                f"{share * whole / 100:,.1f} of {whole:,.1f} m²; mean {say_hours(mean)}, "
+                f"{say_hours(least)} to {say_hours(most)}; {say_how(check)}",
+            )
+        )
+    return verdicts
+
+
+def _refuse_places(check: Check) -> None:
+    if check.places:
+        msg = (
+            f"check '{check.name}' names places of a plan; leave 'where' out: the points are those "
+            "of the study"
+        )
+        raise InputError(msg)
+
+
+def _find_named(study: Study, check: Check) -> NDArray[np.bool_]:
+    """Tell which samples lie on what a check names: walls are steep, roofs are not."""
+    owner = np.asarray(study.more["surface_of_sample"][1])
+    is_wall = np.asarray(study.more["surface_tilt"][1])[owner] >= _STEEP
+    if check.area == "walls":
+        return is_wall
+    return ~is_wall if check.area == "roofs" else np.ones(len(owner), np.bool_)
+
+
+def _measure_samples(study: Study, check: Check, period: Period) -> Iterator[SunIntervalTable]:
+    """Let the instants that a check counts pass over all points, some at a time."""
+    canopy = study.model.canopy
+    for _, tile in study.laid.look_again():
+        yield measure(check, period, look(tile, canopy), canopy)

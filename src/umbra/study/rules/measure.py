@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.casters.canopy import Canopy
+from umbra.casters import Canopy
 from umbra.study.accumulators.hours import IntervalCount
 from umbra.study.accumulators.intervals import SunIntervalTable, to_hours
+from umbra.study.lights import Period
 from umbra.study.loop import TileRun, pass_lights
-from umbra.study.period import Period
 from umbra.study.rules.read import Check, Place
 
 __all__ = ["Verdict", "measure", "meets_limit", "pick_hours"]

@@ -1,1 +1,182 @@
-"""What a study writes into its folder: the result, pictures, and further files."""
+"""
+The outputs of a study: what its folder holds, and how its pictures look.
+
+``write.py`` fills the folder, ``pictures.py`` and ``sheet.py`` draw, ``captions.py`` words it.
+"""
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from umbra.errors import InputError
+from umbra.options import check_types, option
+from umbra.writers.formats import FORMATS, check_extra
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from umbra.scene import Scene
+    from umbra.study import StudyOptions
+    from umbra.writers.painter import Painter
+
+__all__ = ["NAMES", "FolderJob", "Outputs"]
+
+DRAWN = ("pdf", "svg")
+"""The formats of pictures, besides PNG."""
+NAMES = (*FORMATS, *DRAWN)
+"""The formats that can be written."""
+
+_pictures = partial(option, heading="Pictures")
+_files = partial(option, heading="Further files")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outputs:
+    """
+    What is written of a study, and how its pictures look.
+
+    Raises
+    ------
+    InputError
+        If a format is unknown or needs a package that is missing, or the rules are not
+        written as they must be.
+    """
+
+    title: str | None = _pictures(
+        "text", "Title of all pictures; default: the files' names.", metavar="TEXT"
+    )
+    subtitle: str | None = _pictures("text", "A line below the title.", metavar="TEXT")
+    show: Literal["shadow", "sun"] = _pictures(
+        "choice", "Which hours pictures and lines of equal hours show; study.nc has both.",
+        default="shadow", choices=("shadow", "sun"),
+    )  # fmt: skip
+    at: Sequence[str] = _pictures(
+        "texts",
+        "Clock times of the profile, films and outlines: 09:00,12:00,15:00; default: the profile "
+        "shows the ends of all steps, films round times as dense, outlines whole hours.",
+        default=(),
+        metavar="HH:MM,...",
+    )
+    report: bool = _files(
+        "flag", "Also write report.html: a report on one page, with a slider through the day.",
+        default=False,
+    )  # fmt: skip
+    sheet: bool = _files(
+        "flag", "Also write sheet.png: plan and four elevations at one scale, on A3.",
+        default=False,
+    )  # fmt: skip
+    formats: Sequence[str] = _files(
+        "texts",
+        f"Also write {', '.join(NAMES)}; several by commas, or repeat. pdf and svg: every "
+        "picture, with text as text.",
+        default=(),
+        flag="--write",
+        metavar="FORMAT,...",
+    )
+    rules: Any = _files(  # a path, or what was read of it
+        "path",
+        "Check the result against a file of rules; writes verdicts.csv.",
+        metavar="FILE.yaml",
+    )
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        object.__setattr__(self, "formats", _read_formats(self.formats))
+        if isinstance(self.rules, (str, Path)):
+            from umbra.study.rules import read_rules  # noqa: PLC0415
+
+            object.__setattr__(self, "rules", read_rules(Path(self.rules)))
+        if self.at:
+            import datetime as dt  # noqa: PLC0415
+
+            from umbra.sun.clock import find_stamps  # noqa: PLC0415
+
+            # In UTC no time is missing or doubled: what fails here fails everywhere.
+            find_stamps(dt.date(2000, 1, 1), self.at, "UTC")
+
+    @property
+    def endings(self) -> tuple[str, ...]:
+        """Endings of the pictures' files."""
+        return ("png", *(name for name in self.formats if name in DRAWN))
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Formats other than those of pictures."""
+        return tuple(name for name in self.formats if name not in DRAWN)
+
+    def check_receivers(self, receivers: str) -> None:
+        """
+        Refuse what is not made of some receivers.
+
+        Raises
+        ------
+        InputError
+            If there is any.
+        """
+        from umbra.receivers import find_kind  # noqa: PLC0415
+
+        kind = find_kind(receivers)
+        if self.sheet and not kind.is_plan:
+            msg = "sheet=True shows a plan and its elevations; choose receivers='ground' or 'top'"
+            raise InputError(msg, option="sheet")
+        refused = [name for name in self.files if name not in kind.formats]
+        if refused:
+            there = "all files are"
+            if kind.formats:
+                there = f"{', '.join(kind.formats)} can be, the others are"
+            msg = (
+                f"write='{','.join(refused)}' is not for receivers='{receivers}': {there} for "
+                "plans; leave it out, or choose receivers='ground' or 'top'"
+            )
+            raise InputError(msg, option="write", formats=refused)
+        if self.rules:
+            kind.check_judged(receivers)
+
+
+def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
+    """Read the names of formats, each once; commas separate several."""
+    names = dict.fromkeys(name for text in given for name in text.replace(",", " ").lower().split())
+    if not names:
+        return ()
+    for name in names:
+        if name in DRAWN:
+            continue
+        if name not in FORMATS:
+            near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
+            advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}"
+            msg = f"write= does not know '{name}'; {advice}"
+            raise InputError(msg, option="write", format=name)
+        check_extra(f"write='{name}'", FORMATS[name].packages, FORMATS[name].extra)
+    return tuple(names)
+
+
+@dataclass(frozen=True, eq=False)
+class FolderJob:
+    """
+    A study whose folder is being written.
+
+    Parameters
+    ----------
+    study : Study or PointStudy
+    folder : Path
+    outputs : Outputs
+    options : StudyOptions
+    painter : Painter
+    say : callable
+        Told what a user should know, a line at a time.
+    """
+
+    study: Any
+    folder: Path
+    outputs: Outputs
+    options: "StudyOptions"
+    painter: "Painter"
+    say: "Callable[[str], object]"
+
+    @property
+    def scene(self) -> "Scene":
+        """The scene that was studied."""
+        return self.study.model.scene

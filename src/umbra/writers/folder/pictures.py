@@ -1,26 +1,147 @@
-"""The pictures of a study: maps of hours and profiles."""
+"""
+The pictures of a study: maps of hours and profiles of plans, surfaces and points.
+
+The sun lost to a proposal is a map, too: hours lost, hatched where too few are left.
+"""
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import Preview, Study, count_finer, make_preview, split_dates, tell_dates
-from umbra.study.moments import choose_stamps
-from umbra.study.preview import LONGEST
+from umbra.receivers.zenith import find_surface
+from umbra.scene.grid import Grid
+from umbra.study import Preview, Study, count_finer, make_preview, run, split_dates, tell_dates
+from umbra.study.preview import LONGEST, choose_stamps
 from umbra.sun import find_daylight
 from umbra.sun.clock import Stamps
-from umbra.writers.folder.captions import describe, describe_finer
-from umbra.writers.folder.dates import Scale, choose_panels, name_shown, tell_daylight
-from umbra.writers.folder.lost import draw_lost
-from umbra.writers.folder.outputs import FolderJob
+from umbra.writers.folder import FolderJob
+from umbra.writers.folder.captions import (
+    Scale,
+    choose_panels,
+    describe,
+    describe_finer,
+    describe_method,
+    describe_place,
+    find_together,
+    list_few,
+    name_dates,
+    name_files,
+    name_shown,
+    tell_daylight,
+)
 from umbra.writers.plan import DayMap, Plan, find_map_size
+from umbra.writers.raster import HALF, resample
 
-__all__ = ["Sheets", "draw_pictures"]
+__all__ = [
+    "Sheets",
+    "describe_points",
+    "draw_lost",
+    "draw_pictures",
+    "draw_plan_of_points",
+    "draw_surfaces",
+]
 
+_MATTERS = 0.5  # so much lost is in the picture, however far it is [h]
 MOST_DAYS = 4
 """Up to this many dates each have pictures of their own as well."""
+_TILT = 35
+_ROOM = 12.0  # about points, at least [m]
+_CELLS = 1200  # along the plan of points
+
+
+def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
+    """
+    Draw the hours lost to the proposal, cropped to them, with the proposal outlined.
+
+    Parameters
+    ----------
+    job : FolderJob
+    plan : Plan
+        Of the hours.
+    preview : Preview
+
+    Returns
+    -------
+    names : list of str
+        Of the file; empty where nothing is lost.
+    """
+    study, options, painter = job.study, job.options, job.painter
+    dates = split_dates(study)
+    every = [_fit(one.more["hours_lost"][1], plan.shape) for one in dates]
+    most = np.nan_to_num(every).max(0)
+    if not most.max() > 0:
+        return []
+    new = np.isin(preview.find_parts(), list(job.scene.select(options.proposed)))
+    plan = replace(plan, proposed=new)
+    where: Any = ...
+    if study.kind.is_plan and options.extent is None:
+        newly = _fit_mask(study.more["newly_under"][1], most.shape)
+        where = _find_window((most >= min(_MATTERS, most.max() / 4)) | newly | new)
+        plan = plan.crop(where)
+        if plan.appearance is not None:
+            from umbra.writers.edges import find_appearance  # noqa: PLC0415
+
+            part = study.grid.coarser(LONGEST).part(*where)
+            plan = replace(plan, appearance=find_appearance(study, find_map_size(plan), part))
+    what = f"hours of sun lost to {list_few(options.proposed)}"
+    limit = f"newly under {study.facts['under_hours']:g} h"
+    path = job.folder / "hours_lost.png"
+    if len(dates) == 1:
+        divisor, words = find_together(job)
+        if words:
+            limit += f" on at least one of {len(study.period.days)} dates"
+        area = _tell_area(study.more["neighbour_area_newly_under"][1])
+        hours = every[0][where] / divisor
+        painter.draw_hours(
+            path, plan, hours, float(np.nanmax(hours)), what=what + words,
+            hatched=_fit_mask(study.more["newly_under"][1], most.shape)[where],
+            hatch=f"{limit}: {area}",
+        )  # fmt: skip
+        return [path.name]
+    maps = []
+    for one, hours in ((dates[k], every[k][where]) for k in choose_panels(study)):
+        area = _tell_area(one.more["neighbour_area_newly_under"][1])
+        hatched = _fit_mask(one.more["newly_under"][1], most.shape)[where]
+        told = f"{tell_daylight(one)} · {limit}: {area}"
+        maps.append(DayMap(tell_dates(one), told, hours, hatched))
+    painter.draw_hour_panels(
+        path,
+        name_shown(plan, study),
+        maps,
+        float(most.max()),
+        what=what,
+        hatch=limit,
+    )
+    return [path.name]
+
+
+def _tell_area(areas: NDArray[np.float64]) -> str:
+    """Describe the area of all neighbours together."""
+    area = float(areas.sum())
+    return "nowhere" if area == 0 else f"{area:,.0f} m²" if area >= 10 else f"{area:.2g} m²"
+
+
+def _fit(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Average hours to the cells of the pictures."""
+    return hours if hours.shape == shape else resample(hours, shape)
+
+
+def _fit_mask(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    return _fit(mask.astype(np.float32), shape) > HALF
+
+
+def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the window around some cells, with a margin of a quarter of its length."""
+    window = []
+    room = round(0.25 * max(np.ptp(np.flatnonzero(is_shown.any(axis))) for axis in (0, 1))) + 1
+    for axis in (1, 0):
+        found = np.flatnonzero(is_shown.any(axis))
+        end = min(int(found[-1]) + 1 + room, is_shown.shape[1 - axis])
+        window.append(slice(max(int(found[0]) - room, 0), end))
+    return window[0], window[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,3 +268,75 @@ def _coarsen(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.f
     from umbra.writers.raster import resample  # noqa: PLC0415
 
     return resample(hours, shape)
+
+
+def draw_surfaces(job: FolderJob) -> list[str]:
+    """Draw the model with its hours in shadow, seen from above on the sunny side."""
+    site, options = job.study.site, job.options
+    azimuth = 215 if site.latitude >= 0 else 325
+    options = options.ask_hours(f"{azimuth}/{_TILT}")
+    seen = run(job.scene, site, options)
+    return draw_pictures(replace(job, study=seen, options=options)).names
+
+
+def draw_plan_of_points(job: FolderJob) -> list[str]:
+    """Draw the points on a plan of the buildings around them, coloured by their hours."""
+    study, scene, painter = job.study, job.scene, job.painter
+    points, origin = study.places.points, scene.origin
+    low, high = points[:, :2].min(0), points[:, :2].max(0)
+    room = max(0.12 * float((high - low).max()), _ROOM)
+    cell = float((high - low).max() + 2 * room) / _CELLS
+    cols, rows = (int(n) for n in np.ceil((high - low + 2 * room) / cell))
+    west, south = (float(v) for v in low - room + cell / 2 - origin[:2])
+    grid = Grid(west, south, cell, cell, cols, rows)
+    ground = scene.ground if job.options.ground is None else job.options.ground
+    level = float(scene.bounds()[0, 2] if ground is None else ground) - origin[2]
+    heights = find_surface(study.model.soup, grid, level).heights - level
+    plan = replace(
+        describe_points(job),
+        x=grid.x + origin[0],
+        y=grid.y + origin[1],
+        building_height=heights.astype(np.float32),
+        true_north=study.site.true_north,
+    )
+    names = study.more["name"][1].tolist() if "name" in study.more else []
+    path, normals = job.folder / "points.png", study.places.normals
+    dates, scale = split_dates(study), Scale.of(job)
+    if len(dates) == 1:
+        painter.draw_points(
+            path, plan, points, normals, scale.read_hours(study), scale.most, names, scale.show,
+            scale.what,
+        )  # fmt: skip
+        return [path.name]
+    maps = [
+        DayMap(tell_dates(one), tell_daylight(one), scale.read_hours(one))
+        for one in (dates[k] for k in choose_panels(study))
+    ]
+    painter.draw_point_panels(
+        path, name_shown(plan, study), points, normals, maps, scale.most, names, scale.show,
+        scale.what,
+    )  # fmt: skip
+    return [path.name]
+
+
+def describe_points(job: FolderJob) -> Plan:
+    """Describe surfaces or points for a report."""
+    study, options, outputs = job.study, job.options, job.outputs
+    what, spot = "points", f"{len(study.shadow_hours):,} points"
+    if study.samples is not None:
+        what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
+    steps = study.period.steps
+    offsets = "/".join(sorted({offset for day in steps for offset in day.offsets()}))
+    dates = name_dates(study.period.days)
+    nowhere = np.zeros(1)
+    return Plan(
+        nowhere,
+        nowhere,
+        title=outputs.title or f"{name_files(job.scene)}, {what}",
+        subtitle=outputs.subtitle or "",
+        place=describe_place(study.site),
+        date=f"{dates}, {options.start} to {options.end} ({offsets})",
+        note=" · ".join(
+            [f"umbra {study.facts['umbra_version']}", spot, *describe_method(study, options)]
+        ),
+    )

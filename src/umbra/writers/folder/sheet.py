@@ -12,9 +12,14 @@ from umbra.scene import Scene
 from umbra.study import Study, StudyOptions, run, split_dates, tell_dates
 from umbra.writers.edges import find_appearance
 from umbra.writers.elevations import arrange, find_pixel
-from umbra.writers.folder.captions import describe_making, place_elevation
-from umbra.writers.folder.dates import Scale, choose_panels, tell_daylight
-from umbra.writers.folder.outputs import FolderJob
+from umbra.writers.folder import FolderJob
+from umbra.writers.folder.captions import (
+    Scale,
+    choose_panels,
+    describe_making,
+    place_elevation,
+    tell_daylight,
+)
 from umbra.writers.plan import Plan
 
 __all__ = ["draw_sheet"]

@@ -1,13 +1,238 @@
 """
 The report: one HTML file that holds a whole study and asks nothing of the network.
 
-``facts.py`` says in words what was assumed, ``tables.py``, ``comparison.py`` and
-``sample_tables.py`` lay out tables; ``plan_data.py`` packs a raster and ``model_data.py`` surfaces
-and points for the script, each instant as ``umbra.study.timeline`` counts it. ``page.py`` puts all
-into ``assets/page.html`` with its style and script, ``markup.py`` writes the HTML of its parts.
+``facts.py`` says in words what was assumed, ``tables.py`` and ``sample_tables.py`` lay out tables;
+``data.py`` packs a raster, or surfaces and points, for the script, each instant as
+``umbra.study.timeline`` counts it. ``markup.py`` writes the HTML of its parts. Here all is put
+into ``assets/page.html`` with its style and script.
 """
 
-from umbra.writers.report.markup import Table
-from umbra.writers.report.page import write_report
+import base64
+import hashlib
+import os
+import re
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+import orjson
+
+from umbra.study import Study, split_dates, tell_dates
+from umbra.study.timeline import (
+    Instants,
+    Timeline,
+    make_point_timeline,
+    make_timeline,
+)
+from umbra.writers.plan import Plan, Show, name_hours
+from umbra.writers.report.data import make_model_data, make_plan_data, tell_model, tell_plan
+from umbra.writers.report.facts import find_facts
+from umbra.writers.report.markup import (
+    Table,
+    make_facts,
+    make_notice,
+    make_sheets,
+    make_summary,
+    make_table,
+)
+from umbra.writers.report.packed import tell_left_out
+from umbra.writers.report.sample_tables import list_receivers
+from umbra.writers.report.tables import find_comparisons, find_figures, find_sun_areas, list_dates
 
 __all__ = ["Table", "write_report"]
+
+COMMON = ("read", "timeline", "signs")
+PLAN = ("zoom", "plan")
+MODEL = ("camera", "receivers", "model", "turn")
+STAGE = ("tables", "stage", "main")
+_WORDS = {
+    "plan": {
+        "picture": "The receivers of the study. Arrow keys move the point, with Shift ten cells "
+        "at once; plus and minus enlarge and shrink the picture, 0 shows all of it.",
+        "at": "At this point",
+        "hint": "Point at the picture to read another place; click or tap to keep it. Ctrl and "
+        "wheel (after a click the wheel alone), two fingers, or the keys + and - enlarge it; drag "
+        "it when it is larger.",
+        "shadow_first": " checked",
+        "hours_first": "",
+        "views": "zoom.html",
+    },
+    "model": {
+        "picture": "The model with its hours. Arrow keys turn it, plus and minus enlarge and "
+        "shrink it.",
+        "at": "At this {receiver}",
+        "hint": "Drag to turn the model, with Shift to move it; Ctrl and wheel, or two fingers, "
+        "enlarge it. Point at it to read a place; click or tap to keep it; a click on a line of "
+        "the tables below shows where it is, with what stands before it cut away. Grey is what "
+        "is not sampled, and backs.",
+        "shadow_first": "",
+        "hours_first": " checked",
+        "views": "views.html",
+    },
+}
+
+
+def write_report(
+    path: str | os.PathLike[str],
+    study: Study,
+    plan: Plan,
+    sheets: Sequence[tuple[str, Path]] = (),
+    *,
+    tables: Sequence[Table] = (),
+    casters: Sequence[str] = (),
+    notes: Sequence[str] = (),
+    timeline: Timeline | None = None,
+    show: Show = "shadow",
+) -> Instants:
+    """
+    Write ``report.html``: one file, without network access, for any browser since 2023.
+
+    A raster is a picture that is moved through the day; surfaces and points stand on a model that
+    turns.
+
+    Parameters
+    ----------
+    path : path
+    study : Study
+    plan : Plan
+        Title, place, date and note as on the sheets; its raster is asked for of rasters alone.
+    sheets : sequence of (caption, PNG file)
+    tables : sequence of Table
+        Verdicts; comparisons are found in the study itself.
+    casters : sequence of str
+        Patterns by which casters were chosen.
+    notes : sequence of str
+        On the files.
+    timeline : Timeline, optional
+        Of a raster, where one has been counted already.
+    show : {'shadow', 'sun'}
+        Which hours the colours' key tells.
+
+    Returns
+    -------
+    instants : Instants
+        What the page shows; of a raster its timeline.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    instants: Instants
+    if study.kind.is_raster:
+        instants = timeline or make_timeline(study)
+        pins = [pin for table in tables for pin in table.pins]
+        data = make_plan_data(study, plan, instants, pins)
+        has_own_hours = "hours" in data
+        told = tell_plan(study, instants, has_own_hours)
+        parts = _WORDS["plan"] | {"script": _read_scripts(PLAN)}
+    else:
+        instants = make_point_timeline(study)
+        data = make_model_data(study, instants)
+        has_own_hours = True
+        told = tell_model(study, instants, data)
+        parts = _WORDS["model"] | {"script": _read_scripts(MODEL)}
+        parts["at"] = parts["at"].format(receiver=study.kind.spot)
+        tables = [*tables, *list_receivers(study)]
+    parts |= {
+        "resolution": escape(told),
+        "left_out": make_notice(tell_left_out(study, instants, has_own_hours)),
+        "sheets": make_sheets(sheets),
+        "facts": make_facts(find_facts(study, casters, notes)),
+        **_name_hours(show),
+    }
+    Path(path).write_text(_fill_page(study, plan, data, parts, tables), "utf-8", newline="\n")
+    return instants
+
+
+def _fill_page(
+    study: Study,
+    plan: Plan,
+    data: dict[str, object],
+    parts: dict[str, str],
+    tables: Sequence[Table],
+) -> str:
+    """Put all into the page."""
+    areas = find_sun_areas(study)
+    by_date = list_dates(study)
+    shown = [
+        *tables,
+        *([by_date] if by_date else []),
+        *find_comparisons(study),
+        *([areas] if areas else []),
+    ]
+    parts = parts | {
+        "version": escape(str(study.facts["umbra_version"])),
+        "title": escape(plan.title),
+        "subtitle": f'<p class="lead">{escape(plan.subtitle)}</p>\n' if plan.subtitle else "",
+        "date": escape(plan.date),
+        "place": escape(plan.place),
+        "policy": escape(_make_policy(_read("page.css"), parts["script"])),
+        "views": _read(parts["views"]),
+        "style": _read("page.css"),
+        "summary": make_summary(_sum_up(study)),
+        "tables": "\n".join(make_table(table) for table in shown),
+        "footer": escape(plan.note),
+        # No data can end the script element that holds it.
+        "data": orjson.dumps(data, option=orjson.OPT_SERIALIZE_NUMPY)
+        .decode()
+        .replace("<", "\\u003c"),
+    }
+    # One pass: what is put in is never looked through again.
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
+
+
+def _make_policy(style: str, script: str) -> str:
+    """
+    Allow the page's own style and script, by their hashes, and pictures that it holds.
+
+    All else is refused: other scripts, the network, frames, plug-ins, forms, and a base
+    that would turn addresses elsewhere.
+    """
+    own = {}
+    for what, text in (("style", style), ("script", script)):
+        digest = hashlib.sha256(f"\n{text}\n".encode()).digest()  # as it stands in page.html
+        own[what] = f"'sha256-{base64.b64encode(digest).decode()}'"
+    return (
+        f"default-src 'none'; script-src {own['script']}; style-src {own['style']}; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
+
+
+def _name_hours(show: Show) -> dict[str, str]:
+    """Give the words of the colours' key; a place keeps its colour, whichever hours are told."""
+    words = name_hours(show)
+    return {
+        "hours": words.capitalize(),
+        "of_hours": words.removeprefix("hours "),
+        "ramp": "mirrored" if show == "sun" else "",
+    }
+
+
+def _read(name: str) -> str:
+    return (files("umbra.writers.report") / "assets" / name).read_text("utf-8")
+
+
+def _read_scripts(own: Sequence[str]) -> str:
+    """Join the script's files, in an order in which each knows what it uses."""
+    return "\n".join(_read(f"{name}.js") for name in (*COMMON, *own, *STAGE))
+
+
+def _sum_up(study: Study) -> list[tuple[str, str]]:
+    """Give the figures at the top: of several dates the least and the most of one."""
+    dates = split_dates(study)
+    sums = f", {tell_dates(study)}" if len(dates) == 1 < len(study.period.days) else ""
+    told = []
+    for same in zip(*(find_figures(one) for one in dates), strict=True):
+        name, _, unit = same[0]
+        low, high = (pick(value for _, value, _ in same) for pick in (min, max))
+        each = [f"{v:.1f} %" if unit == "%" else _say(v) for v in (low, high)]
+        words = each[0] if each[0] == each[1] else f"{each[0].split()[0]} to {each[1]}"
+        told.append((name + (sums if unit == "h" else ""), words))
+    return told
+
+
+def _say(hours: float) -> str:
+    """Write hours with as many digits as one reads."""
+    return f"{hours:,.0f} h" if hours >= 100 else f"{hours:.3g} h"

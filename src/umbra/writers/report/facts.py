@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from umbra.casters.canopy import Canopy
+from umbra.casters import Canopy
 from umbra.study import Study
 
 __all__ = ["find_facts"]

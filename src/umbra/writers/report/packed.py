@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import Study
-from umbra.study.period import Period
+from umbra.study.lights import Period
 from umbra.study.timeline import Instants
 from umbra.writers.color import shade_ramp
 

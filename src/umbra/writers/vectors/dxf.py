@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from umbra.receivers.level import TERRAIN
 from umbra.study import Study
 from umbra.writers.color import make_stamp_tints, shade_ramp
-from umbra.writers.vectors.layers import HourLine
+from umbra.writers.vectors import HourLine
 from umbra.writers.vectors.outlines import LATTICE, Outline, Polygon, gather
 
 if TYPE_CHECKING:

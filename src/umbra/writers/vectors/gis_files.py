@@ -10,7 +10,7 @@ import orjson
 from numpy.typing import NDArray
 
 from umbra.errors import UmbraError
-from umbra.writers.vectors.layers import Layer
+from umbra.writers.vectors import Layer
 
 if TYPE_CHECKING:
     from pyproj import CRS

@@ -20,7 +20,7 @@ from umbra.cpu.plane import PlaneSweep
 from umbra.errors import InputError
 from umbra.receivers.layout import TILE
 from umbra.study import Study
-from umbra.study.moments import Moment, find_moments
+from umbra.study.preview import Moment, find_moments
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouette_edges
 
@@ -81,7 +81,7 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
     study : Study
         With the ground as receiver.
     moments : sequence of Moment, optional
-        Whole hours by default, as ``umbra.study.moments.find_moments`` finds them.
+        Whole hours by default, as ``umbra.study.preview.find_moments`` finds them.
 
     Yields
     ------

@@ -1,7 +1,12 @@
-"""OpenGL: volumes drawn into the stencil, for plans and pictures; an extra."""
+"""
+The devices that umbra brings: the CPU and OpenGL.
+
+On the CPU kernels of numba count on all receivers; OpenGL, an extra, draws volumes into the
+stencil, for plans and pictures.
+"""
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +17,37 @@ if TYPE_CHECKING:
     from umbra.gl.context import Device
     from umbra.scene import Scene
 
-__all__ = ["GlDevice"]
+__all__ = ["CpuDevice", "GlDevice"]
+
+
+class _CpuTiles(TileCounters):
+    """Tiles bring the kernels that count on them."""
+
+    def make(self, tile: Any) -> Any:
+        return tile.make_counter()
+
+
+class CpuDevice(CountingDevice):
+    """The processor's cores."""
+
+    name = "cpu"
+
+    def open_tiles(self, casters: list[int]) -> TileCounters:
+        """Begin a study; tiles know their casters."""
+        return _CpuTiles()
+
+    def open_frames(
+        self,
+        scene: "Scene",
+        ground: float | None = None,
+        *,
+        threads: int = 1,
+        warn: Callable[[str], object] = lambda _: None,
+    ) -> AbstractContextManager[FrameCounts]:
+        """Begin counting in frames of a scene, see `CountingDevice`."""
+        from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
+
+        return nullcontext(FrameCounter(scene, ground=ground, threads=threads, warn=warn))
 
 
 class _GlTiles(TileCounters):
