@@ -20,22 +20,12 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.patch_bins import EdgeBinner, clamp
-from umbra.cpu.patch_cuts import cut_edge
-from umbra.cpu.patch_rims import (
-    MEETS,
-    MISSES,
-    Crossings,
-    add_rim,
-    clear,
-    covers,
-    find_runs,
-    meets,
-)
+from umbra.cpu.patch_bins import EdgeBinner
+from umbra.cpu.patch_rays import Faces, ask, ask_all, ask_one_by_one, covers, darken
+from umbra.cpu.patch_rims import Crossings, add_rim, clear, find_rims, find_runs
 from umbra.cpu.patches import Patches
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
-from umbra.rays.hidden import is_hidden
 from umbra.volume.adjacency import Caster
 
 __all__ = ["PatchCounter"]
@@ -45,7 +35,6 @@ _SUNS = 64  # suns that are binned at a time
 _ROOM = 1024  # doubts of a patch under one sun, besides a quarter of its samples
 _CROSSINGS = 16  # of a column, besides one a row; with more of them rays are asked
 _EPS = 1e-7  # squares that a rim can be off by rounding
-_EDGE_ON = 1e-9  # sine of the sun over a face that passes through a patch
 
 
 class PatchCounter:
@@ -65,7 +54,7 @@ class PatchCounter:
     def __init__(self, patches: Patches, caster: Caster, tree: FaceTree, threads: int = 1) -> None:
         self._patches, self._threads = patches, threads
         self._binner = EdgeBinner(caster)
-        self._tree = _Faces(tree.boxes, tree.links, tree.corners, tree.ids, tree.normals)
+        self._faces = Faces(tree.boxes, tree.links, tree.corners, tree.ids, tree.normals)
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """
@@ -119,18 +108,8 @@ class PatchCounter:
         suns = np.ascontiguousarray(suns)
         change = np.zeros(0 if masks.size else len(self._patches.where), np.int32)
         bins = self._binner.bin(suns)
-        _count(self._patches, bins, self._binner.ends, self._tree, change, masks)
+        _count(self._patches, bins, self._binner.ends, self._faces, change, masks)
         return change
-
-
-class _Faces(NamedTuple):
-    """The arrays of a ``FaceTree``."""
-
-    boxes: NDArray[np.float64]
-    links: NDArray[np.int32]
-    corners: NDArray[np.float64]
-    ids: NDArray[np.int32]
-    normals: NDArray[np.float64]
 
 
 class _Work(NamedTuple):
@@ -158,16 +137,16 @@ class _Work(NamedTuple):
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _count(patches, bins, ends, tree, change, masks):
+def _count(patches, bins, ends, faces, change, masks):
     n = patches.size.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         _count_block(
-            patches, bins, ends, tree, change, masks, block * _BLOCK, min(n, (block + 1) * _BLOCK)
+            patches, bins, ends, faces, change, masks, block * _BLOCK, min(n, (block + 1) * _BLOCK)
         )
 
 
 @njit(cache=True, nogil=True)
-def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
+def _count_block(patches, bins, ends, faces, change, masks, p0, p1):
     widest, highest, most, cuts = 0, 0, 0, 0
     for i in range(p0, p1):
         if patches.graze[i] < np.inf:
@@ -196,14 +175,14 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
     look = 0
     for i in range(p0, p1):
         if patches.graze[i] == np.inf:
-            _ask_one_by_one(patches, bins, tree, change, masks, i)
+            ask_one_by_one(patches, bins, faces, change, masks, i)
     for s in range(bins.basis.shape[0]):
         for i in range(p0, p1):
             if patches.graze[i] == np.inf:
                 continue
             look += 1
             last[i - p0] = _count_patch(
-                patches, bins, ends, tree, change, masks, work, s, i, look, last[i - p0]
+                patches, bins, ends, faces, change, masks, work, s, i, look, last[i - p0]
             )
     if masks.size == 0:
         for i in range(p0, p1):
@@ -212,7 +191,7 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
 
 
 @njit(cache=True, nogil=True)
-def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, last):
+def _count_patch(patches, bins, ends, faces, change, masks, work, s, i, look, last):
     """Count a patch under a sun; give a face that hides it, or the one given."""
     d = bins.basis[s, 6:9]
     f = patches.frame[i]
@@ -220,22 +199,22 @@ def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, las
     first, end = patches.first[i], patches.first[i + 1]
     graze = patches.graze[i]
     if sine <= -graze:
-        _darken(change, masks, s, first, end, end)
+        darken(change, masks, s, first, end, end)
         return last
     if sine < graze:
-        return _ask_all(patches, tree, change, masks, s, i, d, last)
+        return ask_all(patches, faces, change, masks, s, i, d, last)
     su = (f[0] * d[0] + f[1] * d[1] + f[2] * d[2]) / sine
     sv = (f[4] * d[0] + f[5] * d[1] + f[6] * d[2]) / sine
     tau = patches.tau[i]
     cols, rows = patches.size[i, 0], patches.size[i, 1]
     # As heights up to tau count as 0, rims can be off by this much.
     bu, bv = _EPS + 2.0 * tau * abs(su), _EPS + 2.0 * tau * abs(sv)
-    if last >= 0 and covers(tree.corners[last], f, su, sv, cols - 1.0, rows - 1.0, tau, bu, bv):
-        _darken(change, masks, s, first, end, end)
+    if last >= 0 and covers(faces.corners[last], f, su, sv, cols - 1.0, rows - 1.0, tau, bu, bv):
+        darken(change, masks, s, first, end, end)
         return last
-    n_rims = _find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv)
+    n_rims = find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv)
     if n_rims < 0:
-        return _ask_all(patches, tree, change, masks, s, i, d, last)
+        return ask_all(patches, faces, change, masks, s, i, d, last)
     changes, n_doubts = 0, 0
     c = work.crossings
     for k in range(n_rims):
@@ -245,107 +224,20 @@ def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, las
         )
         if t < 0 or n_doubts > c.doubts.size:
             clear(cols, c)
-            return _ask_all(patches, tree, change, masks, s, i, d, last)
+            return ask_all(patches, faces, change, masks, s, i, d, last)
         changes += t
     n_asked = _find_doubts(patches, work, i, n_doubts, 2.0 * tau / sine)
     if n_asked < 0:
         clear(cols, c)
-        return _ask_all(patches, tree, change, masks, s, i, d, last)
+        return ask_all(patches, faces, change, masks, s, i, d, last)
     if changes == 0 and n_asked == 0:
         k = (first + end) // 2
-        face = _ask(patches, tree, k, d, last)
+        face = ask(patches, faces, k, d, last)
         if face < 0:
             return last
-        _darken(change, masks, s, first, end, end)
+        darken(change, masks, s, first, end, end)
         return face
-    return _settle(patches, tree, change, masks, work, s, i, d, n_asked, last)
-
-
-@njit(cache=True, nogil=True)
-def _find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
-    """
-    Throw the edges between a patch and the sun onto it, and add where faces pass through it.
-
-    Gives their number, 0 if none meets the samples, or -1 where rays must be asked.
-    """
-    b, f, p, hull = bins.basis[s], patches.frame[i], patches.place[i], patches.hull[i]
-    tau = patches.tau[i]
-    w, h = patches.size[i, 0] - 1.0, patches.size[i, 1] - 1.0
-    gx, gy, scale = bins.grid[s, 0], bins.grid[s, 1], bins.grid[s, 2]
-    cols, rows, begin = bins.shape[s, 0], bins.shape[s, 1], bins.shape[s, 2]
-    stamp, rims = work.stamp, work.rims
-    # The patch's rectangle in light space: its bins, and how far it is from the sun.
-    xa, xb = (
-        (b[0] * p[3] + b[1] * p[4] + b[2] * p[5]) * w,
-        (b[0] * p[6] + b[1] * p[7] + b[2] * p[8]) * h,
-    )
-    ya, yb = (
-        (b[3] * p[3] + b[4] * p[4] + b[5] * p[5]) * w,
-        (b[3] * p[6] + b[4] * p[7] + b[5] * p[8]) * h,
-    )
-    za, zb = (
-        (b[6] * p[3] + b[7] * p[4] + b[8] * p[5]) * w,
-        (b[6] * p[6] + b[7] * p[7] + b[8] * p[8]) * h,
-    )
-    x = b[0] * p[0] + b[1] * p[1] + b[2] * p[2] - gx
-    y = b[3] * p[0] + b[4] * p[1] + b[5] * p[2] - gy
-    z = b[6] * p[0] + b[7] * p[1] + b[8] * p[2]
-    slack = 1e-5 + (1e-6 + 4.0 * tau) * scale
-    i0 = clamp((x + min(xa, 0.0) + min(xb, 0.0)) * scale - slack, cols)
-    i1 = clamp((x + max(xa, 0.0) + max(xb, 0.0)) * scale + slack, cols)
-    j0 = clamp((y + min(ya, 0.0) + min(yb, 0.0)) * scale - slack, rows)
-    j1 = clamp((y + max(ya, 0.0) + max(yb, 0.0)) * scale + slack, rows)
-    low = np.float32(z + min(za, 0.0) + min(zb, 0.0))
-    n = 0
-    n_meeting = 0
-    for j in range(j0, j1 + 1):
-        row = begin + j * cols
-        for at in range(row + i0, row + i1 + 1):
-            for c in range(bins.starts[at], bins.starts[at + 1]):
-                if bins.top[c] < low:
-                    break  # all others are farther from the sun than the patch
-                o = bins.order[c]
-                if stamp[o] == look:
-                    continue
-                stamp[o] = look
-                e = ends[bins.edge[c]]
-                ha = f[8] * e[0] + f[9] * e[1] + f[10] * e[2] + f[11]
-                hb = f[8] * e[3] + f[9] * e[4] + f[10] * e[5] + f[11]
-                if ha <= tau and hb <= tau:
-                    continue
-                ha = 0.0 if abs(ha) <= tau else ha
-                hb = 0.0 if abs(hb) <= tau else hb
-                ua = f[0] * e[0] + f[1] * e[1] + f[2] * e[2] + f[3]
-                va = f[4] * e[0] + f[5] * e[1] + f[6] * e[2] + f[7]
-                ub = f[0] * e[3] + f[1] * e[4] + f[2] * e[5] + f[3]
-                vb = f[4] * e[3] + f[5] * e[4] + f[6] * e[5] + f[7]
-                if ha < 0.0:
-                    ua, va = cut_edge(ua, va, ha, ub, vb, hb, True)
-                    ha = 0.0
-                elif hb < 0.0:
-                    ub, vb = cut_edge(ua, va, ha, ub, vb, hb, True)
-                    hb = 0.0
-                ua, va, ub, vb = ua - ha * su, va - ha * sv, ub - hb * su, vb - hb * sv
-                how = meets(ua, va, ub, vb, bu, bv, w, h, hull)
-                if how == MISSES:
-                    continue
-                n_meeting += how == MEETS
-                rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
-                rims[n, 4] = bins.change[c]
-                n += 1
-    for c in range(patches.cut_start[i], patches.cut_start[i + 1]):
-        m, g = patches.cut_normal[c], patches.cuts[c]
-        how = meets(g[0], g[1], g[2], g[3], bu, bv, w, h, hull)
-        if how == MISSES:
-            continue
-        side = m[0] * b[6] + m[1] * b[7] + m[2] * b[8]
-        if abs(side) < _EDGE_ON:
-            return -1
-        n_meeting += how == MEETS
-        rims[n, :4] = g
-        rims[n, 4] = 1.0 if side > 0.0 else -1.0
-        n += 1
-    return n if n_meeting > 0 else 0
+    return _settle(patches, faces, change, masks, work, s, i, d, n_asked, last)
 
 
 @njit(cache=True, nogil=True)
@@ -382,7 +274,7 @@ def _find_doubts(patches, work, i, n_doubts, reach):
 
 
 @njit(cache=True, nogil=True)
-def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
+def _settle(patches, faces, change, masks, work, s, i, d, n_asked, last):
     """Find from crossings and one ray what is in shadow, and ask rays for samples in doubt."""
     first, end = patches.first[i], patches.first[i + 1]
     before = patches.before[patches.cell[i] : patches.cell[i + 1]]
@@ -403,16 +295,16 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
         least, longest, pick = count, b - a, k
     is_lit = False
     if pick >= 0:
-        face = _ask(patches, tree, first + pick, d, last)
+        face = ask(patches, faces, first + pick, d, last)
         is_lit = face < 0
         if not is_lit:
             last = face
     if is_lit:
         for q in range(n):
             if runs[q, 2] != least:
-                _darken(change, masks, s, first + runs[q, 0], first + runs[q, 1], end)
+                darken(change, masks, s, first + runs[q, 0], first + runs[q, 1], end)
     else:
-        _darken(change, masks, s, first, end, end)
+        darken(change, masks, s, first, end, end)
     for q in range(n_asked):
         k = work.asked[q]
         work.is_doubt[k] = False
@@ -426,7 +318,7 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
                 else:
                     b = middle - 1
             was = np.int64(runs[a, 2] != least)
-        face = _ask(patches, tree, first + k, d, last)
+        face = ask(patches, faces, first + k, d, last)
         if face >= 0:
             last = face
         now = np.int64(face >= 0)
@@ -436,56 +328,4 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
             change[first + k] += now - was
             if first + k + 1 < end:
                 change[first + k + 1] -= now - was
-    return last
-
-
-@njit(cache=True, nogil=True)
-def _darken(change, masks, s, a, b, end):
-    """Put samples from a to b in shadow, in a patch that ends at ``end``."""
-    if masks.size > 0:
-        masks[s, a:b] = 1
-        return
-    change[a] += 1
-    if b < end:
-        change[b] -= 1
-
-
-@njit(cache=True, nogil=True)
-def _ask(patches, tree, k, d, last):
-    """Find a face between a sample and the sun by a ray; -1 if there is none."""
-    return is_hidden(
-        patches.points[k], patches.normals[k], d, tree.boxes, tree.links, tree.corners, tree.ids,
-        tree.normals, last,
-    )  # fmt: skip
-
-
-@njit(cache=True, nogil=True)
-def _ask_one_by_one(patches, bins, tree, change, masks, i):
-    """Ask rays for every sample of a patch, under all suns one after another."""
-    first, end = patches.first[i], patches.first[i + 1]
-    for k in range(first, end):
-        m = patches.normals[k]
-        last = -1
-        for s in range(bins.basis.shape[0]):
-            d = bins.basis[s, 6:9]
-            if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] > 0.0:
-                face = _ask(patches, tree, k, d, last)
-                if face < 0:
-                    continue
-                last = face
-            _darken(change, masks, s, k, k + 1, end)
-
-
-@njit(cache=True, nogil=True)
-def _ask_all(patches, tree, change, masks, s, i, d, last):
-    """Ask rays for every sample of a patch; give a face that hides some, or the one given."""
-    first, end = patches.first[i], patches.first[i + 1]
-    for k in range(first, end):
-        m = patches.normals[k]
-        if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] > 0.0:
-            face = _ask(patches, tree, k, d, last)
-            if face < 0:
-                continue
-            last = face
-        _darken(change, masks, s, k, k + 1, end)
     return last

@@ -11,18 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-__all__ = [
-    "MEETS",
-    "MISSES",
-    "Crossings",
-    "add_rim",
-    "clear",
-    "covers",
-    "find_runs",
-    "meets",
-]
+from umbra.cpu.patch_bins import clamp
+from umbra.cpu.patch_cuts import cut_edge
 
-MISSES, BESIDE, MEETS = 0, 1, 2
+__all__ = ["Crossings", "add_rim", "clear", "find_rims", "find_runs"]
+
+_MISSES, _BESIDE, _MEETS = 0, 1, 2
+_EDGE_ON = 1e-9  # sine of the sun over a face that passes through a patch
 _MANY = 24  # crossings of a column that are sooner added up row by row than sorted
 
 
@@ -232,63 +227,114 @@ def find_runs(cols, rows, before, crossings):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def meets(u0, v0, u1, v1, bu, bv, w, h, hull):
+def _meets(u0, v0, u1, v1, bu, bv, w, h, hull):
     """Tell whether a rim misses the rectangle, lies beside the samples in it, or may meet them."""
     if (
         (v0 > h + bv and v1 > h + bv) or (v0 < -bv and v1 < -bv)
         or (u0 > w + bu and u1 > w + bu) or (u0 < -bu and u1 < -bu)
     ):  # fmt: skip
-        return MISSES
+        return _MISSES
     du, dv = u1 - u0, v1 - v0
     a, b = 0.5 * w + bu, 0.5 * h + bv
     slack = 1e-9 * (abs(du) + abs(dv)) * (1.0 + w + h)
     across = dv * (0.5 * (u0 + u1) - 0.5 * w) - du * (0.5 * (v0 + v1) - 0.5 * h)
     if abs(across) > abs(dv) * a + abs(du) * b + slack:
-        return MISSES
+        return _MISSES
     b = bu + bv + 1e-6
     if max(u0 + v0, u1 + v1) < hull[0] - b or min(u0 + v0, u1 + v1) > hull[1] + b:
-        return BESIDE
+        return _BESIDE
     if max(u0 - v0, u1 - v1) < hull[2] - b or min(u0 - v0, u1 - v1) > hull[3] + b:
-        return BESIDE
+        return _BESIDE
     least, most = np.inf, -np.inf
     for q in range(4, 20, 2):
         side = dv * (hull[q] - u0) - du * (hull[q + 1] - v0)
         least, most = min(least, side), max(most, side)
     far = hull[20] * (abs(du) + abs(dv)) + abs(dv) * bu + abs(du) * bv
-    return BESIDE if least > far or most < -far else MEETS
+    return _BESIDE if least > far or most < -far else _MEETS
 
 
 @njit(cache=True, nogil=True)
-def covers(face, f, su, sv, w, h, tau, bu, bv):
+def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
     """
-    Tell whether the shadow of a face holds the whole rectangle of a patch.
+    Throw the edges between a patch and the sun onto it, and add where faces pass through it.
 
-    Parameters
-    ----------
-    face : (9,) float64
-        Its corners.
-    f : (12,) float64
-        The patch's frame.
-    su, sv : float
-        How far a point's shadow moves for each metre of height [squares].
-    w, h, tau, bu, bv : float
+    Gives their number, 0 if none meets the samples, or -1 where rays must be asked.
     """
-    turn = 1.0
-    u, v = np.zeros(3), np.zeros(3)
-    for k in range(3):
-        x, y, z = face[3 * k], face[3 * k + 1], face[3 * k + 2]
-        a = f[8] * x + f[9] * y + f[10] * z + f[11]
-        if a <= 3.0 * tau:
-            return False
-        u[k] = f[0] * x + f[1] * y + f[2] * z + f[3] - a * su
-        v[k] = f[4] * x + f[5] * y + f[6] * z + f[7] - a * sv
-    if (u[1] - u[0]) * (v[2] - v[0]) <= (v[1] - v[0]) * (u[2] - u[0]):
-        turn = -1.0
-    for k in range(3):
-        j = (k + 1) % 3
-        eu, ev = turn * (u[j] - u[k]), turn * (v[j] - v[k])
-        x = w + bu if ev > 0.0 else -bu  # the corner farthest out
-        y = -bv if eu > 0.0 else h + bv
-        if eu * (y - v[k]) - ev * (x - u[k]) <= 0.0:
-            return False
-    return True
+    b, f, p, hull = bins.basis[s], patches.frame[i], patches.place[i], patches.hull[i]
+    tau = patches.tau[i]
+    w, h = patches.size[i, 0] - 1.0, patches.size[i, 1] - 1.0
+    gx, gy, scale = bins.grid[s, 0], bins.grid[s, 1], bins.grid[s, 2]
+    cols, rows, begin = bins.shape[s, 0], bins.shape[s, 1], bins.shape[s, 2]
+    stamp, rims = work.stamp, work.rims
+    # The patch's rectangle in light space: its bins, and how far it is from the sun.
+    xa, xb = (
+        (b[0] * p[3] + b[1] * p[4] + b[2] * p[5]) * w,
+        (b[0] * p[6] + b[1] * p[7] + b[2] * p[8]) * h,
+    )
+    ya, yb = (
+        (b[3] * p[3] + b[4] * p[4] + b[5] * p[5]) * w,
+        (b[3] * p[6] + b[4] * p[7] + b[5] * p[8]) * h,
+    )
+    za, zb = (
+        (b[6] * p[3] + b[7] * p[4] + b[8] * p[5]) * w,
+        (b[6] * p[6] + b[7] * p[7] + b[8] * p[8]) * h,
+    )
+    x = b[0] * p[0] + b[1] * p[1] + b[2] * p[2] - gx
+    y = b[3] * p[0] + b[4] * p[1] + b[5] * p[2] - gy
+    z = b[6] * p[0] + b[7] * p[1] + b[8] * p[2]
+    slack = 1e-5 + (1e-6 + 4.0 * tau) * scale
+    i0 = clamp((x + min(xa, 0.0) + min(xb, 0.0)) * scale - slack, cols)
+    i1 = clamp((x + max(xa, 0.0) + max(xb, 0.0)) * scale + slack, cols)
+    j0 = clamp((y + min(ya, 0.0) + min(yb, 0.0)) * scale - slack, rows)
+    j1 = clamp((y + max(ya, 0.0) + max(yb, 0.0)) * scale + slack, rows)
+    low = np.float32(z + min(za, 0.0) + min(zb, 0.0))
+    n = 0
+    n_meeting = 0
+    for j in range(j0, j1 + 1):
+        row = begin + j * cols
+        for at in range(row + i0, row + i1 + 1):
+            for c in range(bins.starts[at], bins.starts[at + 1]):
+                if bins.top[c] < low:
+                    break  # all others are farther from the sun than the patch
+                o = bins.order[c]
+                if stamp[o] == look:
+                    continue
+                stamp[o] = look
+                e = ends[bins.edge[c]]
+                ha = f[8] * e[0] + f[9] * e[1] + f[10] * e[2] + f[11]
+                hb = f[8] * e[3] + f[9] * e[4] + f[10] * e[5] + f[11]
+                if ha <= tau and hb <= tau:
+                    continue
+                ha = 0.0 if abs(ha) <= tau else ha
+                hb = 0.0 if abs(hb) <= tau else hb
+                ua = f[0] * e[0] + f[1] * e[1] + f[2] * e[2] + f[3]
+                va = f[4] * e[0] + f[5] * e[1] + f[6] * e[2] + f[7]
+                ub = f[0] * e[3] + f[1] * e[4] + f[2] * e[5] + f[3]
+                vb = f[4] * e[3] + f[5] * e[4] + f[6] * e[5] + f[7]
+                if ha < 0.0:
+                    ua, va = cut_edge(ua, va, ha, ub, vb, hb, True)
+                    ha = 0.0
+                elif hb < 0.0:
+                    ub, vb = cut_edge(ua, va, ha, ub, vb, hb, True)
+                    hb = 0.0
+                ua, va, ub, vb = ua - ha * su, va - ha * sv, ub - hb * su, vb - hb * sv
+                how = _meets(ua, va, ub, vb, bu, bv, w, h, hull)
+                if how == _MISSES:
+                    continue
+                n_meeting += how == _MEETS
+                rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
+                rims[n, 4] = bins.change[c]
+                n += 1
+    for c in range(patches.cut_start[i], patches.cut_start[i + 1]):
+        m, g = patches.cut_normal[c], patches.cuts[c]
+        how = _meets(g[0], g[1], g[2], g[3], bu, bv, w, h, hull)
+        if how == _MISSES:
+            continue
+        side = m[0] * b[6] + m[1] * b[7] + m[2] * b[8]
+        if abs(side) < _EDGE_ON:
+            return -1
+        n_meeting += how == _MEETS
+        rims[n, :4] = g
+        rims[n, 4] = 1.0 if side > 0.0 else -1.0
+        n += 1
+    return n if n_meeting > 0 else 0
