@@ -64,6 +64,7 @@ class Body:
         To the scene's frame.
     most : (n_shells,) int64
         How much each shell adds to a count at most, while nothing is opened.
+    n_faces : (n_components,) int
     """
 
     caster: Caster
@@ -85,6 +86,7 @@ class Body:
     mirrored: NDArray[np.bool_] = field(init=False)
     transforms: NDArray[np.float64] = field(init=False)
     most: NDArray[np.int64] = field(init=False)
+    n_faces: NDArray[np.intp] = field(init=False)
     _world_bounds: NDArray[np.float64] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
@@ -96,7 +98,8 @@ class Body:
         self.any_inward = bool(self.is_inward.any())
         self.is_convex = self.is_ball & ~_find_dented(caster)
         self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
-        adds = np.where(self.is_convex, 1, np.bincount(caster.component))
+        self.n_faces = np.bincount(caster.component)
+        adds = np.where(self.is_convex, 1, self.n_faces)
         self.most = np.bincount(self.component_shell, adds, self.n_shells).astype(np.int64)
         self.first = np.array([group.first for group in self.groups], np.int64)
         self.place([group.transform for group in self.groups])

@@ -52,6 +52,11 @@ def bound_count(
     bound = min(bound, bound_boxes(boxes, weights, light))
     if bound <= _SIGNED_MOST:
         return bound
+    corners, adds = _find_components(volumes, drawn)
+    if len(adds) > len(boxes):  # where shells are put together
+        bound = min(bound, _stack(corners, np.arange(8 * len(adds)).reshape(-1, 8), adds, light))
+        if bound <= _SIGNED_MOST:
+            return bound
     bound = min(bound, _count_in_rows(volumes, drawn, boxes, light))
     if bound <= STENCIL_MOST:
         return bound
@@ -68,6 +73,23 @@ def bound_boxes(
     corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
     shapes = np.arange(len(corners)).reshape(-1, 8)
     return min(int(weights.sum()), _stack(corners, shapes, weights, light))
+
+
+def _find_components(
+    volumes: list[BodyVolumes], drawn: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Give the corners (8 n, 3) of boxes around drawn components, and what each can add (n,)."""
+    corners, weights, offset = [np.zeros((0, 3))], [np.zeros(0, np.int64)], 0
+    for each in volumes:
+        body = each.body
+        for transform, opened in zip(body.transforms, each.opened, strict=True):
+            mine = drawn[offset : offset + body.n_shells][body.component_shell]
+            offset += body.n_shells
+            if mine.any():
+                boxes = find_box_points(body.component_bounds[mine])[..., :3].reshape(-1, 3)
+                corners.append(transform_points(transform, boxes))
+                weights.append(np.where(body.is_convex & ~opened, 1, body.n_faces)[mine])
+    return np.concatenate(corners), np.concatenate(weights)
 
 
 def _find_casting(
@@ -104,9 +126,8 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
     most = np.tile(body.most, (len(opened), 1))
     if not opened.any():
         return most.ravel()
-    n_faces = np.bincount(body.caster.component)
     for row, each in zip(most, opened, strict=True):
-        of_component = np.where(body.is_convex & ~each, 1, n_faces)
+        of_component = np.where(body.is_convex & ~each, 1, body.n_faces)
         row[:] = np.bincount(body.component_shell, of_component, body.n_shells)
     return most.ravel()
 
