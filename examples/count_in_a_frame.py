@@ -15,7 +15,7 @@ import numpy as np
 import umbra
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
-from umbra.writers.raster import write_png
+from umbra.writers.pixels import write_png
 
 
 def make_box(name, low, high, color):

@@ -10,7 +10,7 @@ from support.gltf_files import Document
 
 import umbra
 from umbra import InputError
-from umbra.readers.companions import Companions, encoded_image
+from umbra.readers.checks import Companions, encoded_image
 
 POINTS = np.array([[0, 0, 0], [2, 0, 0], [0, 0, 3]], "<f4")
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n{}f 1 2 3\n"

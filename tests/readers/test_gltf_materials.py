@@ -10,7 +10,7 @@ from support.gltf_files import Document
 
 import umbra
 from umbra import InputError
-from umbra.readers import companions
+from umbra.readers import checks as companions
 from umbra.scene.material import sample
 
 PIXELS = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 0]]], np.uint8)

@@ -8,9 +8,9 @@ from support.shapes import box
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
-from umbra.writers.color import shade_ramp
 from umbra.writers.edges import find_appearance
 from umbra.writers.hours import make_hours_sheet
+from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import DOTS_PER_INCH, SKY, Plan, find_map_size
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from umbra.writers.color import shade_ramp
 from umbra.writers.elevations import (
     CAPTION,
     FOOT,
@@ -17,6 +16,7 @@ from umbra.writers.elevations import (
     make_elevations_sheet,
 )
 from umbra.writers.hours import MISSING
+from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import DOTS_PER_INCH, Plan
 from umbra.writers.sheet import KEY_WIDTH, MARGIN
 

@@ -18,9 +18,9 @@ from umbra.study.preview import make_preview
 from umbra.sun import Site
 from umbra.sun.clock import Stamps
 from umbra.writers import film, tables
-from umbra.writers.color import shade_ramp
 from umbra.writers.formats import FORMATS, Job, write_formats
 from umbra.writers.glb import write_model_glb
+from umbra.writers.pixels import shade_ramp
 from umbra.writers.tables import write_cells, write_instants
 
 CLOCK = [f"{hour:02}:00" for hour in range(8, 19)]

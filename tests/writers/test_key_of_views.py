@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from umbra.writers.color import shade_ramp
 from umbra.writers.contours import find_swatches
 from umbra.writers.hours import make_hours_sheet
+from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import DOTS_PER_INCH, SKY, Appearance, Plan, find_map_size
 from umbra.writers.profile import make_profile_sheet
 

@@ -10,9 +10,17 @@ from matplotlib.image import FigureImage
 from matplotlib.text import Text
 from PIL import Image
 
-from umbra.writers.color import SHADE_STOPS, make_ramp, make_stamp_tints, shade_ramp
 from umbra.writers.contours import find_levels, trace
 from umbra.writers.hours import MISSING, make_hour_panels, make_hours_sheet
+from umbra.writers.pixels import (
+    SHADE_STOPS,
+    PackedMasks,
+    make_ramp,
+    make_stamp_tints,
+    resample,
+    shade_ramp,
+    write_png,
+)
 from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size, shade_roofs
 from umbra.writers.point_map import make_points_sheet
 from umbra.writers.profile import (
@@ -20,7 +28,6 @@ from umbra.writers.profile import (
     make_profile_panels,
     make_profile_sheet,
 )
-from umbra.writers.raster import PackedMasks, resample, write_png
 from umbra.writers.sheet import make_sheet
 
 WORDS = {

@@ -12,8 +12,8 @@ from support.shapes import box, moved, turned
 import umbra
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
-from umbra.writers.color import shade_ramp
 from umbra.writers.formats import Job, write_formats
+from umbra.writers.pixels import shade_ramp
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 HOUSES = {

@@ -12,8 +12,8 @@ from umbra.study import run_study
 from umbra.study.lights import make_period
 from umbra.study.timeline import make_timeline, thin
 from umbra.sun import Site
+from umbra.writers.pixels import write_png
 from umbra.writers.plan import Plan
-from umbra.writers.raster import write_png
 from umbra.writers.report import Table, write_report
 
 HOUSES = {

@@ -14,10 +14,10 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.study.timeline import make_timeline
 from umbra.sun import Site
-from umbra.writers.color import paint_shares, shade_ramp
 from umbra.writers.edges import find_appearance, find_breaks
 from umbra.writers.glb import Glb, write_model_glb
 from umbra.writers.hours import make_hours_sheet
+from umbra.writers.pixels import paint_shares, shade_ramp
 from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size
 from umbra.writers.report.data import make_plan_data
 

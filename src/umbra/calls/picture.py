@@ -122,7 +122,7 @@ class Picture:
         return {name: array for name, array in found.items() if array is not None}
 
     def _repr_png_(self) -> bytes:
-        from umbra.writers.raster import write_png  # noqa: PLC0415
+        from umbra.writers.pixels import write_png  # noqa: PLC0415
 
         file = BytesIO()
         write_png(file, self.image)  # type: ignore[arg-type]

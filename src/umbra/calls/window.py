@@ -221,7 +221,7 @@ def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
         warnings.warn(text, stacklevel=3)
     if options.out is not None:
         from umbra.writers.atomic import replace_file  # noqa: PLC0415
-        from umbra.writers.raster import write_png  # noqa: PLC0415
+        from umbra.writers.pixels import write_png  # noqa: PLC0415
 
         with replace_file(Path(options.out)) as beside:
             write_png(beside, picture.image)

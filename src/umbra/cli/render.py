@@ -185,7 +185,7 @@ def command(
     from umbra.scene import Camera, spot_light  # noqa: PLC0415
     from umbra.sun import sun_light  # noqa: PLC0415
     from umbra.writers.atomic import replace_file  # noqa: PLC0415
-    from umbra.writers.raster import write_png  # noqa: PLC0415
+    from umbra.writers.pixels import write_png  # noqa: PLC0415
 
     site = {name: read_values()[name] for name in ("lat", "lon", "tz", "north")}
     date, at = options.pop("date"), options.pop("at")

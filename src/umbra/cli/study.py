@@ -47,7 +47,7 @@ def _read(context: click.Context, _: click.Parameter, path: str | None) -> str |
     """Use the file's values as defaults, so that the command line overrides them."""
     if path is None:
         return None
-    from umbra.readers.companions import read_bounded  # noqa: PLC0415 - the help needs no reader
+    from umbra.readers.checks import read_bounded  # noqa: PLC0415 - the help needs no reader
 
     try:
         with Path(path).open("rb") as file:

@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 
 from umbra import __version__
 from umbra.errors import InputError
-from umbra.readers.checks import check_soup, describe_damage, errors_of
-from umbra.readers.companions import read_bounded
+from umbra.readers.checks import check_soup, describe_damage, errors_of, read_bounded
 from umbra.readers.formats import FORMATS, find_reader
 from umbra.readers.georeference import locate
 from umbra.readers.layers import FileLayer, combine, name_layers, show_name

@@ -1,16 +1,54 @@
-"""Checks that readers share: missing packages, damage, and the memory a file may take."""
+"""
+Checks that readers share: missing packages, damage, memory, and files that a model names.
 
-from collections.abc import Iterator, Mapping, Sequence
+A model may come from a stranger, and naming a file is all it takes to have it opened. So only
+regular files in the model's own folder and below are, of a bounded size: all are opened here.
+"""
+
+import io
+import os
+import stat
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from hashlib import sha256
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
-from umbra.scene import Part
+from umbra.scene import Image, Part
 
-__all__ = ["Budget", "check_soup", "describe_damage", "errors_of", "list_counts", "need", "require"]
+__all__ = [
+    "Budget",
+    "Companions",
+    "OutsideError",
+    "check_soup",
+    "describe_damage",
+    "encoded_image",
+    "errors_of",
+    "image_beside",
+    "list_counts",
+    "need",
+    "read_bounded",
+    "require",
+]
+
+ALLOW = "allow_outside=True reads it"
+FILE_SHARE = 0.25  # of the memory: a file takes several times its size until it is a scene
+
+_BLOCK = 1 << 24
+# A pipe would wait for a writer, a link may be swapped in after it was looked at.
+_FLAGS = (
+    os.O_RDONLY
+    | getattr(os, "O_NOFOLLOW", 0)
+    | getattr(os, "O_NONBLOCK", 0)
+    | getattr(os, "O_BINARY", 0)
+)
 
 
 @contextmanager
@@ -115,3 +153,144 @@ def check_soup(parts: Sequence[Part]) -> None:
             f"{name_memory(held)}, and {MOST:,} is the most of either: leave instances out"
         )
         raise InputError(msg, needed=needed, triangles=triangles)
+
+
+class OutsideError(InputError):
+    """A model names a file outside its own folder."""
+
+
+class Companions:
+    """
+    The files beside one model.
+
+    Parameters
+    ----------
+    path : Path
+        The model.
+    allow_outside : bool
+        Whether it may name regular files anywhere.
+    """
+
+    def __init__(self, path: Path, *, allow_outside: bool = False) -> None:
+        self.path = path
+        self._allow_outside = allow_outside
+        #: SHA-256 of each file that was asked for, by the name that the model gives it; None
+        #: where none was read.
+        self.record: dict[str, str | None] = {}
+
+    def find(self, name: str) -> Path:
+        """Find a regular file by its name in the model, without opening it; links are followed."""
+        self.record[name] = None
+        shown = " ".join(name.split())[:80]
+        try:
+            folder = self.path.parent.resolve()
+            real = (folder / name).resolve()
+            if not (self._allow_outside or real.is_relative_to(folder)):
+                msg = f"'{shown}' lies outside the model's folder; put it there, or {ALLOW}"
+                raise OutsideError(msg, companion=name)
+            mode = real.lstat().st_mode
+        except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a ring
+            if isinstance(error, InputError):
+                raise
+            msg = f"'{shown}' is not beside the file; keep both together"
+            raise InputError(msg, companion=name) from error
+        if not stat.S_ISREG(mode):
+            msg = f"'{shown}' is not a regular file (a folder, a device or a pipe); export it again"
+            raise InputError(msg, companion=name)
+        return real
+
+    def read(self, name: str, most: float | None = None) -> bytes:
+        """Read a file of at most so many bytes, by default a share of the memory."""
+        real = self.find(name)
+        try:
+            with (
+                open(os.open(real, _FLAGS), "rb") as file,  # noqa: PTH123 - a descriptor
+                errors_of(f"'{real.name[:80]}' ", companion=name),
+            ):
+                data = read_bounded(file, most)
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            msg = f"'{real.name[:80]}' cannot be read ({reason}); check its permissions"
+            raise InputError(msg, companion=name) from error
+        self.record[name] = sha256(data).hexdigest()
+        return data
+
+    def look(self, name: str, *, is_read: bool) -> str:
+        """
+        Return a fingerprint of a file as it is now.
+
+        ``is_read``: whether the scene depends on its content, or only on whether it could be read.
+        """
+        try:
+            if is_read:
+                return sha256(self.read(name)).hexdigest()
+            status = self.find(name).stat()
+        except (InputError, OSError) as error:
+            return str(error)
+        return f"{status.st_size} {status.st_mtime_ns}"
+
+    def check_beside(self) -> None:
+        """Check files that bear the model's name with other endings, which a library will open."""
+        with os.scandir(self.path.parent) as entries:
+            beside = [one.name for one in entries if one.name.startswith(f"{self.path.stem}.")]
+        for name in sorted({*beside} - {self.path.name}):
+            other = self.path.parent / name
+            if other.exists() and not other.is_dir():
+                self.find(name)
+
+
+def read_bounded(file: BinaryIO, most: float | None = None) -> bytes:
+    """Read an open file of a bounded size, also a pipe, whose size no one knows before."""
+    limit = FILE_SHARE * find_memory() if most is None else most
+    status = os.fstat(file.fileno())
+    size = status.st_size
+    blocks = []
+    if stat.S_ISREG(status.st_mode) and size <= limit:
+        blocks.append(file.read())
+        size = len(blocks[0])
+    while not stat.S_ISREG(status.st_mode) and size <= limit:
+        blocks.append(file.read(_BLOCK))
+        size += len(blocks[-1])
+        if not blocks[-1]:
+            break
+    if size > limit:
+        msg = f"is larger than {limit / 1e6:,.0f} MB, the most that is read here; cut it to less"
+        raise InputError(msg, most=limit)
+    return b"".join(blocks)
+
+
+REPEAT = ("repeat", "repeat")
+LARGEST = 1 << 28  # [byte] of a picture's file
+
+# Not all that Pillow opens: for PostScript it would run a program.
+FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "GIF", "TIFF", "DDS", "PPM", "JPEG2000")
+
+
+def encoded_image(name: str, fetch: Callable[[], bytes], wrap: tuple[str, str] = REPEAT) -> Image:
+    """Make an image that is fetched and decoded when its pixels are first asked for."""
+    return Image(name, lambda: _decode(name, fetch), wrap)
+
+
+def image_beside(companions: Companions, file: str, wrap: tuple[str, str] = REPEAT) -> Image:
+    """Make an image of a file beside a model, which has to be there."""
+    companions.find(file)  # told now, and looked at again when it is read
+    name = f"{companions.path.name}: {file}"[:120]
+    return encoded_image(name, lambda: companions.read(file, LARGEST), wrap)
+
+
+def _decode(name: str, fetch: Callable[[], bytes]) -> NDArray[np.uint8]:
+    import PIL.Image  # noqa: PLC0415 - only where a texture is drawn
+
+    try:
+        with errors_of("texture ", texture=name):
+            data = fetch()
+        with PIL.Image.open(io.BytesIO(data), formats=FORMATS) as picture:
+            return np.array(picture.convert("RGBA"))
+    except InputError:
+        raise
+    except (OSError, ValueError, SyntaxError, EOFError, PIL.Image.DecompressionBombError) as error:
+        reason = " ".join(str(error).replace("<_io.BytesIO object at ", "<").split())[:100]
+        if isinstance(error, PIL.UnidentifiedImageError):
+            reason = "its image format is unknown"
+        msg = f"texture '{name}' cannot be read ({reason}); export it as PNG or JPEG"
+        raise InputError(msg, texture=name) from error

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.readers.checks import list_counts, need
-from umbra.readers.companions import Companions
+from umbra.readers.checks import Companions, list_counts, need
 from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings
 from umbra.readers.footprints import extrude_table, from_shapes
 from umbra.readers.georeference import name_crs

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, errors_of, need
-from umbra.readers.companions import Companions
+from umbra.readers.checks import Budget, Companions, errors_of, need
 from umbra.scene import Source
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.companions import Companions, OutsideError, encoded_image, image_beside
+from umbra.readers.checks import Companions, OutsideError, encoded_image, image_beside
 from umbra.readers.gltf_buffers import Buffers, find_item
 from umbra.scene import Image, Material
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.readers.companions import Companions
+from umbra.readers.checks import Companions
 from umbra.readers.georeference import show_crs
 from umbra.scene import Light, Part, Scene, Source
 from umbra.scene.making import move_parts

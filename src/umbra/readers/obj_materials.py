@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import list_counts
-from umbra.readers.companions import Companions, OutsideError, image_beside
+from umbra.readers.checks import Companions, OutsideError, image_beside, list_counts
 from umbra.scene import Material, Mesh
 from umbra.scene.material import GREY, Color
 

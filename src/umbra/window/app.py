@@ -30,7 +30,7 @@ from umbra.window.panel import PanelState, draw_panel
 from umbra.window.screen import Screen
 from umbra.window.view import ViewState
 from umbra.writers.atomic import replace_file
-from umbra.writers.raster import write_png
+from umbra.writers.pixels import write_png
 
 __all__ = ["PANEL", "Viewer", "show"]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from umbra.writers.marks import Swatch
 from umbra.writers.paper import INK, SMALL, Panel, measure
+from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, SKY, Plan
-from umbra.writers.raster import HALF, resample
 
 __all__ = [
     "draw_contours",

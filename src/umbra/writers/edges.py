@@ -15,8 +15,8 @@ from umbra.rays.depth import NOTHING
 from umbra.receivers.seen import ViewTile
 from umbra.scene.grid import Grid
 from umbra.study import Study
+from umbra.writers.pixels import resample
 from umbra.writers.plan import Appearance
-from umbra.writers.raster import resample
 
 __all__ = ["find_appearance", "find_breaks"]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.study import Study, tell_dates
-from umbra.writers.color import shade_ramp
+from umbra.writers.pixels import shade_ramp
 
 __all__ = ["Glb", "make_legend", "turn_up", "write_model_glb"]
 

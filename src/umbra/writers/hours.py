@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.color import paint_shares, shade_ramp
 from umbra.writers.contours import (
     draw_contours,
     draw_hatch,
@@ -19,8 +18,8 @@ from umbra.writers.contours import (
 )
 from umbra.writers.marks import Swatch, draw_color_bar
 from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap
+from umbra.writers.pixels import HALF, paint_shares, resample, shade_ramp
 from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs, draw_appearance, name_hours
-from umbra.writers.raster import HALF, resample
 from umbra.writers.sheet import KEY_WIDTH, Sheet, make_panels, make_sheet
 
 __all__ = [

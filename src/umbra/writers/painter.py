@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.machine import HOME, make_command
+from umbra.writers.pixels import PackedMasks
 from umbra.writers.plan import Plan
-from umbra.writers.raster import PackedMasks
 
 __all__ = ["Painter"]
 

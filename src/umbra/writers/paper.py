@@ -26,8 +26,8 @@ from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.writers.pixels import write_png
 from umbra.writers.plan import DOTS_PER_INCH, Plan
-from umbra.writers.raster import write_png
 
 __all__ = [
     "INK",

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
-from umbra.writers.raster import resample
+from umbra.writers.pixels import resample
 
 __all__ = [
     "DARK",

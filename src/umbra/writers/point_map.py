@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.color import shade_ramp
 from umbra.writers.contours import trace
 from umbra.writers.hours import OUTLINE, draw_hours_key
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure
+from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs
 from umbra.writers.sheet import Sheet, make_panels, make_sheet
 

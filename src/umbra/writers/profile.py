@@ -13,12 +13,11 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.color import make_stamp_path, to_srgb
 from umbra.writers.contours import find_swatches, hatch_canopies, outline_canopies, trace
 from umbra.writers.marks import draw_color_bar, draw_swatches
 from umbra.writers.paper import Panel
+from umbra.writers.pixels import make_stamp_path, resample, to_srgb
 from umbra.writers.plan import Plan, cover_with_roofs, draw_appearance, shade_roofs
-from umbra.writers.raster import resample
 from umbra.writers.sheet import Sheet, make_panels, make_sheet
 from umbra.writers.tips import Lines, name_tips, rule_shadows
 

@@ -15,8 +15,8 @@ from scipy.ndimage import distance_transform_edt
 
 from umbra.receivers.samples import Samples
 from umbra.study import Study, tell_dates
-from umbra.writers.color import shade_ramp
 from umbra.writers.glb import Glb, make_legend, turn_up
+from umbra.writers.pixels import shade_ramp
 
 __all__ = ["FacadeLayout", "lay_out_facades", "write_surfaces_glb"]
 

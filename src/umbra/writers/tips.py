@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.writers.paper import INK, SMALL, Panel, measure
-from umbra.writers.raster import resample
+from umbra.writers.pixels import resample
 
 __all__ = ["SHADOW_OUTLINE", "name_tips", "rule_shadows"]
 

@@ -32,8 +32,8 @@ from umbra.writers.folder.captions import (
     name_shown,
     tell_daylight,
 )
+from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DayMap, Plan, find_map_size
-from umbra.writers.raster import HALF, resample
 
 __all__ = [
     "Sheets",
@@ -265,7 +265,7 @@ def _coarsen(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.f
     """Average hours to the cells of a picture."""
     if hours.shape == shape:
         return hours
-    from umbra.writers.raster import resample  # noqa: PLC0415
+    from umbra.writers.pixels import resample  # noqa: PLC0415
 
     return resample(hours, shape)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from umbra.study import Study
 from umbra.study.lights import Period
 from umbra.study.timeline import Instants
-from umbra.writers.color import shade_ramp
+from umbra.writers.pixels import shade_ramp
 
 __all__ = [
     "make_common_data",

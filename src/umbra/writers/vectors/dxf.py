@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.receivers.level import TERRAIN
 from umbra.study import Study
-from umbra.writers.color import make_stamp_tints, shade_ramp
+from umbra.writers.pixels import make_stamp_tints, shade_ramp
 from umbra.writers.vectors import HourLine
 from umbra.writers.vectors.outlines import LATTICE, Outline, Polygon, gather
 
