@@ -220,7 +220,7 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
     )  # fmt: skip
 
 
-LONGEST = 800
+FINEST = 800
 """Cells along the longer side: those on which a picture's contours are traced."""
 FACE = 75
 """Work of a sun for each face that casts, beside one for each cell. Measured."""
@@ -279,7 +279,7 @@ def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
         or "canopy_transmissivity" in facts
     ):
         return None
-    grid = study.grid.coarser(LONGEST)
+    grid = study.grid.coarser(FINEST)
     faces = FACE * len(study.model.caster.faces)
     suns = int(period.sun.is_up.sum())
     own = suns * (study.grid.rows * study.grid.cols + faces)
