@@ -148,3 +148,13 @@ def test_steps_are_cut_into_whole_minutes_or_seconds(every, end, seconds):
         return
     assert found.seconds == seconds
     assert found.up_hours == pytest.approx(1)  # the last step is shorter
+
+
+def test_maps_have_more_cells_than_their_lines():
+    scene = make_scene(*box((-5, -5, 0), (5, 5, 12)), name="tower")
+    study = run_study(
+        scene, Site(48.2, 16.37, "Europe/Vienna"), date="2026-03-21", every="1h",
+        receivers="ground", extent=(-100, -5, 100, 5), size=(2000, 10),
+    )  # fmt: skip
+    assert len(preview.make_preview(study).x) == 1600
+    assert count_finer(study).shadow_hours.shape[1] == 800
