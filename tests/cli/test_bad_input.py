@@ -105,7 +105,7 @@ def test_files_that_cannot_be_read(study, umbra_here, keep, tmp_path, name, cont
         (["--cell", "0"], "2026-09-18", "larger than 0"),
         (["--cell", "1e-9"], "2026-09-18", "would fit"),
         (["--ground", "inf"], "2026-09-18", "finite"),
-        (["--receivers", "roofs"], "2026-09-18", "choose ground or top"),
+        (["--receivers", "roofs"], "2026-09-18", "choose ground, top"),
         (["--threads", "0"], "2026-09-18", "--threads"),
         (["--device", "tpu"], "2026-09-18", "'cpu', 'gl'"),
         (["--ever", "1h"], "2026-09-18", "--every"),

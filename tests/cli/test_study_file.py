@@ -96,7 +96,7 @@ def test_elevations_have_their_own_axes(study, tmp_path):
     found = said.json()
     assert (found["cols"], found["rows"]) == (result.sizes["along"], result.sizes["z"])
     assert found["most_shadow_hours"] == 0
-    assert "choose ground or top" in study("--receivers", "roof").refusal()
+    assert "choose ground, top" in study("--receivers", "roof").refusal()
 
 
 def test_surfaces_are_sampled_and_drawn(study, tmp_path):

@@ -5,13 +5,12 @@ import re
 import shlex
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 from support.bench import borrow
 
-from umbra.cli.main import COMMANDS
+from umbra.cli.main import COMMANDS, umbra
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "docs/getting_started.md"]
@@ -73,8 +72,8 @@ def test_every_option_is_documented(name):
     for_all, *sections = text.split("\n## umbra ")
     section = next(section for section in sections if section.startswith(f"{name}\n"))
     said = find_options(section)
-    module = borrow("command") if name == "bench" else import_module(f"umbra.cli.{name}")
-    params = module.command.params
+    command = borrow("command").command if name == "bench" else umbra.get_command(None, name)
+    params = command.params
     options = {o for p in params for o in (*p.opts, *p.secondary_opts) if o.startswith("--")}
     assert options - find_options(for_all) <= said
     # And nothing that is not there.

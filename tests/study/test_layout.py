@@ -151,7 +151,7 @@ def test_flat_model_has_a_default_extent():
         ({"extent": (0, 0, float("inf"), 5)}, "XMIN < XMAX"),
         ({"extent": (-1e308, 0, 1e308, 5)}, "XMIN"),
         ({"ground": float("nan")}, "ground"),
-        ({"receivers": "roof"}, "ground or top"),
+        ({"receivers": "roof"}, "choose ground, top"),
         ({"device": "gpu"}, "not one of auto, cpu"),
         ({"threads": 0}, "at least 1"),
         ({"refraction": "some"}, "refraction"),
