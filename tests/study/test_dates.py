@@ -7,6 +7,7 @@ from support.shapes import box, moved
 
 import umbra
 from umbra.study import run_study
+from umbra.study.accumulators import hours
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DATES = ("2026-03-21", "2026-06-21", "2026-12-21")
@@ -165,3 +166,16 @@ def test_progress_ends_at_its_total_where_the_sun_comes_back(street, options, da
     if options.get("by_day", True):
         by_day = study.more["shadow_hours_by_day"][1]
         np.testing.assert_allclose(by_day.sum(0), study.shadow_hours, atol=1e-5)
+
+
+def test_days_are_added_up_one_at_a_time(street, monkeypatch):
+    shapes = []
+
+    def watched(counter, shape, lights, *rest):
+        shapes.append((len(lights), lights.weights.shape[1]))
+        return add_up(counter, shape, lights, *rest)
+
+    add_up = hours.add_up
+    monkeypatch.setattr(hours, "add_up", watched)
+    study = run(street, date=DATES, by_day=True)
+    assert shapes == [(12, 1)] * len(study.day)

@@ -78,7 +78,7 @@ class PlanRaster(Raster):
         heights, bare = self._seen
         scene, share = self.casting.scene, float(bare.mean())
         self.facts |= self.kind.describe_level(scene, self.ground, self.assumed, share)
-        nothing = np.isnan(heights)
+        nothing = np.isnan(heights) if self.casting.has_end else np.zeros(0, np.bool_)
         return nothing if nothing.any() else None
 
     def variables(self) -> Variables:

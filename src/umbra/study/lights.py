@@ -98,22 +98,21 @@ class Lights:
         """Unit directions, (n, 3) float64, as counters of suns take them."""
         return np.ascontiguousarray(self.vectors[:, :3])
 
+    def pick(self, which: NDArray[np.bool_]) -> Self:
+        """Return some of the lights, without their places in time."""
+        return type(self).of(
+            self.vectors[which], self.weights[which], self.names, self.units, self.step[which]
+        )
+
     def split(self) -> "tuple[Lights, AnyLights]":
         """Return the suns, and all other lights; without their places in time."""
-        parts = [
-            (self.vectors[which], self.weights[which], self.names, self.units, self.step[which])
-            for which in (self.are_suns, ~self.are_suns)
-        ]
-        return Lights.of(*parts[0]), AnyLights.of(*parts[1])
+        others = self.pick(~self.are_suns)
+        return self.pick(self.are_suns), AnyLights(**vars(others))
 
     @property
     def lengths(self) -> NDArray[np.int64]:
         """How long each light stands for its weight [us]."""
         return self.ends - self.starts
-
-    def weigh(self, weights: NDArray[np.float64], names: tuple[str, ...]) -> "Lights":
-        """Return the same lights with other weights, (n, k)."""
-        return replace(self, weights=weights, names=names, units=self.units[:1] * len(names))
 
 
 class AnyLights(Lights):

@@ -162,8 +162,7 @@ def count_lights(
     scene : Scene
     lights : Lights
     options : StudyOptions
-        Options of receivers and casters are read, options of time are not; canopies cast
-        shadows like other casters.
+        Options of receivers and casters are read, options of time are not.
 
     Returns
     -------
@@ -174,7 +173,7 @@ def count_lights(
     Raises
     ------
     InputError
-        If an option is wrong.
+        If an option is wrong, or asks for a canopy.
     """
     if options.canopy:
         msg = "lights of one's own pass no canopies; leave canopy= out, or no_cast= such parts"

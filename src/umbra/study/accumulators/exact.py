@@ -160,7 +160,8 @@ class ExactIntervals(DayIntervals):
         up = sum(int(times[run.stop - 1] - times[run.start]) for run in self._lights.days[day])
         arrays.up_hours_by_day[day] = up / 3.6e9
         found = [state.finish() for state in self._states]
-        self._begin_day()
+        if day + 1 < len(self._lights.days):
+            self._begin_day()
         if arrays.shares is None:
             return found[0], up
         weakened, solid = found

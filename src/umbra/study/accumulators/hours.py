@@ -244,7 +244,7 @@ class SunIntervals(DayIntervals):
 
     def _begin_day(self, day: int) -> None:
         shares = self.arrays.shares
-        share = None if shares is None or day >= len(shares) else float(shares[day])
+        share = None if shares is None else float(shares[day])
         self._count = IntervalCount(self.arrays.results.min_spell, share)
         self._count.begin(self._run, self._lights)
 
@@ -255,7 +255,8 @@ class SunIntervals(DayIntervals):
     def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
         """End the day, and begin the next."""
         intervals = self._count.finish()
-        self._begin_day(day + 1)
+        if day + 1 < len(self._lights.days):
+            self._begin_day(day + 1)
         up = sum(int(self._lights.lengths[run].sum()) for run in self._lights.days[day])
         return intervals, up
 
@@ -279,41 +280,42 @@ class HourSums(Accumulator):
         self.arrays = arrays
 
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
-        """Add the hours up, a column for each day or for each share of light let through."""
+        """Add the hours up: day by day where those are asked for, so that one is held at a time."""
         arrays, where = self.arrays, run.where
         day = arrays.period.day_of_step[lights.step]
-        if arrays.has_days:
-            column, shares = day, arrays.shares
-            count = len(arrays.period.days)
-        else:
-            kept = np.zeros(1) if arrays.shares is None else arrays.shares[day]
-            shares, column = np.unique(kept, return_inverse=True)
-            count, column = len(shares), np.broadcast_to(column.ravel(), len(lights))
-        weights = np.zeros((len(lights), count))
-        weights[np.arange(len(lights)), column] = lights.weights[:, 0]
-        lights = lights.weigh(weights, tuple(map(str, range(count))))
-        hours = add_up(run.counters[0], run.shape, lights, progress)
-        behind = np.zeros((0, *run.shape), np.float32)
-        if len(run.counters) > 1 and shares is not None:
-            dark = add_up(run.counters[1], run.shape, lights)
-            behind = np.subtract(hours, dark, out=hours)
-            hours = dark
-            for k, share in enumerate(shares):
-                hours[k] += np.float32(1 - share) * behind[k]
-        if arrays.has_days:
-            for k, one in enumerate(hours):
-                arrays.keep_hours(one, where, k)
-            for k, one in enumerate(behind):
-                arrays.keep_behind(one, where, k)
-        kind = np.float64 if arrays.has_days else np.float32
-        arrays.keep_hours(_sum(hours, kind), where)
-        if len(behind):
-            arrays.keep_behind(_sum(behind, kind), where)
+        shares = np.ones(len(arrays.period.days)) if arrays.shares is None else arrays.shares
+        if not arrays.has_days:
+            shares, group = np.unique(shares, return_inverse=True)
+            hours, behind = self._add_groups(run, lights, group.ravel()[day], shares, progress)
+            arrays.keep_hours(hours, where)
+            arrays.keep_behind(behind, where)
+            return
+        total, total_behind = np.zeros((2, *run.shape))
+        for k in range(len(shares)):
+            some = lights.pick(day == k)
+            none = np.zeros(len(some), np.intp)
+            hours, behind = self._add_groups(run, some, none, shares[k : k + 1], progress)
+            arrays.keep_hours(hours, where, k)
+            arrays.keep_behind(behind, where, k)
+            total += hours
+            total_behind += behind
+        arrays.keep_hours(total, where)
+        arrays.keep_behind(total_behind, where)
 
-
-def _sum(columns: NDArray[np.float32], kind: type) -> NDArray:
-    """Add columns in their order."""
-    total: NDArray = np.zeros(columns.shape[1:], kind)
-    for one in columns:
-        total += one
-    return total
+    def _add_groups(
+        self, run: TileRun, lights: Lights, group: NDArray[np.intp], shares: NDArray[np.float64],
+        progress: Callable[[int], object],
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:  # fmt: skip
+        """Return the hours in shadow, and those behind canopies alone; a share for each group."""
+        hours, behind = np.zeros((2, *run.shape), np.float32)
+        for k, share in enumerate(shares):
+            some = lights.pick(group == k)
+            (cast,) = add_up(run.counters[0], run.shape, some, progress)
+            if len(run.counters) == 1:
+                hours += cast
+                continue
+            (dark,) = add_up(run.counters[1], run.shape, some)
+            cast -= dark
+            hours += dark + np.float32(1 - share) * cast
+            behind += cast
+        return hours, behind
