@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from umbra.calls import make_camera
+    from umbra.calls.arguments import make_camera
     from umbra.calls.counts import count, shadow_polygons
     from umbra.calls.picture import Picture, render
     from umbra.calls.result import ShadowStudy
@@ -65,7 +65,7 @@ _HOMES = {
     "directional_light": "umbra.scene",
     "find_site": "umbra.sun",
     "find_sun": "umbra.sun",
-    "make_camera": "umbra.calls",
+    "make_camera": "umbra.calls.arguments",
     "make_image": "umbra.scene",
     "make_scene": "umbra.scene",
     "point_light": "umbra.scene",

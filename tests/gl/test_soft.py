@@ -11,9 +11,8 @@ from umbra.cpu.shade import shade
 from umbra.errors import InputError
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.renderer import Renderer
-from umbra.gl.soft import SoftMethods, Softness
 from umbra.gl.soft.weng import ScaledLayers
-from umbra.methods import SOFT
+from umbra.methods import SOFT, Softness
 from umbra.rays.depth import GROUND
 from umbra.scene import (
     Camera,
@@ -25,7 +24,7 @@ from umbra.scene import (
     point_light,
     spot_light,
 )
-from umbra.soft import ball_light, find_method, rectangle_light, weng
+from umbra.soft import ball_light, rectangle_light
 
 SIZE = (160, 120)
 SAMPLES = 24
@@ -53,17 +52,15 @@ def part(mesh, name="a", transform=None):
     return Part(name, "", Mesh(*mesh), transform=transform)
 
 
-def find_on_cpu(counter, camera, light, method):
-    view, frame = counter.see(camera)
-    more = {"samples": SAMPLES} if method == "samples" else {}
-    return view, find_method(method)(counter, view, frame, camera, light, **more)
+def find_on_cpu(counter, camera, light, method, softness=COARSE):
+    view, _ = counter.see(camera)
+    return view, *counter.find_visibility(view, camera, [light], method, softness)
 
 
 def find_on_gl(device, scene, camera, lights, method, casters=None, ground=0.0):
     with GlFrameCounter(scene, casters, ground, device=device) as counter:
-        counter.soft = SoftMethods(counter.planner, counter.counter, COARSE, counter.choices)
         view, _ = counter.see(camera)
-        return view, counter.find_visibility(view, camera, lights, method)
+        return view, counter.find_visibility(view, camera, lights, method, COARSE)
 
 
 def count_apart(one, other, view_one, view_other):
@@ -328,11 +325,28 @@ def test_lights_alone_or_nothing_that_casts(device, town):
             assert (renderer.render(camera, [], soft=method) != plain).any()
 
 
+def test_length_and_gap_are_taken_on_both_devices(device, town):
+    camera = Camera((-30, -40, 35), (0, 0, 5), size=SIZE)
+    light = ball_light(point_light((10, -12, 40)), 1.5)
+    found = []
+    with GlFrameCounter(town, ground=0.0, device=device) as counter:
+        view, _ = counter.see(camera)
+        for softness in (Softness(), Softness(length=4.0, gap=2.0)):
+            (shares,) = counter.find_visibility(view, camera, [light], "weng", softness)
+            seen, expected = find_on_cpu(
+                FrameCounter(town, ground=0.0), camera, light, "weng", softness
+            )
+            assert count_apart(shares, expected, view, seen) < 60
+            found.append(shares)
+    np.testing.assert_allclose(np.unique(found[1].round(4)), [0, 1 / 3, 2 / 3, 1], atol=1e-4)
+    assert (found[0] != found[1]).mean() > 0.02
+
+
 def test_the_steps_are_the_cpus(device, town):
     with GlFrameCounter(town, ground=0.0, device=device) as counter:
         for steps in ((0, 0.4), (5, 0.001)):
             with pytest.raises(InputError, match=r"2\.5 and 0\.4 make 6"):
                 ScaledLayers(counter.planner, counter.counter, length=steps[0], gap=steps[1])
         layers = ScaledLayers(counter.planner, counter.counter)
-        assert len(layers._steps) == weng.count_layers(weng.LENGTH, weng.GAP) == 6
+        assert len(layers._steps) == Softness().layers == 6
         layers.release()

@@ -56,7 +56,7 @@ def time_frames(
         Median time of each of ``FRAMES`` [s].
     """
     from umbra.gl.renderer import Renderer  # noqa: PLC0415
-    from umbra.gl.soft import Softness  # noqa: PLC0415
+    from umbra.methods import Softness  # noqa: PLC0415
 
     softness = Softness(samples=samples, length=length, gap=gap)
     taken: dict[str, list[float]] = {name: [] for name in FRAMES}

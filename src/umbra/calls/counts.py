@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.calls import check_scene
+from umbra.calls.arguments import check_scene
 from umbra.casters.casting import prepare_casting
 from umbra.devices import check_device
 from umbra.errors import InputError

@@ -11,7 +11,7 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.calls import (
+from umbra.calls.arguments import (
     SomeLights,
     check_picture_memory,
     check_scene,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from umbra.calls import check_scene
+from umbra.calls.arguments import check_scene
 from umbra.calls.picture import Picture, RenderOptions, draw_picture
 from umbra.devices import DEVICES
 from umbra.errors import InputError

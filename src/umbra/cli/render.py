@@ -176,7 +176,7 @@ def command(
     umbra render house.ifc --date 2026-03-21 --at 15:00 --out house.png
     """  # noqa: D301  (click asks for a real backspace)
     written = _find_paths(out, arrays)
-    from umbra.calls import (  # noqa: PLC0415
+    from umbra.calls.arguments import (  # noqa: PLC0415
         check_picture_memory,
         make_camera,
         make_lights,

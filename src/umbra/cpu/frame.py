@@ -17,7 +17,7 @@ from umbra.cpu.polygons import count_polygons, make_dark_cap, make_light_cap, ma
 from umbra.cpu.volume_rasteriser import LANES, add_sides, find_nearest_tiles
 from umbra.errors import InputError
 from umbra.machine import use_threads
-from umbra.methods import METHODS
+from umbra.methods import METHODS, Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import NOTHING, DepthBuffer, add_ground, rasterise_depth
 from umbra.rays.eye_count import FaceBlocks, find_cut_open, find_eye_count, find_faces_before
@@ -164,18 +164,25 @@ class FrameCounter:
         return counts * (view.face != NOTHING)
 
     def find_visibility(
-        self, view: DepthBuffer, camera: Camera, lights: Sequence[AreaLight], method: str
+        self,
+        view: DepthBuffer,
+        camera: Camera,
+        lights: Sequence[AreaLight],
+        method: str,
+        softness: Softness | None = None,
     ) -> list[NDArray[np.float32]]:
         """
         Find what share of lights with a size each visible point sees.
 
         Returns (rows, cols) float32 for each light: 1 is fully lit, 0 umbra, 1 where nothing is
-        seen. ``method`` is of ``umbra.methods.SOFT``; `InputError` if it is none of these.
+        seen. ``method`` is of ``umbra.methods.SOFT`` and works as finely as ``softness`` says;
+        `InputError` if it is none of these.
         """
         find = find_method(method)
+        more = (softness or Softness()).select(method)
         if self._seen is None or self._seen[0] is not view:
             self._seen = view, locate(view, camera, self.triangles, self.ground)
-        return [find(self, view, self._seen[1], camera, light) for light in lights]
+        return [find(self, view, self._seen[1], camera, light, **more) for light in lights]
 
     def with_caster(self, caster: Caster) -> "FrameCounter":
         """Return a counter of the same scene and another caster, for ``count_undrawn``."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from umbra.methods import METHODS, Methods
+from umbra.methods import METHODS, Methods, Softness
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,7 +31,12 @@ class FrameCounts(Protocol):
         """Count the shadow volumes that hold each visible point, (rows, cols)."""
 
     def find_visibility(
-        self, view: "DepthBuffer", camera: "Camera", lights: "Sequence[AreaLight]", method: str
+        self,
+        view: "DepthBuffer",
+        camera: "Camera",
+        lights: "Sequence[AreaLight]",
+        method: str,
+        softness: Softness | None = None,
     ) -> "list[NDArray[np.float32]]":
         """Find what share of lights with a size each visible point sees, (rows, cols) each."""
 

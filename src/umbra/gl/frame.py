@@ -26,6 +26,7 @@ from umbra.gl.resources import Indices
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
+from umbra.methods import Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Camera, Light, Scene
@@ -132,18 +133,25 @@ class GlFrameCounter(DeviceUser):
 
     @on_device
     def find_visibility(
-        self, view: DepthBuffer, camera: Camera, lights: Sequence[AreaLight], method: str
+        self,
+        view: DepthBuffer,
+        camera: Camera,
+        lights: Sequence[AreaLight],
+        method: str,
+        softness: Softness | None = None,
     ) -> list[NDArray[np.float32]]:
         """
         Find what share of lights with a size each visible point sees.
 
-        Parameters as in ``count``; the method is of ``umbra.methods.SOFT``.
+        Parameters as in ``count``; the method is of ``umbra.methods.SOFT``, and works as
+        finely as ``softness`` says.
 
         Returns
         -------
         visibility : list of (rows, cols) float32
             For each light; 1 is fully lit, 0 umbra, 1 where nothing is seen.
         """
+        self.soft.refine(softness or Softness())
         soft = self.soft.choose(method)
         view, projection, target = self._recall(view, camera)
         middles = [light.light for light in lights]

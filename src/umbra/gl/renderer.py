@@ -27,10 +27,11 @@ from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_scissor
 from umbra.gl.resources import Timers
 from umbra.gl.shading import Lamps, Shading
-from umbra.gl.soft import SoftLights, SoftMethods, Softness
+from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
 from umbra.gl.surfaces import SurfaceRenderer, find_solid_faces
 from umbra.gl.target import LIGHT, PLACE, PictureTargets
+from umbra.methods import Softness
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import find_exposure
 from umbra.soft import AreaLight

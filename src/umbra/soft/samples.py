@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.methods import Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import DepthBuffer
 from umbra.scene import Camera
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SAMPLES", "visibility"]
 
-SAMPLES = 256
+SAMPLES = Softness.samples
 """By default; 1,024 are the reference in tests and benchmarks."""
 
 

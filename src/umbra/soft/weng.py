@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.methods import Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import DepthBuffer
 from umbra.scene import Camera, Light
@@ -39,18 +39,16 @@ __all__ = [
     "GAP",
     "LENGTH",
     "Layers",
-    "count_layers",
     "find_growth",
     "find_opacities",
     "part_components",
     "visibility",
 ]
 
-LENGTH = 2.5
+LENGTH = Softness.length
 """How far the widest layer goes [tenths of the silhouette's radius]."""
-GAP = 0.4
+GAP = Softness.gap
 """From each layer to the next, in the same unit."""
-_MOST = 1000  # layers; more is a slip
 
 
 def visibility(
@@ -69,7 +67,7 @@ def visibility(
     Only the light's middle matters; of ``length`` and ``gap`` the paper recommends 2 to 3, and 0.3
     to 0.5. `InputError` if they make no layer, or more than 1,000.
     """
-    opacities = find_opacities(count_layers(length, gap))
+    opacities = find_opacities(Softness(length=length, gap=gap).layers)
     left = np.ones(frame.part.shape, np.float32)
     hard = counter.count(view, camera, light.light) != 0
     layers = Layers.of(counter, light.light)
@@ -243,14 +241,3 @@ def _choose(caster: Caster, chosen: NDArray[np.bool_]) -> Caster:
         turn=caster.turn[edges],
         weight=caster.weight[edges],
     )
-
-
-def count_layers(length: float, gap: float) -> int:
-    """Find how many layers a length and a gap make; `InputError` if none, or more than 1,000."""
-    if not (0 < gap < np.inf and 0 < length < np.inf and 1 <= round(length / gap) <= _MOST):
-        msg = (
-            f"length {length:g} and gap {gap:g} do not make 1 to {_MOST} layers; "
-            f"{LENGTH:g} and {GAP:g} make {round(LENGTH / GAP)}"
-        )
-        raise InputError(msg)
-    return round(length / gap)

@@ -13,9 +13,9 @@ from umbra.gl.context import Device, on_device
 from umbra.gl.plan import Statistics
 from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Timers
-from umbra.gl.soft import Softness
 from umbra.gl.state import State
 from umbra.gl.target import PictureTargets
+from umbra.methods import Softness
 from umbra.scene import Scene
 from umbra.soft import find_method
 from umbra.window.overlays import Overlays

@@ -14,7 +14,7 @@ its light pass (``shading.py``). The answers are those of ``umbra.soft`` on the 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -28,13 +28,12 @@ from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.gl.state import State
 from umbra.gl.target import Target
-from umbra.methods import METHODS
+from umbra.methods import METHODS, Softness
 from umbra.scene import Light
 from umbra.soft import AreaLight
 from umbra.soft.samples import SAMPLES
-from umbra.soft.weng import GAP, LENGTH
 
-__all__ = ["SampledShadows", "SoftLights", "SoftMethods", "Softness", "Visibility"]
+__all__ = ["SampledShadows", "SoftLights", "SoftMethods", "Visibility"]
 
 
 class Visibility(Protocol):
@@ -111,25 +110,6 @@ class SampledShadows:
         self._planner.release()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Softness:
-    """
-    How finely methods work.
-
-    Parameters
-    ----------
-    samples : int
-        Points that stand for a light.
-    length, gap : float
-        How far the widest scaled layer goes, and from each to the next, in tenths of the
-        silhouette's radius.
-    """
-
-    samples: int = SAMPLES
-    length: float = LENGTH
-    gap: float = GAP
-
-
 class SoftLights:
     """Those of a picture's lights that have a size, by number, and what draws their visibility."""
 
@@ -163,6 +143,12 @@ class SoftMethods:
         self._planner, self._counter = planner, counter
         self._softness, self._choices = softness or Softness(), choices
         self._made: dict[str, Visibility] = {}
+
+    def refine(self, softness: Softness) -> None:
+        """Work as finely as this says; methods that worked otherwise are made anew."""
+        if softness != self._softness:
+            self.release()
+        self._softness = softness
 
     def select(self, lights: Sequence[Light | AreaLight], name: str) -> SoftLights:
         """Find the lights with a size, and choose what draws them; raises as ``choose``."""

@@ -31,10 +31,11 @@ from umbra.gl.soft.growth import GrownPoints, Instance, Shown, part_bodies
 from umbra.gl.state import State
 from umbra.gl.target import Target
 from umbra.gl.volumes import BodyVolumes, gather, make_volumes
+from umbra.methods import Softness
 from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Light
 from umbra.soft import AreaLight
-from umbra.soft.weng import GAP, LENGTH, count_layers, find_growth, find_opacities
+from umbra.soft.weng import GAP, LENGTH, find_growth, find_opacities
 from umbra.volume.adjacency import make_planes
 
 __all__ = ["LightLayers", "ScaledLayers", "grow", "list_layers", "plan_layers"]
@@ -253,7 +254,7 @@ class ScaledLayers:
         gap: float = GAP,
         choices: VolumeOptions | None = None,
     ) -> None:
-        layers = count_layers(length, gap)
+        layers = Softness(length=length, gap=gap).layers
         self._opacities = find_opacities(layers)
         self._steps = [m * gap / 10 for m in range(1, layers + 1)]
         self._planner, self._hard = planner, counter

@@ -1,0 +1,146 @@
+"""The scenes, cameras and lights that calls are given: checked, and brought in one form."""
+
+import math
+from collections.abc import Iterable
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
+from umbra.scene import Camera, Light, Scene
+
+__all__ = ["SomeLights", "check_picture_memory", "check_scene", "make_camera", "make_lights"]
+
+SomeLights = Light | ArrayLike | Iterable[Light | ArrayLike]
+"""One light or several, as records or as homogeneous vectors."""
+
+_BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel of a picture, and for each of its lights
+_FOV = 50.0  # [degrees]
+
+
+def check_scene(scene: object) -> None:
+    """Refuse what is no scene."""
+    if not isinstance(scene, Scene):
+        msg = f"scene is no Scene but a {type(scene).__name__}; give what umbra.read returns"
+        raise InputError(msg)
+
+
+def make_camera(
+    scene: Scene,
+    *,
+    eye: ArrayLike | None = None,
+    target: ArrayLike | None = None,
+    up: ArrayLike = (0.0, 0.0, 1.0),
+    size: tuple[int, int] = (1024, 768),
+    fov: float = _FOV,
+    height: float | None = None,
+    near: float | None = None,
+) -> Camera:
+    """
+    Make a camera for a scene; what is not given suits the whole model.
+
+    Parameters
+    ----------
+    scene : Scene
+    eye, target : (3,) float, optional
+        Both or none [m]; by default the whole model is seen from above.
+    up : (3,) float
+        Upward in the picture.
+    size : (int, int)
+        Columns and rows of pixels.
+    fov : float
+        Vertical field of view [degrees].
+    height : float, optional
+        Orthographic instead: the picture's height [m].
+    near : float, optional
+        Near plane [m]; by default 0.1, or a thousandth of a model smaller than 100 m.
+
+    Returns
+    -------
+    camera : Camera
+
+    Raises
+    ------
+    InputError
+        If one of eye and target is missing, or the view is degenerate.
+    """
+    from umbra.window.view import frame_bounds  # noqa: PLC0415
+
+    check_scene(scene)
+    if (eye is None) != (target is None):
+        msg = "a view needs both eye= and target=; leave both out to see the whole model"
+        raise InputError(msg)
+    framed = frame_bounds(scene.bounds(), size, fov=fov).camera(size)
+    return Camera(
+        framed.eye if eye is None else eye,  # type: ignore[arg-type]
+        framed.target if target is None else target,  # type: ignore[arg-type]
+        up,  # type: ignore[arg-type]
+        size=size,
+        fov=fov,
+        height=height,
+        near=framed.near if near is None else near,
+    )
+
+
+def make_lights(lights: SomeLights) -> list[Light]:
+    """
+    Give one or several lights, records or homogeneous vectors, as a list.
+
+    Raises
+    ------
+    InputError
+        If one is neither, or its w is not 0 or 1.
+    """
+    given: list[Any] = [lights] if isinstance(lights, Light) else list(lights)  # type: ignore[arg-type]
+    if given and all(isinstance(one, Real) for one in given):
+        given = [given]
+    return [one if isinstance(one, Light) else _make_light(one) for one in given]
+
+
+def _make_light(numbers: ArrayLike) -> Light:
+    try:
+        vector = np.array(numbers, np.float64)
+    except (TypeError, ValueError):
+        vector = np.zeros(0)
+    if vector.shape == (3,):
+        vector = np.append(vector, 1.0)
+    if vector.shape != (4,):
+        msg = f"a light is a Light or (x, y, z, w); got {numbers!r:.60}"
+        raise InputError(msg, option="lights")
+    if vector[3] not in {0.0, 1.0}:
+        shown = ",".join(f"{v:g}" for v in vector)
+        msg = f"the W of a light is 1 (a point) or 0 (a direction toward it); got {shown}"
+        raise InputError(msg, light=numbers)
+    return Light(vector)
+
+
+def check_picture_memory(size: tuple[int, int], lights: int) -> None:
+    """
+    Refuse a picture that memory cannot hold.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Columns and rows.
+    lights : int
+        How many.
+
+    Raises
+    ------
+    InputError
+        If it cannot; names a size that would fit.
+    """
+    cols, rows = size
+    needed, held = cols * rows * (_BYTES + _LIGHT_BYTES * lights), find_memory()
+    if needed <= held:
+        return
+    scale = math.sqrt(held / needed)
+    msg = (
+        f"a picture of {cols}x{rows} pixels needs {needed / 1e9:.1f} GB and "
+        f"{name_memory(held)}; a size=({max(int(cols * scale), 1)}, {max(int(rows * scale), 1)}) "
+        "would fit"
+    )
+    raise InputError(msg, bytes=needed)
