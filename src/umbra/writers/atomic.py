@@ -27,27 +27,11 @@ FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 @contextmanager
 def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
-    Give a temporary file beside ``path`` that replaces it on success.
+    Yield a temporary file beside ``path``, made on entry, that replaces it on success.
 
-    The place is tried on entry, so enter before long work. On any exception the new
-    file is dropped and the old one stays whole.
-
-    Parameters
-    ----------
-    path : path
-        Its folder is made if missing.
-
-    Yields
-    ------
-    unfinished : Path
-        Write here.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there.
-    UmbraError
-        If the disk, or what the user may have of it, is full.
+    Enter before long work, since the place is tried then. On any exception the new file is dropped
+    and the old one stays whole. An `InputError` says that nothing can be written there, an
+    `UmbraError` that the disk, or the user's share of it, is full.
     """
     target = Path(path)
     try:
@@ -85,24 +69,14 @@ KEPT = "earlier results are as they were"
 @contextmanager
 def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
     """
-    Give a temporary folder whose files replace those of ``folder`` on success.
+    Yield a temporary folder whose files, subfolders too, replace those of ``folder`` on success.
 
-    On entry ``folder`` is made, with its parents, and tried: so enter before long work.
-    On any exception, Ctrl-C included, the new files are dropped and the old ones stay
-    whole; so they do when the process is killed, and a later run sweeps up after it. A run
-    that is killed while it renames is finished by the next one into that folder. Ctrl-C and
-    requests to end wait for the renames; two runs into one folder do them one after the
-    other. Files that the run did not write are not touched.
-
-    Parameters
-    ----------
-    folder : path
-        Where the results shall be in the end.
-
-    Yields
-    ------
-    unfinished : Path
-        Write here; subfolders are kept.
+    On entry ``folder`` is made, with its parents, and tried: so enter before long work. On any
+    exception, Ctrl-C included, the new files are dropped and the old ones stay whole; so they do
+    when the process is killed, and a later run sweeps up after it. A run that is killed while it
+    renames is finished by the next one into that folder. Ctrl-C and requests to end wait for the
+    renames; two runs into one folder do them one after the other. Files that the run did not write
+    are not touched.
 
     Raises
     ------

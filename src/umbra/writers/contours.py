@@ -48,22 +48,11 @@ def trace(
     panel: Panel, is_inside: NDArray[np.bool_], is_hidden: NDArray[np.bool_] | None = None
 ) -> list[NDArray[np.float64]]:
     """
-    Trace the border of a region of cells.
+    Trace the border of a region of cells (rows, cols) as lines (n, 2) on the sheet [inch].
 
-    The region's share of each point of a fine grid is traced at one half: a line keeps
-    to the edges of large cells, and is smooth where cells are small.
-
-    Parameters
-    ----------
-    is_inside : (rows, cols) bool
-    is_hidden : (rows, cols) bool, optional
-        Cells where it is not known what is inside: lines end there, and do not follow
-        their border.
-
-    Returns
-    -------
-    lines : list of (n, 2) float64
-        On the sheet [inch].
+    The region's share of each point of a fine grid is traced at one half: a line keeps to the
+    edges of large cells, and is smooth where cells are small. At cells that are hidden, where the
+    inside is not known, lines end.
     """
     x, y, w, h = panel.map_box
     size = rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))

@@ -24,22 +24,11 @@ Size = tuple[float, float]
 
 @dataclass(frozen=True)
 class Arrangement:
-    """
-    Where maps lie on the paper.
+    """Places of maps on the paper."""
 
-    Parameters
-    ----------
-    scale : int
-        500 where a metre is 2 mm long.
-    corners : list of (x, y)
-        Of each map, the plan first, from the upper left of the room for them, downward [inch].
-    plan : (width, height)
-        What of the plan there is room for [m].
-    """
-
-    scale: int
-    corners: list[Size]
-    plan: Size
+    scale: int  # 500 where a metre is 2 mm long
+    corners: list[Size]  # of each map, the plan first, from the room's upper left, downward [inch]
+    plan: Size  # width and height of the plan for which there is room [m]
 
     @property
     def per_metre(self) -> float:
@@ -77,20 +66,11 @@ def arrange(need: Size, most: Size, elevations: Sequence[Size]) -> Arrangement:
 
 @dataclass(frozen=True)
 class _Block:
-    """
-    Elevations in rows and columns.
+    """Elevations in rows and columns."""
 
-    Parameters
-    ----------
-    across : int
-        Columns.
-    wide, high : list of float
-        Of each column and each row [inch].
-    """
-
-    across: int
-    wide: list[float]
-    high: list[float]
+    across: int  # columns
+    wide: list[float]  # of each column [inch]
+    high: list[float]  # of each row [inch]
 
     @classmethod
     def of(cls, boxes: list[Size], across: int) -> "_Block":
@@ -127,19 +107,10 @@ def make_elevations_sheet(
     what: str = "",
 ) -> Sheet:
     """
-    Draw a plan and its elevations.
+    Draw a plan and its elevations: maps of (caption, plan, shadow_hours), the plan first.
 
-    Parameters
-    ----------
-    arrangement : Arrangement
-    maps : sequence of (caption, plan, shadow_hours)
-        The plan first; its words are those of the sheet.
-    max_hours : float
-        The colour scale's end [h].
-    show : {'shadow', 'sun'}
-        Which hours are drawn.
-    what : str
-        What the hours are of, for the key; hours in shadow or in the sun by default.
+    The words of the sheet are those of the first plan. ``max_hours`` is the colour scale's end
+    [h]; ``what`` names the hours in the key, by default hours in shadow or in the sun.
     """
     width, height = (to_pixels(side) for side in PAPER)
     figure = make_figure(width, height)

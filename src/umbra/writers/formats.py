@@ -29,28 +29,14 @@ FEW_TIMES = 12  # clock times that are named one by one
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """
-    A study to be written; what several formats need is made once, when first asked for.
-
-    Parameters
-    ----------
-    study : Study
-    folder : Path
-    title : str
-    say : callable
-        Told what a user should know, in one line.
-    show : {'shadow', 'sun'}
-        Whose whole hours lines of equal hours are of.
-    at : sequence of str
-        Clock times that are outlined and filmed; round ones by default.
-    """
+    """A study to be written; what several formats need is made once, when first used."""
 
     study: "Study"
     folder: Path
     title: str = ""
-    say: Callable[[str], object] = lambda _line: None
-    show: "Show" = "shadow"
-    at: Sequence[str] = ()
+    say: Callable[[str], object] = lambda _line: None  # told what a user should know, in one line
+    show: "Show" = "shadow"  # whose whole hours lines of equal hours are of
+    at: Sequence[str] = ()  # clock times that are outlined and filmed; round ones by default
 
     @property
     def is_on_map(self) -> bool:
@@ -135,22 +121,11 @@ class Job:
 
 @dataclass(frozen=True)
 class Format:
-    """
-    One that can be asked for.
+    """A format of further files."""
 
-    Parameters
-    ----------
-    write : callable
-        Takes a Job, gives the names of its files.
-    packages : tuple of str
-        That it imports beyond umbra's own.
-    extra : str
-        By which they are installed.
-    """
-
-    write: Callable[[Job], list[str]]
-    packages: tuple[str, ...] = ()
-    extra: str = ""
+    write: Callable[[Job], list[str]]  # returns the names of the files
+    packages: tuple[str, ...] = ()  # imported beyond umbra's own
+    extra: str = ""  # that installs them
 
 
 def check_extra(name: str, packages: Sequence[str], extra: str) -> None:

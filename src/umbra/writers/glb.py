@@ -39,16 +39,7 @@ def turn_up(points: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 class Glb:
-    """
-    A file in the making.
-
-    Parameters
-    ----------
-    generator : str
-        What writes it.
-    extras : dict
-        Said of the whole file.
-    """
+    """A GLB file in the making, with the name of its generator and extras of the whole file."""
 
     def __init__(self, generator: str, extras: dict[str, object]) -> None:
         self.data = bytearray()

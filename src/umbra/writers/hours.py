@@ -47,29 +47,14 @@ def make_hours_sheet(
     finer: NDArray | None = None,
 ) -> Sheet:
     """
-    Draw hours in shadow or in the sun, with contour lines at whole hours.
+    Draw hours in shadow or in the sun (rows, cols), with contour lines at whole hours.
 
-    Parameters
-    ----------
-    plan : Plan
-    shadow_hours : (rows, cols) float32
-        Rows ascend in y; NaN where there is no value.
-    max_hours : float
-        The colour scale's end: the hours that the sun was up in the period [h].
-    what : str
-        What the hours are of, for the key; hours in shadow or in the sun by default.
-    show : {'shadow', 'sun'}
-        ``sun``: max_hours less the hours in shadow are drawn; a place has the same colour.
-    hatched : (rows, cols) bool, optional
-        What is hatched; ``hatch`` says in the key what that is.
-    hatch : str
-    finer : (m, n) float32, optional
-        The same hours on cells of another size, for the contour lines.
-
-    Raises
-    ------
-    ValueError
-        If ``shadow_hours`` does not fit the plan.
+    Rows ascend in y; NaN is no value. ``max_hours`` is the colour scale's end: how long the sun
+    was up in the period [h]. With ``show`` of the sun, max_hours less the hours in shadow are
+    drawn, and a place keeps its colour. ``what`` names the hours in the key, by default hours in
+    shadow or in the sun; ``hatch`` says in the key what is ``hatched`` (rows, cols). ``finer`` (m,
+    n) are the same hours on smaller or larger cells, for the contour lines. A ValueError says that
+    hours do not fit the plan.
     """
     hours = np.asarray(shadow_hours, np.float32)
     if hours.shape != plan.shape:
@@ -90,22 +75,10 @@ def make_hour_panels(
     hatch: str = "",
 ) -> Sheet:
     """
-    Draw the hours on several dates, a map for each, all on one scale.
+    Draw the hours on several dates, a map for each, all on one scale, as ``make_hours_sheet`` does.
 
-    Parameters
-    ----------
-    plan : Plan
-        Of every map; its words are those of all dates.
-    days : sequence of DayMap
-    max_hours : float
-        The colour scale's end: the most hours that the sun was up on one of the dates [h].
-    what, show, hatch
-        As ``make_hours_sheet`` takes them.
-
-    Raises
-    ------
-    ValueError
-        If the hours of a date do not fit the plan.
+    The plan is that of every map, its words are those of all dates; ``max_hours`` is the longest
+    time that the sun was up on one of the dates [h].
     """
     for day in days:
         if day.hours.shape != plan.shape:

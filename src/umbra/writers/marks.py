@@ -146,17 +146,7 @@ PITCH = 0.2  # from swatch to swatch below a bar [inch]
 
 @dataclass(frozen=True)
 class Swatch:
-    """
-    What a colour or a hatch beside the scale stands for.
-
-    Parameters
-    ----------
-    label : str
-    face, edge : str or tuple
-        Colours.
-    hatch : str
-        As matplotlib draws it.
-    """
+    """The meaning of a colour, or of a hatch as matplotlib draws it, beside the scale."""
 
     label: str
     face: object
@@ -188,21 +178,11 @@ def draw_color_bar(
     swatches: Sequence[Swatch] = (),
 ) -> None:
     """
-    Draw a colour bar in the sheet's key box.
+    Draw a bar of sRGB colours (n, 3), from the low end to the high, in the sheet's key box.
 
-    Parameters
-    ----------
-    sheet : Sheet
-    colors : (n, 3) float64
-        sRGB, from the low end to the high.
-    ticks : list of (position, label)
-        Position 0 at the low end and 1 at the high.
-    title : list of str
-        Lines above the bar: what it shows and the unit.
-    remark : str
-        A line below it.
-    swatches : sequence of Swatch
-        What else is painted on the map, below the bar or beside its title.
+    Ticks are (position, label), from 0 at the low end to 1 at the high. The title's lines, what is
+    shown and its unit, stand above the bar, the remark below it; swatches of all else on the map
+    follow below the bar, or beside its title.
     """
     x, _, w, h = sheet.key_box
     top = _draw_title(sheet, title, remark, swatches)

@@ -20,12 +20,8 @@ class DeferredFile(io.FileIO):
     """
     A new file, which remembers the first error of writing instead of raising it.
 
-    After an error nothing more is written, and what was not reads as zeros; so ask
-    `check` after each piece of work.
-
-    Parameters
-    ----------
-    path : path
+    After an error nothing more is written, and what was not reads as zeros; so ask `check` after
+    each piece of work.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -82,23 +78,14 @@ def write_netcdf(
     """
     Write arrays as NetCDF-4 (HDF5), compressed, with CF attributes by their names.
 
-    It goes to the file without xarray, whose import costs more than most studies count.
-    Where the fact ``crs`` names a coordinate reference system, a CF grid mapping goes in
-    too, so that a GIS puts the raster in its place.
+    It goes to the file without xarray, whose import costs more than most studies count. Where the
+    fact ``crs`` names a coordinate reference system, a CF grid mapping goes in too, so that a GIS
+    puts the raster in its place.
 
-    Parameters
-    ----------
-    path : path
-    variables : mapping of str to (dimensions, array)
-        Numbers, ``datetime64`` in UTC, or str. What is no ``ndarray`` but has a shape and
-        a dtype is written one item of its first dimension at a time.
-    facts : mapping
-        Global attributes; None is left out.
-
-    Raises
-    ------
-    UmbraError
-        If the file cannot be written.
+    Variables are (dimensions, array) by name: numbers, ``datetime64`` in UTC, or str. A value that
+    is no ``ndarray`` but has a shape and a dtype is written one item of its first dimension at a
+    time. Facts become global attributes, those that are None are left out. An `UmbraError` says
+    that the file cannot be written.
     """
     known = {name: value for name, value in facts.items() if value is not None}
     grid_mapping = _find_grid_mapping(known.get("crs"))

@@ -40,15 +40,10 @@ class Painter:
     """
     Draws pictures one after another in a child process, which starts at once.
 
-    Where no process can be started, or it ends before its time, this one draws. Leaving
-    the ``with`` block waits for the pictures and raises the first error among them;
-    leaving it by an exception ends the child at once.
-
-    Parameters
-    ----------
-    endings : sequence of str
-        Of ``umbra.writers.paper.ENDINGS``: each picture is written with every one of them,
-        whichever its path has.
+    Where no process can be started, or it ends before its time, this one draws. Leaving the
+    ``with`` block waits for the pictures and raises the first error among them; leaving it by an
+    exception ends the child at once. Each picture is written with every one of the ``endings``,
+    whichever its path has.
     """
 
     def __init__(self, endings: Sequence[str] = ("png",)) -> None:

@@ -138,13 +138,7 @@ def to_pixels(length: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Paper:
-    """
-    What is drawn on.
-
-    Parameters
-    ----------
-    figure : matplotlib Figure
-    """
+    """The paper that is drawn on."""
 
     figure: Figure
 
@@ -208,22 +202,11 @@ class Paper:
 
 @dataclass(frozen=True, eq=False)
 class Panel(Paper):
-    """
-    A map on the paper, which may hold others.
-
-    Parameters
-    ----------
-    figure : matplotlib Figure
-    plan : Plan
-    map_box : (x, y, width, height)
-        Of the map [inch].
-    map_size : (rows, cols)
-        Pixels of the map.
-    """
+    """A map on the paper, which may hold others."""
 
     plan: Plan
-    map_box: tuple[float, float, float, float]
-    map_size: tuple[int, int]
+    map_box: tuple[float, float, float, float]  # x, y, width, height [inch]
+    map_size: tuple[int, int]  # rows and columns of pixels
 
     def place(self, points: ArrayLike) -> NDArray[np.float64]:
         """Turn points (n, 2) in model coordinates [m] into places on the paper [inch]."""

@@ -156,22 +156,10 @@ def write_png(
     path: str | os.PathLike[str], rgb: NDArray[np.uint8], dots_per_inch: float | None = None
 ) -> None:
     """
-    Write an image as an 8-bit RGB PNG.
+    Write an sRGB image (rows, cols, 3) uint8, row 0 the top, as an 8-bit RGB PNG.
 
-    Parameters
-    ----------
-    path : path
-    rgb : (rows, cols, 3) uint8
-        sRGB; row 0 is the top.
-    dots_per_inch : float, optional
-        Kept in the file, so that it prints at its intended size.
-
-    Raises
-    ------
-    ValueError
-        If ``rgb`` has another shape or dtype.
-    OSError
-        If the file cannot be written.
+    ``dots_per_inch`` is kept in the file, so that it prints at its intended size. A ValueError
+    says that the image has another shape or dtype.
     """
     rgb = np.asarray(rgb)
     if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
@@ -184,17 +172,9 @@ def write_png(
 
 def resample(values: NDArray, size: tuple[int, int]) -> NDArray[np.float32]:
     """
-    Resample by area where cells are smaller than pixels, else keep cells crisp.
+    Resample values (rows, cols) by area where cells are smaller than pixels, else keep cells crisp.
 
-    Parameters
-    ----------
-    values : (rows, cols) bool or float
-        NaN cells take no part; a pixel that has none but such is NaN.
-    size : (rows, cols)
-
-    Returns
-    -------
-    resampled : (rows, cols) float32
+    NaN cells take no part; a pixel that has only such is NaN.
     """
     if values.dtype == bool:
         # Pillow's 8-bit path is three times as fast, and 1 of 255 is nothing to the eye.

@@ -41,28 +41,15 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 @dataclass(frozen=True, eq=False)
 class Appearance:
-    """
-    Shade and lines of a picture's surfaces.
+    """Shade and lines of a picture's surfaces, each (rows, cols); rows ascend."""
 
-    Parameters
-    ----------
-    shade : (rows, cols) uint8
-        255 where the legend's colours stay, 0 in the deepest shade; rows ascend.
-    lines : (rows, cols) uint8
-        How much ink there is.
-    jumps : (rows, cols) uint8
-        How much of each pixel holds an edge beyond which another surface begins.
-    creases : (rows, cols) uint8
-        How much of each pixel holds an edge at which two surfaces meet at an angle.
-    sky : (rows, cols) uint8, optional
-        How much of each pixel shows nothing; None of plans.
-    """
-
-    shade: NDArray[np.uint8]
-    lines: NDArray[np.uint8]
+    shade: NDArray[np.uint8]  # 255 where the legend's colours stay, 0 in the deepest shade
+    lines: NDArray[np.uint8]  # how much ink there is
+    # share of each pixel that holds an edge beyond which another surface begins
     jumps: NDArray[np.uint8]
+    # share of each pixel that holds an edge at which two surfaces meet at an angle
     creases: NDArray[np.uint8]
-    sky: NDArray[np.uint8] | None = None
+    sky: NDArray[np.uint8] | None = None  # share of each pixel that shows nothing; None of plans
 
     def find_breaks(self, shape: tuple[int, int]) -> NDArray[np.bool_]:
         """Tell which cells of a raster an edge runs through, so that no contour crosses it."""
@@ -92,62 +79,33 @@ def draw_appearance(
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """
-    A raster, seen from above or otherwise, and the words around it.
+    """A raster, seen from above or otherwise, and the words around it."""
 
-    Parameters
-    ----------
-    x : (cols,) float64
-    y : (rows,) float64
-        Cell centres in the model's own coordinates, ascending [m].
-    building_height : (rows, cols) float32, optional
-        Of roofs above the ground [m]; NaN or 0 where nothing stands.
-    true_north : float, optional
-        Degrees clockwise from the picture's upward direction, before it is foreshortened; None:
-        no arrow is drawn.
-    upward : float
-        How long a level metre away from the viewer looks: 1 from straight above.
-    title, subtitle, place, date, note : str
-        A headline, a line below it, "48.200° N, 16.370° E · Europe/Vienna", a day, and how it
-        was made.
-    axes : (str, str)
-        Names of the horizontal and the vertical axis, with their unit; none has no ticks.
-    has_scale : bool
-        Whether lengths are true across the picture, so that there is a scale bar.
-    appearance : Appearance, optional
-        Shade and lines of what is seen: of views, and of the topmost surface.
-    proposed : (rows, cols) bool, optional
-        What is not there yet, to be outlined.
-    canopies : (rows, cols) bool, optional
-        Where there are canopies, which are looked through: outlined and hatched.
-    canopy_name : str
-        What the key calls them.
-    roofs_cover : bool
-        Whether roofs are drawn over what receives, as over the ground below them; else it lies on
-        roofs as well, and buildings are outlined.
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit one another.
-    """
-
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
+    x: NDArray[np.float64]  # (cols,) cell centres in the model's own coordinates, ascending [m]
+    y: NDArray[np.float64]  # (rows,)
+    # of roofs above the ground, (rows, cols) [m]; NaN or 0 where nothing stands
     building_height: NDArray[np.float32] | None = field(default=None, repr=False)
+    # degrees clockwise from upward, before foreshortening; None draws no arrow
     true_north: float | None = 0.0
-    title: str = ""
-    subtitle: str = ""
-    place: str = ""
+    title: str = ""  # the headline
+    subtitle: str = ""  # a line below it
+    place: str = ""  # 48.200° N, 16.370° E · Europe/Vienna
     date: str = ""
-    note: str = ""
+    note: str = ""  # how it was made
+    # names of the horizontal and the vertical axis, with their unit; an empty one has no ticks
     axes: tuple[str, str] = ("x [m]", "y [m]")
+    # whether lengths are true across the picture, so that there is a scale bar
     has_scale: bool = True
+    # length of a level metre away from the viewer in the picture: 1 from straight above
     upward: float = 1.0
+    # of views, and of the topmost surface
     appearance: Appearance | None = field(default=None, repr=False)
+    # (rows, cols) parts of the proposed development, to be outlined
     proposed: NDArray[np.bool_] | None = field(default=None, repr=False)
+    # (rows, cols), looked through: outlined and hatched
     canopies: NDArray[np.bool_] | None = field(default=None, repr=False)
-    canopy_name: str = "canopies"
+    canopy_name: str = "canopies"  # in the key
+    # whether roofs are drawn over the receivers, as over the ground; else outlined
     roofs_cover: bool = True
 
     def __post_init__(self) -> None:
@@ -253,24 +211,13 @@ def shade_roofs(
 
 @dataclass(frozen=True, eq=False)
 class DayMap:
-    """
-    What one of several maps shows.
+    """The content of one of several maps."""
 
-    Parameters
-    ----------
-    title, remark : str
-        The date, and what is said of it: sunrise and sunset.
-    hours : (rows, cols) float32
-        Rows ascend in y; NaN where there is no value.
-    hatched : (rows, cols) bool, optional
-    finer : (m, n) float32, optional
-        The same hours on cells of another size, for the contour lines.
-    """
-
-    title: str
-    remark: str
-    hours: NDArray
+    title: str  # the date
+    remark: str  # sunrise and sunset
+    hours: NDArray  # (rows, cols); rows ascend in y; NaN is no value
     hatched: NDArray[np.bool_] | None = None
+    # (m, n) the same hours on cells of another size, for the contour lines
     finer: NDArray | None = None
 
 

@@ -39,26 +39,12 @@ def make_points_sheet(
     what: str = "",
 ) -> Sheet:
     """
-    Draw points in the colours of their hours in shadow or in the sun.
+    Draw points (n, 3) [m] in the colours of their hours (n,) in shadow or in the sun.
 
-    Points above one another stand side by side, the lowest first, outward from their wall.
-
-    Parameters
-    ----------
-    plan : Plan
-    points : (n, 3) float64
-        In the model's own coordinates [m].
-    normals : (n, 3) float64
-        NaN where there is none.
-    shadow_hours : (n,) float32
-    max_hours : float
-        The colour scale's end: the hours that the sun was up in the period [h].
-    names : sequence of str
-        Of the points; they are numbered where there are none. Few enough are labelled.
-    show : {'shadow', 'sun'}
-        Which hours labels and key tell.
-    what : str
-        What the hours are of, for the key; hours in shadow or in the sun by default.
+    Points above one another stand side by side, the lowest first, outward from their wall: normals
+    (n, 3), NaN where there is none. ``max_hours`` is the colour scale's end: how long the sun was
+    up in the period [h]. Few enough points are labelled by their names, or numbered. ``show``
+    chooses the hours of labels and key, ``what`` names them in the key.
     """
     sheet = make_sheet(plan, key_height=0.62)
     _fill_points(sheet, points, normals, shadow_hours, max_hours, names, show)

@@ -106,24 +106,10 @@ def make_profile_sheet(
     """
     Draw a shadow profile: each shadow in a tint, outlined, with its clock time at its tip.
 
-    Of more than 12 stamps only those that the key names are outlined.
-
-    Parameters
-    ----------
-    plan : Plan
-    shadows : iterable of (rows, cols) bool
-        Where shadow falls at each stamp; rows ascend in y.
-    labels : sequence of str
-        The stamps' clock times, "09:00".
-    zone : str
-        What clock that is: "CEST".
-    away : (n_stamps, 2) float64, optional
-        Where the sun casts shadows, along the map's axes; without it no times are written.
-
-    Raises
-    ------
-    ValueError
-        If the counts of shadows and labels differ.
+    Of more than 12 stamps only those that the key names are outlined. Shadows are (rows, cols) for
+    each stamp, rows ascending in y; labels are clock times, "09:00", of the zone "CEST". ``away``
+    (n_stamps, 2) is where the sun casts shadows, along the map's axes; without it no times are
+    written. A ValueError says that the counts of shadows and labels differ.
     """
     sheet = make_sheet(plan, key_height=0.62)
     _fill_map(sheet, shadows, labels, away)
@@ -135,17 +121,9 @@ def make_profile_panels(
     plan: Plan, days: Sequence[Day], zone: str = "", remarks: Sequence[str] = ()
 ) -> Sheet:
     """
-    Draw the shadow profiles of several dates, a panel for each.
+    Draw the shadow profiles of several dates, a panel for each, as ``make_profile_sheet`` does.
 
-    Parameters
-    ----------
-    plan : Plan
-        Its words are those of all dates.
-    days : sequence of (date, shadows, labels, away)
-        Of each as ``make_profile_sheet`` takes them.
-    zone : str
-    remarks : sequence of str
-        Said below each date: sunrise and sunset.
+    The plan's words are those of all dates; remarks stand below each date: sunrise and sunset.
     """
     sheet = make_panels(plan, [day for day, *_ in days], remarks)
     for panel, (_, shadows, labels, away) in zip(sheet.panels, days, strict=True):

@@ -31,24 +31,11 @@ NARROWEST = 4.4  # the words need this much [inch]
 
 @dataclass(frozen=True, eq=False)
 class Sheet(Panel):
-    """
-    A figure with a map on it and room for a key.
+    """A figure with a map, or several, and room for a key."""
 
-    Parameters
-    ----------
-    figure, plan, map_box, map_size
-        As of any panel.
-    key_box : (x, y, width, height)
-        Of the key [inch].
-    is_wide : bool
-        Whether the key lies below the map rather than to its right.
-    panels : sequence of Panel
-        Its maps, where there are several.
-    """
-
-    key_box: tuple[float, float, float, float]
-    is_wide: bool
-    panels: Sequence[Panel] = ()
+    key_box: tuple[float, float, float, float]  # x, y, width, height [inch]
+    is_wide: bool  # whether the key lies below the map rather than to its right
+    panels: Sequence[Panel] = ()  # its maps, where there are several
 
     @classmethod
     def of_panels(cls, panels: Sequence[Panel], key_box: tuple[float, float, float, float]) -> Self:
@@ -59,13 +46,7 @@ class Sheet(Panel):
 
 @dataclass(frozen=True)
 class Words:
-    """
-    What is said above and below the maps, broken into lines.
-
-    Parameters
-    ----------
-    title, subtitle, note : list of str
-    """
+    """Words above and below the maps, broken into lines."""
 
     title: list[str]
     subtitle: list[str]

@@ -30,25 +30,13 @@ _GREY = (0.80, 0.80, 0.80, 1.0)  # of what is not sampled
 
 @dataclass(frozen=True, eq=False)
 class FacadeLayout:
-    """
-    A grid of squares on each surface, and the sample that is shown in each.
+    """A grid of squares on each surface, and the sample that is shown in each."""
 
-    Parameters
-    ----------
-    side : (n_surfaces,) float64
-        Of a surface's squares [m].
-    shape : (n_surfaces, 2) int64
-        Squares along the surface's horizontal and upward axes.
-    first : (n_surfaces,) int64
-        Where a surface's squares begin in ``sample``.
-    sample : (n_squares,) int64
-        Surface after surface, row after row upward; a square without a sample of its own
-        shows the nearest one of its surface.
-    """
-
-    side: NDArray[np.float64]
+    side: NDArray[np.float64]  # (n_surfaces,) of a surface's squares [m]
+    # (n_surfaces, 2) squares along the surface's horizontal and upward axes
     shape: NDArray[np.int64]
-    first: NDArray[np.int64]
+    first: NDArray[np.int64]  # (n_surfaces,) first square of each surface in ``sample``
+    # (n_squares,) row after row upward; a square without a sample shows the nearest one
     sample: NDArray[np.int64]
 
     @property

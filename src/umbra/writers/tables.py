@@ -156,20 +156,10 @@ def find_columns(
     study: Study, dims: tuple[str, ...], first: tuple[str, ...] = ()
 ) -> dict[str, NDArray]:
     """
-    Give the arrays along some axes by name.
+    Return the arrays along some axes by name; the names of ``first`` come before the others.
 
-    Parameters
-    ----------
-    study : Study
-    dims : tuple of str
-    first : tuple of str
-        Names that come before the others.
-
-    Returns
-    -------
-    columns : dict of str to array
-        What each of several dates has is named with it, ``sun_hours_2026-03-21``; where only
-        sums are kept, ``sun_hours_sum``.
+    Arrays of several dates are named with each, ``sun_hours_2026-03-21``; where only sums are
+    kept, ``sun_hours_sum``.
     """
     dates = split_dates(study)
     if len(dates) == 1:

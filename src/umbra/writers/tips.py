@@ -42,20 +42,11 @@ def name_tips(
     """
     Write each shadow's clock time beside a dot on its outline: at its tip if there is room.
 
-    The tip is the point of the outline that lies farthest from the sun. Where a label would
-    leave the map or meet another, or another outline runs by, the nearest free place is taken.
-
-    Parameters
-    ----------
-    panel : Panel
-    outlines : dict of stamp to list of (n, 2) float64
-        On the paper [inch].
-    labels : sequence of str
-        Of all stamps.
-    away : (n_stamps, 2) float64
-        Where the sun casts shadows, along the map's axes; of any length.
-    roofs : (rows, cols) bool, optional
-        What labels keep off, if they can.
+    The tip is the point of the outline that lies farthest from the sun: ``away`` (n_stamps, 2) is
+    where the sun casts shadows, along the map's axes, of any length. Where a label would leave the
+    map or meet another, or another outline runs by, the nearest free place is taken; labels keep
+    off roofs (rows, cols) if they can. Outlines are lines (n, 2) [inch] by stamp, labels those of
+    all.
     """
     finder = _TipFinder(panel, outlines, roofs)
     for stamp in outlines:

@@ -33,15 +33,7 @@ _BLOCKING_NOT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
 
 
 class UnfinishedFolder:
-    """
-    One run's temporary folder in a results folder, held by a lock.
-
-    Parameters
-    ----------
-    path : Path
-    lock : file
-        Open and locked.
-    """
+    """One run's temporary folder in a results folder, held by an open and locked file."""
 
     def __init__(self, path: Path, lock: IO[bytes]) -> None:
         self.path = path

@@ -108,14 +108,7 @@ class Outputs:
         return tuple(name for name in self.formats if name not in DRAWN)
 
     def check_receivers(self, receivers: str) -> None:
-        """
-        Refuse what is not made of some receivers.
-
-        Raises
-        ------
-        InputError
-            If there is any.
-        """
+        """Raise an InputError if an output is not made of these receivers."""
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers)
@@ -155,26 +148,14 @@ def _read_formats(given: Sequence[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class FolderJob:
-    """
-    A study whose folder is being written.
+    """A study whose folder is being written."""
 
-    Parameters
-    ----------
-    study : Study or PointStudy
-    folder : Path
-    outputs : Outputs
-    options : StudyOptions
-    painter : Painter
-    say : callable
-        Told what a user should know, a line at a time.
-    """
-
-    study: Any
+    study: Any  # Study or PointStudy
     folder: Path
     outputs: Outputs
     options: "StudyOptions"
     painter: "Painter"
-    say: "Callable[[str], object]"
+    say: "Callable[[str], object]"  # called with each line that the user should read
 
     @property
     def scene(self) -> "Scene":

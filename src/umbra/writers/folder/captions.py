@@ -49,23 +49,11 @@ def choose_panels(study: Study) -> range:
 
 @dataclass(frozen=True)
 class Scale:
-    """
-    The common scale of a picture's maps.
+    """The common scale of a picture's maps."""
 
-    Parameters
-    ----------
-    most : float
-        Its upper end: the longest time with the sun up on one of the dates, or on all [h].
-    what : str
-        What the hours count, for the legend.
-    divisor : int
-        Divisor of the hours: the number of dates for a mean, else 1.
-    show : {'shadow', 'sun'}
-    """
-
-    most: float
-    what: str
-    divisor: int
+    most: float  # its upper end: the longest time with the sun up on one date, or on all [h]
+    what: str  # what the hours count, for the legend
+    divisor: int  # of the hours: the number of dates for a mean, else 1
     show: Show
 
     @classmethod
@@ -92,14 +80,9 @@ def tell_daylight(study: Study) -> str:
 
 def find_together(job: FolderJob) -> tuple[int, str]:
     """
-    Describe what a picture shows of dates that are not kept apart.
+    Return the divisor of sums over dates that are not kept apart, and words for the legend.
 
-    Returns
-    -------
-    divisor : int
-        Of the sums: 1 where sums were asked for, else the number of dates.
-    words : str
-        To follow what the hours are of, ", mean of 365 dates"; none of a single date.
+    The words follow what the hours are of, ", mean of 365 dates"; a single date has none.
     """
     count = len(job.study.period.days)
     if count == 1:
@@ -165,19 +148,9 @@ def place_elevation(
     study: Study, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
-    Measure coordinates of an elevation from its left end and from the ground.
+    Measure an elevation's coordinates (n,) from its left end and from the ground [m].
 
-    Parameters
-    ----------
-    study : Study
-        Of an elevation.
-    x, y : (n,) float64
-        Along the view, and z, in the model's own coordinates [m].
-
-    Returns
-    -------
-    x, y : (n,) float64
-        From there [m].
+    Given are those along the view, and z, in the model's own frame.
     """
     model = study.model
     azimuth = float(study.facts["view_azimuth_deg"])  # type: ignore[arg-type]

@@ -56,17 +56,7 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     """
     Draw the hours lost to the proposal, cropped to them, with the proposal outlined.
 
-    Parameters
-    ----------
-    job : FolderJob
-    plan : Plan
-        Of the hours.
-    preview : Preview
-
-    Returns
-    -------
-    names : list of str
-        Of the file; empty where nothing is lost.
+    Returns the names of the files: none where nothing is lost.
     """
     study, options, painter = job.study, job.options, job.painter
     dates = split_dates(study)
@@ -146,22 +136,11 @@ def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
 
 @dataclass(frozen=True, eq=False)
 class Sheets:
-    """
-    Pictures that are being drawn.
+    """Pictures that are being drawn."""
 
-    Parameters
-    ----------
-    plan : Plan
-        Of the hours.
-    preview : Preview
-        Of the first day.
-    names : list of str
-        Of the files.
-    """
-
-    plan: Plan
-    preview: Preview
-    names: list[str]
+    plan: Plan  # of the hours
+    preview: Preview  # of the first day
+    names: list[str]  # of the files
 
 
 def draw_pictures(job: FolderJob) -> Sheets:

@@ -32,19 +32,9 @@ _MARGIN = 0.03  # of an elevation's length, on each side of it
 
 def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     """
-    Count four elevations at the resolution of a sheet, and draw it.
+    Count four elevations at the resolution of a sheet, and draw them with the plan of hours.
 
-    Parameters
-    ----------
-    job : FolderJob
-        Of a plan.
-    plan : Plan
-        Of its hours.
-
-    Returns
-    -------
-    names : list of str
-        Of the file; of several dates, of one for each, all on one scale.
+    Returns the names of the files: of several dates one for each, all on one scale.
     """
     study, scene, options = job.study, job.scene, job.options
     boxes = [_find_box(scene, study, side) for side in _SIDES]
@@ -92,14 +82,10 @@ def _find_window(
     study: Study, plan: Plan, options: StudyOptions
 ) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """
-    Find which part of the plan must be on the sheet, and how much may be.
+    Return which part of the plan must be on the sheet, and the width and height that may be [m].
 
-    Returns
-    -------
-    need : (2, 2) float64
-        Lower left and upper right corner of the model and the shadows that matter [m].
-    most : (float, float)
-        Width and height [m].
+    The part is the lower left and upper right corner (2, 2) of the model and the shadows that
+    matter.
     """
     x0, x1, y0, y1 = plan.extent
     whole = np.array([[x0, y0], [x1, y1]])

@@ -43,26 +43,9 @@ def write_study(
     """
     Write a study into a folder, whose earlier results are replaced when all is complete.
 
-    Parameters
-    ----------
-    study : Study or PointStudy
-    folder : path
-        Made if missing.
-    outputs : Outputs
-    options : StudyOptions
-        Of the study.
-    say : callable
-        Called with each line that the user should read.
-
-    Returns
-    -------
-    paths : list of Path
-
-    Raises
-    ------
-    InputError
-        If something is asked for that is not made of these receivers, or the folder cannot
-        be written to.
+    ``options`` are those of the study; ``say`` is called with each line that the user should read.
+    Returns the paths of the files. An `InputError` is raised if an output is not made of these
+    receivers, or the folder cannot be written to.
     """
     outputs.check_receivers(options.receivers)
     from umbra.writers.painter import Painter  # noqa: PLC0415  (it starts a child)
@@ -83,12 +66,7 @@ def fill_folder(
     """
     Write a study's files into an unfinished folder; pictures are complete when the painter ends.
 
-    Parameters are those of ``write_study``, and the painter that draws.
-
-    Returns
-    -------
-    first, more : list of str
-        Names of the files: the result and the pictures in every ending; further files.
+    Returns two lists of names: the result and the pictures in every ending; further files.
     """
     job = FolderJob(study, folder, outputs, options, painter, say)
     pictures, more = _fill_raster(job) if study.kind.is_raster else _fill_points(job)
@@ -202,17 +180,10 @@ def _find_sheets(folder: Path, show: Show) -> list[tuple[str, Path]]:
 
 def sum_up(study: Study) -> dict[str, Any]:
     """
-    Summarise a study in a few numbers; for several dates also those of each.
+    Summarise a study in a few numbers, as JSON can hold them; for several dates also those of each.
 
-    Parameters
-    ----------
-    study : Study
-
-    Returns
-    -------
-    numbers : dict
-        Sizes, hours of the sun and of shadow [h], what a proposal takes from its
-        neighbours, and the seconds that it took; what JSON can hold.
+    They are sizes, hours of the sun and of shadow [h], what a proposal takes from its neighbours,
+    and the seconds that the study took.
     """
     if not study.kind.is_raster:
         size: dict[str, Any] = {"samples": len(study.shadow_hours)}

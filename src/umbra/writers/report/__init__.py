@@ -89,35 +89,10 @@ def write_report(
     Write ``report.html``: one file, without network access, for any browser since 2023.
 
     A raster is a picture that is moved through the day; surfaces and points stand on a model that
-    turns.
-
-    Parameters
-    ----------
-    path : path
-    study : Study
-    plan : Plan
-        Title, place, date and note as on the sheets; its raster is asked for of rasters alone.
-    sheets : sequence of (caption, PNG file)
-    tables : sequence of Table
-        Verdicts; comparisons are found in the study itself.
-    casters : sequence of str
-        Patterns by which casters were chosen.
-    notes : sequence of str
-        On the files.
-    timeline : Timeline, optional
-        Of a raster, where one has been counted already.
-    show : {'shadow', 'sun'}
-        Which hours the colours' key tells.
-
-    Returns
-    -------
-    instants : Instants
-        What the page shows; of a raster its timeline.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    turns. The plan gives title, place, date and note, and of rasters its cells. Sheets are
+    (caption, PNG file); tables are verdicts, comparisons are found in the study itself; casters
+    are the patterns by which they were chosen, notes those of the readers. A timeline that has
+    been counted already is taken. Returns the instants that the page shows.
     """
     instants: Instants
     if study.kind.is_raster:

@@ -20,60 +20,29 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Pin:
-    """
-    A place that is marked on a plan.
-
-    Parameters
-    ----------
-    name : str
-    x, y : float
-        In the model's own coordinates [m].
-    passes : bool
-    standing : str
-        What it lies in, under or on, if anything.
-    """
+    """A place that is marked on a plan, in the model's own coordinates [m]."""
 
     name: str
     x: float
     y: float
     passes: bool
-    standing: str = ""
+    standing: str = ""  # what it lies in, under or on, if anything
 
 
 @dataclass(frozen=True)
 class Table:
-    """
-    Rows under named columns.
-
-    Parameters
-    ----------
-    title : str
-    columns : sequence of str
-        With their units: ``"sun [h]"``.
-    rows : sequence of sequences
-        Numbers or text; None where there is no value. A cell that begins with ``pass`` or
-        ``fail`` is marked.
-    note : str
-        What a reader must know besides.
-    kind : str
-        What a click on a row shows in the picture: ``part``, ``surface``, ``point``, or the
-        ``place`` of a pin.
-    index : sequence of int
-        Which one, of each row; None where a row shows nothing.
-    link : int
-        The column that says so.
-    pins : sequence of Pin
-        What is marked on a plan.
-    """
+    """Rows under named columns."""
 
     title: str
-    columns: Sequence[str]
+    columns: Sequence[str]  # with their units: "sun [h]"
+    # numbers or text, None for no value; cells that begin with pass or fail are marked
     rows: Sequence[Sequence[object]]
     note: str = ""
+    # shown in the picture by a click on a row: a part, surface, point, or the place of a pin
     kind: str = ""
-    index: Sequence[int | None] = ()
-    link: int = 0
-    pins: Sequence[Pin] = ()
+    index: Sequence[int | None] = ()  # of that, for each row; None where a row shows nothing
+    link: int = 0  # the column that is clicked
+    pins: Sequence[Pin] = ()  # marked on a plan
 
 
 _SHORT, _NAME = 14, 32  # letters of a cell that is not broken: a date; a name in the first column

@@ -35,44 +35,24 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class HourLine:
-    """
-    The lines that enclose the cells with at least so many hours in shadow, or in the sun.
+    """Lines around the cells with at least a number of hours in shadow, or in the sun."""
 
-    Parameters
-    ----------
-    shadow_hours, sun_hours : float
-        On the line's deeper side at least, and at most [h]; of lines of equal sun the other way.
-    lines : list of (k, 2) float64
-        In the study's own coordinates: of a plan the model's, of a view along it and upward [m].
-    date : str
-        "2026-03-21", or "sum of 30 dates".
-    """
-
-    shadow_hours: float
-    sun_hours: float
+    shadow_hours: float  # at least, on the line's deeper side [h]; of lines of equal sun at most
+    sun_hours: float  # at most [h]; of lines of equal sun at least
+    # (k, 2) in the study's coordinates: a plan's are the model's, a view's along and up [m]
     lines: list[NDArray[np.float64]]
-    date: str
+    date: str  # 2026-03-21, or sum of 30 dates
 
 
 def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]:
     """
-    Trace a study's hours at whole hours, interpolated between the cells' centres.
+    Trace a study's hours at whole hours of shadow or sun, interpolated between cells' centres.
 
-    Hours grow by whole steps from cell to cell. A line runs half a step below its hour, so
-    midway between the last cell that has less and the first that has as much. On the
-    ground, lines end at buildings: what is under them does not count. On roofs and walls they end
-    at edges, where one surface ends before another or two meet at an angle.
-
-    Parameters
-    ----------
-    study : Study
-    show : {'shadow', 'sun'}
-        Whose whole hours.
-
-    Yields
-    ------
-    hour_line : HourLine
-        Each level with its lines, none without; of several dates one date after another.
+    Hours grow by whole steps from cell to cell. A line runs half a step below its hour, so midway
+    between the last cell that has less and the first that has as much. On the ground, lines end at
+    buildings: what is under them does not count. On roofs and walls they end at edges, where one
+    surface ends before another or two meet at an angle. Levels without lines are left out; several
+    dates follow one another.
     """
     for one in split_dates(study):
         yield from _trace(one, show)
@@ -119,22 +99,12 @@ def find_seen(study: Study) -> list[NDArray[np.float64]]:
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """
-    Geometries of one kind, each with its values.
-
-    Parameters
-    ----------
-    name : str
-    kind : {'MultiPolygon', 'MultiLineString', 'Point'}
-    geometries : list of shapely geometries
-    values : dict of str to list
-        Attributes by name, one of each for each geometry.
-    """
+    """Geometries of one kind, each with its values."""
 
     name: str
-    kind: str
-    geometries: list[Any]
-    values: dict[str, list]
+    kind: str  # MultiPolygon, MultiLineString or Point
+    geometries: list[Any]  # of shapely
+    values: dict[str, list]  # attributes by name, one for each geometry
 
 
 def join_polygons(polygons: Iterable[Polygon]) -> Any:

@@ -84,35 +84,14 @@ def write_dxf(
     footprints: Mapping[str, Sequence[Polygon]] = MappingProxyType({}),
 ) -> None:
     """
-    Write outlines and lines as lightweight polylines in metres.
+    Write outlines and lines as lightweight polylines in metres, all at z = ``height`` [m].
 
     Layers are ``SHADOW_2026-03-21_0900`` (local time), ``HOURS_03`` (hours in shadow) or
-    ``SUN_03`` (hours of sun), and what stands there: ``BUILDINGS`` and ``CANOPIES``. Rings, holes
-    among them, are closed polylines of one layer: hatching a layer's rings as islands gives its
-    shadow.
-
-    Parameters
-    ----------
-    path : path
-    outlines : sequence of Outline
-    hour_lines : iterable of HourLine
-    height : float
-        z of all of them [m].
-    up_hours : float
-        The end of the colour scale [h].
-    note : str
-        Kept in the drawing's properties, with its CRS.
-    seen : sequence of (k, 2) float64
-        Closed borders of what a view sees, for the layer ``SEEN``.
-    show : {'shadow', 'sun'}
-        Whose whole hours the lines are of.
-    footprints : mapping of str to sequence of polygons
-        What stands there, by layer, ``BUILDINGS``: of each polygon its rings.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    ``SUN_03`` (hours of sun, chosen by ``show``), and what stands there: ``BUILDINGS`` and
+    ``CANOPIES``, the polygons of ``footprints``; ``SEEN`` has the closed borders (k, 2) of what a
+    view sees. Rings, holes among them, are closed polylines of one layer: hatching a layer's rings
+    as islands gives its shadow. ``up_hours`` is the end of the colour scale [h]; the note is kept
+    in the drawing's properties, with its CRS.
     """
     import ezdxf  # noqa: PLC0415  (an extra)
     from ezdxf import units  # noqa: PLC0415

@@ -71,21 +71,8 @@ def write_geojson(
     """
     Write a layer as a FeatureCollection.
 
-    Parameters
-    ----------
-    path : path
-    layer : Layer
-        In the model's own coordinates [m].
-    crs : str, optional
-        Theirs. Without it they stay as they are, and the member ``coordinates_note``
-        says so: the file is then no map, but programs can still place it.
-    note : str
-        What coordinates are where they are no map's.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    Without a CRS coordinates stay as they are, and the member ``coordinates_note`` says so, with
+    ``note`` if it is given: the file is then no map, but programs can still place it.
     """
     import shapely  # noqa: PLC0415  (an extra)
     from shapely.geometry import mapping  # noqa: PLC0415
@@ -125,21 +112,10 @@ def write_geopackage(
     path: str | os.PathLike[str], layers: Sequence[Layer], crs: object = None
 ) -> None:
     """
-    Write layers as tables of a GeoPackage.
+    Write layers as tables of a GeoPackage, which is replaced if it exists.
 
-    Parameters
-    ----------
-    path : path
-        Replaced if it exists.
-    layers : sequence of Layer
-        In the model's own coordinates [m].
-    crs : str, optional
-        Theirs; without it they are Cartesian in metres, as the file then says.
-
-    Raises
-    ------
-    OSError, UmbraError
-        If the file cannot be written.
+    Without a CRS coordinates are Cartesian in metres, as the file then says. An `UmbraError` says
+    that the file cannot be written.
     """
     import pyogrio.errors  # noqa: PLC0415  (an extra)
     import pyogrio.raw  # noqa: PLC0415
@@ -182,25 +158,10 @@ def write_geotiff(
     """
     Write rasters as bands of one GeoTIFF, with overviews, in compressed tiles (COG).
 
-    Parameters
-    ----------
-    path : path
-    x : (cols,) float64
-    y : (rows,) float64
-        Cell centres, ascending [m]. The file's first row is the northernmost.
-    bands : sequence of (name, unit, (rows, cols) float32)
-        NaN is nodata.
-    cell : (float, float)
-        Width and height of a cell [m].
-    crs : str, optional
-        Without it the file has coordinates, but no system.
-    facts : dict, optional
-        Kept as tags.
-
-    Raises
-    ------
-    OSError, UmbraError
-        If the file cannot be written.
+    x (cols,) and y (rows,) are cell centres, ascending [m]; the file's first row is the
+    northernmost. Bands are (name, unit, (rows, cols) float32), NaN is nodata; ``cell`` is the
+    width and height of a cell [m]. Without a CRS the file has coordinates, but no system. Facts
+    are kept as tags. An `UmbraError` says that the file cannot be written.
     """
     import rasterio  # noqa: PLC0415  (an extra)
     import rasterio.errors  # noqa: PLC0415

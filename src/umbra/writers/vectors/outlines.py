@@ -49,48 +49,21 @@ Polygon = list[Ring]
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """
-    The shadow on the ground at one instant.
+    """The shadow on the ground at one instant."""
 
-    Parameters
-    ----------
-    instant : datetime
-        UTC.
-    local : datetime
-        By the site's clock.
-    altitude, azimuth : float
-        Of the sun [degrees].
-    polygons : list of list of (k, 2) float64
-        Of each the outer ring, counter-clockwise, then its holes, clockwise, in the
-        model's own coordinates [m]; rings are not closed by a repeated corner.
-    """
-
-    instant: dt.datetime
-    local: dt.datetime
-    altitude: float
+    instant: dt.datetime  # UTC
+    local: dt.datetime  # by the site's clock
+    altitude: float  # of the sun [degrees]
     azimuth: float
+    # rings of each: counter-clockwise, then holes, clockwise; none is closed [m]
     polygons: list[Polygon]
 
 
 def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iterator[Outline]:
     """
-    Outline the shadow on the ground at some moments.
+    Outline the shadow on the ground at some moments, whole hours by default.
 
-    Parameters
-    ----------
-    study : Study
-        With the ground as receiver.
-    moments : sequence of Moment, optional
-        Whole hours by default, as ``umbra.study.preview.find_moments`` finds them.
-
-    Yields
-    ------
-    outline : Outline
-
-    Raises
-    ------
-    InputError
-        If the receiver is not the ground.
+    An `InputError` says that the receivers are not the ground.
     """
     if not study.kind.is_level:
         msg = (
@@ -124,23 +97,10 @@ def resolve_shadow(
     box: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> list[Polygon]:
     """
-    Find what a caster that ends at a plane shades of it.
+    Return the polygons, outer ring and holes, that a caster shades of a plane at which it is cut.
 
-    Parameters
-    ----------
-    caster : Caster
-        Cut at the plane, as ``PlaneSweep`` keeps it.
-    sun : (3,) float64
-        Direction toward the sun, above the horizon.
-    height : float
-        The plane's z, in the caster's frame [m].
-    box : (low, high), each (2,) float64
-        Polygons are cut to it [m].
-
-    Returns
-    -------
-    polygons : list of list of (k, 2) float64
-        Outer ring, then holes.
+    The plane's z is ``height``, the unit sun (3,) is above the horizon, and polygons are cut to
+    the box (low, high); all in the caster's frame [m].
     """
     import pyclipr  # noqa: PLC0415  (an extra)
 
@@ -183,24 +143,12 @@ def trace_loops(
     edges: NDArray[np.int32], multiplicity: NDArray[np.int64]
 ) -> list[NDArray[np.int32]]:
     """
-    Walk along directed edges, each as often as its multiplicity says, in closed loops.
+    Walk along directed edges (n, 2), each as often as its multiplicity (n,) > 0, in closed loops.
 
-    At every vertex as many edges leave as arrive, counted with multiplicity: from any
-    vertex a walk along unused edges can only end where it began. How the edges are
-    shared out among loops does not matter: the winding number about a point is the
-    sum over all edges, and stays that.
-
-    Parameters
-    ----------
-    edges : (n, 2) int32
-        Vertices, from and to.
-    multiplicity : (n,) int64
-        Above 0.
-
-    Returns
-    -------
-    loops : list of (k,) int32
-        Vertices; the first is not repeated.
+    At every vertex as many edges leave as arrive, counted with multiplicity: from any vertex a
+    walk along unused edges can only end where it began. How the edges are shared out among loops
+    does not matter: the winding number about a point is the sum over all edges, and stays that.
+    The first vertex of a loop is not repeated.
     """
     if not len(edges):
         return []
