@@ -30,21 +30,12 @@ _LEAP = 2024  # has every day
 
 @dataclass(frozen=True)
 class Season:
-    """
-    How much light canopies let through, with leaves and without.
+    """Light that canopies let through, with leaves and without."""
 
-    Parameters
-    ----------
-    with_leaves, without : float
-        Share of the light, 0 to 1.
-    first, last : (int, int), optional
-        Month and day on which the leaves come, and the last with leaves; the season may
-        run over the new year. None: always.
-    """
-
-    with_leaves: float
+    with_leaves: float  # share of the light, 0 to 1
     without: float
-    first: tuple[int, int] | None = None
+    first: tuple[int, int] | None = None  # month and day on which the leaves come; None: always
+    # the last with leaves; the season may run over the new year
     last: tuple[int, int] | None = None
 
     @classmethod
@@ -52,19 +43,10 @@ class Season:
         cls, transmissivity: str | float | Sequence[float] | None, leaf_on: str | None
     ) -> "Season":
         """
-        Read the options.
+        Read the options, see ``umbra.shadow_study``.
 
-        Parameters
-        ----------
-        transmissivity : str, float or (float, float), optional
-            ``0.03``; ``"0.03:0.5"`` or (0.03, 0.5), with leaves and without.
-        leaf_on : str, optional
-            ``"04-15..10-31"``, both included.
-
-        Raises
-        ------
-        InputError
-            If one is not written so, or two shares have no dates, or dates one share.
+        An `InputError` says that one is not written so, or that two shares have no dates, or dates
+        one share.
         """
         shares = _read_shares(WITH_LEAVES if transmissivity is None else transmissivity)
         if leaf_on is None:
@@ -106,25 +88,11 @@ class Season:
 
 @dataclass(frozen=True, eq=False)
 class Canopy:
-    """
-    Which casters weaken the light, and by how much on which day.
+    """Casters that weaken the light, looked through and no receivers."""
 
-    Canopies are looked through, and receive nothing.
-
-    Parameters
-    ----------
-    parts : tuple of int
-        Indices of all canopies, casting or not.
-    casting : tuple of int
-        Indices of canopies that cast.
-    solid : tuple of int
-        Indices of opaque casters.
-    season : Season
-    """
-
-    parts: tuple[int, ...]
-    casting: tuple[int, ...]
-    solid: tuple[int, ...]
+    parts: tuple[int, ...]  # indices of all canopies, casting or not
+    casting: tuple[int, ...]  # indices of canopies that cast
+    solid: tuple[int, ...]  # indices of opaque casters
     season: Season
 
     @classmethod
@@ -139,11 +107,8 @@ class Canopy:
         """
         Read the options, see ``umbra.shadow_study``; None where there is no canopy.
 
-        Raises
-        ------
-        InputError
-            If a pattern matches no part or none that casts, nothing is left to receive,
-            or the shares are not as ``Season.of`` reads them.
+        An `InputError` says that a pattern matches no part or none that casts, that nothing is
+        left to receive, or that the shares are wrong.
         """
         check_transmissivity(patterns, transmissivity, leaf_on)
         if not patterns:
@@ -166,14 +131,7 @@ class Canopy:
         )
 
     def find_receivers(self, scene: Scene, on: Sequence[str] = ()) -> list[int]:
-        """
-        Return the parts that are no canopies, of all parts or of a choice by patterns.
-
-        Raises
-        ------
-        InputError
-            If there is none.
-        """
+        """Return the parts, of all or of those that patterns name, that are no canopies."""
         left = sorted(set(scene.select(on)) - set(self.parts))
         if not left:
             msg = (

@@ -22,26 +22,13 @@ __all__ = ["Casting", "prepare_casting", "select_casters"]
 
 @dataclass(frozen=True, eq=False)
 class Casting:
-    """
-    Casters of a study, for any receivers.
-
-    Parameters
-    ----------
-    scene : Scene
-    soup : Triangles
-        All visible triangles.
-    caster : Caster
-        All casters, canopies as if they were opaque.
-    threads : int
-    canopy : Canopy, optional
-        Casters that let light through.
-    """
+    """Casters of a study, for any receivers."""
 
     scene: Scene
-    soup: Triangles
-    caster: Caster
+    soup: Triangles  # all visible triangles
+    caster: Caster  # all casters, canopies as if they were opaque
     threads: int
-    canopy: Canopy | None = field(default=None, kw_only=True)
+    canopy: Canopy | None = field(default=None, kw_only=True)  # casters that let light through
 
     @cached_property
     def tree(self) -> FaceTree:
@@ -70,21 +57,9 @@ class Casting:
         self, places: Places, caster: Caster, suns: NDArray[np.float64]
     ) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
         """
-        Find the shadows of one caster alone on some points, without attached shadow.
+        Find the shadows of one of ``make_casters`` alone on some points, without attached shadow.
 
-        Parameters
-        ----------
-        places : Places
-        caster : Caster
-            One of ``make_casters``.
-        suns : (n, 3) float64
-
-        Returns
-        -------
-        which : (k,) int
-            Points that they can reach.
-        masks : (n, k) uint8
-            Shadow on these points.
+        Returns the k points that the shadows of n suns (n, 3) can reach, and masks (n, k) on them.
         """
         corners = caster.vertices[caster.faces.ravel()]
         which = places.find_reached(corners.min(0), corners.max(0), suns)
@@ -109,17 +84,7 @@ class Casting:
 def prepare_casting(
     scene: Scene, casters: Sequence[int], threads: int, canopy: Canopy | None = None
 ) -> Casting:
-    """
-    Find the adjacency of the casters, for any receivers.
-
-    Parameters
-    ----------
-    scene : Scene
-    casters : sequence of int
-        Indices of the parts that cast.
-    threads : int
-    canopy : Canopy, optional
-    """
+    """Find the adjacency of the casters, given as indices of parts, for any receivers."""
     soup = derive(scene, "soup", None, scene.triangles)
     caster = derive(scene, "caster", tuple(casters), lambda: _make_caster(scene, casters))
     if canopy is not None:

@@ -160,16 +160,7 @@ class OutsideError(InputError):
 
 
 class Companions:
-    """
-    The files beside one model.
-
-    Parameters
-    ----------
-    path : Path
-        The model.
-    allow_outside : bool
-        Whether it may name regular files anywhere.
-    """
+    """The files beside one model; regular files anywhere if outside ones are allowed."""
 
     def __init__(self, path: Path, *, allow_outside: bool = False) -> None:
         self.path = path

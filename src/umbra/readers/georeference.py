@@ -40,18 +40,10 @@ MARGIN = 1.0
 
 def name_crs(text: object) -> str | None:
     """
-    Shorten the name of a CRS.
+    Shorten the name of a CRS, be it a URL, a URN, ``EPSG:28992``, a bare number or anything else.
 
-    Parameters
-    ----------
-    text : object
-        A URL, a URN, ``EPSG:28992``, a bare number; anything else a file holds.
-
-    Returns
-    -------
-    crs : str or None
-        ``EPSG:7415``, ``EPSG:2056+5728`` for a pair, ``OGC:CRS84``; other text
-        unchanged; None for nothing.
+    ``EPSG:7415``, ``EPSG:2056+5728`` for a pair, ``OGC:CRS84``; other text unchanged; None for
+    nothing.
     """
     if isinstance(text, int) and not isinstance(text, bool):
         return f"EPSG:{text}"

@@ -180,19 +180,7 @@ def count_names(products: Iterable[Any]) -> Counter[str]:
 
 
 def describe(product: Any, uses: Counter[str]) -> IfcWords:
-    """
-    Collect the name, class and tags of an element.
-
-    Parameters
-    ----------
-    product : ifcopenshell.entity_instance
-    uses : Counter of str
-        How many elements bear each name; from `count_names`.
-
-    Returns
-    -------
-    words : IfcWords
-    """
+    """Collect the name, class and tags of an element; ``uses`` are the elements of each name."""
     element = need("ifcopenshell.util.element", "ifc", "IFC")
     chain = _ancestors(product)
     whole = chain[-1]

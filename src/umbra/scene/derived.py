@@ -17,24 +17,10 @@ def derive(owner: object, kind: str, key: Hashable, make: Callable[[], T], most:
     """
     Return what was made of a frozen record, or make it and keep it as long as the record lives.
 
-    Parameters
-    ----------
-    owner : object
-        A frozen record, from which it is made. ``dataclasses.replace`` makes a record that
-        has nothing yet.
-    kind : str
-        What is made.
-    key : hashable
-        Whatever else it depends on.
-    make : callable
-        Makes it. Two threads that ask at once may both make it; one of the two is kept.
-    most : int
-        So many of a kind are kept, those that were asked for last.
-
-    Returns
-    -------
-    value
-        Not to be written to.
+    The value is known by its kind and by a key of whatever else it depends on, and is not to be
+    written to; of each kind the ``most`` that were used last are kept. ``dataclasses.replace``
+    makes a record that has nothing yet. Two threads that ask at once may both make it; one of the
+    two is kept.
     """
     with _lock:
         held: OrderedDict[Hashable, object]

@@ -161,14 +161,7 @@ class Exchange:
 
 
 def import_package(name: str, what: str) -> Any:
-    """
-    Import a package that umbra does not need itself.
-
-    Raises
-    ------
-    InputError
-        If it is not installed; says how to install it.
-    """
+    """Import a package that umbra does not need itself; an InputError says how to install it."""
     try:
         return import_module(name)
     except ImportError as error:

@@ -83,18 +83,10 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """
-    Points with normals.
+    """Points with normals."""
 
-    Parameters
-    ----------
-    points : (n, 3) float64
-        In the scene's local frame [m].
-    normals : (n, 3) float64
-        Of the side of the surface that is seen; NaN where a point faces every light.
-    """
-
-    points: NDArray[np.float64]
+    points: NDArray[np.float64]  # (n, 3) in the scene's local frame [m]
+    # (n, 3) of the side that is seen; NaN where a point faces every light
     normals: NDArray[np.float64]
 
     def __len__(self) -> int:
@@ -110,16 +102,7 @@ class Places:
         """
         Find the points that the shadow of a box can reach; rather too many than too few.
 
-        Parameters
-        ----------
-        low, high : (3,) float64
-            Corners of the box.
-        suns : (n, 3) float64
-            Above the horizon.
-
-        Returns
-        -------
-        which : (k,) int
+        The box lies from low to high, (3,) each; suns (n, 3) are above the horizon.
         """
         margin = 1e-6 * (1.0 + np.abs([low, high]).max())
         x, y, z = self.points.T

@@ -50,20 +50,10 @@ def _first_at_place(bits, table, first):
 
 def weld_vertices(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
     """
-    Find, for each vertex, the first one at exactly the same place.
+    Find, for each vertex (n, 3), finite, the first one at exactly the same place, (n,).
 
-    Only equal coordinates weld (and -0 equals 0): a tolerance would move walls,
-    and the open rule keeps shadows exact across cracks anyway.
-
-    Parameters
-    ----------
-    vertices : (n, 3) float64
-        Finite.
-
-    Returns
-    -------
-    first : (n,) int32
-        ``first[i] <= i``, and ``first[first] == first``.
+    Only equal coordinates weld (and -0 equals 0): a tolerance would move walls, and the open rule
+    keeps shadows exact across cracks anyway.
     """
     count = len(vertices)
     bits = np.ascontiguousarray(vertices + 0.0).view(np.uint64).reshape(count, 3)
@@ -75,45 +65,23 @@ def weld_vertices(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
 
 @dataclass(frozen=True, eq=False)
 class Caster:
-    """
-    Triangles made ready to cast shadows.
+    """Triangles made ready to cast shadows, in a local frame [m]."""
 
-    Parameters
-    ----------
-    vertices : (n_vertices, 3) float64
-        Local frame [m]; equal places share one index in ``faces`` and ``edges``.
-    faces : (n_faces, 3) int32
-        In an order in which neighbours are near each other.
-    source : (n_faces,) int32
-        Which face of the soup each one was.
-    planes : (4, n_faces + 1) float64
-        Normal (of twice the face's area, outward) and offset: a face is lit when
-        ``planes[:, f] @ light > 0``. The last column is NaN: never lit, never edge-on.
-    component : (n_faces,) int32
-        Faces joined by edges share a number.
-    is_closed : (n_components,) bool
-        Whether only a component's lit faces add to the count.
-    edges : (n_edges, 2) int32
-        Vertices of each pair of incidences.
-    edge_faces : (n_edges, 2) int32
-        The faces (a, b) of the pair.
-    turn : (n_edges,) bool
-    weight : (n_edges,) int8
-    whole : (4, n_faces + 1) float64, optional
-        The planes of all faces, where ``planes`` are those that ``without`` left.
-    """
-
+    # (n_vertices, 3); equal places share one index in faces and edges
     vertices: NDArray[np.float64]
-    faces: NDArray[np.int32]
-    source: NDArray[np.int32]
+    faces: NDArray[np.int32]  # (n_faces, 3), in an order in which neighbours are near each other
+    source: NDArray[np.int32]  # (n_faces,) their numbers in the soup
+    # (4, n_faces + 1) normal of twice the face's area, outward, and offset: a face is lit when
+    # ``planes[:, f] @ light > 0``; the last column is NaN: never lit, never edge-on
     planes: NDArray[np.float64]
-    component: NDArray[np.int32]
+    component: NDArray[np.int32]  # (n_faces,) faces joined by edges share a number
+    # (n_components,) whether only a component's lit faces add to the count
     is_closed: NDArray[np.bool_]
-    edges: NDArray[np.int32]
-    edge_faces: NDArray[np.int32]
-    turn: NDArray[np.bool_]
-    weight: NDArray[np.int8]
-    whole: NDArray[np.float64] | None = None
+    edges: NDArray[np.int32]  # (n_edges, 2) vertices of each pair of incidences
+    edge_faces: NDArray[np.int32]  # (n_edges, 2) the faces (a, b) of the pair
+    turn: NDArray[np.bool_]  # (n_edges,)
+    weight: NDArray[np.int8]  # (n_edges,)
+    whole: NDArray[np.float64] | None = None  # planes of all faces, where ``without`` left some out
 
     @property
     def whole_planes(self) -> NDArray[np.float64]:
@@ -171,23 +139,11 @@ def make_caster(
     group: NDArray[np.int32] | None = None,
 ) -> Caster:
     """
-    Weld, join and pair a triangle soup.
+    Weld, join and pair a triangle soup: faces counter-clockwise seen from outside, if there is one.
 
-    Triangles with two corners at one place are left out: they cast nothing and
-    their edges cancel.
-
-    Parameters
-    ----------
-    vertices : (n_vertices, 3) float64
-    faces : (n_faces, 3) int32
-        Counter-clockwise seen from outside, where there is an outside.
-    group : (n_faces,) int32, optional
-        The object of each face. An object that is closed on its own stays closed even
-        if it touches an open one.
-
-    Returns
-    -------
-    caster : Caster
+    Triangles with two corners at one place are left out: they cast nothing and their edges cancel.
+    ``group`` (n_faces,) is the object of each face: one that is closed on its own stays closed
+    even if it touches an open one.
     """
     first = weld_vertices(vertices)
     welded = first[faces]

@@ -66,21 +66,14 @@ class DualTree(Tree):
     """
     Boxes in dual space, level by level.
 
-    A block of boxes is 8 rows of 16 float32: four of middles, four of half extents.
-    Box i of block b on one level holds block ``16 * b + i`` of the next one; those of
-    the last level hold blocks of segments.
-
-    Parameters
-    ----------
-    segments : Segments
-    boxes : (n_boxes / 16, 8, 16) float32
-    starts : (n_levels + 1,) int64
-        First block of each level in ``boxes``.
+    A block of boxes is 8 rows of 16 float32: four of middles, four of half extents. Box i of block
+    b on one level holds block ``16 * b + i`` of the next one; those of the last level hold blocks
+    of segments.
     """
 
     segments: Segments
-    boxes: NDArray[np.float32]
-    starts: NDArray[np.int64]
+    boxes: NDArray[np.float32]  # (n_boxes / 16, 8, 16)
+    starts: NDArray[np.int64]  # (n_levels + 1,) first block of each level in ``boxes``
 
     def sift(
         self, plane: Plane, numbers: NDArray[np.int32] | None = None

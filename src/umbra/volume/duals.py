@@ -98,25 +98,14 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Duals:
-    """
-    A caster's faces as points, and its pairs as segments between them.
-
-    Parameters
-    ----------
-    fit : Fit
-    points : (n_faces + 1, 4) float64
-        Unit normal, and the plane's signed distance from the centre over the reach;
-        NaN where a plane has no direction.
-    edges : (n,) int32
-        The pairs that are segments.
-    always : (n_always,) int32
-        The other pairs.
-    """
+    """A caster's faces as points, and its pairs as segments between them."""
 
     fit: Fit
+    # (n_faces + 1, 4) unit normal, and the plane's signed distance from the centre over the
+    # reach; NaN where a plane has no direction
     points: NDArray[np.float64]
-    edges: NDArray[np.int32]
-    always: NDArray[np.int32]
+    edges: NDArray[np.int32]  # (n,) pairs that are segments
+    always: NDArray[np.int32]  # (n_always,) the other pairs
 
 
 def make_duals(caster: Caster) -> Duals:
@@ -185,24 +174,13 @@ WIDTH = 16
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """
-    A caster's edges in dual space.
-
-    Parameters
-    ----------
-    fit : Fit
-    always : (n_always,) int32
-        Edges that are no segments.
-    numbers : (n_blocks, 16) int32
-        The edge at each place of a block, -1 for none.
-    blocks : (n_blocks, 8, 16) float32
-        Four rows of the segments' middles, then four of the way from the middle to
-        the first end; NaN, which no test lets pass, where there is none.
-    """
+    """A caster's edges in dual space."""
 
     fit: Fit
-    always: NDArray[np.int32]
-    numbers: NDArray[np.int32]
+    always: NDArray[np.int32]  # (n_always,) edges that are no segments
+    numbers: NDArray[np.int32]  # (n_blocks, 16) the edge at each place of a block, -1 for none
+    # (n_blocks, 8, 16) four rows of the segments' middles, then four of the way from the
+    # middle to the first end; NaN, which no test lets pass, where there is none
     blocks: NDArray[np.float32]
 
     def decide(
@@ -234,20 +212,8 @@ class Tree(ABC):
         """
         Find the segments that a light's plane cuts.
 
-        Parameters
-        ----------
-        plane : Plane
-        numbers : (n_blocks, 16) int32, optional
-            What to call segments instead of by the numbers of their edges.
-
-        Returns
-        -------
-        codes : (n,) int32
-            As in ``Silhouettes``.
-        unsure : (k,) int32
-            Edges yet to be asked.
-        tested : int
-            Places of segments that were looked at.
+        Returns codes as in ``Silhouettes``, edges yet to be asked, and how many places of segments
+        were looked at. ``numbers`` (n_blocks, 16) replace the numbers of the edges in the answers.
         """
 
     def count_tested(self, light: NDArray[np.float64]) -> int | None:

@@ -86,20 +86,12 @@ _STRETCH = 4096  # edges that one thread takes at a time
 
 @dataclass(frozen=True, eq=False)
 class Silhouettes:
-    """
-    The silhouette edges of one caster for some lights.
+    """The silhouette edges of one caster for some lights."""
 
-    Parameters
-    ----------
-    codes : (n,) int32
-        ``edge << 2 | half << 1 | lit``: the multiplicity is the edge's weight,
-        halved if half, negated if not lit. (Half: only one face of the pair adds.)
-    starts : (n_lights + 1,) int64
-        Light k owns ``codes[starts[k]:starts[k + 1]]``.
-    """
-
+    # (n,) ``edge << 2 | half << 1 | lit``: the multiplicity is the edge's weight, halved if half
+    # (only one face of the pair adds), negated if not lit
     codes: NDArray[np.int32]
-    starts: NDArray[np.int64]
+    starts: NDArray[np.int64]  # (n_lights + 1,) light k owns ``codes[starts[k]:starts[k + 1]]``
 
 
 def ask_every_edge(

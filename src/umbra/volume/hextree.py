@@ -35,23 +35,13 @@ DEEPEST = 15
 
 @dataclass(frozen=True, eq=False)
 class Hextree(Tree):
-    """
-    Cells in dual space, level by level; on each they are half as large as on the last.
+    """Cells in dual space, level by level; on each they are half as large as on the last."""
 
-    Parameters
-    ----------
-    segments : Segments
-        Those of one cell side by side.
-    centres : (n_cells, 4) float32
-    children : (n_cells, 2) int32
-        The first cell within each, and the one after the last.
-    owned : (n_cells, 2) int32
-        The first place of its own segments, and the one after the last.
-    """
-
-    segments: Segments
-    centres: NDArray[np.float32]
+    segments: Segments  # of one cell side by side
+    centres: NDArray[np.float32]  # (n_cells, 4)
+    # (n_cells, 2) the first cell within each, and the one after the last
     children: NDArray[np.int32]
+    # (n_cells, 2) the first place of its own segments, and the one after the last
     owned: NDArray[np.int32]
 
     def sift(

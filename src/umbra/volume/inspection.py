@@ -36,39 +36,17 @@ class PartReport:
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """
-    What a scene is.
-
-    Parameters
-    ----------
-    parts : list of PartReport
-    total : PartReport
-        Of all parts together; each edge counts once.
-    vertices : int
-        Places that triangles use, after welding.
-    first_bad_edge : (2, 3) float64, optional
-        Ends of the first edge that keeps the scene from being closed, in the
-        model's own coordinates [m].
-    """
+    """The findings on a scene."""
 
     parts: list[PartReport]
-    total: PartReport
-    vertices: int
+    total: PartReport  # of all parts together; each edge counts once
+    vertices: int  # places that triangles use, after welding
+    # (2, 3) ends of the first edge that keeps the scene open, in the model's frame [m]
     first_bad_edge: NDArray[np.float64] | None
 
 
 def inspect_scene(scene: Scene) -> Inspection:
-    """
-    Find out what the triangles of a scene make.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    inspection : Inspection
-    """
+    """Find out how the triangles of a scene and of its parts meet."""
     soup = scene.triangles()
     n_parts = len(scene.parts)
     caster = make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
@@ -131,20 +109,7 @@ def _find_repeated(rows: NDArray[np.int32]) -> NDArray[np.bool_]:
 
 
 def describe_scene(scene: Scene, found: Inspection) -> dict[str, Any]:
-    """
-    Say in one record what a scene is, where it is, and what was found of its triangles.
-
-    Parameters
-    ----------
-    scene : Scene
-    found : Inspection
-        By ``inspect_scene``.
-
-    Returns
-    -------
-    facts : dict
-        What JSON can hold, as ``umbra inspect --json`` prints it.
-    """
+    """Describe a scene, its place and its triangles, as ``umbra inspect --json`` prints it."""
     total = {name: one for name, one in vars(found.total).items() if name not in {"name", "kind"}}
     formats = (source.format for source in scene.sources if not source.is_companion)
     return {

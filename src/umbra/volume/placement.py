@@ -40,25 +40,13 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Placement:
-    """
-    How one caster's shadow volume is to be drawn for one light.
+    """How one caster's shadow volume is to be drawn for one light."""
 
-    Parameters
-    ----------
-    case : {1, 2, 3}
-    reason : str
-        What decided it.
-    needs_light_cap, needs_dark_cap : bool
-        Whether that cap is counted and in view. A directional light has no dark cap.
-    dark_cap_is_fan : bool
-        Whether a fan over the silhouette closes the far end; else extrude the faces.
-    """
-
-    case: int
-    reason: str
-    needs_light_cap: bool
-    needs_dark_cap: bool
-    dark_cap_is_fan: bool
+    case: int  # 1, 2 or 3
+    reason: str  # of the case, in words
+    needs_light_cap: bool  # whether that cap is counted and in view
+    needs_dark_cap: bool  # the same; a directional light has no dark cap
+    dark_cap_is_fan: bool  # a fan over the silhouette closes the far end; else extrude the faces
 
     @property
     def z_fail(self) -> bool:

@@ -126,19 +126,9 @@ def find_silhouettes(
 
 def prepare_tree(caster: Caster, method: str = "tree", tree: Tree | None = None) -> Tree:
     """
-    Build a tree ahead of the first light, or give the one there is.
+    Build a tree ahead of the first light, or return the tree that exists or is given.
 
-    Parameters
-    ----------
-    caster : Caster
-    method : {'tree', 'hextree'}
-    tree : Tree, optional
-        Use this one, of ``read_tree`` or ``make_hextree``, say.
-
-    Returns
-    -------
-    tree : Tree
-        Which ``find_silhouettes`` will use, too.
+    ``find_silhouettes`` uses it from then on.
     """
     kept = _look_up(caster)
     if tree is not None:
@@ -245,16 +235,11 @@ def _look_up(caster: Caster) -> _Kept:
 
 class Follower:
     """
-    Find the silhouettes of lights that are near each other, one after another.
+    Finds the silhouettes of lights that are near each other, one after another, by a caster's tree.
 
-    Answers are those of brute force, whatever the steps. With 1.3M triangles it is twice
-    as fast as the tree for steps up to 0.0003 (in radians, for the sun), and as fast as
-    the tree from 0.001 on.
-
-    Parameters
-    ----------
-    tree : Tree
-        Of the caster.
+    Answers are those of brute force, whatever the steps. With 1.3M triangles it is twice as fast
+    as the tree for steps up to 0.0003 (in radians, for the sun), and as fast as the tree from
+    0.001 on.
     """
 
     def __init__(self, tree: Tree) -> None:

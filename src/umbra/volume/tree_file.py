@@ -38,24 +38,11 @@ def open_tree(
     say: Callable[[str], object] = lambda _: None,
 ) -> Tree:
     """
-    Take the tree of a caster from a file, or build it and store it there.
+    Take the tree of a caster from a file ``.npz``, or build it and store it there.
 
-    ``find_silhouettes`` uses it from then on. A tree of another caster, or of another
-    version of umbra, is replaced; a file that is no tree is not.
-
-    Parameters
-    ----------
-    path : path
-        Ends in ``.npz``; need not exist.
-    caster : Caster
-    method : {'tree', 'hextree'}
-        What to build.
-    say : callable
-        Told in a line whether the tree was read or built, and why.
-
-    Returns
-    -------
-    tree : Tree
+    ``find_silhouettes`` uses it from then on. A tree of another caster, or of another version of
+    umbra, is replaced; a file that is no tree is not. ``say`` is told in a line whether the tree
+    was read or built, and why.
 
     Raises
     ------
