@@ -5,9 +5,11 @@ What lies on rays: what the eye sees, and what is between a place and the light.
 places in the model's own coordinates, normals and parts.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer, rasterise_depth
@@ -88,37 +90,68 @@ def locate(
     -------
     frame : VisibleSurface
     """
-    rows, cols = view.key.shape
-    right, up, forward = camera.axes()
-    x = np.arange(cols) - (cols - 1) / 2
-    y = (rows - 1) / 2 - np.arange(rows)
-    seen = view.face != NOTHING
-    if camera.height is None:
-        pixel = 2 * np.tan(np.radians(camera.fov) / 2) / rows
-        ray = forward + pixel * (x[None, :, None] * right + y[:, None, None] * up)
-        apart = ray[seen] / view.key[seen, None]
-    else:
-        pixel = camera.height / rows
-        across = pixel * (x[None, :, None] * right + y[:, None, None] * up)
-        ray = np.broadcast_to(forward, across.shape)
-        apart = across[seen] - view.key[seen, None] * forward
-    position = np.full((rows, cols, 3), np.nan)
-    position[seen] = camera.eye + apart
+    height = camera.height
+    if height is None:
+        height = 2 * np.tan(np.radians(camera.fov) / 2)
+    position, normal = _place(
+        view.key, view.face, triangles.vertices, triangles.faces, camera.eye, camera.axes(),
+        float(height), camera.is_perspective,
+    )  # fmt: skip
     if ground is not None:
         position[view.face == GROUND, 2] = ground
-
-    normal = np.full((rows, cols, 3), np.nan)
-    mesh = view.face >= 0
-    corners = triangles.vertices[triangles.faces[view.face[mesh]]]
-    plane = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal[mesh] = plane / np.linalg.norm(plane, axis=1, keepdims=True)
-    normal[view.face == GROUND] = (0.0, 0.0, 1.0)
-    is_back = np.einsum("ijk,ijk->ij", np.nan_to_num(normal), ray) > 0
-    normal[is_back] *= -1.0
-
-    part = view.face.copy()
+    part, mesh = view.face.copy(), view.face >= 0
     part[mesh] = triangles.part[view.face[mesh]]
     return VisibleSurface(position, normal, part)
+
+
+@njit(cache=True)
+def _place(
+    key: NDArray[np.float64],
+    face: NDArray[np.int32],
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    eye: NDArray[np.float64],
+    axes: NDArray[np.float64],
+    height: float,
+    is_perspective: bool,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Place each visible point, and find the unit normal of the side that is seen."""
+    rows, cols = key.shape
+    right, up, forward = axes
+    pixel, ray = height / rows, forward.copy()
+    position, normal = np.full((rows, cols, 3), np.nan), np.full((rows, cols, 3), np.nan)
+    for i in range(rows):
+        for j in range(cols):
+            if face[i, j] == NOTHING:
+                continue
+            x, y = j - (cols - 1) / 2, (rows - 1) / 2 - i
+            for k in range(3):
+                across = pixel * (x * right[k] + y * up[k])
+                if is_perspective:
+                    ray[k] = forward[k] + across
+                    position[i, j, k] = eye[k] + ray[k] / key[i, j]
+                else:
+                    position[i, j, k] = eye[k] + (across - key[i, j] * forward[k])
+            n = _find_normal(vertices, faces, face[i, j])
+            side = -1.0 if n[0] * ray[0] + n[1] * ray[1] + n[2] * ray[2] > 0 else 1.0
+            for k in range(3):
+                normal[i, j, k] = side * n[k]
+    return position, normal
+
+
+@njit(cache=True)
+def _find_normal(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32], face: int
+) -> tuple[float, float, float]:
+    """Find the unit normal of a face, or of the ground."""
+    if face == GROUND:
+        return 0.0, 0.0, 1.0
+    p, q, r = vertices[faces[face, 0]], vertices[faces[face, 1]], vertices[faces[face, 2]]
+    ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    length = math.sqrt(x**2 + y**2 + z**2)
+    return x / length, y / length, z / length
 
 
 def count_cut(scene: Scene, camera: Camera, threads: int = 1) -> int:

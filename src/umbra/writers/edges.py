@@ -9,6 +9,7 @@ before another, and, finer, where two meet at an angle or two parts meet.
 import math
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.rays.depth import NOTHING
@@ -53,124 +54,184 @@ def find_breaks(study: Study) -> NDArray[np.bool_]:
     """Tell which of a study's own cells lie at an edge of a surface, (rows, cols)."""
     tile = study.model.make_tile(study.grid)
     if isinstance(tile, ViewTile):
-        jumps, creases = _find_edges(*_read(tile))
+        _, jumps, creases = _read_view(tile)
     else:
-        jumps, creases = _find_plan_edges(tile.relief, min(study.grid.dx, study.grid.dy))
+        _, jumps, creases = _read_relief(tile.relief, min(study.grid.dx, study.grid.dy))
     return jumps | creases
 
 
 def _find_seen_appearance(tile: ViewTile, size: tuple[int, int]) -> Appearance:
     """Find the appearance of what a camera sees."""
-    camera = tile.camera
-    position, normal, part, is_seen, step = _read(tile)
-    jumps, creases = _find_edges(position, normal, part, is_seen, step)
-    right, up, forward = camera.axes()
-    is_level = abs(forward[2]) < _LEVEL
-    reference = -forward if is_level else np.array([0.0, 0.0, 1.0])
-    lamp = -0.5 * right + 0.6 * up - 0.62 * forward
-    facing = normal @ (lamp / (lamp @ reference))
-    shade = np.where(is_seen, _darken(facing), 1)
-    width = max(1, round(len(part) / size[0] / FINER))
-    return _compose(shade, _widen(jumps, width), creases, size, ~is_seen)
-
-
-def _read(tile: ViewTile) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray | float]:
-    """Give positions from the eye, normals, parts, where anything is seen, and what is a step."""
-    frame, camera = tile.frame, tile.camera
-    position = np.nan_to_num(frame.position[::-1] - camera.eye)
-    part = frame.part[::-1]
-    pixel: NDArray | float = float(camera.height or 0.0) / camera.size[1]
-    if camera.is_perspective:
-        across = 2 * math.tan(math.radians(camera.fov) / 2) / camera.size[1]
-        pixel = across * (position @ camera.axes()[2])
-    return position, np.nan_to_num(frame.normal[::-1]), part, part != NOTHING, pixel * STEP
-
-
-def _darken(facing: NDArray) -> NDArray:
-    """
-    Shade by how much more or less than its reference a surface faces the lamp: 1 none, 0 deepest.
-
-    Nothing is brighter than the legend: what faces the lamp more is shaded too, so that a roof
-    stands out from the ground whichever way it slopes.
-    """
-    return np.clip(1 - np.abs(1 - facing), 0, 1)
-
-
-def _find_edges(
-    position: NDArray, normal: NDArray, part: NDArray, is_seen: NDArray, step: NDArray | float
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Tell which pixels lie at a jump from surface to surface, and which at a crease."""
-    jumps, creases = np.zeros((2, *part.shape), np.bool_)
-    least = np.broadcast_to(step, part.shape)
-    for a, b in (
-        (np.s_[:-1], np.s_[1:]),
-        (np.s_[:, :-1], np.s_[:, 1:]),
-    ):
-        gap = position[b] - position[a]
-        # How far each of two neighbours stands off the other's plane: on one plane, 0 at any slant.
-        off = np.minimum(
-            np.abs(np.einsum("ijk,ijk->ij", gap, normal[a])),
-            np.abs(np.einsum("ijk,ijk->ij", gap, normal[b])),
-        )
-        both = is_seen[a] & is_seen[b]
-        jump = (both & (off > least[a])) | (is_seen[a] != is_seen[b])
-        bend = np.einsum("ijk,ijk->ij", normal[a], normal[b]) < BEND
-        jumps[a] |= jump
-        jumps[b] |= jump
-        creases[a] |= both & ~jump & (bend | (part[a] != part[b]))
-    return jumps, creases & ~jumps
+    shade, jumps, creases = _read_view(tile)
+    width = max(1, round(tile.shape[0] / size[0] / FINER))
+    return _compose(shade, _widen(jumps, width), creases, size, tile.nothing)
 
 
 def _find_plan_appearance(
     heights: NDArray[np.float64], cell: float, size: tuple[int, int]
 ) -> Appearance:
     """Find the appearance of a plan's heights above the ground."""
-    down, across = np.gradient(heights, cell) if min(heights.shape) > 1 else (0 * heights,) * 2
-    steep = np.sqrt(1 + down**2 + across**2)
-    # Rows ascend northward: what falls toward the upper left (-x, +y) faces the lamp.
-    facing = ((across - down) * 0.5 / math.sqrt(2) + 1) / steep
-    shade = _darken(facing)
-    jumps, creases = _find_plan_edges(heights, cell)
-    shade[jumps] = 1  # a wall seen from above is no roof in the shade
+    shade, jumps, creases = _read_relief(heights, cell)
     width = max(1, round(len(heights) / size[0] / FINER))
     return _compose(shade, _widen(jumps, width), creases, size)
 
 
-def _find_plan_edges(
+def _read_view(tile: ViewTile) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Give the shade of what a camera sees, where surfaces jump, and where they have creases."""
+    frame, camera = tile.frame, tile.camera
+    right, up, forward = camera.axes()
+    is_level = abs(forward[2]) < _LEVEL
+    reference = -forward if is_level else np.array([0.0, 0.0, 1.0])
+    lamp = -0.5 * right + 0.6 * up - 0.62 * forward
+    pixel = float(camera.height or 0.0) / camera.size[1]
+    deeper = 0 * forward
+    if camera.is_perspective:  # pixels grow with the way from the eye
+        deeper = 2 * math.tan(math.radians(camera.fov) / 2) / camera.size[1] * forward
+    return _mark_view(
+        frame.position[::-1], frame.normal[::-1], frame.part[::-1], camera.eye,
+        STEP * pixel, STEP * deeper, lamp / (lamp @ reference),
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _mark_view(
+    position: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    part: NDArray[np.int32],
+    eye: NDArray[np.float64],
+    step: float,
+    deeper: NDArray[np.float64],
+    lamp: NDArray[np.float64],
+) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Shade and mark a view; a jump is ``step`` high, and ``deeper`` of the way from the eye."""
+    rows, cols = part.shape
+    shade = np.ones((rows, cols), np.float32)
+    jumps, creases = np.zeros((rows, cols), np.bool_), np.zeros((rows, cols), np.bool_)
+    for i in range(rows):
+        for j in range(cols):
+            p, n, is_seen = position[i, j], normal[i, j], part[i, j] != NOTHING
+            least, facing = step, 0.0
+            for k in range(3):
+                least += deeper[k] * (p[k] - eye[k])
+                facing += n[k] * lamp[k]
+            if is_seen:
+                shade[i, j] = _darken(facing)
+            for y, x in ((i + 1, j), (i, j + 1)):
+                if y == rows or x == cols:
+                    continue
+                is_jump = is_seen != (part[y, x] != NOTHING)
+                if is_seen and not is_jump:
+                    # How far each of two neighbours stands off the other's plane: on one
+                    # plane, 0 at any slant.
+                    here = there = alike = 0.0
+                    for k in range(3):
+                        here += (position[y, x, k] - p[k]) * n[k]
+                        there += (position[y, x, k] - p[k]) * normal[y, x, k]
+                        alike += n[k] * normal[y, x, k]
+                    is_jump = min(abs(here), abs(there)) > least
+                    creases[i, j] |= not is_jump and (alike < BEND or part[i, j] != part[y, x])
+                if is_jump:
+                    jumps[i, j] = jumps[y, x] = True
+    return shade, jumps, creases & ~jumps
+
+
+@njit(cache=True)
+def _darken(facing: float) -> float:
+    """
+    Shade by how much more or less than its reference a surface faces the lamp: 1 none, 0 deepest.
+
+    Nothing is brighter than the legend: what faces the lamp more is shaded too, so that a roof
+    stands out from the ground whichever way it slopes.
+    """
+    return min(max(1 - abs(1 - facing), 0.0), 1.0)
+
+
+@njit(cache=True)
+def _read_relief(
     heights: NDArray[np.float64], cell: float
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Tell which cells of a plan lie at a jump in height, and which at a crease of the surface."""
-    jumps, creases = np.zeros((2, *heights.shape), np.bool_)
-    if min(heights.shape) < 2:
-        return jumps, creases
-    least = max(RELIEF, 2 * cell)
-    is_smooth = np.ones((heights.shape[0] - 1, heights.shape[1] - 1), np.bool_)
-    # Both axes as rows, of views that write through.
-    for h, found, smooth in (
-        (heights, jumps, is_smooth),
-        (heights.T, jumps.T, is_smooth.T),
-    ):
-        rise = np.pad(np.diff(h, axis=0), ((1, 1), (0, 0)))
-        here = rise[1:-1]
-        # A steep roof rises by as much from cell to cell; a wall's neighbours do not.
-        off = np.minimum(np.abs(here - rise[:-2]), np.abs(here - rise[2:]))
-        jump = (np.abs(here) > least) & (off > least)
-        found[:-1] |= jump
-        found[1:] |= jump
-        smooth[...] &= ~(jump[:, :-1] | jump[:, 1:])
-    # Normals of the squares between four cells; two that lie one apart are compared, since one
-    # that holds a crease has a slope between those of its sides.
-    h = heights / cell
-    across = (h[:-1, 1:] - h[:-1, :-1] + h[1:, 1:] - h[1:, :-1]) / 2
-    up = (h[1:, :-1] - h[:-1, :-1] + h[1:, 1:] - h[:-1, 1:]) / 2
-    normal = np.stack([across, up, np.ones_like(up)]) / np.sqrt(1 + across**2 + up**2)
-    for n, found, smooth in (
-        (normal, creases, is_smooth),
-        (normal.transpose(0, 2, 1), creases.T, is_smooth.T),
-    ):
-        bend = np.einsum("kij,kij->ij", n[:, :-2], n[:, 2:]) < BEND
-        found[1:-2, :-1] |= bend & smooth[:-2] & smooth[2:]
-    return jumps, creases & ~jumps
+) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Give the shade of a plan's heights, where they jump, and where slopes have creases."""
+    rows, cols = heights.shape
+    shade = np.ones((rows, cols), np.float32)
+    jumps, creases = np.zeros((rows, cols), np.bool_), np.zeros((rows, cols), np.bool_)
+    if min(rows, cols) < 2:
+        return shade, jumps, creases
+    is_smooth = _find_walls(heights, max(RELIEF, 2 * cell), jumps)
+    for i in range(rows):
+        south, north = max(i - 1, 0), min(i + 1, rows - 1)
+        for j in range(cols):
+            if jumps[i, j]:  # a wall seen from above is no roof in the shade
+                continue
+            west, east = max(j - 1, 0), min(j + 1, cols - 1)
+            up, across = heights[north, j] - heights[south, j], heights[i, east] - heights[i, west]
+            if up or across:  # the shade of level ground is 1, and needs no root
+                up, across = up / ((north - south) * cell), across / ((east - west) * cell)
+                # Rows ascend northward: what falls to the upper left (-x, +y) faces the lamp.
+                facing = 1 + (across - up) * 0.5 / math.sqrt(2.0)
+                shade[i, j] = _darken(facing / math.sqrt(1 + up**2 + across**2))
+            # Two squares that lie one apart are compared, since one that holds a crease has a
+            # slope between those of its sides.
+            if is_smooth[i, j + 1] and is_smooth[i + 2, j + 1]:
+                creases[i, j] |= _is_bent(heights, cell, (i - 1, j), (i + 1, j))
+            if is_smooth[i + 1, j] and is_smooth[i + 1, j + 2]:
+                creases[i, j] |= _is_bent(heights, cell, (i, j - 1), (i, j + 1))
+    return shade, jumps, creases
+
+
+@njit(cache=True)
+def _find_walls(
+    heights: NDArray[np.float64], least: float, jumps: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """
+    Mark the jumps in height, and return which squares between four cells have none.
+
+    The square beyond cell i, j is at i + 1, j + 1 of (rows + 2, cols + 2); none lies outside.
+    """
+    rows, cols = heights.shape
+    is_smooth = np.zeros((rows + 2, cols + 2), np.bool_)
+    is_smooth[1:rows, 1:cols] = True
+    for i in range(rows):
+        for j in range(cols):
+            for up, right in ((1, 0), (0, 1)):
+                rise = _find_step(heights, i, j, up, right)
+                if abs(rise) > least:
+                    # A steep roof rises by as much from cell to cell; a wall's neighbours do not.
+                    before = _find_step(heights, i - up, j - right, up, right)
+                    after = _find_step(heights, i + up, j + right, up, right)
+                    if min(abs(rise - before), abs(rise - after)) > least:
+                        jumps[i, j] = jumps[i + up, j + right] = True
+                        is_smooth[i + 1, j + 1] = is_smooth[i + up, j + right] = False
+    return is_smooth
+
+
+@njit(cache=True)
+def _find_step(heights: NDArray[np.float64], i: int, j: int, up: int, right: int) -> float:
+    """Give the rise from a cell to the next; 0 across the border."""
+    rows, cols = heights.shape
+    if i < 0 or j < 0 or i + up >= rows or j + right >= cols:
+        return 0.0
+    return heights[i + up, j + right] - heights[i, j]
+
+
+@njit(cache=True)
+def _is_bent(
+    heights: NDArray[np.float64], cell: float, one: tuple[int, int], other: tuple[int, int]
+) -> bool:
+    """Tell whether the normals of two squares between four cells are far apart."""
+    a, b = _find_rise(heights, one)
+    c, d = _find_rise(heights, other)
+    if a == c and b == d:  # as on level ground
+        return False
+    flat = 4 * cell**2  # what is level of two normals; what rises is of two rows or columns
+    return flat + a * c + b * d < BEND * math.sqrt((flat + a**2 + b**2) * (flat + c**2 + d**2))
+
+
+@njit(cache=True)
+def _find_rise(heights: NDArray[np.float64], square: tuple[int, int]) -> tuple[float, float]:
+    """Give the sums of two rises across and up on the square beyond a cell."""
+    i, j = square
+    a, b, c, d = heights[i, j], heights[i, j + 1], heights[i + 1, j], heights[i + 1, j + 1]
+    return b - a + d - c, c - a + d - b
 
 
 def _widen(mask: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
