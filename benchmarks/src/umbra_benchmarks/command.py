@@ -11,7 +11,8 @@ from umbra_benchmarks.report import BenchmarkRun
 __all__ = ["command"]
 
 NAMES = (
-    "study", "frame", "silhouette", "startup", "tools", "mcguire", "roettger", "wallner", "weng"
+    "study", "frame", "motion", "silhouette", "startup", "tools", "mcguire", "roettger", "wallner",
+    "weng",
 )  # fmt: skip
 PEERS = ("ogre", "workbench")
 TOOLS = ("ladybug", "pybdshadow", "umep", "solweig")
@@ -96,7 +97,8 @@ def command(
     one picture, against Embree), silhouette (edges, against VTK or numpy), startup
     (time and memory of a whole umbra study) or tools (a day's study of a town against
     Ladybug, pybdshadow, UMEP and SOLWEIG: time, and error). frame --device gl draws a
-    hundred spheres and a moving lamp, against OGRE and Blender's Workbench.
+    hundred spheres and a moving lamp, against OGRE and Blender's Workbench. motion
+    measures gl frames in which a sun, 64 lamps, instances or a bending mesh move.
 
     The papers' tables, run again: mcguire (what each of three cases draws, and frames
     by each method), roettger (shadow masks without a stencil), wallner (silhouettes

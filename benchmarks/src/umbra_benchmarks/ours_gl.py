@@ -8,14 +8,14 @@ from unittest.mock import patch
 
 import numpy as np
 
-from umbra.gl.context import open_device
+from umbra.gl.context import Device, open_device
 from umbra.gl.renderer import Renderer
 from umbra.scene import Camera, Scene, point_light
 from umbra.scene.mesh import Mesh, Part
 from umbra_benchmarks.measure import Spent
 from umbra_benchmarks.scenes import Spheres
 
-__all__ = ["OursGl", "make_part_scene"]
+__all__ = ["OursGl", "drawing_nothing", "make_part_scene"]
 
 _CLEARS = ("Clear", "ClearBufferfv", "ClearBufferiv")
 Place = Sequence[float]
@@ -100,7 +100,7 @@ class OursGl:
         spent : Spent
             On one frame after the first, the mean.
         """
-        with self._drawing_nothing():
+        with drawing_nothing(self._device):
             self.render(lights[0])
             begun, busy = time.perf_counter(), time.process_time()
             for light in lights[1:]:
@@ -127,15 +127,17 @@ class OursGl:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    @contextmanager
-    def _drawing_nothing(self) -> Iterator[None]:
-        from moderngl import VertexArray  # noqa: PLC0415
 
-        with ExitStack() as stack:
-            stack.enter_context(patch.object(VertexArray, "render", _do_nothing))
-            for name in _CLEARS:
-                stack.enter_context(patch.object(self._device.gl, name, _do_nothing))
-            yield
+@contextmanager
+def drawing_nothing(device: Device) -> Iterator[None]:
+    """Let a device do all that a frame asks for but draw: no triangle, no clear."""
+    from moderngl import VertexArray  # noqa: PLC0415
+
+    with ExitStack() as stack:
+        stack.enter_context(patch.object(VertexArray, "render", _do_nothing))
+        for name in _CLEARS:
+            stack.enter_context(patch.object(device.gl, name, _do_nothing))
+        yield
 
 
 def _do_nothing(*_: object, **__: object) -> None:
