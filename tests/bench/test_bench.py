@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from umbra.cli.main import main
+from umbra.errors import UmbraError
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.command import command
 from umbra_benchmarks.measure import run_in_turn
@@ -50,6 +51,25 @@ def test_a_table_is_for_people():
     lines = [line for line in text.splitlines() if line.startswith("|")]
     assert len({line.count("|") for line in lines}) == 1
     assert len(lines) == 2 + 2 * 5
+
+
+def test_motion_measures_each_scene():
+    from umbra.gl.context import open_device  # noqa: PLC0415
+
+    try:
+        open_device().release()
+    except UmbraError as error:
+        pytest.skip(f"there is no OpenGL here: {error}")
+    found = json.loads(run("motion", "--json").stdout)
+    assert found["driver"]
+    assert len(found["rows"]) == 11
+    for row in found["rows"]:
+        assert 0 < row["calls_min_ms"] <= row["calls_ms"]
+        assert row["frame_ms"] > 0
+        assert row["volumes"] > 0
+        assert (row["move_ms"] is None) == (
+            "turn" not in row["work"] and "bends" not in row["work"]
+        )
 
 
 def test_startup_measures_whole_processes():

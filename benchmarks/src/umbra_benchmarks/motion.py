@@ -169,8 +169,8 @@ def list_motions(*, quick: bool = False) -> list[Motion]:
     air, street = _look_from_air(side), _look_along_street(wide)
     lamps = 4 if quick else 64
     town, city = partial(_make_town, small), partial(_make_town, large)
-    block = partial(_make_town, 900 if not quick else 25)
-    block_side = 25.0 * (30 if not quick else 5)
+    rocks, houses = (20, 25) if quick else (1000, 900)
+    block, block_side = partial(_make_town, houses), 25.0 * np.sqrt(houses)
     over_block = _look_from_air(block_side)
     splits = 2 if quick else 6
     return [
@@ -181,20 +181,19 @@ def list_motions(*, quick: bool = False) -> list[Motion]:
                calls_mark=40e-3),
         Motion(f"town of {large:,} boxes, lamp of 1 m", city, _look_from_air(wide),
                partial(_move_lamps, 1, wide, 1.0), calls_mark=2e-3),
-        Motion(f"town of {25 if quick else 900} boxes, 5 degree spot", block, over_block,
+        Motion(f"town of {houses} boxes, 5 degree spot", block, over_block,
                partial(_swing_spot, block_side)),
-        Motion(f"town of {25 if quick else 900} boxes, {lamps} lamps", block, over_block,
+        Motion(f"town of {houses} boxes, {lamps} lamps", block, over_block,
                partial(_move_lamps, lamps, block_side, np.inf), calls_mark=30e-3),
-        Motion(f"town of {25 if quick else 900} boxes, {lamps} lamps of 5 m", block, over_block,
+        Motion(f"town of {houses} boxes, {lamps} lamps of 5 m", block, over_block,
                partial(_move_lamps, lamps, block_side, 5.0), calls_mark=10e-3),
         Motion(f"town of {small:,} boxes, {lamps} lamps", town, air,
                partial(_move_lamps, lamps, side, np.inf)),
         Motion(f"town of {small:,} boxes, {lamps} lamps of 5 m", town, air,
                partial(_move_lamps, lamps, side, 5.0)),
-        Motion(f"{20 if quick else 1000} instances that turn, sun",
-               partial(_make_instances, 20 if quick else 1000), _look_from_air(50.0 if quick else 320.0),
-               _fix_sun,
-               pose=_turn_instances, calls_mark=40e-3),
+        Motion(f"{rocks:,} instances that turn, sun", partial(_make_instances, rocks),
+               _look_from_air(10.0 * np.sqrt(rocks)), _fix_sun, pose=_turn_instances,
+               calls_mark=40e-3),
         Motion("mesh that bends, sun", partial(_make_rock, splits),
                Camera((250.0, -300.0, 300.0), (250.0, 250.0, 80.0), size=_SIZE), _fix_sun,
                pose=_bend, calls_mark=15e-3, move_mark=10e-3),

@@ -12,14 +12,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.geometry import Geometry, Group, is_mirrored
+from umbra.gl.geometry import Geometry, Group, find_mirrored
+from umbra.gl.posing import Shape, find_welds, measure_shape
 from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Scene
-from umbra.volume.adjacency import Caster, make_caster, make_planes
-from umbra.volume.bounds import find_box_points
+from umbra.volume.adjacency import Caster, make_caster
+from umbra.volume.bounds import move_boxes
 
 __all__ = ["Body", "make_bodies"]
 
+_STILL = np.eye(4)
 MOST_SHELLS = 4096
 """More are put together, neighbour with neighbour, in one body."""
 
@@ -39,8 +41,6 @@ class Body:
         Shell k owns ``faces[face_starts[k]:face_starts[k + 1]]``.
     edge_shell : (n_edges,) int32
     component_shell : (n_components,) int
-    bounds : (n_shells, 2, 3) float64
-        In the mesh's own frame [m].
     groups : list of Group
         The instances.
     soup : (n, 3) int32
@@ -50,6 +50,8 @@ class Body:
 
     Attributes
     ----------
+    bounds : (n_shells, 2, 3) float64
+        In the mesh's own frame [m].
     component_bounds : (n_components, 2, 3) float64
     edge_starts : (n_shells + 1,) int
         Shell k owns the edges from ``edge_starts[k]`` to ``edge_starts[k + 1]``.
@@ -65,6 +67,8 @@ class Body:
     most : (n_shells,) int64
         How much each shell adds to a count at most, while nothing is opened.
     n_faces : (n_components,) int
+    poses : int
+        How often the mesh was bent: what was made of another pose holds no longer.
     """
 
     caster: Caster
@@ -72,10 +76,11 @@ class Body:
     face_starts: NDArray[np.intp]
     edge_shell: NDArray[np.int32]
     component_shell: NDArray[np.intp]
-    bounds: NDArray[np.float64]
     groups: list[Group]
     soup: NDArray[np.int32]
     is_ball: NDArray[np.bool_]
+    poses: int = field(init=False, default=0)
+    bounds: NDArray[np.float64] = field(init=False)
     blocks: FaceBlocks = field(init=False)
     component_bounds: NDArray[np.float64] = field(init=False)
     edge_starts: NDArray[np.intp] = field(init=False)
@@ -88,55 +93,76 @@ class Body:
     most: NDArray[np.int64] = field(init=False)
     n_faces: NDArray[np.intp] = field(init=False)
     _world_bounds: NDArray[np.float64] | None = field(init=False, default=None)
+    _welds: NDArray[np.int64] | None = field(init=False, default=None)
+    _shell_order: NDArray[np.intp] = field(init=False)
+    _shell_starts: NDArray[np.intp] = field(init=False)
 
     def __post_init__(self) -> None:
-        caster = self.caster
-        self.blocks = FaceBlocks.of(caster)
-        corners = caster.vertices[caster.faces]
-        self.edge_starts = np.searchsorted(self.edge_shell, np.arange(self.n_shells + 1))
-        self.is_inward = caster.is_inward & caster.is_closed
-        self.any_inward = bool(self.is_inward.any())
-        self.is_convex = self.is_ball & ~_find_dented(caster)
-        self.component_bounds = _bound(corners, caster.component, len(caster.is_closed))
-        self.n_faces = np.bincount(caster.component)
-        adds = np.where(self.is_convex, 1, self.n_faces)
-        self.most = np.bincount(self.component_shell, adds, self.n_shells).astype(np.int64)
+        self.n_faces = np.bincount(self.caster.component)
+        n_shells = len(self.face_starts) - 1
+        self.edge_starts = np.searchsorted(self.edge_shell, np.arange(n_shells + 1))
+        self._shell_order = np.argsort(self.component_shell, kind="stable")
+        self._shell_starts = np.searchsorted(
+            self.component_shell[self._shell_order], np.arange(n_shells)
+        )
+        self._take(measure_shape(self.caster, self.caster.vertices))
         self.first = np.array([group.first for group in self.groups], np.int64)
-        self.place([group.transform for group in self.groups])
+        found = [group.transform for group in self.groups]
+        self.place(np.array([_STILL if t is None else t for t in found]))
 
-    def place(self, transforms: Sequence[NDArray[np.float64] | None]) -> None:
-        """Move the instances, in the order of the groups."""
-        self.mirrored = np.array([is_mirrored(transform) for transform in transforms])
-        self.transforms = np.array([np.eye(4) if t is None else t for t in transforms])
+    def place(self, transforms: NDArray[np.float64]) -> None:
+        """Move the instances (n, 4, 4), in the order of the groups."""
+        self.transforms = transforms
+        self.mirrored = find_mirrored(self.transforms)
         self._world_bounds = None
 
-    def pose(self, soup: NDArray[np.int32], groups: list[Group]) -> "Body | None":
-        """
-        Give the mesh other vertices, and keep which faces meet; None where that holds no longer.
-
-        Adjacency is that of the first pose. Where corners that were apart come to one place,
-        the two borders there throw the same sides with opposite signs, so counts stay right.
-        Where corners that were at one place part, faces must be joined anew. ``soup`` (n, 3) are
-        the faces of the parts that cast, ``groups`` those with the new vertices.
-        """
-        vertices, caster = groups[0].vertices, self.caster
-        if not np.array_equal(soup, self.soup) or len(caster.faces) < len(soup):
-            return None
-        if not np.array_equal(vertices[soup[caster.source]], vertices[caster.faces]):
-            return None
-        planes = make_planes(vertices, caster.faces)
-        shell = self.component_shell[caster.component]
-        return replace(
-            self,
-            caster=replace(caster, vertices=vertices, planes=planes),
-            bounds=_bound(vertices[caster.faces], shell, self.n_shells),
-            groups=groups,
+    def _take(self, shape: Shape) -> None:
+        """Note what the vertices say of shells and components."""
+        self.blocks = FaceBlocks(shape.blocks)
+        self.is_inward = (shape.volumes < 0) & self.caster.is_closed
+        self.any_inward = bool(self.is_inward.any())
+        self.is_convex = self.is_ball & ~shape.is_dented
+        self.component_bounds = shape.bounds
+        ordered = shape.bounds[self._shell_order]
+        self.bounds = np.stack(
+            [
+                np.minimum.reduceat(ordered[:, 0], self._shell_starts),
+                np.maximum.reduceat(ordered[:, 1], self._shell_starts),
+            ],
+            1,
         )
+        adds = np.where(self.is_convex, 1, self.n_faces)
+        self.most = np.bincount(self.component_shell, adds, self.n_shells).astype(np.int64)
+
+    def can_bend(self, vertices: NDArray[np.float64]) -> bool:
+        """
+        Tell whether the faces that met still meet where the mesh has these vertices.
+
+        Where corners that were apart come to one place, the two borders there throw the same
+        sides with opposite signs, so counts stay right. Where corners that were at one place
+        part, faces must be joined anew. So they must where a face was left out as flat.
+        """
+        if len(self.caster.faces) < len(self.soup):
+            return False
+        if self._welds is None:
+            self._welds = find_welds(self.caster, self.soup)
+        return np.array_equal(vertices[self._welds[:, 0]], vertices[self._welds[:, 1]])
+
+    def bend(self, groups: list[Group]) -> None:
+        """Take the vertices of groups as ``can_bend`` allows them; adjacency is kept."""
+        self.groups = groups
+        vertices = groups[0].vertices
+        if vertices is not self.caster.vertices:
+            shape = measure_shape(self.caster, vertices)
+            self.caster = replace(self.caster, vertices=vertices, planes=shape.planes)
+            self._take(shape)
+            self._world_bounds = None
+            self.poses += 1
 
     @property
     def n_shells(self) -> int:
         """Shells of one instance."""
-        return len(self.bounds)
+        return len(self.face_starts) - 1
 
     def lights(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
         """Take a light, relative to the scene's origin, into every instance's own frame, (n, 4)."""
@@ -152,9 +178,7 @@ class Body:
         if len(self.groups) == 1 and self.groups[0].transform is None:
             return self.bounds
         if self._world_bounds is None:
-            corners = find_box_points(self.bounds)
-            moved = np.einsum("nij,tkj->ntki", self.transforms[:, :3], corners)
-            self._world_bounds = np.stack([moved.min(2), moved.max(2)], 2).reshape(-1, 2, 3)
+            self._world_bounds = move_boxes(self.transforms, self.bounds).reshape(-1, 2, 3)
         return self._world_bounds
 
 
@@ -180,7 +204,7 @@ def make_bodies(
         key = (id(group.vertices), *(id(scene.parts[group.parts[p]].mesh.faces) for p in mine))
         if mine:
             alike.setdefault(key, []).append(group)
-    bodies = []
+    bodies: list[Body] = []
     for groups in alike.values():
         group = groups[0]
         lists, owners = [], []
@@ -190,13 +214,21 @@ def make_bodies(
                 owners.append(np.full(len(lists[-1]), names[index]))
         faces = np.concatenate(lists).astype(np.int32, copy=False)
         last = known.get(tuple(group.parts for group in groups))
-        body = None if last is None else last.pose(faces, groups)
-        if body is None:
+        if last is not None and np.array_equal(faces, last.soup) and last.can_bend(group.vertices):
+            body = replace(last, caster=_pose(last.caster, group.vertices), groups=groups)
+        else:
             caster = make_caster(group.vertices, faces, np.concatenate(owners))
-            body = _make_body(caster, groups, faces) if len(caster.faces) else None
-        if body is not None:
-            bodies.append(body)
+            if not len(caster.faces):
+                continue
+            body = _make_body(caster, groups, faces)
+        bodies.append(body)
     return bodies
+
+
+def _pose(caster: Caster, vertices: NDArray[np.float64]) -> Caster:
+    """Give a caster other vertices; the faces that met still meet."""
+    planes = measure_shape(caster, vertices).planes
+    return replace(caster, vertices=vertices, planes=planes)
 
 
 def _make_body(caster: Caster, groups: list[Group], soup: NDArray[np.int32]) -> Body:
@@ -218,7 +250,6 @@ def _make_body(caster: Caster, groups: list[Group], soup: NDArray[np.int32]) -> 
         face_starts=np.append(0, np.cumsum(np.bincount(shell, minlength=n_shells))),
         edge_shell=edge_shell[order],
         component_shell=component_shell,
-        bounds=_bound(caster.vertices[caster.faces], shell, n_shells),
         groups=groups,
         soup=soup,
         is_ball=_find_balls(caster),
@@ -247,16 +278,6 @@ def _find_shells(caster: Caster) -> NDArray[np.intp]:
     return rank[shell] // -(-len(found) // MOST_SHELLS)
 
 
-def _bound(corners: NDArray[np.float64], owner: NDArray, n: int) -> NDArray[np.float64]:
-    """Give the boxes around triangles (n_faces, 3, 3) of each owner, (n, 2, 3)."""
-    order = np.argsort(owner, kind="stable")
-    starts = np.searchsorted(owner[order], np.arange(n))
-    a, b, c = corners[order].transpose(1, 0, 2)  # thrice as fast as the least along an axis of 3
-    low = np.minimum.reduceat(np.minimum(np.minimum(a, b), c), starts)
-    high = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), starts)
-    return np.stack([low, high], 1)
-
-
 def _find_balls(caster: Caster) -> NDArray[np.bool_]:
     """Tell which components are closed and join as on a ball's surface."""
     n = len(caster.is_closed)
@@ -273,15 +294,3 @@ def _find_balls(caster: Caster) -> NDArray[np.bool_]:
     shared = (times > 1)[same.ravel()] | (caster.component[a] != caster.component[b])
     bad = np.bincount(caster.component[a], shared, n)
     return np.asarray(caster.is_closed & (vertices - edges + faces == 2) & (bad == 0))
-
-
-def _find_dented(caster: Caster) -> NDArray[np.bool_]:
-    """Tell which components bend inward at any edge."""
-    a, b = caster.edge_faces.T
-    across = caster.faces[b].sum(1) - caster.edges.sum(1)  # the corner that is not on the edge
-    across = np.clip(across, 0, len(caster.vertices) - 1)
-    height = np.einsum("ji,ij->i", caster.planes[:3, a], caster.vertices[across])
-    height += caster.planes[3, a]
-    size = np.linalg.norm(caster.planes[:3, a], axis=0) * np.abs(caster.vertices).max(initial=1.0)
-    bent = height > 1e-6 * size  # files in float32 dent what was meant flat
-    return np.asarray(np.bincount(caster.component[a], bent, len(caster.is_closed)) > 0)

@@ -7,8 +7,9 @@ its points are stored and which transform moves them. So one index list can name
 points of any number of instances, and one draw is enough for all.
 """
 
+import operator
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +18,17 @@ from umbra.gl.context import Device, release_all
 from umbra.gl.programs import Program
 from umbra.gl.resources import TextureBuffer
 from umbra.scene import Scene
-from umbra.scene.mesh import transform_points
+from umbra.scene.mesh import Mesh, transform_points
 
 __all__ = [
-    "BLOCK", "FIRST_UNIT", "Geometry", "Group", "make_groups", "moves_as_wholes",
+    "BLOCK", "FIRST_UNIT", "Geometry", "Group", "find_mirrored", "make_groups",
+    "moves_as_wholes", "pose_groups",
 ]  # fmt: skip
 
 BLOCK = 64
 """Numbers that share an entry, as in ``place.glsl``."""
+
+_STILL = np.eye(4)
 
 FIRST_UNIT = 8
 """Texture units 8, 9 and 10 hold points, blocks and transforms; those below are free."""
@@ -41,6 +45,8 @@ class Group:
         Indices in ``Scene.parts``.
     offsets : tuple of int
         Of each part's vertices within the group's.
+    arrays : tuple of (n, 3) float64
+        Each part's vertices.
     vertices : (n, 3) float64
         In their own frame; groups of the same meshes share the array.
     first : int
@@ -51,6 +57,7 @@ class Group:
 
     parts: tuple[int, ...]
     offsets: tuple[int, ...]
+    arrays: tuple[NDArray[np.float64], ...]
     vertices: NDArray[np.float64]
     first: int
     transform: NDArray[np.float64] | None
@@ -73,7 +80,7 @@ def make_groups(scene: Scene) -> list[Group]:
     shared: dict[tuple, tuple[tuple[int, ...], NDArray[np.float64]]] = {}
     groups, first = [], 0
     for parts in members.values():
-        arrays = [scene.parts[index].mesh.vertices for index in parts]
+        arrays = tuple(scene.parts[index].mesh.vertices for index in parts)
         key = tuple(map(id, arrays))
         if key not in shared:
             shared[key] = _combine(arrays)
@@ -81,7 +88,7 @@ def make_groups(scene: Scene) -> list[Group]:
         transform = scene.parts[parts[0]].transform
         if transform is not None and is_flat(transform):
             vertices, transform = transform_points(transform, vertices), None
-        groups.append(Group(tuple(parts), offsets, vertices, first, transform))
+        groups.append(Group(tuple(parts), offsets, arrays, vertices, first, transform))
         first += -(-len(vertices) // BLOCK) * BLOCK
     return groups
 
@@ -97,6 +104,31 @@ def _combine(arrays: Sequence[NDArray]) -> tuple[tuple[int, ...], NDArray[np.flo
             count += len(array)
     vertices = distinct[0] if len(distinct) == 1 else np.concatenate(distinct)
     return tuple(places[id(array)] for array in arrays), vertices
+
+
+def pose_groups(groups: Sequence[Group], scene: Scene) -> list[Group] | None:
+    """
+    Find the groups of a scene of the same parts, some of which bend.
+
+    Groups of the same meshes still share an array. None if they share no longer.
+    """
+    known: dict[tuple[int, ...], tuple[tuple[int, ...], NDArray[np.float64]]] = {}
+    became: dict[int, NDArray[np.float64]] = {}
+    posed = []
+    for group in groups:
+        arrays = tuple(scene.parts[index].mesh.vertices for index in group.parts)
+        found = group.offsets, group.vertices
+        if not all(map(operator.is_, arrays, group.arrays)):
+            key = tuple(map(id, arrays))
+            if key not in known:
+                known[key] = _combine(arrays)
+            found = known[key]
+        offsets, vertices = found
+        shares = became.setdefault(id(group.vertices), vertices) is vertices
+        if not shares or offsets != group.offsets:
+            return None
+        posed.append(replace(group, arrays=arrays, vertices=vertices))
+    return posed
 
 
 class Geometry:
@@ -118,6 +150,8 @@ class Geometry:
         Numbers in use.
     n_stored : int
         Points stored: those of instances only once.
+    placed : (n_parts, 4, 4) float64
+        From each part's points, as they are stored, to the scene's frame.
     """
 
     def __init__(self, device: Device, scene: Scene) -> None:
@@ -125,18 +159,25 @@ class Geometry:
         self.groups = make_groups(scene)
         stored: dict[int, int] = {}
         points, blocks, count = [], [], 0
-        transforms: list[NDArray[np.float64]] = []
+        self._moving = [group.parts[0] for group in self.groups if group.transform is not None]
+        self._flat = [
+            index
+            for group in self.groups
+            if group.transform is None
+            for index in group.parts
+            if scene.parts[index].transform is not None
+        ]
+        self._place(scene)
+        moving = 0
         for group in self.groups:
             if id(group.vertices) not in stored:
                 stored[id(group.vertices)] = count
                 points.append(group.vertices)
                 count += len(group.vertices)
-            number = -1 if group.transform is None else len(transforms)
-            if group.transform is not None:
-                transforms.append(group.transform)
+            number = -1 if group.transform is None else moving
+            moving += number >= 0
             entry = (stored[id(group.vertices)] - group.first, number)
             blocks.append(np.tile(np.array(entry, np.int32), (-(-len(group.vertices) // BLOCK), 1)))
-        self.transforms = np.array(transforms).reshape(-1, 4, 4)
         self.n_points = sum(map(len, blocks)) * BLOCK
         self.n_stored, self._stored = count, stored
         self.faces = self._number_faces(scene)
@@ -148,6 +189,13 @@ class Geometry:
             TextureBuffer(device, np.concatenate(blocks), "rg32i"),
             TextureBuffer(device, rows if rows.size else np.zeros(4, np.float32), "rgba32f"),
         ]
+
+    def _place(self, scene: Scene) -> None:
+        """Note where the parts of a scene stand."""
+        found = [part.transform for part in scene.parts]
+        self.placed = np.array([_STILL if t is None else t for t in found]).reshape(-1, 4, 4)
+        self.placed[self._flat] = _STILL
+        self.transforms = self.placed[self._moving]
 
     def _number_faces(self, scene: Scene) -> NDArray[np.uint32]:
         lists: list[NDArray] = [np.zeros((0, 3), np.uint32)] * len(scene.parts)
@@ -171,10 +219,23 @@ class Geometry:
 
         Parts that had no transform must have none, and a transform that did not mirror must not.
         """
-        found = [scene.parts[group.parts[0]].transform for group in self.groups]
-        moving = [transform for transform in found if transform is not None]
-        self.transforms = np.array(moving).reshape(self.transforms.shape)
-        self._buffers[2].write(self.transforms[:, :3].astype(np.float32))
+        self._place(scene)
+        if self.transforms.size:
+            self._buffers[2].write(self.transforms[:, :3].astype(np.float32))
+
+    def bend(self, groups: list[Group]) -> None:
+        """Take other vertices from groups as ``pose_groups`` gives them; all else stays."""
+        written: set[int] = set()
+        for old, new in zip(self.groups, groups, strict=True):
+            if new.vertices is old.vertices or id(old.vertices) in written:
+                continue
+            written.add(id(old.vertices))
+            points = np.zeros((len(new.vertices), 4), np.float32)
+            points[:, :3] = new.vertices
+            self._buffers[0].write(points, self._stored[id(old.vertices)])
+        places = [self._stored[id(group.vertices)] for group in self.groups]
+        self.groups = groups
+        self._stored = dict(zip((id(group.vertices) for group in groups), places, strict=True))
 
     def bind(self, program: Program) -> None:
         """Let a program that includes ``place.glsl`` find the points."""
@@ -190,33 +251,67 @@ class Geometry:
 
 def is_flat(transform: NDArray[np.float64] | None) -> bool:
     """Tell whether a transform makes a solid flat, so that nothing can undo it."""
-    if transform is None:
-        return False
-    linear = np.asarray(transform, np.float64)[:3, :3]
-    size = np.linalg.norm(linear, axis=0).prod()
-    return bool(np.abs(np.linalg.det(linear)) <= 1e-9 * size)
+    return transform is not None and bool(find_flat(np.asarray(transform, np.float64)[None])[0])
+
+
+def find_flat(transforms: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which of the transforms (n, 4, 4) make a solid flat."""
+    linear = transforms[:, :3, :3]
+    size = np.linalg.norm(linear, axis=1).prod(-1)
+    return np.asarray(np.abs(np.linalg.det(linear)) <= 1e-9 * size)
 
 
 def is_mirrored(transform: NDArray[np.float64] | None) -> bool:
     """Tell whether a transform turns what is wound outward inward."""
-    return transform is not None and bool(np.linalg.det(transform[:3, :3]) < 0)
+    return transform is not None and bool(find_mirrored(np.asarray(transform)[None])[0])
+
+
+def find_mirrored(transforms: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which of the transforms (n, 4, 4) turn what is wound outward inward."""
+    return np.asarray(np.linalg.det(transforms[:, :3, :3]) < 0)
 
 
 def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> bool:
-    """Tell whether scenes of the same parts differ by the transforms of whole groups alone."""
-    if (before.origin != after.origin).any() or any(
-        a.mesh is not b.mesh
-        or a.material is not b.material
-        or is_mirrored(a.transform) != is_mirrored(b.transform)
-        for a, b in zip(before.parts, after.parts, strict=True)
+    """
+    Tell whether scenes of the same parts differ by the transforms of whole groups alone.
+
+    Vertices and normals of meshes may differ, too, if their number is the same: such parts bend.
+    """
+    if (before.origin != after.origin).any():
+        return False
+    pairs = list(zip(before.parts, after.parts, strict=True))
+    if not all(
+        a.material is b.material
+        and (a.transform is None) == (b.transform is None)
+        and (a.mesh is b.mesh or _is_bent(a.mesh, b.mesh))
+        for a, b in pairs
     ):
         return False
+    moving = [(a.transform, b.transform) for a, b in pairs if a.transform is not b.transform]
+    if moving:
+        old, new = (np.array(found, np.float64) for found in zip(*moving, strict=True))
+        if (find_mirrored(old) != find_mirrored(new)).any() or find_flat(new).any():
+            return False
     for group in groups:
-        found = [after.parts[index].transform for index in group.parts]
-        if any((transform is None) != (group.transform is None) for transform in found):
-            return False
-        if is_flat(found[0]):
-            return False
-        if group.transform is not None and any((t != found[0]).any() for t in found):  # type: ignore[union-attr]
-            return False
-    return True
+        whole = after.parts[group.parts[0]].transform
+        for index in group.parts[1:]:
+            other = after.parts[index].transform
+            if other is not whole and not np.array_equal(other, whole):  # type: ignore[arg-type]
+                return False
+    # What was flat stands with its transform applied to its vertices.
+    return all(group.transform is not None for group in groups if _has_transform(before, group))
+
+
+def _has_transform(scene: Scene, group: Group) -> bool:
+    return scene.parts[group.parts[0]].transform is not None
+
+
+def _is_bent(before: Mesh, after: Mesh) -> bool:
+    """Tell whether a mesh is another with other vertices and normals."""
+    return (
+        before.faces is after.faces
+        and before.vertices.shape == after.vertices.shape
+        and before.uv is after.uv
+        and before.colors is after.colors
+        and (before.normals is None) == (after.normals is None)
+    )

@@ -52,8 +52,8 @@ def bound_count(
     bound = min(bound, bound_boxes(boxes, weights, light))
     if bound <= _SIGNED_MOST:
         return bound
-    corners, adds = _find_components(volumes, drawn)
-    if len(adds) > len(boxes):  # where shells are put together
+    if any(len(each.body.component_shell) > each.body.n_shells for each in volumes):
+        corners, adds = _find_components(volumes, drawn)
         bound = min(bound, _stack(corners, np.arange(8 * len(adds)).reshape(-1, 8), adds, light))
         if bound <= _SIGNED_MOST:
             return bound

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
-from umbra.gl.geometry import Geometry
+from umbra.gl.geometry import Geometry, Group
 from umbra.gl.open_components import Nearby, find_held, find_nearby, find_opened, find_start
 from umbra.gl.overlap import bound_count, find_most
 from umbra.gl.plan import (
@@ -37,10 +37,10 @@ from umbra.gl.projection import (
     turn_scissor,
 )
 from umbra.gl.resources import Indices
-from umbra.gl.volumes import BodyVolumes, gather, make_volumes
+from umbra.gl.volumes import BodyVolumes, gather
 from umbra.machine import count_cores, use_threads
 from umbra.methods import METHODS
-from umbra.scene import Camera, Light, Scene
+from umbra.scene import Camera, Light, Part, Scene
 from umbra.volume.scissor import find_cone_planes
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Planner", "Statistics", "VolumePlan"]
@@ -114,8 +114,12 @@ class Planner:
     _kept: list[_LightCache] = field(default_factory=list)
     _last: tuple[bytes, list[VolumePlan]] | None = None
     _moves: int = 0
+    _has_moved: bool = False
+    _idle_boxes: dict[int, tuple[Part, NDArray[np.float64]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        chosen = range(len(self.scene.parts)) if self.casters is None else self.casters
+        self._idle = sorted(set(range(len(self.scene.parts))) - set(chosen))
         self.bodies = make_bodies(self.scene, self.geometry, self.casters, self.before)
         self.before = ()
         self.indices = Indices(self.device, 2 * self.geometry.n_points)
@@ -124,30 +128,61 @@ class Planner:
     def _measure(self) -> None:
         boxes = [body.world_bounds() for body in self.bodies]
         self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
-        whole = self.scene.bounds() - self.scene.origin
+        whole = self._whole = self._find_whole()
         low = min(whole[0, 2], np.inf if self.ground is None else self.ground)
         self.floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
         self._moves += 1
         self._last = None
 
-    def move(self, scene: Scene) -> None:
+    def _find_whole(self) -> NDArray[np.float64]:
+        """Bound all parts, (2, 3), relative to the origin; what moves by its bodies' boxes."""
+        if not self._has_moved:
+            return self.scene.bounds() - self.scene.origin
+        boxes = [self.bounds]
+        for index in self._idle:
+            part, box = self._idle_boxes.get(index, (None, None))
+            if part is not self.scene.parts[index] or box is None:
+                part = self.scene.parts[index]
+                box = part.bounds
+                self._idle_boxes[index] = part, box
+            boxes.append(box[None])
+        found = np.concatenate(boxes)
+        return np.stack([found[:, 0].min(0), found[:, 1].max(0)])
+
+    def move(self, scene: Scene, groups: Sequence[Group] = ()) -> None:
         """
         Take new transforms from a scene of the same parts; where there was none must be none.
 
-        Only volumes of bodies that moved relative to a light are made anew.
+        Only volumes of bodies that moved relative to a light are made anew. ``groups`` are those
+        of ``pose_groups`` where meshes bend, and every body ``can_bend``.
         """
         self.scene = scene
         self.geometry.move(scene)
+        self._has_moved = True
+        if groups:
+            self.geometry.bend(list(groups))
+            posed = {group.parts: group for group in groups}
+            for body in self.bodies:
+                body.bend([posed[group.parts] for group in body.groups])
         for body in self.bodies:
-            body.place([scene.parts[group.parts[0]].transform for group in body.groups])
+            body.place(self.geometry.placed[[group.parts[0] for group in body.groups]])
         self._measure()
+
+    def can_bend(self, groups: Sequence[Group]) -> bool:
+        """Tell whether all bodies can take the vertices of groups, and keep which faces meet."""
+        posed = {group.parts: group.vertices for group in groups}
+        return all(
+            posed[body.groups[0].parts] is body.caster.vertices
+            or body.can_bend(posed[body.groups[0].parts])
+            for body in self.bodies
+        )
 
     def project(self, camera: Camera) -> Projection:
         """Find the projection that shows the scene, and the plane that receives, best."""
         origin = self.scene.origin
         bounds = self.bounds
         if not len(bounds) or self.casters is not None:
-            bounds = np.concatenate([bounds, self.scene.bounds()[None] - origin])
+            bounds = np.concatenate([bounds, self._whole[None]])
         return make_projection(
             camera, origin, bounds, self.ground, reverses_depth=self.device.reverses_depth
         )
@@ -280,8 +315,11 @@ class Planner:
             last = old.volumes[index] if old is not None else None
             if last is not None and last.is_of(lights, opened):
                 volumes.append(last)
-            else:
-                volumes.append(make_volumes(body, source, opened, held))
+                continue
+            made = BodyVolumes(body, lights, opened, held)
+            if last is not None:
+                made.inherit(last)
+            volumes.append(made)
         same = old is not None and all(map(operator.is_, volumes, old.volumes))
         if old is not None and same and old.moves == self._moves:
             return old

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
-from umbra.gl.geometry import Geometry, moves_as_wholes
+from umbra.gl.geometry import Geometry, Group, moves_as_wholes, pose_groups
 from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.plan import Statistics, VolumeOptions, VolumePlan
@@ -132,18 +132,37 @@ class Renderer(DeviceUser):
         Take the same parts as they stand at another time, as ``umbra.pose`` gives them.
 
         Parts that move as a whole only get another transform, and only their volumes are
-        made anew. Where a mesh bends, the geometry of the scene is made anew from the very
-        vertices that are then drawn: the silhouette is that of the mesh in the picture. Which
-        faces meet is kept, unless corners part.
+        made anew. Where a mesh bends, its points and normals are written over those of its last
+        pose, and its planes are found anew: the silhouette is that of the mesh in the picture.
+        Which faces meet is kept, unless corners part: then the geometry of the scene is made
+        anew.
         """
-        if moves_as_wholes(self.scene, scene, self.geometry.groups):
-            self.scene = scene
-            self.planner.move(scene)
-            self.soft.release()
-        else:
+        groups = self._find_posed(scene)
+        if groups is None:
             bodies = self.planner.bodies
             release_all(*self._list_of_scene())
             self._build(scene, bodies)
+            return
+        inward = [body.is_inward for body in self.planner.bodies]
+        self.scene = scene
+        self.planner.move(scene, groups)
+        self.soft.release()
+        if groups:
+            same = all(
+                np.array_equal(body.is_inward, was)
+                for body, was in zip(self.planner.bodies, inward, strict=True)
+            )
+            solid = None if same else self._find_solid(scene)
+            self.surfaces.bend(scene, solid)
+
+    def _find_posed(self, scene: Scene) -> list[Group] | None:
+        """Give the groups of a pose, none if no mesh bends; None if it must be built anew."""
+        if not moves_as_wholes(self.scene, scene, self.geometry.groups):
+            return None
+        if all(a.mesh is b.mesh for a, b in zip(self.scene.parts, scene.parts, strict=True)):
+            return []
+        groups = pose_groups(self.geometry.groups, scene)
+        return groups if groups is not None and self.planner.can_bend(groups) else None
 
     def render(
         self,
@@ -228,8 +247,10 @@ class Renderer(DeviceUser):
         )
         self.masks = MaskCounters(self.device, self.geometry, self.warn)
         self.soft = SoftMethods(self.planner, self.counter, self._softness, self.choices)
-        solid = find_solid_faces(scene, self.planner.bodies, self._casters)
-        self.surfaces = SurfaceRenderer(self.device, scene, self.geometry, solid)
+        self.surfaces = SurfaceRenderer(self.device, scene, self.geometry, self._find_solid(scene))
+
+    def _find_solid(self, scene: Scene) -> NDArray[np.bool_]:
+        return find_solid_faces(scene, self.planner.bodies, self._casters)
 
     def _list_of_scene(self) -> Iterable[Any]:
         yield from (self.surfaces, self.soft, self.masks)

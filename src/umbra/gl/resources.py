@@ -122,10 +122,11 @@ class TextureBuffer:
         device.gl.BindTexture(_TEXTURE_BUFFER, 0)
         device.check("a mesh was uploaded")
 
-    def write(self, values: NDArray) -> None:
-        """Replace all values by as many others."""
+    def write(self, values: NDArray, first: int = 0) -> None:
+        """Replace values, from row ``first`` of theirs on, by as many others."""
         self._device.use()
-        self._buffer.write(np.ascontiguousarray(values).tobytes())
+        values = np.ascontiguousarray(values)
+        self._buffer.write(values, offset=first * values[:1].nbytes)
 
     def bind(self, unit: int) -> None:
         """Put the buffer in a texture unit."""

@@ -9,7 +9,7 @@ again, so textures are looked up once, however many lights there are (McGuire et
 pixel's colours in its light and in its shadow are drawn *at once*.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -64,13 +64,14 @@ class Batch:
 
 
 def make_batches(
-    scene: Scene, is_solid: NDArray[np.bool_] | None = None
+    scene: Scene, is_solid: NDArray[np.bool_] | None = None, bent: Container[int] = ()
 ) -> tuple[NDArray[np.intp], list[Batch]]:
     """
     Put faces of one material together, those of a transparent part by themselves.
 
     Returns the order of the faces (n_faces,), batch after batch, in terms of
-    ``scene.triangles()``, and the batches. ``is_solid`` is of ``find_solid_faces``.
+    ``scene.triangles()``, and the batches. ``is_solid`` is of ``find_solid_faces``; of the
+    parts that are ``bent`` no normals are taken to be sound.
     """
     numbers: dict[tuple, int] = {}
     kinds: list[tuple[Material, tuple[str, ...]]] = []
@@ -83,7 +84,9 @@ def make_batches(
         if len(kinds) < len(numbers):
             kinds.append((material, has))
     soup = scene.triangles()
-    bodies = np.full(len(soup.faces), _OPEN) if is_solid is None else _sort_solid(scene, is_solid)
+    bodies = (
+        np.full(len(soup.faces), _OPEN) if is_solid is None else _sort_solid(scene, is_solid, bent)
+    )
     batch = 3 * np.array(batch_of_part)[soup.part] + bodies
     order = np.argsort(batch, kind="stable")
     starts = np.searchsorted(batch[order], np.arange(3 * len(kinds) + 1)).tolist()
@@ -110,15 +113,22 @@ def _list_carried(part: Part) -> tuple[str, ...]:
     return tuple(name for name, is_carried in carried.items() if is_carried)
 
 
-def _sort_solid(scene: Scene, is_solid: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _sort_solid(
+    scene: Scene, is_solid: NDArray[np.bool_], bent: Container[int]
+) -> NDArray[np.intp]:
     """Tell open faces from solid ones, and from solid ones whose normals are sound."""
     bodies = np.where(is_solid, _SOLID, _OPEN)
     known: dict[tuple, NDArray[np.bool_]] = {}
     first = 0
-    for part in scene.parts:
+    for index, part in enumerate(scene.parts):
         rows = slice(first, first + part.triangles)
         first += part.triangles
-        if part.mesh.normals is None or is_mirrored(part.transform) or not is_solid[rows].any():
+        if (
+            index in bent
+            or part.mesh.normals is None
+            or is_mirrored(part.transform)
+            or not is_solid[rows].any()
+        ):
             continue
         turn = b"" if part.transform is None else part.transform[:3, :3].tobytes()
         key = (id(part.mesh), turn)
@@ -195,9 +205,10 @@ class SurfaceRenderer:
         for image in (part.material.image for part in scene.parts):
             if image is not None and id(image) not in self._images:
                 self._images[id(image)] = Texture(device, image)
-        order, self._batches = make_batches(scene, is_solid)
+        self._bent: set[int] = set()
+        self._scene, self._solid = scene, is_solid
         self._indices = Indices(device, 2 * geometry.n_points)
-        self._indices.write(geometry.faces[order].ravel())
+        self._batches = self._sort(scene)
         self._tables = self._make_tables(scene)
 
     @property
@@ -243,6 +254,37 @@ class SurfaceRenderer:
         """
         needs = ("AT_ONCE",) if lamp is None else ("AT_ONCE", "HAS_LAMP", *lamp.needs)
         self._draw(state, projection, ground, cull, needs, lamp)
+
+    def bend(self, scene: Scene, is_solid: NDArray[np.bool_] | None = None) -> None:
+        """
+        Take a pose of the same parts, of which meshes have other vertices and normals.
+
+        ``is_solid`` is given where it changed. Of a mesh that was bent once each pixel asks
+        whether its normal leans to the outside.
+        """
+        bent = {
+            index
+            for index, (old, new) in enumerate(zip(self._scene.parts, scene.parts, strict=True))
+            if old.mesh is not new.mesh
+        }
+        sees_through = any(scene.parts[index].material.is_transparent for index in bent)
+        self._scene = scene
+        self._solid = self._solid if is_solid is None else is_solid
+        if is_solid is not None or sees_through or not bent <= self._bent:
+            self._bent |= bent
+            self._batches = self._sort(scene)
+        for index, first in self._geometry.places():
+            normals = scene.parts[index].mesh.normals
+            if index in bent and normals is not None:
+                rows = np.zeros((len(normals), 4), np.float32)
+                rows[:, :3] = normals
+                self._tables[_NORMALS].write(rows, first)
+
+    def _sort(self, scene: Scene) -> list[Batch]:
+        """Put the faces into batches, and upload them in that order."""
+        order, batches = make_batches(scene, self._solid, self._bent)
+        self._indices.write(self._geometry.faces[order].ravel())
+        return batches
 
     def _draw(
         self,

@@ -58,8 +58,10 @@ class BodyVolumes:
     _cap: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 3), np.uint32))
     _cap_shell: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
     _capped: NDArray[np.bool_] | None = None
+    _pose: int = field(init=False)
 
     def __post_init__(self) -> None:
+        self._pose = self.body.poses
         self._found = np.zeros(self.body.n_shells * len(self.lights), np.bool_)
 
     @property
@@ -95,6 +97,15 @@ class BodyVolumes:
         chosen = wanted[self._side_shell]
         return self._sides[chosen], self._side_shell[chosen]
 
+    def inherit(self, old: "BodyVolumes") -> None:
+        """Take the sides of instances that stand to their light as in other volumes."""
+        same = (self.lights == old.lights).all(1) & (self.opened == old.opened).all(1)
+        same[self.held[:, 0]] = same[old.held[:, 0]] = False
+        kept = old._found & np.repeat(same, self.body.n_shells)
+        if self._pose == old._pose and kept.any():
+            self._sides, self._side_shell = old.sides_of(kept)
+            self._found = kept
+
     @property
     def is_closed(self) -> NDArray[np.bool_]:
         """Whether only lit faces cast, (n_instances, n_components) bool."""
@@ -106,7 +117,11 @@ class BodyVolumes:
 
     def is_of(self, lights: NDArray[np.float64], opened: NDArray[np.bool_]) -> bool:
         """Tell whether these are still the volumes of such lights and open components."""
-        return np.array_equal(self.lights, lights) and np.array_equal(self.opened, opened)
+        return (
+            self._pose == self.body.poses
+            and np.array_equal(self.lights, lights)
+            and np.array_equal(self.opened, opened)
+        )
 
     def casting(self, instance: int, shell: int) -> NDArray[np.intp]:
         """Find the faces of one shell that cast."""
@@ -166,6 +181,9 @@ class BodyVolumes:
         return (2 * corners).astype(np.uint32), chosen[owner]
 
 
+_FEW = 4  # of a mesh of which one edge in so many is wanted all are asked
+
+
 def make_volumes(
     body: Body,
     light: NDArray[np.float64],
@@ -180,9 +198,6 @@ def make_volumes(
     """
     held = np.zeros((0, 2), np.intp) if held is None else held
     return BodyVolumes(body, body.lights(light), opened, held)
-
-
-_FEW = 4  # faces of fewer than one edge in so many are asked edge by edge
 
 
 def _make_sides(
@@ -229,46 +244,58 @@ def _add_sides(
 
 def _find_silhouettes(
     volumes: BodyVolumes, caster: Caster, alike: NDArray[np.intp], wanted: NDArray[np.bool_]
-) -> Iterator[tuple[slice, Silhouettes]]:
-    """Find silhouettes of instances; where few shells are wanted perhaps of these alone."""
-    body, lights = volumes.body, volumes.lights
+) -> Iterator[tuple[slice | NDArray[np.intp], Silhouettes]]:
+    """Find silhouettes of instances: of one mesh as a whole, or of wanted shells alone."""
+    body, lights = volumes.body, volumes.lights[alike]
     mine = wanted.reshape(-1, body.n_shells)[alike]
-    lengths = np.diff(body.edge_starts)
-    n_edges = int((mine @ lengths).sum())
-    if n_edges * _FEW < len(caster.edges) * len(alike):
-        codes, starts = np.zeros(n_edges + 1, np.int32), np.zeros(len(alike) + 1, np.int64)
-        is_flat = _list_few(
-            mine, body.edge_starts, caster.edge_faces, caster.turn, caster.planes,
-            lights[alike], codes, starts,
-        )  # fmt: skip
-        if not is_flat or caster.is_closed.all():
-            yield slice(0, len(alike)), Silhouettes(codes, starts)
-            return
-    yield from find_silhouettes(caster, lights[alike])
+    n_edges = int((mine @ np.diff(body.edge_starts)).sum())
+    if len(alike) == 1 and n_edges * _FEW >= len(caster.edges):
+        yield from find_silhouettes(caster, lights)  # perhaps by a tree, or by many threads
+        return
+    codes, starts = np.zeros(n_edges + 1, np.int32), np.zeros(len(alike) + 1, np.int64)
+    is_flat = np.zeros(len(alike), np.bool_)
+    _list_codes(
+        mine, body.face_starts, body.faces, body.edge_starts, caster.edge_faces, caster.turn,
+        caster.planes, lights, bool(caster.is_closed.all()), codes, starts, is_flat,
+    )  # fmt: skip
+    yield slice(0, len(alike)), Silhouettes(codes, starts)
+    flat = np.flatnonzero(is_flat)
+    if len(flat):
+        for which, found in find_silhouettes(caster, lights[flat]):
+            yield flat[which], found
 
 
 @njit(cache=True, nogil=True)
-def _list_few(wanted, edge_starts, edge_faces, turn, planes, lights, codes, starts):
+def _list_codes(
+    wanted, face_starts, faces, edge_starts, edge_faces, turn, planes, lights, all_closed, codes,
+    starts, is_flat,
+):  # fmt: skip
     """
     List the codes of the edges of wanted shells (n_lights, n_shells), light by light.
 
-    True where a face is seen exactly edge-on: the codes of open ones are wrong then. Sums
-    are those of ``find_lit``, to the last bit.
+    Sums are those of ``find_lit``, to the last bit. Where a light sees a face exactly edge-on
+    and not ``all_closed``, ``is_flat`` is set and nothing listed: open faces need more care.
     """
     n = 0
-    is_flat = False
+    lit = np.zeros(planes.shape[1], np.uint8)
     for k in range(lights.shape[0]):
         x, y, z, w = lights[k, 0], lights[k, 1], lights[k, 2], lights[k, 3]
-        for shell in np.flatnonzero(wanted[k]):
+        for shell in range(wanted.shape[1]):
+            if not wanted[k, shell]:
+                continue
+            for i in range(face_starts[shell], face_starts[shell + 1]):
+                face = faces[i]
+                side = planes[0, face] * x + planes[1, face] * y + planes[2, face] * z
+                side += planes[3, face] * w
+                lit[face] = side > 0.0
+                is_flat[k] |= side == 0.0 and not all_closed
             for edge in range(edge_starts[shell], edge_starts[shell + 1]):
-                a, b = edge_faces[edge, 0], edge_faces[edge, 1]
-                one = planes[0, a] * x + planes[1, a] * y + planes[2, a] * z + planes[3, a] * w
-                two = planes[0, b] * x + planes[1, b] * y + planes[2, b] * z + planes[3, b] * w
-                is_flat |= one == 0.0 or two == 0.0
-                codes[n] = np.int32(edge) << 2 | np.int32(one > 0.0)
-                n += (one > 0.0) ^ (two > 0.0) ^ turn[edge]
+                one, two = lit[edge_faces[edge, 0]], lit[edge_faces[edge, 1]]
+                codes[n] = np.int32(edge) << 2 | one
+                n += one ^ two ^ turn[edge]
+        if is_flat[k]:
+            n = starts[k]
         starts[k + 1] = n
-    return is_flat
 
 
 @njit(cache=True, nogil=True)

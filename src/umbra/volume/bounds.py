@@ -29,6 +29,7 @@ __all__ = [
     "find_visible_parts",
     "is_in_range",
     "is_outside",
+    "move_boxes",
     "sort_boxes",
 ]
 
@@ -41,6 +42,15 @@ def find_box_points(bounds: NDArray[np.float64]) -> NDArray[np.float64]:
     points = np.ones((len(bounds), 8, 4))
     points[..., :3] = bounds[:, _CORNERS, [0, 1, 2]]
     return points
+
+
+def move_boxes(transforms: NDArray[np.float64], bounds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return boxes (n, m, 2, 3) around boxes (m, 2, 3) that affine transforms (n, 4, 4) move."""
+    middle, half = bounds.mean(1), np.ptp(bounds, axis=1) / 2.0
+    linear = transforms[:, None, :3, :3]
+    middle = (linear @ middle[..., None])[..., 0] + transforms[:, None, :3, 3]
+    half = (np.abs(linear) @ half[..., None])[..., 0]
+    return np.stack([middle - half, middle + half], 2)
 
 
 def is_outside(planes: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -224,7 +224,7 @@ def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
         body.caster = replace(caster, vertices=vertices, planes=planes)
         body.blocks = FaceBlocks.of(body.caster)
         body.groups = [body.groups[number]]
-        body.place([None])
+        body.place(np.eye(4)[None])
         open_here = opened[id(each.body)][[number]]
         scaled.append(BodyVolumes(body, layers.source[None], open_here))
     return scaled

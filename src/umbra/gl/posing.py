@@ -1,0 +1,122 @@
+"""
+What a caster's vertices say of it, found anew for each pose of a mesh that bends.
+
+Planes, boxes, volumes and dents in one pass over the faces and one over the edges, so that a
+mesh can bend at every frame. Which faces meet is not asked again.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.rays.eye_count import BLOCK
+from umbra.volume.adjacency import Caster
+
+__all__ = ["Shape", "find_welds", "measure_shape"]
+
+_DENT = 1e-6  # of a face's size: files in float32 dent what was meant flat
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """
+    What one pose of a caster's vertices tells.
+
+    Parameters
+    ----------
+    planes : (4, n_faces + 1) float64
+        As a caster keeps them.
+    bounds : (n_components, 2, 3) float64
+        Of each component [m].
+    blocks : (n_blocks, 6) float64
+        As ``FaceBlocks`` keeps them [m].
+    volumes : (n_components,) float64
+        Six times each component's signed volume [m³].
+    is_dented : (n_components,) bool
+        Whether it bends inward at any edge.
+    """
+
+    planes: NDArray[np.float64]
+    bounds: NDArray[np.float64]
+    blocks: NDArray[np.float64]
+    volumes: NDArray[np.float64]
+    is_dented: NDArray[np.bool_]
+
+
+def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> Shape:
+    """Measure a caster whose vertices are these, (n_vertices, 3) float64 in its own frame [m]."""
+    n_faces, n_components = len(caster.faces), len(caster.is_closed)
+    planes = np.full((4, n_faces + 1), np.nan)
+    bounds = np.zeros((n_components, 2, 3))
+    bounds[:, 0], bounds[:, 1] = np.inf, -np.inf
+    blocks = np.zeros((-(-n_faces // BLOCK), 6))
+    volumes = np.zeros(n_components)
+    largest = _measure_faces(
+        vertices, caster.faces, caster.component, planes, bounds, blocks, volumes
+    )
+    is_dented = np.zeros(n_components, np.bool_)
+    _find_dents(
+        vertices, caster.faces, caster.component, caster.edges, caster.edge_faces, planes,
+        _DENT * largest, is_dented,
+    )  # fmt: skip
+    return Shape(planes, bounds, blocks, volumes, is_dented)
+
+
+@njit(cache=True, nogil=True)
+def _measure_faces(vertices, faces, component, planes, bounds, blocks, volumes):
+    """Write planes, boxes and volumes face by face; give the vertices' largest coordinate."""
+    largest = 0.0
+    for vertex in range(vertices.shape[0]):
+        for axis in range(3):
+            largest = max(largest, abs(vertices[vertex, axis]))
+    for face in range(faces.shape[0]):
+        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
+        owner, block = component[face], face // BLOCK
+        is_first = face % BLOCK == 0
+        for axis in range(3):
+            p, q, r = vertices[i, axis], vertices[j, axis], vertices[k, axis]
+            low, high = min(p, q, r), max(p, q, r)
+            bounds[owner, 0, axis] = min(bounds[owner, 0, axis], low)
+            bounds[owner, 1, axis] = max(bounds[owner, 1, axis], high)
+            blocks[block, axis] = low if is_first else min(blocks[block, axis], low)
+            blocks[block, 3 + axis] = high if is_first else max(blocks[block, 3 + axis], high)
+        ax, ay, az = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+        bx, by, bz = vertices[j, 0], vertices[j, 1], vertices[j, 2]
+        cx, cy, cz = vertices[k, 0], vertices[k, 1], vertices[k, 2]
+        ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        planes[0, face], planes[1, face], planes[2, face] = nx, ny, nz
+        planes[3, face] = -(nx * ax + ny * ay + nz * az)
+        volumes[owner] += (
+            ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        )
+    return largest
+
+
+@njit(cache=True, nogil=True)
+def _find_dents(vertices, faces, component, edges, edge_faces, planes, limit, is_dented):
+    """Mark components where a neighbour's corner lies above a face by more than a limit."""
+    for edge in range(edges.shape[0]):
+        a, b = edge_faces[edge, 0], edge_faces[edge, 1]
+        if is_dented[component[a]]:
+            continue
+        corner = faces[b, 0] + faces[b, 1] + faces[b, 2] - edges[edge, 0] - edges[edge, 1]
+        corner = min(max(corner, 0), vertices.shape[0] - 1)  # of a face that is not a neighbour
+        height, square = planes[3, a], 0.0
+        for axis in range(3):
+            height += planes[axis, a] * vertices[corner, axis]
+            square += planes[axis, a] ** 2
+        is_dented[component[a]] = height > limit * np.sqrt(square)
+
+
+def find_welds(caster: Caster, soup: NDArray[np.int32]) -> NDArray[np.int64]:
+    """
+    Find the vertices (n, 2) that must stay at one place for the caster's adjacency to hold.
+
+    ``soup`` (n, 3) are the faces of which the caster was made, before vertices were welded.
+    """
+    given = soup[caster.source]
+    apart = given != caster.faces
+    return np.unique(np.stack([given[apart], caster.faces[apart]], 1), axis=0).astype(np.int64)
