@@ -10,8 +10,11 @@ __all__ = ["METHODS", "SOFT", "DeviceName", "Methods", "Softness"]
 
 DeviceName = Literal["auto", "cpu", "gl"]
 """What callers may ask for, as signatures say it."""
-SOFT = ("samples", "wedges", "weng")
-"""Soft shadows: samples of the light (the reference), penumbra wedges, scaled layers."""
+SOFT = ("samples", "wedges", "complexity", "weng")
+"""
+Soft shadows: samples of the light (the reference), penumbra wedges, depth complexity over the
+light (right where casters overlap, too), scaled layers.
+"""
 _MOST_LAYERS = 1000  # more is a slip
 
 
@@ -89,6 +92,8 @@ class Softness:
     ----------
     samples : int
         Points that stand for a light.
+    spots : int
+        Spots of a light at which ``complexity`` counts what hides them.
     length, gap : float
         How far the widest scaled layer goes, and from each to the next, in tenths of the
         silhouette's radius. Weng (2008) recommends 2 to 3, and 0.3 to 0.5.
@@ -100,6 +105,7 @@ class Softness:
     """
 
     samples: int = 256
+    spots: int = 64
     length: float = 2.5
     gap: float = 0.4
 
@@ -120,5 +126,5 @@ class Softness:
 
     def select(self, method: str) -> dict[str, float]:
         """Return what a method of ``SOFT`` takes, by its parameters' names."""
-        named = {"samples": ("samples",), "weng": ("length", "gap")}
+        named = {"samples": ("samples",), "complexity": ("spots",), "weng": ("length", "gap")}
         return {name: getattr(self, name) for name in named.get(method, ())}

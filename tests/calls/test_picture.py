@@ -72,7 +72,7 @@ def test_lights_come_in_any_form(scene, lights):
         ({"camera": (0, 0, 9)}, r"camera is no Camera but a tuple; give umbra.make_camera"),
         ({"method": "lengyel"}, "the cpu has no method 'lengyel'; it has auto"),
         ({"device": "tpu"}, "not one of auto, cpu, gl"),
-        ({"soft": "fog"}, "samples, wedges, weng"),
+        ({"soft": "fog"}, "samples, wedges, complexity, weng"),
         ({"light_size": 1}, "light_size= is for soft shadows; add soft='wedges'"),
         ({"soft": "wedges", "lights": [(0, 0, 9)]}, "give light_size="),
         ({"soft": "wedges", "light_size": (1, 2), "lights": [(0, 0, 9)]}, "2 radii for 1 lights"),

@@ -177,7 +177,7 @@ def render(
         ``'alpha'``, ``'screen'``, ``'max'`` or ``'half'``.
     device : {'auto', 'cpu', 'gl'}
         ``'auto'`` is the CPU.
-    soft : {'samples', 'wedges', 'weng'}, optional
+    soft : {'samples', 'wedges', 'complexity', 'weng'}, optional
         Soft shadows, by samples of the light, penumbra wedges or scaled layers.
     light_size : float or sequence of float
         Radius of all lights or of each, for soft shadows: of a point [m], of a direction

@@ -138,8 +138,8 @@ def _tell_methods() -> str:
     "--soft",
     type=click.Choice(SOFT),
     help=(
-        "Soft shadows: by samples of the light (the reference), penumbra wedges (fast) or scaled "
-        "layers after Weng (which only look soft)."
+        "Soft shadows: by samples of the light (the reference), penumbra wedges (fast), depth "
+        "complexity (right for overlaps, too) or scaled layers after Weng (which only look soft)."
     ),
 )
 @_lights(

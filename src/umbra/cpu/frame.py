@@ -133,7 +133,7 @@ class FrameCounter:
         origin = self.scene.origin
         place = light.local(origin)
         near = camera.key_range()[1]
-        casting = self._find_casting(place)
+        casting = self.find_casting(place)
         eye = find_eye_count(casting, self.blocks, camera, origin, place)
         near_faces = find_faces_before(casting, self.blocks, camera, origin)
         cut_open = find_cut_open(casting, self.blocks, near_faces, place)
@@ -201,7 +201,7 @@ class FrameCounter:
         """
         use_threads(self.threads)
         place = light.local(self.scene.origin)
-        casting = self._find_casting(place)
+        casting = self.find_casting(place)
         eye = find_eye_count(casting, self.blocks, camera, self.scene.origin, place)
         matrix = eye.matrix
         caster = casting.opened(eye.start.enclosed)
@@ -222,7 +222,7 @@ class FrameCounter:
                 counts = counts + self._in_front(caster, view, matrix, place, floor)
         return counts * (view.face != NOTHING)
 
-    def _find_casting(self, light: NDArray[np.float64]) -> Caster:
+    def find_casting(self, light: NDArray[np.float64]) -> Caster:
         """Return the caster without the faces that a light, (4,) in its frame, lies on."""
         held = find_holders(self.caster, self.blocks, light, self.scene.origin)
         return self.caster.without(held)

@@ -138,13 +138,15 @@ class Programs:
 
     def __init__(self, device: Device, vertex: str, fragment: str) -> None:
         self._device, self._shaders = device, (vertex, fragment)
-        self._made: dict[tuple[str, ...], Program] = {}
+        self._made: dict[tuple, Program] = {}
 
-    def find(self, *needs: str) -> Program:
-        """Find the program for which these names are defined as 1."""
-        if needs not in self._made:
-            self._made[needs] = Program(self._device, *self._shaders, dict.fromkeys(needs, 1))
-        return self._made[needs]
+    def find(self, *needs: str, **values: object) -> Program:
+        """Find the program for which names are defined as 1, and others have these values."""
+        key = (*needs, *values.items())
+        if key not in self._made:
+            defines = {**dict.fromkeys(needs, 1), **values}
+            self._made[key] = Program(self._device, *self._shaders, defines)
+        return self._made[key]
 
     def release(self) -> None:
         """Free them."""

@@ -239,17 +239,17 @@ class Target:
 
 
 class SharedDepthTarget:
-    """A target of one colour that shares another's depth, made anew when that is another."""
+    """A target of such colours that shares another's depth, made anew when that is another."""
 
-    def __init__(self, device: Device, color: str) -> None:
-        self._device, self._color = device, color
+    def __init__(self, device: Device, *colors: str) -> None:
+        self._device, self._colors = device, colors
         self.target: Target | None = None
 
     def over(self, target: Target) -> Target:
         """Give the companion that shares this target's depth and stencil."""
         if self.target is None or self.target.depth_of is not target:
             self.release()
-            self.target = Target(self._device, target.size, (self._color,), depth_of=target)
+            self.target = Target(self._device, target.size, self._colors, depth_of=target)
         return self.target
 
     def release(self) -> None:

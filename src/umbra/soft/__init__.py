@@ -4,7 +4,8 @@ Soft shadows: what share of a light with a size each visible point sees.
     __init__.py the lights: evenly bright rectangles, balls, discs in the sky such as the sun
     samples.py  many hard shadows averaged: the reference      visibility(...)
     wedges.py   hard count, corrected along silhouette edges   visibility(...)
-    coverage.py its kernels: where to look, what part of the light an edge takes
+    complexity.py  casters counted at spots of the light       visibility(...)
+    coverage.py, parts.py  their kernels: where to look, what part of the light an edge takes
     weng.py     scaled layers of the hard volume, stacked      visibility(...)
 
 A method is a module with a function ``visibility(counter, view, frame, camera, light)``

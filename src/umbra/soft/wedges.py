@@ -23,9 +23,9 @@ from umbra.volume.silhouette import find_silhouette_edges
 if TYPE_CHECKING:
     from umbra.cpu.frame import FrameCounter
 
-__all__ = ["find_axes", "find_coverage", "visibility"]
+__all__ = ["ASIDE", "find_axes", "find_coverage", "visibility"]
 
-_ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
+ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
 """How far the light moves where an edge passes its very middle, in its radii."""
 
 
@@ -58,7 +58,7 @@ def find_coverage(
     if unsure.any():
         # The side of the hard count and that of the edge could differ by rounding: ask
         # a light that stands aside by a thousandth of its radius, at most 0.001 wrong.
-        aside, _ = _cover(counter, view, frame, camera, light.moved(_ASIDE), unsure)
+        aside, _ = _cover(counter, view, frame, camera, light.moved(ASIDE), unsure)
         coverage[unsure] = aside[unsure]
     return coverage
 

@@ -1,10 +1,13 @@
 // What one silhouette edge takes from, or adds to, a hard count where a pixel sees: -s Q / area,
-// as umbra/soft/coverage.py says; and whether it passes the light's middle within a pixel.
+// as umbra/soft/parts.py says; and whether it passes the light's middle within a pixel.
 //
-// IS_POINT or a direction; IS_SQUARE or a disc.
+// IS_POINT or a direction; IS_SQUARE or a disc. HAS_SPOTS: the silhouette is the one that the
+// pixel's surface sees, and the edge also adds to the counts of spots of the light, as
+// umbra/soft/complexity.py says. A float holds DIGITS counts, in a base of BASE.
 
 #include "picture.glsl"
 #include "wedge_part.glsl"
+#include "wedge_row.glsl"
 
 uniform sampler2D keys;
 uniform samplerBuffer edges;
@@ -18,20 +21,58 @@ flat in int edge;
 
 layout(location = 0) out vec4 taken;
 
-const int TEXELS = 6;
 const float PIXELS = 0.0625;  // a rasteriser's rounding, and some more on slopes
 const float NEAREST = 1e-6;  // of the way to the light: nearer edges touch what is seen
 
-vec3 find_end(int place, vec3 seen) {
-    return ((texelFetch(edges, TEXELS * edge + place).xyz - eye_high) - eye_low) - seen;
+#ifdef HAS_SPOTS
+const float BEFORE = 1e-5;  // of its depth: so far before its surface a pixel is to see its own face
+uniform vec4 spots_x[PICTURES * DIGITS], spots_y[PICTURES * DIGITS];
+layout(location = 1) out vec4 counts[PICTURES];
+
+// The multiplicity along the faces that are seen from their outer side.
+float find_multiplicity(vec3 start, float half_weight, float turn) {
+    float one = sign(-dot(texelFetch(edges, TEXELS * edge + 6).xyz, start));
+    float two = sign(-dot(texelFetch(edges, TEXELS * edge + 7).xyz, start));
+    return half_weight * (one - turn * two);
+}
+
+void add_to_spots(vec3 line, vec2 a, vec2 b, float times) {
+    bvec4 inside = bvec4(line.z > 0.0);
+    for (int k = 0; k < PICTURES; ++k) {
+        vec4 sum = vec4(0.0);
+        for (int d = DIGITS - 1; d >= 0; --d) {
+            vec4 x = spots_x[k * DIGITS + d], y = spots_y[k * DIGITS + d];
+            bvec4 left = greaterThan(a.x * y - a.y * x, vec4(0.0));
+            bvec4 right = greaterThan(b.x * y - b.y * x, vec4(0.0));
+            bvec4 beyond = greaterThan(line.x * x + line.y * y + line.z, vec4(0.0));
+            sum = sum * BASE + vec4(notEqual(left, right)) * vec4(notEqual(beyond, inside));
+        }
+        counts[k] = times * sum;
+    }
+}
+#endif
+
+vec4 find_end(int place) {
+    vec4 end = texelFetch(edges, TEXELS * edge + place);
+    return vec4((end.xyz - eye_high) - eye_low, end.w);
 }
 
 void main() {
-    float key = texelFetch(keys, ivec2(gl_FragCoord.xy), 0).r;
+    vec4 at = texelFetch(keys, ivec2(gl_FragCoord.xy), 0);
+    float key = at.r;
     if (key == 0.0) {
         discard;
     }
     vec3 seen = find_seen(gl_FragCoord.xy, key);
+    vec4 first = find_end(0), second = find_end(1);
+    float times = 1.0;
+#ifdef HAS_SPOTS
+    vec3 before = BEFORE * (is_perspective ? 1.0 / key : length(seen)) * at.gba;
+    times = find_multiplicity(first.xyz - seen - before, first.w, second.w);
+    if (times == 0.0) {
+        discard;
+    }
+#endif
     vec3 u = axis_u, v = axis_v, n = axis_n;
     vec2 middle = vec2(0.0);
     float unit = radius;  // of the plane, where it has one
@@ -63,7 +104,7 @@ void main() {
 #else
     const float LIMIT = 1e30;
 #endif
-    vec3 one = find_end(0, seen), two = find_end(1, seen);
+    vec3 one = first.xyz - seen, two = second.xyz - seen;
     vec3 start = vec3(dot(u, one), dot(v, one), dot(n, one));
     vec3 end = vec3(dot(u, two), dot(v, two), dot(n, two));
     start.xy -= middle * start.z;
@@ -81,9 +122,19 @@ void main() {
     vec2 a = from.xy / max(from.z, NEAREST), b = to.xy / max(to.z, NEAREST);
     vec3 line = cross(start, end);  // on which both lie, wound as from a to b
     float part = find_part(line, a, b);
+    if (part <= 0.0) {
+        discard;
+    }
     // A pixel's side, as the light's plane sees it move.
     float wide = length(across) * (is_perspective ? 1.0 / key : 1.0);
     float slack = PIXELS * wide / (unit * max(min(from.z, to.z), NEAREST));
-    bool passes = part > 0.0 && abs(line.z) <= slack * length(line.xy);
+    bool passes = abs(line.z) <= slack * length(line.xy);
+#ifdef HAS_SPOTS
+    // Wound along the faces that the surface sees, not those that the light does.
+    times *= line.z > 0.0 ? 1.0 : -1.0;
+    taken = vec4(times * part, passes ? 1.0 : 0.0, 0.0, 0.0);
+    add_to_spots(line, from.xy, to.xy, times);
+#else
     taken = vec4(line.z > 0.0 ? -part : part, passes ? 1.0 : 0.0, 0.0, 0.0);
+#endif
 }

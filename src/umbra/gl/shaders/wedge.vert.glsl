@@ -4,7 +4,7 @@
 // planes; it fills the picture. Faces are wound outward, and only backs are drawn: a
 // polyhedron covers a pixel once, also with the eye in it.
 
-uniform samplerBuffer edges;       // for each: its ends, the outward normals of four planes
+uniform samplerBuffer edges;       // for each: its ends, the outward normals of four planes, more
 uniform vec3 eye_high, eye_low;    // the eye in the scene's frame, in two parts
 uniform mat4 projection;
 uniform vec4 light;                // homogeneous, relative to the eye
@@ -13,7 +13,8 @@ uniform float reach;               // how long rays are; 0: to infinity
 invariant gl_Position;
 flat out int edge;
 
-const int TEXELS = 6;
+#include "wedge_row.glsl"
+
 const int CORNERS[24] = int[24](0, 2, 4, 0, 4, 1, 1, 5, 3, 1, 3, 0,
                                 0, 3, 2, 1, 4, 5, 2, 3, 5, 2, 5, 4);
 

@@ -2,7 +2,8 @@
 Soft shadows on OpenGL: what share of each light reaches each pixel, as a picture.
 
     __init__.py    what a method is; samples; the methods of one scene, and for which lights
-    wedges.py      the hard count, corrected along silhouette edges; depth keys
+    wedges.py      the hard count, corrected along silhouette edges; depth keys, wedges
+    complexity.py  casters counted at spots of the light, each from the hard count by edges
     weng.py        scaled layers of the hard volume, as one list of triangles, stacked
     growth.py      the points of casters that are enlarged, and which caster a pixel shows
 
@@ -24,6 +25,7 @@ from umbra.gl.count import Stack, VolumeCounter
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
+from umbra.gl.soft.complexity import SpotCounts
 from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.gl.state import State
@@ -170,6 +172,8 @@ class SoftMethods:
             return SampledShadows(self._planner, softness.samples, self._choices)
         if name == "wedges":
             return Wedges(self._planner, self._counter)
+        if name == "complexity":
+            return SpotCounts(self._planner, self._counter, softness.spots)
         return ScaledLayers(
             self._planner, self._counter, length=softness.length, gap=softness.gap,
             choices=self._choices,

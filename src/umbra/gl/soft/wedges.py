@@ -8,7 +8,7 @@ is comes from depth keys, a depth buffer that shaders can read.
 """
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,25 +29,26 @@ from umbra.soft import AreaLight
 from umbra.soft.coverage import make_planes
 from umbra.soft.wedges import find_axes
 
-__all__ = ["Keys", "Wedges"]
+__all__ = ["Keys", "WedgePainter", "Wedges"]
 
 # Only what is in the depth buffer: what is seen through is not.
 _AGAIN = Pass(depth_test="equal", color_write=True)
 
 
 class Keys:
-    """Draws the depth keys of the scene of a planner."""
+    """Draws the depth keys of the scene of a planner, with normals of what is seen if needed."""
 
-    def __init__(self, planner: Planner) -> None:
+    def __init__(self, planner: Planner, *, has_normals: bool = False) -> None:
         self._device, self._geometry = planner.device, planner.geometry
         self._planner = planner
         self._indices = Indices(planner.device, 2 * planner.geometry.n_points)
         self._indices.write(planner.geometry.faces.ravel())
-        self._faces = Program(planner.device, "surface.vert.glsl", "key.frag.glsl")
-        self._ground = Program(
-            planner.device, "ground.vert.glsl", "key.frag.glsl", {"IS_GROUND": 1}
+        needs = {"HAS_NORMAL": 1} if has_normals else {}
+        self._faces, self._ground = (
+            Program(planner.device, f"{what}.vert.glsl", "key.frag.glsl", {**needs, **more})
+            for what, more in (("surface", {}), ("ground", {"IS_GROUND": 1}))
         )
-        self._picture = SharedDepthTarget(self._device, "r32f")
+        self._picture = SharedDepthTarget(self._device, "rgba32f" if has_normals else "r32f")
 
     def draw(self, state: State, target: Target, projection: Projection) -> int:
         """
@@ -89,12 +90,16 @@ def _find_depths(projection: Projection) -> np.ndarray:
     return np.array([near, far_less_near])
 
 
-_TEXELS, _VERTICES = 6, 24  # of an edge
+VERTICES = 24
+"""Of the polyhedron of an edge's wedge."""
 _REACH = 100.0  # how far wedges go in parallel views, in sizes of what there is
+
+ListEdges = Callable[[AreaLight, Sequence[BodyVolumes], NDArray[np.float64]], NDArray[np.float32]]
+"""Lists a light's edges as ``wedge_row.glsl`` reads them, (n, texels, 4)."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Edges:
+class LightEdges:
     """A light's silhouette edges on the device, and the volumes that they bound."""
 
     light: AreaLight
@@ -115,76 +120,90 @@ class _Edges:
         )
 
 
-class Wedges:
-    """Corrects the hard counts of a planner's plans along silhouettes."""
+class WedgePainter:
+    """Draws the penumbra wedges of a picture's lights, where a program says what of each."""
 
-    def __init__(self, planner: Planner, counter: VolumeCounter) -> None:
+    def __init__(self, planner: Planner, list_edges: ListEdges, *, has_normals: bool) -> None:
         self._device: Device = planner.device
-        self._planner, self._counter = planner, counter
-        self._keys = Keys(planner)
-        self._uncover = Program(self._device, "picture.vert.glsl", "uncover.frag.glsl")
+        self._planner, self._list_edges = planner, list_edges
+        self._keys = Keys(planner, has_normals=has_normals)
         self._programs = Programs(self._device, "wedge.vert.glsl", "wedge.frag.glsl")
-        self._edges: list[_Edges] = []
-        self._plans: Sequence[VolumePlan] = ()
+        self._edges: list[LightEdges] = []
         self._projection: Projection | None = None
         self._key = 0
-        self._parts, self._shares = (
-            SharedDepthTarget(self._device, name) for name in ("rgba32f", "r32f")
-        )
 
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
         """Make ready for a picture; see `Visibility`."""
-        self._projection, self._plans, self._key = projection, plans, 0
+        self._projection, self._key = projection, 0
         origin = self._planner.scene.origin
         old, self._edges = self._edges, []
         for light, plan in zip(lights, plans, strict=True):
             kept = next((each for each in old if each.is_of(light, plan)), None)
             if kept is None:
-                rows = _list_edges(light, plan.volumes, origin)
-                table = rows if len(rows) else np.zeros((1, _TEXELS, 4), np.float32)
+                rows = self._list_edges(light, plan.volumes, origin)
+                table = rows if len(rows) else np.zeros((1, *rows.shape[1:]), np.float32)
                 buffer = TextureBuffer(self._device, table, "rgba32f")
-                kept = _Edges(light, plan.volumes, buffer, len(rows))
+                kept = LightEdges(light, plan.volumes, buffer, len(rows))
             self._edges.append(kept)
         for each in old:
             if each not in self._edges:
                 each.table.release()
 
-    def draw(self, state: State, target: Target, number: int) -> Target:
-        """Draw a light's visibility; see `Visibility`."""
-        assert self._projection is not None
-        parts, shares = self._parts.over(target), self._shares.over(target)
+    def draw_keys(self, state: State, target: Target) -> None:
+        """Draw depth keys, once a picture; before, the target's depth holds the scene."""
         if not self._key:
+            assert self._projection is not None
             self._key = self._keys.draw(state, target, self._projection)
-        edges, plan = self._edges[number], self._plans[number]
-        counts = self._counter.count_in_floats(state, target, plan)
-        parts.fill(state, 0.0)
+
+    def bind_keys(self, unit: int) -> None:
+        """Let shaders find the keys at a texture unit."""
+        self._device.gl.bind_texture(unit, self._key)
+
+    def draw(
+        self,
+        state: State,
+        number: int,
+        plan: VolumePlan,
+        *needs: str,
+        uniforms: Mapping[str, object] | None = None,
+        **values: object,
+    ) -> None:
+        """
+        Add what a light's edges take to the target in use.
+
+        Before: keys are drawn. Names that ``needs`` and ``values`` define, and uniforms, are for
+        ``wedge.frag.glsl``.
+        """
+        edges = self._edges[number]
+        if not edges.count:
+            return
         state.use(
             Pass(
                 depth_test="gequal", color_write=True, blend="add", cull="front",
                 depth_clamp=True, scissor=plan.scissor,
             )
         )  # fmt: skip
-        program = self._prepare(edges, plan)
-        if edges.count:
-            program.draw(_VERTICES * edges.count)
-        shares.use()
-        state.use(Pass(color_write=True))
-        counts.bind(0)
-        parts.bind(1)
-        self._uncover.set(counts=0, parts=1)
-        self._uncover.draw(3)
-        return shares
+        program = self._prepare(edges, plan, needs, values)
+        program.set(**(uniforms or {}))
+        program.draw(VERTICES * edges.count)
 
-    def _prepare(self, edges: _Edges, plan: VolumePlan) -> Program:
+    def _prepare(
+        self,
+        edges: LightEdges,
+        plan: VolumePlan,
+        needs: tuple[str, ...],
+        values: Mapping[str, object],
+    ) -> Program:
         """Choose the program for a light, and tell it where everything is."""
         light, projection = edges.light, plan.projection
-        needs = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}
-        program = self._programs.find(*(name for name, needed in needs.items() if needed))
+        kind = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}
+        needs = (*(name for name, needed in kind.items() if needed), *needs)
+        program = self._programs.find(*needs, **values)
         place = find_source(light.light, self._planner.scene.origin)
         axes = find_axes(light, place)
-        self._device.gl.bind_texture(0, self._key)
+        self.bind_keys(0)
         edges.table.bind(1)
         program.set(
             keys=0, edges=1, light=plan.light, radius=light.radius, axis_u=axes[0],
@@ -203,9 +222,47 @@ class Wedges:
 
     def release(self) -> None:
         """Free what is held on the device."""
-        tables = (each.table for each in self._edges)
-        release_all(self._parts, self._shares, *tables, self._keys, self._uncover, self._programs)
+        release_all(*(each.table for each in self._edges), self._keys, self._programs)
         self._edges = []
+
+
+class Wedges:
+    """Corrects the hard counts of a planner's plans along silhouettes."""
+
+    def __init__(self, planner: Planner, counter: VolumeCounter) -> None:
+        self._counter = counter
+        self._painter = WedgePainter(planner, _list_edges, has_normals=False)
+        self._uncover = Program(planner.device, "picture.vert.glsl", "uncover.frag.glsl")
+        self._plans: Sequence[VolumePlan] = ()
+        self._parts, self._shares = (
+            SharedDepthTarget(planner.device, name) for name in ("rgba32f", "r32f")
+        )
+
+    def begin(
+        self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
+    ) -> None:
+        """Make ready for a picture; see `Visibility`."""
+        self._plans = plans
+        self._painter.begin(projection, lights, plans)
+
+    def draw(self, state: State, target: Target, number: int) -> Target:
+        """Draw a light's visibility; see `Visibility`."""
+        parts, shares = self._parts.over(target), self._shares.over(target)
+        self._painter.draw_keys(state, target)
+        counts = self._counter.count_in_floats(state, target, self._plans[number])
+        parts.fill(state, 0.0)
+        self._painter.draw(state, number, self._plans[number])
+        shares.use()
+        state.use(Pass(color_write=True))
+        counts.bind(0)
+        parts.bind(1)
+        self._uncover.set(counts=0, parts=1)
+        self._uncover.draw(3)
+        return shares
+
+    def release(self) -> None:
+        """Free what is held on the device."""
+        release_all(self._parts, self._shares, self._painter, self._uncover)
 
 
 def _list_edges(
@@ -229,7 +286,7 @@ def _list_edges(
     place = find_source(light.light, origin)
     planes = np.zeros((len(ends), 4, 4))
     make_planes(ends, place, light.radius, planes)
-    rows = np.zeros((len(ends), _TEXELS, 4), np.float32)
+    rows = np.zeros((len(ends), 6, 4), np.float32)
     rows[:, :2, :3] = ends.reshape(-1, 2, 3)
     rows[:, 2:, :3] = planes[..., :3]
     return rows
