@@ -35,7 +35,9 @@ _SPELLED = {
     "by_day=False": "sum",
     "end": "to",
     "latitude": "lat",
+    "lights": "light",
     "longitude": "lon",
+    "spots": "spot",
     "start": "from",
     "true_north": "north",
     "zone": "tz",
@@ -44,10 +46,10 @@ _SPELLED = {
 
 _OPTIONS = """
 allow_outside at base_column by by_day canopy canopy_heights cast cell date device every
-every_days exact extent eye fov ground height height_column leaf_on light_size mask_scale masks
-method min_spell name_column near no_cast on points proposed receivers refraction report rules
-sheet size soft spacing spells target threads transmissivity trunk under up who write
-end latitude longitude start true_north zone
+every_days exact extent eye fov ground height height_column layer_gap layer_length leaf_on
+light_size mask_scale masks method min_spell name_column near no_cast on points proposed receivers
+refraction report rules sheet size soft spacing spells target threads transmissivity trunk under up
+who write end latitude lights longitude spots start true_north zone
 """
 OPTIONS = frozenset(_OPTIONS.split())
 """What messages may name."""

@@ -30,9 +30,15 @@ class Option:
     metavar : str, optional
         What is typed after it.
     unit : str
-    choices : tuple of str
-    count : int
-        How many numbers.
+    choices : tuple of str or int
+    count : int or tuple of int
+        How many numbers; several where any of these is right.
+    is_repeated : bool
+        Whether there may be any number of such values; patterns, texts and dates always are.
+    passes : tuple
+        Values besides, which stay as they are.
+    remedy : str
+        What the command says of text that is no such value.
     least : int, optional
         Of a whole number.
     receivers : tuple of str
@@ -51,13 +57,22 @@ class Option:
     flag: str | None = ""
     metavar: str | None = None
     unit: str = ""
-    choices: tuple[str, ...] = ()
-    count: int = 0
+    choices: tuple[Any, ...] = ()
+    count: int | tuple[int, ...] = 0
+    is_repeated: bool = False
+    passes: tuple[Any, ...] = ()
+    remedy: str = ""
     least: int | None = None
     receivers: tuple[str, ...] = ()
     is_needed: bool = False
     attribute: str = ""
     is_kept: bool = True
+
+    @property
+    def form(self) -> str:
+        """What is given after ``=``, as messages show it: ``(X, Y, Z)``, ``'FILE'``."""
+        word = str(self.metavar)
+        return f"({', '.join(word.split(','))})" if self.type == "numbers" else f"'{word}'"
 
 
 def option(type: str, help: str = "", *, default: Any = None, **more: Any) -> Any:  # noqa: A002
@@ -86,8 +101,10 @@ def check_types(record: Any) -> None:
     """
     for name, said, default in list_options(record):
         value = getattr(record, name)
-        if value is not default and value is not MISSING and said.type in _CHECKS:
-            object.__setattr__(record, name, _CHECKS[said.type](name, said, value))
+        is_given = value is not default and value is not MISSING and value not in said.passes
+        if is_given and said.type in _CHECKS:
+            check = _check_each if said.is_repeated else _CHECKS[said.type]
+            object.__setattr__(record, name, check(name, said, value))
 
 
 def _refuse(name: str, what: str, value: object) -> InputError:
@@ -104,6 +121,15 @@ def _check_number(name: str, said: Option, value: Any) -> Any:
     return int(value) if is_whole else float(value)
 
 
+def _check_each(name: str, said: Option, value: Any) -> tuple:
+    """Check several values; a number alone is one of them."""
+    try:
+        several = (value,) if isinstance(value, Real) else tuple(value)
+    except TypeError:
+        raise _refuse(name, "is one value or several", value) from None
+    return tuple(_CHECKS[said.type](name, said, one) for one in several)
+
+
 def _check_numbers(name: str, said: Option, value: Any) -> tuple:
     kind, what = (Integral, "whole numbers") if said.type == "size" else (Real, "numbers")
     try:
@@ -111,8 +137,9 @@ def _check_numbers(name: str, said: Option, value: Any) -> tuple:
     except TypeError:
         found = ()
     is_right = all(isinstance(one, kind) and not isinstance(one, bool) for one in found)
-    if len(found) != said.count or not is_right:
-        raise _refuse(name, f"has {said.count} {what}", value)
+    counts = said.count if isinstance(said.count, tuple) else (said.count,)
+    if len(found) not in counts or not is_right:
+        raise _refuse(name, f"has {' or '.join(map(str, counts))} {what}", value)
     return tuple(int(one) if said.type == "size" else float(one) for one in found)
 
 
@@ -125,9 +152,9 @@ def _check_texts(name: str, _: Option, value: Any) -> tuple[str, ...]:
 
 def _check_choice(name: str, said: Option, value: Any) -> Any:
     if value not in said.choices:
-        msg = f"{name} '{value}' is not one of {', '.join(said.choices)}"
+        msg = f"{name} '{value}' is not one of {', '.join(map(str, said.choices))}"
         raise InputError(msg, option=name)
-    return value
+    return said.choices[said.choices.index(value)]  # 2, not 2.0 or True
 
 
 _CHECKS: dict[str, Callable[[str, Option, Any], Any]] = {

@@ -1,5 +1,6 @@
 """``umbra.render``, ``make_camera`` and ``show``: what the commands do, in Python."""
 
+import inspect
 import sys
 from io import BytesIO
 from types import SimpleNamespace
@@ -11,7 +12,9 @@ from support.model_files import save_obj
 from support.shapes import sheet
 
 import umbra
+from umbra.calls.options import CameraOptions, RenderOptions, ViewOptions
 from umbra.cli import main
+from umbra.options import list_options
 
 TABLE = sheet([(-1, -1, 4), (1, -1, 4), (1, 1, 4), (-1, 1, 4)])
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -68,7 +71,7 @@ def test_lights_come_in_any_form(scene, lights):
     ("options", "words"),
     [
         ({"lights": [(1, 2)]}, r"a light is a Light or \(x, y, z, w\); got \(1, 2\)"),
-        ({"lights": [(0, 0, 8, 2)]}, "the W of a light is 1"),
+        ({"lights": [(0, 0, 8, 2)]}, r"lights=\(0, 0, 8, 2\) has a W of 2; it is 1"),
         ({"camera": (0, 0, 9)}, r"camera is no Camera but a tuple; give umbra.make_camera"),
         ({"method": "lengyel"}, "the cpu has no method 'lengyel'; it has auto"),
         ({"device": "tpu"}, "not one of auto, cpu, gl"),
@@ -77,7 +80,7 @@ def test_lights_come_in_any_form(scene, lights):
         ({"soft": "wedges", "lights": [(0, 0, 9)]}, "give light_size="),
         ({"soft": "wedges", "light_size": (1, 2), "lights": [(0, 0, 9)]}, "2 radii for 1 lights"),
         ({"mask_scale": 2}, "give device='gl' and no soft="),
-        ({"mask_scale": 3, "device": "gl"}, "1, 2 or 4 times"),
+        ({"mask_scale": 3, "device": "gl"}, "mask_scale '3' is not one of 1, 2, 4"),
         ({"ground": "low"}, "ground is a number"),
         ({"ground": np.nan}, "must be a finite number"),
         ({"threads": 0}, "threads must be at least 1"),
@@ -98,9 +101,55 @@ def test_what_is_no_scene_is_told():
 
 
 def test_half_a_view_is_told(scene):
-    with pytest.raises(umbra.InputError, match="both eye= and target=") as caught:
+    with pytest.raises(umbra.InputError, match=r"both eye=\(X, Y, Z\) and target=") as caught:
         umbra.make_camera(scene, eye=(0, 0, 9))
-    assert "both --eye and --target" in caught.value.for_shell()
+    assert "both --eye X,Y,Z and --target X,Y,Z" in caught.value.for_shell()
+    assert caught.value.option == "target"
+
+
+@pytest.mark.parametrize(
+    ("call", "record", "own"),
+    [
+        (umbra.render, RenderOptions, {"scene", "camera", "lights", "arrays"}),
+        (umbra.make_camera, CameraOptions, {"scene"}),
+        (umbra.show, ViewOptions, {"scene", "site"}),
+    ],
+)
+def test_signatures_are_those_of_the_records(call, record, own):
+    shown = {name: one.default for name, one in inspect.signature(call).parameters.items()}
+    told = call.__doc__.split("Returns")[0]
+    assert {name: default for name, default in shown.items() if name not in own} == {
+        name: default for name, _, default in list_options(record)
+    }
+    for name in shown:
+        assert name in told, f"{name} is not in the docstring"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"layer_gap": 0.5}, "layer_gap= is for scaled layers; add soft='weng'"),
+        ({"layer_gap": 0, "soft": "weng"}, "layer_length=2.5 and layer_gap=0 do not make 1 to"),
+        ({"layer_length": "far"}, "layer_length is a number"),
+        ({"light_size": ("big",), "soft": "weng"}, "light_size is a number"),
+        ({"light_size": {}, "soft": "weng", "device": 1}, "not one of auto, cpu, gl"),
+    ],
+)
+def test_slips_in_softness_are_told(scene, options, words):
+    with pytest.raises(umbra.InputError, match=words) as caught:
+        umbra.render(scene, **options)
+    assert caught.value.option in {*options, "layer_length"}  # which is told with the gap
+
+
+def test_length_and_gap_of_layers_make_the_picture(scene):
+    camera = umbra.make_camera(
+        scene, eye=(0, 0, 10), target=(0, 0, 0), up=(0, 1, 0), size=(200, 150)
+    )
+    lights, more = (0, 0, 8, 1), {"ground": 0, "soft": "weng", "light_size": 0.5, "arrays": True}
+    usual = umbra.render(scene, camera, lights, **more).visibility[0]
+    two = umbra.render(scene, camera, lights, layer_length=4, layer_gap=2, **more).visibility[0]
+    np.testing.assert_allclose(np.unique(two), [0, 1 / 3, 2 / 3, 1], atol=1e-6)
+    assert len(np.unique(usual.round(5))) == 8  # six layers, the hard shadow and the light
 
 
 def test_a_view_of_nothing_is_warned_of(scene):

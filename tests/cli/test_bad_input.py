@@ -120,7 +120,7 @@ def test_options_that_cannot_be(study, keep, options, day, words):
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        (["--receivers", "points"], "needs --points"),
+        (["--receivers", "points"], "needs --points FILE;"),
         (["--receivers", "points", "--points", "none.csv"], "none.csv"),
         (["--receivers", "surfaces"], "--spacing"),
         (["--rules", "none.yaml"], "none.yaml"),
@@ -172,7 +172,7 @@ def test_parts_are_listed_where_a_pattern_matches_none(study, tmp_path):
     path = save_city(tmp_path / "town.city.json", meshes)
     line = study("--cast", "Dach*", files=[path]).refusal()
     words = "RoofSurface, WallSurface, Building, a, b, c"
-    assert f"'Dach*' matches no part; the file has {words}" in line
+    assert f"--cast Dach* matches no part; the file has {words}" in line
 
 
 def test_a_raster_too_large_names_a_cell_that_fits(study, keep, monkeypatch):

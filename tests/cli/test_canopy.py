@@ -116,7 +116,7 @@ def test_rules_weigh_what_comes_through(study, garden, tmp_path, receivers):
     [
         (
             ["--canopy", "crow"],
-            "'crow' matches no part; did you mean 'crown'? the file has",
+            "--canopy crow matches no part; did you mean 'crown'? the file has",
         ),
         (["--transmissivity", "0.03"], "say which parts they are with --canopy"),
         (["--canopy", "crown", "--transmissivity", "3"], "for 3 % write 0.03 or 3%"),

@@ -5,7 +5,7 @@ import re
 import click
 import pytest
 
-from umbra.cli import main, render, study
+from umbra.cli import main, render, study, view
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["study", "--help"], ["render", "-h"]])
@@ -18,7 +18,7 @@ def test_help_goes_to_the_output(arguments, capsys):
     assert not said.err
 
 
-@pytest.mark.parametrize("which", [study, render], ids=["study", "render"])
+@pytest.mark.parametrize("which", [study, render, view], ids=["study", "render", "view"])
 def test_long_helps_have_every_option_once_under_a_heading(capsys, which):
     with pytest.raises(SystemExit):
         main([str(which.command.name), "--help"])

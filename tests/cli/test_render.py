@@ -191,7 +191,7 @@ def test_without_a_view_and_a_light_the_whole_model_is_seen_and_lit(render):
 @pytest.mark.parametrize("half", [["--eye", "0,-9,5"], ["--target", "0,0,0"]])
 def test_half_a_view_is_refused(umbra_here, table, tmp_path, half):
     said = umbra_here("render", table, *half, "--out", tmp_path / "a.png")
-    assert "both --eye and --target" in said.refusal()
+    assert "both --eye X,Y,Z and --target X,Y,Z" in said.refusal()
 
 
 @pytest.mark.parametrize(
@@ -201,8 +201,8 @@ def test_half_a_view_is_refused(umbra_here, table, tmp_path, half):
         (["--out", "a.jpg", "--light", "0,0,8"], "name it a.png"),
         (["--out", "a.png", "--light", "0,8"], "X,Y,Z"),
         (["--out", "a.png", "--light", "0,0,nan"], "X,Y,Z"),
-        (["--out", "a.png", "--light", "0,0,0,0"], "points nowhere"),
-        (["--out", "a.png", "--light", "0,0,8,-1"], "a point"),
+        (["--out", "a.png", "--light", "0,0,0,0"], "--light 0,0,0,0: "),
+        (["--out", "a.png", "--light", "0,0,8,-1"], "--light 0,0,8,-1 has a W of -1; it is 1 (a"),
         (["--out", "a.png", "--light", "0,0,8", "--method", "alpha"], "auto, z-pass, z-fail"),
         (["--out", "a.png", "--light", "0,0,8", "--method", "lengyel"], "auto, z-pass, z-fail"),
         (
@@ -211,11 +211,14 @@ def test_half_a_view_is_refused(umbra_here, table, tmp_path, half):
         ),
         (["--out", "a.png", "--light", "0,0,8", "--size", "0x4"], "COLSxROWS"),
         (["--out", "a.png", "--light", "0,0,8", "--size", "999999x999999"], "would fit"),
-        (["--out", "a.png", "--light", "0,0,8", "--near", "0"], "near"),
-        (["--out", "a.png", "--light", "0,0,8", "--fov", "180"], "180"),
+        (["--out", "a.png", "--light", "0,0,8", "--near", "0"], "--near must lie"),
+        (
+            ["--out", "a.png", "--light", "0,0,8", "--fov", "180"],
+            "--fov, must lie between 0 and 180",
+        ),
         (["--out", "a.png", "--light", "0,0,8", "--up", "0,0,1", "--eye", "0,0,9"], "looks along"),
         (["--out", "a.png", "--light", "0,0,8", "--up", "z"], "the file's own axis is --axis-up"),
-        (["--out", "a.png", "--spot", "0,0,8,0,0,8,20"], "spot light"),
+        (["--out", "a.png", "--spot", "0,0,8,0,0,8,20"], "--spot 0,0,8,0,0,8,20: a spot light"),
         (["--out", "table.obj/a.png", "--light", "0,0,8"], "not a folder"),
     ],
 )

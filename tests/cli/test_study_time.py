@@ -108,8 +108,10 @@ def test_who_casts_and_what_is_lost_are_written(study, tmp_path):
     assert np.isnan(result.hours_lost.sel(x=0.5, y=0.5, method="nearest"))
     lost = result.hours_lost.values
     assert float(result.neighbour_area_touched.sum()) == pytest.approx((lost > 1e-4).sum())
-    assert "matches no part" in study(*HALF_DAY, "--who", "tower", files=[path]).refusal()
-    assert "least sun" in study(*HALF_DAY, "--under", "0h", files=[path]).refusal()
+    for option in ("--who", "--proposed"):
+        said = study(*HALF_DAY, option, "tower", files=[path]).refusal()
+        assert f"{option} tower matches no part" in said
+    assert "--under 0h is not longer" in study(*HALF_DAY, "--under", "0h", files=[path]).refusal()
 
 
 def find_pictures(monkeypatch):

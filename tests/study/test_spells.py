@@ -223,7 +223,7 @@ def test_masks_that_fit_only_packed_stay_so(town, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"min_spell": "soon"}, "least spell 'soon' is not a duration"),
+        ({"min_spell": "soon"}, "least spell min_spell='soon' is not a duration"),
         ({"min_spell": "0min"}, "least spell"),
         ({"date": "2026-09-01..2026-08-01"}, "ends before it begins"),
         ({"every_days": 0}, "at least 1"),

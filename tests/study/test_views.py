@@ -321,7 +321,7 @@ def test_preview_of_an_elevation(block):
         ({"receivers": "nan"}, "unknown receivers"),
         ({"receivers": "215/90"}, "unknown receivers"),
         ({"receivers": "south/-5"}, "unknown receivers"),
-        ({"receivers": "camera"}, "needs eye= and target="),
+        ({"receivers": "camera"}, r"needs eye=\(X, Y, Z\) and target=\(X, Y, Z\);"),
         ({"receivers": "camera", "eye": (0, 0, 9), "target": (0, 0, 9)}, "own eye"),
         ({"receivers": "north", "cell": 1.0, "size": (4, 4)}, "not both"),
     ],

@@ -341,13 +341,13 @@ def test_wrong_times(start, end, message):
 @pytest.mark.parametrize(
     ("every", "message"),
     [
-        ("15", "the step '15' is not a duration; write it like 15min, 1h, 1h30min or 30s"),
-        ("", "the step '' is not a duration"),
-        ("-15min", "the step '-15min' is not a duration"),
-        ("1d", "the step '1d' is not a duration"),
+        ("15", "the step every='15' is not a duration; write it like 15min, 1h, 1h30min or 30s"),
+        ("", "the step every='' is not a duration"),
+        ("-15min", "the step every='-15min' is not a duration"),
+        ("1d", "the step every='1d' is not a duration"),
         ("1e3s", "is not a duration"),
         ("15min,", "is not a duration"),
-        ("0min", "the step 0min is not longer than 0"),
+        ("0min", "the step every='0min' is not longer than 0"),
         ("0.0000001s", "is not longer than 0"),
         (dt.timedelta(minutes=-5), "is not longer than 0"),
         ("9h", "the step 9h is longer than the period from 09:00 to 17:00; give 8h or less"),

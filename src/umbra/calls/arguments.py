@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from umbra.calls.options import CameraOptions
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.scene import Camera, Light, Scene
@@ -18,7 +19,6 @@ SomeLights = Light | ArrayLike | Iterable[Light | ArrayLike]
 """One light or several, as records or as homogeneous vectors."""
 
 _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel of a picture, and for each of its lights
-_FOV = 50.0  # [degrees]
 
 
 def check_scene(scene: object) -> None:
@@ -35,7 +35,7 @@ def make_camera(
     target: ArrayLike | None = None,
     up: ArrayLike = (0.0, 0.0, 1.0),
     size: tuple[int, int] = (1024, 768),
-    fov: float = _FOV,
+    fov: float = 50.0,
     height: float | None = None,
     near: float | None = None,
 ) -> Camera:
@@ -67,22 +67,17 @@ def make_camera(
     InputError
         If one of eye and target is missing, or the view is degenerate.
     """
-    from umbra.window.view import frame_bounds  # noqa: PLC0415
-
     check_scene(scene)
-    if (eye is None) != (target is None):
-        msg = "a view needs both eye= and target=; leave both out to see the whole model"
-        raise InputError(msg)
-    framed = frame_bounds(scene.bounds(), size, fov=fov).camera(size)
-    return Camera(
-        framed.eye if eye is None else eye,  # type: ignore[arg-type]
-        framed.target if target is None else target,  # type: ignore[arg-type]
-        up,  # type: ignore[arg-type]
-        size=size,
+    options = CameraOptions(
+        eye=eye,  # type: ignore[arg-type]
+        target=target,  # type: ignore[arg-type]
+        up=up,  # type: ignore[arg-type]
         fov=fov,
         height=height,
-        near=framed.near if near is None else near,
+        size=size,
+        near=near,
     )
+    return options.make(scene)
 
 
 def make_lights(lights: SomeLights) -> list[Light]:
@@ -111,9 +106,12 @@ def _make_light(numbers: ArrayLike) -> Light:
         msg = f"a light is a Light or (x, y, z, w); got {numbers!r:.60}"
         raise InputError(msg, option="lights")
     if vector[3] not in {0.0, 1.0}:
-        shown = ",".join(f"{v:g}" for v in vector)
-        msg = f"the W of a light is 1 (a point) or 0 (a direction toward it); got {shown}"
-        raise InputError(msg, light=numbers)
+        shown = ", ".join(f"{v:g}" for v in vector)
+        msg = (
+            f"lights=({shown}) has a W of {vector[3]:g}; it is 1 (a point) or 0 (a direction "
+            "toward it)"
+        )
+        raise InputError(msg, option="lights", light=numbers)
     return Light(vector)
 
 

@@ -1,6 +1,5 @@
 """Pictures: what ``umbra render`` draws, for the command and for Python."""
 
-import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -18,59 +17,18 @@ from umbra.calls.arguments import (
     make_camera,
     make_lights,
 )
+from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
 from umbra.errors import InputError
 from umbra.machine import count_cores
-from umbra.options import check_types, option
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light, Scene, directional_light
 
-__all__ = ["Picture", "RenderOptions", "draw_picture", "render"]
+__all__ = ["Picture", "draw_picture", "render"]
 
 _HALF = 0.5  # of a light: what gets more is lit
 
 Warn = Callable[[str], object]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RenderOptions:
-    """
-    How a picture's shadows are counted, checked; see ``umbra.render``.
-
-    Raises
-    ------
-    InputError
-        If an option is wrong, or is not for the others.
-    """
-
-    ground: float | None = option("length")
-    method: str = option("text", default="auto")
-    device: str = option("text", default="auto")
-    soft: str | None = option("text")
-    light_size: float | Sequence[float] = option("any", default=())
-    mask_scale: int = option("whole", default=1)
-    mask_filter: str = option("choice", default="joint", choices=("joint", "bilinear", "nearest"))
-    threads: int | None = option("whole", least=1)
-
-    def __post_init__(self) -> None:
-        check_types(self)
-        object.__setattr__(self, "light_size", tuple(np.atleast_1d(self.light_size).tolist()))
-        methods = find_device(self.device).methods
-        methods.check(self.method)
-        if self.ground is not None and not math.isfinite(self.ground):
-            msg = f"the ground's height must be a finite number; got {self.ground:g}"
-            raise InputError(msg, option="ground")
-        if self.soft is not None:
-            methods.check_soft(self.soft)
-        elif self.light_size:
-            msg = "light_size= is for soft shadows; add soft='wedges'"
-            raise InputError(msg)
-        if self.mask_scale not in {1, 2, 4}:
-            msg = f"a mask is 1, 2 or 4 times smaller than the picture; got {self.mask_scale}"
-            raise InputError(msg, option="mask_scale")
-        if self.mask_scale != 1 and (self.device != "gl" or self.soft is not None):
-            msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
-            raise InputError(msg)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,16 +92,18 @@ def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[True], ground: float | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
-    mask_scale: int = ..., mask_filter: str = ..., threads: int | None = ...,
+    layer_length: float = ..., layer_gap: float = ..., mask_scale: int = ...,
+    mask_filter: str = ..., threads: int | None = ...,
 ) -> Picture: ...  # fmt: skip
 @overload
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[False] = ..., ground: float | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
-    mask_scale: int = ..., mask_filter: str = ..., threads: int | None = ...,
+    layer_length: float = ..., layer_gap: float = ..., mask_scale: int = ...,
+    mask_filter: str = ..., threads: int | None = ...,
 ) -> NDArray[np.uint8]: ...  # fmt: skip
-def render(
+def render(  # noqa: PLR0913  (each option by its name)
     scene: Scene,
     camera: Camera | None = None,
     lights: SomeLights = (),
@@ -153,6 +113,8 @@ def render(
     device: str = "auto",
     soft: str | None = None,
     light_size: float | Sequence[float] = (),
+    layer_length: float = 2.5,
+    layer_gap: float = 0.4,
     mask_scale: int = 1,
     mask_filter: str = "joint",
     threads: int | None = None,
@@ -182,6 +144,9 @@ def render(
     light_size : float or sequence of float
         Radius of all lights or of each, for soft shadows: of a point [m], of a direction
         [degrees]; 0.2665, the sun's, by default.
+    layer_length, layer_gap : float
+        Of scaled layers: how far the widest goes, and from each to the next, in tenths of the
+        silhouette's radius.
     mask_scale : {1, 2, 4}
         On gl: count in a picture so many times smaller, and lay it over this one.
     mask_filter : {'joint', 'bilinear', 'nearest'}
@@ -217,7 +182,8 @@ def render(
     """
     options = RenderOptions(
         ground=ground, method=method, device=device, soft=soft, light_size=light_size,
-        mask_scale=mask_scale, mask_filter=mask_filter, threads=threads,
+        layer_length=layer_length, layer_gap=layer_gap, mask_scale=mask_scale,
+        mask_filter=mask_filter, threads=threads,
     )  # fmt: skip
     check_scene(scene)
     if camera is not None and not isinstance(camera, Camera):
@@ -263,7 +229,9 @@ def draw_picture(
             lit = [frame.lit(n, light) for n, light in zip(counts, shining, strict=True)]
             reached: Sequence[NDArray] = lit
             if options.soft is not None:
-                visibility = counter.find_visibility(view, camera, sized, options.soft)
+                visibility = counter.find_visibility(
+                    view, camera, sized, options.soft, options.softness
+                )
                 reached = _reach(frame, visibility, shining)
         else:
             counts, lit, reached = _count_small(counter, frame, camera, shining, options)

@@ -3,86 +3,21 @@
 import os
 import sys
 import warnings
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.calls.arguments import check_scene
-from umbra.calls.picture import Picture, RenderOptions, draw_picture
-from umbra.devices import DEVICES
+from umbra.calls.options import RenderOptions, ViewOptions
+from umbra.calls.picture import Picture, draw_picture
 from umbra.errors import InputError
 from umbra.machine import count_cores
-from umbra.options import check_types, option
 from umbra.scene import Scene
 from umbra.sun import Site
 
 if TYPE_CHECKING:
-    from umbra.window.view import ViewState
+    pass
 
-__all__ = ["ViewOptions", "open_window", "show"]
-
-_DATE = "2026-03-21"  # whose clock changes say nothing of others
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ViewOptions:
-    """What a view begins with, see ``umbra.show``."""
-
-    date: str | None = option("any")
-    at: str | None = option("text")
-    ground: float | bool | None = option("any")
-    method: str | None = option("text")
-    soft: str | None = option("text")
-    device: str | None = option("choice", choices=tuple(DEVICES))
-    size: tuple[int, int] = option("size", default=(1280, 800), count=2)
-    threads: int | None = option("whole", least=1)
-    view: str | None = option("any")  # or a path
-    out: str | None = option("any")
-
-    def __post_init__(self) -> None:
-        check_types(self)
-        if self.date is not None:
-            from umbra.sun.local_time import parse_date  # noqa: PLC0415
-
-            parse_date(self.date)
-
-    def find_ground(self, scene: Scene) -> float | None:
-        """Give the ground's height [m]: as asked, as the file says, or just below the model."""
-        from umbra.window.view import find_ground  # noqa: PLC0415
-
-        if self.ground is False:
-            return None
-        if self.ground is None or self.ground is True:
-            return find_ground(scene.bounds()) if scene.ground is None else scene.ground
-        return float(self.ground)
-
-    def make_view(self, scene: Scene, site: Site | None, size: tuple[int, int]) -> "ViewState":
-        """Make the view to begin with, in a picture of columns and rows."""
-        from umbra.sun.local_time import parse_date  # noqa: PLC0415
-        from umbra.window.file import load_view  # noqa: PLC0415
-        from umbra.window.view import make_view  # noqa: PLC0415
-
-        date = None if self.date is None else parse_date(self.date)
-        view = make_view(scene, size, site=site, date=date, minutes=self._find_minutes(site))
-        if self.view is not None:
-            view = load_view(Path(self.view), view.lights)
-        if self.device is not None:
-            view = view.choose_device(self.device)
-        if self.method is not None:
-            view = view.choose_method(self.method)
-        return view if self.soft is None else replace(view, soft=self.soft)
-
-    def _find_minutes(self, site: Site | None) -> float | None:
-        """Give the minutes on the site's clock since midnight."""
-        from zoneinfo import ZoneInfo  # noqa: PLC0415
-
-        from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
-
-        if self.at is None or site is None:
-            return None
-        zone = ZoneInfo(site.zone)
-        local = find_instant(parse_date(self.date or _DATE), self.at, zone, "time").astimezone(zone)
-        return local.hour * 60 + local.minute + local.second / 60
+__all__ = ["open_window", "show"]
 
 
 def show(

@@ -115,9 +115,9 @@ class Canopy:
             return None
         season = Season.of(transmissivity, leaf_on)
         for pattern in patterns:
-            if not set(casters).intersection(scene.select([pattern])):
+            if not set(casters).intersection(scene.select([pattern], option="canopy")):
                 msg = (
-                    f"the canopy '{pattern}' matches only parts that do not cast; "
+                    f"canopy='{pattern}' matches only parts that do not cast; "
                     "take a no_cast= pattern away"
                 )
                 raise InputError(msg, pattern=pattern)
@@ -132,7 +132,7 @@ class Canopy:
 
     def find_receivers(self, scene: Scene, on: Sequence[str] = ()) -> list[int]:
         """Return the parts, of all or of those that patterns name, that are no canopies."""
-        left = sorted(set(scene.select(on)) - set(self.parts))
+        left = sorted(set(scene.select(on, option="on")) - set(self.parts))
         if not left:
             msg = (
                 "nothing is left to receive but canopies, which are looked through; choose "

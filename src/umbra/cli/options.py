@@ -26,6 +26,7 @@ __all__ = [
 _UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "ft": 0.3048}
 _LENGTH = re.compile(r"(.*?)\s*(mm|cm|m|km|ft)?", re.IGNORECASE | re.DOTALL)
 R = TypeVar("R")
+_JOINED = "numbers joined by commas"
 _WIDTH = 26  # of the options' names, alike in all sections
 
 
@@ -43,7 +44,7 @@ class Numbers(click.ParamType):
         What to say of anything else.
     """
 
-    def __init__(self, name: str, *counts: int, remedy: str = "numbers joined by commas") -> None:
+    def __init__(self, name: str, *counts: int, remedy: str = _JOINED) -> None:
         self.name, self.counts, self.remedy = name, counts, remedy
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
@@ -186,15 +187,16 @@ def take_record(record: type[R], given: dict[str, Any]) -> R:
 
 
 def _make_option(name: str, said: Option, default: Any) -> Callable[[Callable], Callable]:
-    is_many = said.type in {"dates", "patterns", "texts"}
-    types: dict[str, Any] = {"number": float, "length": LENGTH, "size": SIZE}
+    is_many = said.is_repeated or said.type in {"dates", "patterns", "texts"}
+    types: dict[str, Any] = {"number": float, "length": LENGTH, "size": SIZE, "file": NewPath()}
     kind = types.get(said.type)
     if said.type == "whole":
         kind = click.IntRange(said.least)
     elif said.type == "choice":
         kind = click.Choice(said.choices)
     elif said.type == "numbers":
-        kind = Numbers(str(said.metavar), said.count)
+        counts = said.count if isinstance(said.count, tuple) else (said.count,)
+        kind = Numbers(str(said.metavar), *counts, remedy=said.remedy or _JOINED)
     return click.option(
         said.flag or f"--{name.replace('_', '-')}",
         name,
@@ -207,7 +209,7 @@ def _make_option(name: str, said: Option, default: Any) -> Callable[[Callable], 
         multiple=is_many,
         required=said.type == "dates",
         default=default,
-        show_default=bool(default) and not is_many,
+        show_default=bool(default) and not is_many and not isinstance(default, tuple),
         metavar="PATTERN" if said.type == "patterns" else said.metavar,
         help=said.help,
     )

@@ -129,7 +129,7 @@ class Request:
         on = self.options.on
         if self.canopy is not None:
             return self.canopy.find_receivers(self.scene, on)
-        return self.scene.select(on) if on else None
+        return self.scene.select(on, option="on") if on else None
 
     def find_room(self) -> dict[str, Any]:
         """Return the options of a raster, and the memory of each of its cells."""

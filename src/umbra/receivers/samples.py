@@ -137,7 +137,7 @@ def sample_surfaces(
     if not 0 < spacing < np.inf:
         msg = f"the spacing must be larger than 0 m; got {spacing:g}"
         raise InputError(msg, spacing=spacing)
-    parts = scene.select(on) if parts is None else parts
+    parts = scene.select(on, option="on") if parts is None else parts
     soup = scene.triangles(parts)
     faces = _turn_outward(scene, parts)
     corners = soup.vertices[faces]

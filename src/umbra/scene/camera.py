@@ -77,13 +77,13 @@ class Camera:
             msg = f"a picture of {cols}x{rows} pixels is empty; give at least 1x1"
             raise InputError(msg)
         if not 0 < self.near < self.far:
-            msg = f"near must lie between 0 and far; got near {self.near:g}, far {self.far:g}"
+            msg = f"near= must lie between 0 and far; got near {self.near:g}, far {self.far:g}"
             raise InputError(msg)
         if self.height is None and not 0 < self.fov < 180:
-            msg = f"the field of view must lie between 0 and 180 degrees; got {self.fov:g}"
+            msg = f"the field of view, fov=, must lie between 0 and 180 degrees; got {self.fov:g}"
             raise InputError(msg)
         if self.height is not None and not 0 < self.height < np.inf:
-            msg = f"an orthographic picture needs a height above 0 m; got {self.height:g}"
+            msg = f"an orthographic picture needs a height= above 0 m; got {self.height:g}"
             raise InputError(msg)
         forward = self.target - self.eye
         if not np.linalg.norm(np.cross(forward, self.up)) > 1e-12 * np.linalg.norm(

@@ -221,7 +221,9 @@ class Scene(Exchange):
         bounds.setflags(write=False)
         return bounds
 
-    def select(self, cast: Sequence[str] = (), no_cast: Sequence[str] = ()) -> list[int]:
+    def select(
+        self, cast: Sequence[str] = (), no_cast: Sequence[str] = (), *, option: str = "cast"
+    ) -> list[int]:
         """
         Find the parts that cast shadows.
 
@@ -230,6 +232,8 @@ class Scene(Exchange):
         cast, no_cast : sequences of str
             Shell patterns against names, kinds, layers and tags. Without ``cast`` every part
             casts; ``no_cast`` then takes parts away.
+        option : str
+            Whose patterns ``cast`` are, for errors.
 
         Returns
         -------
@@ -241,7 +245,7 @@ class Scene(Exchange):
             If a pattern matches no part.
         """
 
-        def matches(pattern: str) -> set[int]:
+        def matches(pattern: str, name: str) -> set[int]:
             found = {i for i, part in enumerate(self.parts) if part.matches(pattern)}
             if not found:
                 kinds = sorted({part.kind for part in self.parts if part.kind})
@@ -254,17 +258,19 @@ class Scene(Exchange):
                 shown = ", ".join(words[:12])
                 more = len(words) - 12
                 msg = (
-                    f"'{pattern}' matches no part; "
+                    f"{name}='{pattern}' matches no part; "
                     + (f"did you mean '{near}'? " if near else "")
                     + f"the file has {shown}"
                     + (f" and {more} more" if more > 0 else "")
                     + " (umbra inspect lists them)"
                 )
-                raise InputError(msg, pattern=pattern, names=names, kinds=kinds)
+                raise InputError(msg, option=name, pattern=pattern, names=names, kinds=kinds)
             return found
 
-        chosen = set().union(*map(matches, cast)) if cast else set(range(len(self.parts)))
-        dropped = set().union(*map(matches, no_cast))
+        chosen = set(range(len(self.parts)))
+        if cast:
+            chosen = set().union(*(matches(pattern, option) for pattern in cast))
+        dropped = set().union(*(matches(pattern, "no_cast") for pattern in no_cast))
         return sorted(chosen - dropped)
 
 

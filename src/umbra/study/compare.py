@@ -20,7 +20,7 @@ def read_hours(under: str | float | dt.timedelta) -> float:
     """Read hours: a number of them, or a duration such as ``2h30min``."""
     if isinstance(under, (int, float)):
         return float(under)
-    return parse_duration(under, "least sun").total_seconds() / 3600
+    return parse_duration(under, "least sun", "under").total_seconds() / 3600
 
 
 def compare(

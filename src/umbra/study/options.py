@@ -220,10 +220,10 @@ class StudyOptions:
     def _check_receivers(self) -> None:
         """Refuse options of other receivers; require those that these receivers need."""
         own = [(name, said) for name, said, _ in list_options(self) if self._is_own(said)]
-        needed = [name for name, said in own if said.is_needed]
+        needed = {name: said for name, said in own if said.is_needed}
         for name in needed:
             if getattr(self, name) is None:
-                listed = " and ".join(f"{one}=" for one in needed)
+                listed = " and ".join(f"{one}={said.form}" for one, said in needed.items())
                 msg = f"receivers='{self.receivers}' needs {listed}; give what is missing"
                 raise InputError(msg, option=name)
         for name, said, default in list_options(self):
@@ -246,9 +246,9 @@ class StudyOptions:
         days, every = parse_dates(self.date, self.every_days), self.every
         check_steps(make_steps(days[0], self.start, self.end, every, "UTC"), len(days), every)
         if self.min_spell is not None:
-            parse_duration(self.min_spell, "least spell")
+            parse_duration(self.min_spell, "least spell", "min_spell")
         if isinstance(self.under, str):
-            parse_duration(self.under, "least sun")
+            parse_duration(self.under, "least sun", "under")
         if self.under is not None and not self.proposed:
             msg = "under= is about what a proposal takes away; name its parts with proposed="
             raise InputError(msg, option="under")

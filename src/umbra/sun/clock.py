@@ -198,14 +198,17 @@ def check_steps(steps: Steps, dates: int, every: str | dt.timedelta) -> None:
         raise InputError(msg, count=count)
 
 
-def parse_duration(every: str | dt.timedelta, what: str = "step") -> dt.timedelta:
-    """Read a duration above 0: ``15min``, ``1h``, ``1h30min``, ``30s``."""
+def parse_duration(
+    every: str | dt.timedelta, what: str = "step", option: str = "every"
+) -> dt.timedelta:
+    """Read a duration above 0: ``15min``, ``1h``, ``1h30min``, ``30s``; errors name an option."""
+    shown = f"the {what} {option}={str(every)!r}" if option else f"the {what} {str(every)!r}"
     if isinstance(every, dt.timedelta):
         duration = every
     else:
         text = str(every).strip().lower()
         if not text or not re.fullmatch(rf"(?:{DURATION.pattern})+", text):
-            msg = f"the {what} {every!r} is not a duration; write it like 15min, 1h, 1h30min or 30s"
+            msg = f"{shown} is not a duration; write it like 15min, 1h, 1h30min or 30s"
             raise InputError(msg, every=every)
         # Fractions, so that 0.1h is 360 s and not a bit less.
         seconds = sum(Fraction(n) * UNITS[unit] for n, unit in DURATION.findall(text))
@@ -214,7 +217,7 @@ def parse_duration(every: str | dt.timedelta, what: str = "step") -> dt.timedelt
         except OverflowError:
             duration = dt.timedelta.max
     if duration <= dt.timedelta(0):
-        msg = f"the {what} {every} is not longer than 0; write it like 15min, 1h or 30s"
+        msg = f"{shown} is not longer than 0; write it like 15min, 1h or 30s"
         raise InputError(msg, every=every)
     return duration
 

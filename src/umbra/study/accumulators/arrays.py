@@ -64,7 +64,7 @@ class ResultOptions:
             raise InputError(msg, exact=options.exact)
         least = 0
         if options.min_spell is not None:
-            least = parse_duration(options.min_spell, "least spell") // _MICROSECOND
+            least = parse_duration(options.min_spell, "least spell", "min_spell") // _MICROSECOND
         by_day = options.by_day
         if by_day is None:
             by_day = 1 < len(period.days) <= FEW_DAYS

@@ -60,8 +60,9 @@ class AttributionOptions:
         groups = find_groups(scene, casters, who, by, weak) if who or by else None
         if not proposed:
             return cls(groups, len(groups.names) if groups else 0)
-        parts = tuple(sorted(set().union(*(scene.select([pattern]) for pattern in proposed))))
-        new = find_groups(scene, casters, proposed, None, weak)  # refuses those that do not cast
+        parts = tuple(scene.select(proposed, option="proposed"))
+        # Refuses those that do not cast.
+        new = find_groups(scene, casters, proposed, None, weak, "proposed")
         whole = Groups(("proposed",), new.pieces, np.atleast_2d(new.member.any(0)), new.is_weak)
         shown = len(groups.names) if groups else 0
         under = read_hours("2h" if options.under is None else options.under)

@@ -77,6 +77,7 @@ def find_groups(
     who: Sequence[str] = (),
     by: str | None = None,
     weak: Sequence[int] = (),
+    option: str = "who",
 ) -> Groups:
     """
     Group casting parts by patterns, or by what they are.
@@ -93,6 +94,8 @@ def find_groups(
         matches.
     weak : sequence of int
         Indices of those that are canopies.
+    option : str
+        Whose patterns ``who`` are, for errors.
 
     Raises
     ------
@@ -105,9 +108,12 @@ def find_groups(
     casting = set(casters)
     chosen: dict[str, list[int]] = {}
     for pattern in who:
-        chosen[pattern] = sorted(casting.intersection(scene.select([pattern])))
+        chosen[pattern] = sorted(casting.intersection(scene.select([pattern], option=option)))
         if not chosen[pattern]:
-            msg = f"'{pattern}' matches only parts that do not cast; take a no_cast= pattern away"
+            msg = (
+                f"{option}='{pattern}' matches only parts that do not cast; "
+                "take a no_cast= pattern away"
+            )
             raise InputError(msg, pattern=pattern)
     if by is not None:
         some = sorted(set().union(*chosen.values())) if who else sorted(casting)

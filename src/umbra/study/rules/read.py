@@ -305,7 +305,7 @@ def _read_duration(block: Block, key: str, *, may_be_none: bool = False) -> dt.t
     if may_be_none and re.fullmatch(r"0+\s*(h|min|s)?", text):
         return dt.timedelta()
     try:
-        return parse_duration(text, f"duration '{key}'")
+        return parse_duration(text, f"duration '{key}'", "")
     except InputError as error:
         message = str(error)
     return block.refuse(message, block.values[key])

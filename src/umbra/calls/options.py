@@ -1,0 +1,355 @@
+"""
+The options of pictures and windows: each with its type, default, unit, help, flag and heading.
+
+The options of ``umbra render`` and ``umbra view``, the checks and the defaults are made from
+these records; the signatures of ``umbra.render``, ``umbra.make_camera`` and ``umbra.show`` are
+written out in full, and a test compares the two.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from umbra.devices import CHOICES, DEFAULT, DEVICES, find_device
+from umbra.errors import InputError
+from umbra.methods import SOFT, DeviceName, Softness
+from umbra.options import check_types, option
+
+if TYPE_CHECKING:
+    from umbra.scene import Camera, Light, Scene
+    from umbra.sun import Site
+    from umbra.window.view import ViewState
+
+__all__ = ["CameraOptions", "LightOptions", "RenderOptions", "ViewOptions"]
+
+Filter = Literal["joint", "bilinear", "nearest"]
+
+_camera = partial(option, heading="Camera")
+_lights = partial(option, heading="Lights")
+_counting = partial(option, heading="Counting")
+_window = partial(option, heading="Window")
+_SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # a view like that of the whole model
+_DATE = "2026-03-21"  # whose clock changes say nothing of others
+
+
+def _tell_methods() -> str:
+    """List the methods of the default device, and what others have besides."""
+    own = DEVICES[DEFAULT].methods.hard
+    texts = [", ".join(own[:-1]) + f" or {own[-1]}"]
+    for device in DEVICES.values():
+        more = [method for method in device.methods.hard if method not in own]
+        if more:
+            texts.append(f"on {device.name} also {', '.join(more[:-1])} or {more[-1]}")
+    return "; ".join(texts) + "."
+
+
+_ground = partial(_counting, "length", unit="m", metavar="Z")
+_threads = partial(
+    _counting, "whole", "Number of threads; default: all cores.", least=1, metavar="N"
+)
+_mask_scale = partial(
+    _counting, "choice",
+    "With gl: count in a picture with this fraction of the width and height: 1, 1/2 or 1/4.",
+    default=1, choices=(1, 2, 4),
+)  # fmt: skip
+_mask_filter = partial(
+    _counting, "choice",
+    "How to enlarge that picture: joint interpolates only within a surface.",
+    default="joint", choices=("joint", "bilinear", "nearest"),
+)  # fmt: skip
+_length = partial(
+    _lights, "number",
+    "With layers after Weng: how far the widest goes, in tenths of the silhouette's radius.",
+    default=Softness.length, metavar="N",
+)  # fmt: skip
+_gap = partial(
+    _lights, "number", "With layers after Weng: from each to the next, in the same unit.",
+    default=Softness.gap, metavar="N",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CameraOptions:
+    """
+    A camera for a scene, checked; see ``umbra.make_camera``.
+
+    Raises
+    ------
+    InputError
+        If one of eye and target is missing, or the view is degenerate.
+    """
+
+    eye: Sequence[float] | None = _camera(
+        "numbers", "Position of the camera [m]; default: the whole model, seen from above.",
+        unit="m", count=3, metavar="X,Y,Z",
+    )  # fmt: skip
+    target: Sequence[float] | None = _camera(
+        "numbers", "Point that the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z"
+    )
+    up: Sequence[float] = _camera(
+        "numbers", "Direction that points up in the picture; default: 0,0,1.",
+        default=(0.0, 0.0, 1.0), count=3, metavar="X,Y,Z",
+        remedy="numbers joined by commas; the file's own axis is --axis-up",
+    )  # fmt: skip
+    fov: float = _camera(
+        "number", "Vertical field of view [degrees].", default=50.0, unit="degree", metavar="DEG"
+    )
+    height: float | None = _camera(
+        "length", "Orthographic view: the height that the picture shows [m].", unit="m",
+        metavar="M",
+    )  # fmt: skip
+    size: tuple[int, int] = _camera(
+        "size", "Size of the picture in pixels; default: 1024x768.", default=(1024, 768), count=2
+    )
+    near: float | None = _camera(
+        "length",
+        "Distance of the near plane [m]; default: 0.1, or a thousandth of the diagonal of a "
+        "model smaller than 100 m.",
+        unit="m", metavar="M",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        from umbra.scene import Camera  # noqa: PLC0415
+
+        check_types(self)
+        if (self.eye is None) != (self.target is None):
+            missing = "target" if self.target is None else "eye"
+            msg = (
+                "a view needs both eye=(X, Y, Z) and target=(X, Y, Z); leave both out to see the "
+                "whole model"
+            )
+            raise InputError(msg, option=missing)
+        # Slips in a camera are told before anything is read.
+        eye, target = (self.eye, self.target) if self.eye is not None else _SOMEWHERE
+        near = 0.1 if self.near is None else self.near
+        Camera(eye, target, self.up, self.size, self.fov, self.height, near)  # type: ignore[arg-type]
+
+    def make(self, scene: "Scene") -> "Camera":
+        """Make the camera; what is not given suits the whole model."""
+        from umbra.scene import Camera  # noqa: PLC0415
+        from umbra.window.view import frame_bounds  # noqa: PLC0415
+
+        framed = frame_bounds(scene.bounds(), self.size, fov=self.fov).camera(self.size)
+        return Camera(
+            framed.eye if self.eye is None else self.eye,  # type: ignore[arg-type]
+            framed.target if self.target is None else self.target,  # type: ignore[arg-type]
+            self.up,  # type: ignore[arg-type]
+            size=self.size,
+            fov=self.fov,
+            height=self.height,
+            near=framed.near if self.near is None else self.near,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LightOptions:
+    """
+    The lights of a command, checked; Python gives ``umbra.render`` records or vectors.
+
+    Raises
+    ------
+    InputError
+        If a light is wrong, or half of what says where the sun stands is missing.
+    """
+
+    lights: Sequence[Sequence[float]] = _lights(
+        "numbers",
+        "A light; W=1 is a point (default), W=0 a direction toward the light; repeatable.",
+        default=(), flag="--light", count=(3, 4), is_repeated=True, unit="m", metavar="X,Y,Z[,W]",
+    )  # fmt: skip
+    spots: Sequence[Sequence[float]] = _lights(
+        "numbers", "A spot light: its position, target and half angle; repeatable.",
+        default=(), flag="--spot", count=7, is_repeated=True, metavar="X,Y,Z,TX,TY,TZ,DEG",
+    )  # fmt: skip
+    date: str | None = _lights(
+        "text", "Add the sun on this local date, YYYY-MM-DD, at --at.", metavar="DATE"
+    )
+    at: str | None = _lights("text", "Local time of the sun.", metavar="HH:MM")
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        self._make_given()
+        if (self.date is None) != (self.at is None):
+            msg = "the sun's light needs both date= and at= (a clock time: at='15:00')"
+            raise InputError(msg, option="at" if self.at is None else "date")
+        if self.date is not None:
+            from umbra.sun.local_time import parse_date  # noqa: PLC0415
+
+            parse_date(self.date)
+
+    @property
+    def count(self) -> int:
+        """How many they are."""
+        return len(self.lights) + len(self.spots) + (self.date is not None)
+
+    def make(self, find_site: "Callable[[], Site]") -> "list[Light]":
+        """Make the lights; the site is asked for where the sun is one of them."""
+        from umbra.sun import sun_light  # noqa: PLC0415
+
+        made = self._make_given()
+        if self.date is not None and self.at is not None:
+            made.append(sun_light(find_site(), self.date, self.at))
+        return made
+
+    def _make_given(self) -> "list[Light]":
+        from umbra.calls.arguments import make_lights  # noqa: PLC0415
+        from umbra.scene import spot_light  # noqa: PLC0415
+
+        made = [_name_slips("lights", make_lights, v)[0] for v in self.lights]
+        return made + [
+            _name_slips("spots", lambda v: spot_light(v[:3], v[3:6], v[6]), v) for v in self.spots
+        ]
+
+
+def _name_slips(name: str, make: Callable[[Sequence[float]], Any], values: Sequence[float]) -> Any:
+    """Make something of an option's values; an error says which option it was, and of what."""
+    try:
+        return make(values)
+    except InputError as error:
+        if error.option is not None:
+            raise
+        msg = f"{name}=({', '.join(f'{value:g}' for value in values)}): {error}"
+        raise InputError(msg, option=name) from error
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RenderOptions:
+    """
+    How a picture's shadows are counted, checked; see ``umbra.render``.
+
+    Raises
+    ------
+    InputError
+        If an option is wrong, or is not for the others.
+    """
+
+    ground: float | None = _ground("Add a ground plane at this height [m].")
+    method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
+    device: DeviceName = _counting(
+        "choice", "Device that counts: cpu (auto), or gl, which is OpenGL.", default="auto",
+        choices=CHOICES,
+    )  # fmt: skip
+    soft: str | None = _lights(
+        "choice",
+        "Soft shadows: by samples of the light (the reference), penumbra wedges (fast), depth "
+        "complexity (right for overlaps, too) or scaled layers after Weng (which only look soft).",
+        choices=SOFT,
+    )
+    light_size: float | Sequence[float] = _lights(
+        "number",
+        "With soft shadows, the radius of all lights or, repeated, of each: metres, or for a "
+        "direction degrees (default: 0.2665, the sun's).",
+        default=(), is_repeated=True, metavar="R",
+    )  # fmt: skip
+    layer_length: float = _length()
+    layer_gap: float = _gap()
+    mask_scale: Literal[1, 2, 4] = _mask_scale()
+    mask_filter: Filter = _mask_filter()
+    threads: int | None = _threads()
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        methods = find_device(self.device).methods
+        methods.check(self.method)
+        if self.ground is not None and not math.isfinite(self.ground):
+            msg = f"the ground's height must be a finite number; got {self.ground:g}"
+            raise InputError(msg, option="ground")
+        if self.soft is not None:
+            methods.check_soft(self.soft)
+        elif self.light_size:
+            msg = "light_size= is for soft shadows; add soft='wedges'"
+            raise InputError(msg)
+        layers, usual = self.softness, Softness()
+        if layers != usual and self.soft != "weng":
+            name = "layer_length" if layers.length != usual.length else "layer_gap"
+            msg = f"{name}= is for scaled layers; add soft='weng'"
+            raise InputError(msg)
+        if self.mask_scale != 1 and (self.device != "gl" or self.soft is not None):
+            msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
+            raise InputError(msg)
+
+    @property
+    def softness(self) -> Softness:
+        """How finely soft methods work."""
+        return Softness(length=self.layer_length, gap=self.layer_gap)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ViewOptions:
+    """What a view begins with, checked; see ``umbra.show``."""
+
+    date: str | None = _window("any", "Local date YYYY-MM-DD; default: 21 March.", metavar="DATE")
+    at: str | None = _window("text", "Local time; default: 15:00.", metavar="HH:MM")
+    ground: float | bool | None = _window(
+        "length",
+        "Height of the ground plane [m]; default: from the file, or just below the model.",
+        unit="m", metavar="Z", passes=(True, False),
+    )  # fmt: skip
+    method: str | None = _counting("text", _tell_methods(), metavar="NAME")
+    soft: str | None = _lights(
+        "choice", "Soft shadows, as in umbra render; the panel sets the sizes of the lights.",
+        choices=("none", *SOFT),
+    )  # fmt: skip
+    device: str | None = _counting(
+        "choice", "Device that counts; default: gl.", choices=tuple(DEVICES)
+    )
+    size: tuple[int, int] = _window(
+        "size", "Size of the window; default: 1280x800.", default=(1280, 800), count=2
+    )
+    threads: int | None = _threads()
+    view: Any = _window(
+        "file", "A saved view to start with, and the file to save views in.", metavar="FILE.json"
+    )
+    out: Any = _window(
+        "file",
+        "File of the first screenshot; further ones get a number; default: named after the model.",
+        metavar="FILE.png",
+    )
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        if self.date is not None:
+            from umbra.sun.local_time import parse_date  # noqa: PLC0415
+
+            parse_date(self.date)
+
+    def find_ground(self, scene: "Scene") -> float | None:
+        """Give the ground's height [m]: as asked, as the file says, or just below the model."""
+        from umbra.window.view import find_ground  # noqa: PLC0415
+
+        if self.ground is False:
+            return None
+        if self.ground is None or self.ground is True:
+            return find_ground(scene.bounds()) if scene.ground is None else scene.ground
+        return float(self.ground)
+
+    def make_view(self, scene: "Scene", site: "Site | None", size: tuple[int, int]) -> "ViewState":
+        """Make the view to begin with, in a picture of columns and rows."""
+        from umbra.sun.local_time import parse_date  # noqa: PLC0415
+        from umbra.window.file import load_view  # noqa: PLC0415
+        from umbra.window.view import make_view  # noqa: PLC0415
+
+        date = None if self.date is None else parse_date(self.date)
+        view = make_view(scene, size, site=site, date=date, minutes=self._find_minutes(site))
+        if self.view is not None:
+            view = load_view(Path(self.view), view.lights)
+        if self.device is not None:
+            view = view.choose_device(self.device)
+        if self.method is not None:
+            view = view.choose_method(self.method)
+        return view if self.soft is None else replace(view, soft=self.soft)
+
+    def _find_minutes(self, site: "Site | None") -> float | None:
+        """Give the minutes on the site's clock since midnight."""
+        from zoneinfo import ZoneInfo  # noqa: PLC0415
+
+        from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
+
+        if self.at is None or site is None:
+            return None
+        zone = ZoneInfo(site.zone)
+        local = find_instant(parse_date(self.date or _DATE), self.at, zone, "time").astimezone(zone)
+        return local.hour * 60 + local.minute + local.second / 60
