@@ -69,6 +69,53 @@ def test_pictures_are_the_stencils(device, town, shadows, light):
         assert (np.abs(found - right).max(-1) > 1).sum() <= 2, method
 
 
+SPREAD = [LAMP, directional_light((0.5, 0.3, 0.6)), point_light((-30, -5, 30), (0.9, 0.5, 0.2))]
+
+
+@pytest.mark.parametrize("shadows", ["black", "ambient", "attenuated", None])
+@pytest.mark.parametrize("scale", [1, 2])
+def test_the_pictures_of_several_lights_add_up(device, town, shadows, scale):
+    # Ambient light is there once, and what several light is clipped at white.
+    options = {"scale": scale, "filter": "joint"}
+    none, _ = draw(device, town, "stencil", "ambient", [])
+    alone = [draw(device, town, "stencil", shadows, light, **options)[0] for light in SPREAD]
+    ambient = {"black": 0, "ambient": 1, "attenuated": 0, None: 0}[shadows]
+    expected = sum(alone) - (len(SPREAD) - 1) * ambient * none
+    if shadows in {"attenuated", None}:
+        # There each picture alone has all of the ambient light, half of it in shadow.
+        half = [
+            draw(device, town, "stencil", "black", each, white=True, **options)[0]
+            for each in SPREAD
+        ]
+        kept = [1 if shadows is None else 0.5 + 0.5 * mask / 255 for mask in half]
+        expected = sum(alone) - sum(2 / 3 * keep * none for keep in kept)
+    seen = none.max(-1) < 255
+    for method in ("stencil", "alpha", "screen", "max", "half"):
+        found, tally = draw(device, town, method, shadows, SPREAD, **options)
+        apart = np.abs(found - np.clip(expected, 0, 255)).max(-1)[seen]
+        assert (apart > 4).sum() <= 6, method
+        assert tally.rectangles.count("add") == 3
+    again, _ = draw(device, town, "alpha", shadows, SPREAD[:1], **options)
+    np.testing.assert_array_equal(
+        again, draw(device, town, "alpha", shadows, SPREAD[0], **options)[0]
+    )
+
+
+def test_white_pictures_of_several_lights_are_the_mean_of_masks(device, town):
+    masks = [draw(device, town, "stencil", light=light, white=True)[0] for light in SPREAD]
+    found, _ = draw(device, town, "alpha", light=SPREAD, white=True)
+    np.testing.assert_allclose(found, np.mean(masks, 0), atol=2)
+    assert len(np.unique(found // 40)) > 3
+
+
+def test_without_lights_there_is_ambient_light_or_none(device, town):
+    ambient, _ = draw(device, town, "alpha", "ambient", [])
+    assert ambient.max(initial=0) > 0
+    for method in ("stencil", "screen"):
+        np.testing.assert_array_equal(draw(device, town, method, "ambient", [])[0], ambient)
+        assert draw(device, town, method, "black", [])[0].max() == 0
+
+
 def test_no_light_gets_between_the_volumes_of_polygons(device):
     # 1,200 polygons have a volume each; sides of neighbours lie in one plane.
     scene = make_scene([Part("knot", "k", Mesh(*torus_knot())), Part("floor", "f", Mesh(*FLOOR))])

@@ -4,7 +4,7 @@ Passes that masks consist of: sides of volumes, rectangles, and the scene as dra
 A ``Tally`` counts what is issued, where it is issued.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from umbra.gl.state import Pass, State, Stencil
 from umbra.scene import Scene
 from umbra.scene.camera import AMBIENT
 
-__all__ = ["Forward", "MaskPainter", "Tally"]
+__all__ = ["Forward", "Look", "MaskPainter", "Tally"]
 
 
 @dataclass(eq=False)
@@ -127,6 +127,33 @@ class MaskPainter:
         release_all(self._indices, self._volume, self._rectangle)
 
 
+@dataclass(frozen=True, eq=False)
+class Look:
+    """
+    How surfaces are lit when they are drawn.
+
+    Parameters
+    ----------
+    light : (4,) float64
+        Homogeneous, relative to the eye.
+    color : (3,) float
+        Of the light.
+    share : float
+        Of the ambient light that is drawn with it.
+    is_white : bool
+        Leave out light and colours.
+    alpha : float
+        Left in the target's alpha.
+    """
+
+    light: np.ndarray
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    share: float = 1.0
+    _: KW_ONLY
+    is_white: bool = False
+    alpha: float = 1.0
+
+
 class Forward:
     """Draws the triangles of a scene, a colour each."""
 
@@ -153,21 +180,18 @@ class Forward:
         self,
         state: State,
         projection: Projection,
-        light: np.ndarray,
+        look: Look,
         tally: Tally,
         *,
         lights: str = "direct",
         blend: str | None = None,
-        alpha: float = 1.0,
-        is_white: bool = False,
         with_place: bool = False,
     ) -> None:
         """
-        Draw the scene in a light (4,), relative to the eye: 'direct', 'ambient' or 'both'.
+        Draw the scene in a light's 'direct' light, in 'ambient' light, or in 'both'.
 
-        ``blend`` is how to add to what is, where depth is there already; ``alpha`` is left in the
-        target's alpha. ``is_white`` leaves out light and colours, ``with_place`` writes normals
-        and keys, too.
+        ``blend`` is how to add to what is, where depth is there already; ``with_place`` writes
+        normals and keys, too.
         """
         first = blend is None
         state.use(
@@ -180,13 +204,13 @@ class Forward:
         self._colors.bind(0)
         program.set(
             colors=0,
-            alpha=alpha,
-            white=float(is_white),
-            ambient=AMBIENT if lights != "direct" else 0.0,
-            direct=1.0 - AMBIENT if lights != "ambient" else 0.0,
+            alpha=look.alpha,
+            white=float(look.is_white),
+            ambient=look.share * AMBIENT if lights != "direct" else 0.0,
+            direct=(1.0 - AMBIENT) * np.array(look.color) * (lights != "ambient"),
             **find_rays(projection),
         )
-        self._draw(program, projection, light=light)
+        self._draw(program, projection, light=look.light)
         tally.passes.append(lights)
 
     def _draw(self, program: Program, projection: Projection, **uniforms: np.ndarray) -> None:

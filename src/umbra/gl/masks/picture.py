@@ -1,14 +1,17 @@
 """
-The paper's renderer: its passes and rectangles, one light, and masks of full or fewer pixels.
+The paper's renderer: its passes and rectangles, and masks of full or fewer pixels.
 
     alpha   scene -> volumes in alpha -> 3 rectangles -> scene x alpha -> + ambient
     screen  depth -> volumes in colour -> 3 rectangles -> x scene -> + ambient
     scaled  small depth -> volumes -> rectangles -> scene -> x texture -> + ambient
 
+The picture of one light is the paper's. A mask multiplies all that a picture holds, so of several
+lights each has a picture without ambient light, and one rectangle adds it to the sum of all.
 ``tally`` counts what was issued, as in Table 1.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,12 +23,13 @@ from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks import MASKS, Method, Step
 from umbra.gl.masks.counter import MaskCounter
-from umbra.gl.masks.passes import Forward, Tally
+from umbra.gl.masks.passes import Forward, Look, Tally
 from umbra.gl.masks.upsampling import FILTERS, Upsampler
 from umbra.gl.plan import VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
+from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
-from umbra.gl.state import State, Stencil
+from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
 from umbra.scene import Camera, Light, Scene
 
@@ -37,7 +41,7 @@ _ONE = Step("multiply", 0.0)
 
 class MaskPicture(DeviceUser):
     """
-    Draws a scene in one light with shadows by a mask.
+    Draws a scene in any number of lights with shadows by masks.
 
     Parameters
     ----------
@@ -100,7 +104,10 @@ class MaskPicture(DeviceUser):
             )
             self._is_joint = scale > 1 and filter == "joint"
             self._forward = Forward(self.device, scene, self.geometry)
+            self._copy = Program(self.device, "picture.vert.glsl", "share.frag.glsl")
         self._targets: list[Target] = []
+        self._sum: Target | None = None
+        self._shown: Target | None = None
 
     @property
     def tally(self) -> Tally:
@@ -109,7 +116,12 @@ class MaskPicture(DeviceUser):
 
     @on_device
     def draw(
-        self, camera: Camera, light: Light, shadows: str | None = "ambient", *, white: bool = False
+        self,
+        camera: Camera,
+        lights: Light | Sequence[Light],
+        shadows: str | None = "ambient",
+        *,
+        white: bool = False,
     ) -> None:
         """
         Draw a picture.
@@ -117,63 +129,108 @@ class MaskPicture(DeviceUser):
         Parameters
         ----------
         camera : Camera
-        light : Light
+        lights : Light or sequence of Light
+            Without any, all is in shadow.
         shadows : {'black', 'ambient', 'attenuated'}, optional
             What is in shadow is black, in ambient light, or half as bright; None draws none.
         white : bool
-            Draw all surfaces white: the mask alone is left.
+            Draw all surfaces white: the mask alone is left, or the mean of those of the lights.
         """
-        picture, color, mask = self._find_targets(camera.size)
+        some = [lights] if isinstance(lights, Light) else list(lights)
+        picture, _, _ = self._find_targets(camera.size)
         projection = make_projection(
             camera,
             self.scene.origin,
             self._bounds(),
             reverses_depth=self.device.reverses_depth,
         )
-        plan = self._plan(projection, light) if shadows is not None else None
-        # A tilt of parallel rays must be the surfaces', too.
-        shown = plan.projection if plan is not None else projection
-        place = light.local(self.scene.origin)
-        place[:3] -= place[3] * projection.eye
-        tally = self.tally
-        tally.clear()
+        plans: Sequence[VolumePlan | None] = [None] * len(some)
+        if shadows is not None:
+            choices = VolumeOptions(narrow=False)
+            plans = self.planner.plan(projection, some, choices=choices)
+        self.tally.clear()
         with State(self.device) as state:
-            by_texture = self._upsampler is not None and plan is not None
-            if by_texture and plan is not None:
-                self._draw_mask(state, shown, plan, mask, place)
-            is_screen = self.method is not None and self.method.write == "rgb" and not by_texture
-            lights = "direct" if shadows in ("black", "ambient") else "both"
-            if is_screen and plan is not None and shadows is not None:
-                self._clear(state, color, self.method.start if self.method else 1.0)
-                self._forward.draw_depth(state, shown, tally)
-                self._draw_volumes(state, plan, shadows)
+            total = self._begin_sum(state, picture) if len(some) != 1 else None
+            # A tilt of parallel rays must be the surfaces', too: they are drawn for each light.
+            shown, look = projection, Look(np.array([0.0, 0.0, 1.0, 0.0]), is_white=white)
+            for light, plan in zip(some, plans, strict=True):
+                shown = plan.projection if plan is not None else projection
+                place = light.local(self.scene.origin)
+                place[:3] -= place[3] * projection.eye
+                look = Look(place, light.color, 1.0 / len(some), is_white=white)
+                self._draw_light(state, shown, plan, look, shadows)
+                if total is not None:
+                    self._add(state, picture, total, 1.0 / len(some) if white else 1.0)
+            if total is not None and not some:
+                self._clear(state, picture)
+                self._forward.draw_depth(state, shown, self.tally)
+                total.use()
+            if shadows == "ambient" or (not some and shadows != "black"):
+                everywhere = replace(look, share=1.0)
                 self._forward.draw_scene(
-                    state, shown, place, tally, lights=lights, blend="multiply", is_white=white
+                    state, shown, everywhere, self.tally, lights="ambient", blend="add"
                 )
-            else:
-                alpha = self.method.start if self.method else 1.0
-                self._clear(state, picture, 1.0, 1.0, 1.0, alpha)
-                self._forward.draw_scene(
-                    state, shown, place, tally, lights=lights, alpha=alpha, is_white=white,
-                    with_place=self._is_joint,
-                )  # fmt: skip
-                color.use()
-                if by_texture:
-                    self._apply(state, shown, mask, picture, _DARK[shadows or "black"])
-                elif plan is not None and shadows is not None:
-                    self._draw_full(state, plan, color, shadows)
-            if shadows == "ambient":
-                self._forward.draw_scene(
-                    state, shown, place, tally, lights="ambient", blend="add", is_white=white
-                )
+        self._shown = total or picture
 
     @on_device
     def read(self) -> NDArray[np.uint8]:
         """Read the last picture, (rows, cols, 3) uint8, linear; row 0 at the top."""
-        return np.ascontiguousarray(self._targets[0].read()[..., :3])
+        assert self._shown is not None
+        values = self._shown.read()[..., :3]
+        if values.dtype != np.uint8:
+            values = np.rint(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8)
+        return np.ascontiguousarray(values)
 
-    def _plan(self, projection: Projection, light: Light) -> VolumePlan:
-        return self.planner.plan(projection, [light], choices=VolumeOptions(narrow=False))[0]
+    def _draw_light(
+        self,
+        state: State,
+        shown: Projection,
+        plan: VolumePlan | None,
+        look: Look,
+        shadows: str | None,
+    ) -> None:
+        """Draw the picture of one light, but for ambient light that no shadow takes away."""
+        picture, color, mask = self._find_targets(shown.camera.size)
+        tally = self.tally
+        by_texture = self._upsampler is not None and plan is not None
+        if by_texture and plan is not None:
+            self._draw_mask(state, shown, plan, mask, look)
+        is_screen = self.method is not None and self.method.write == "rgb" and not by_texture
+        lights = "direct" if shadows in ("black", "ambient") else "both"
+        if is_screen and plan is not None and shadows is not None:
+            self._clear(state, color, self.method.start if self.method else 1.0)
+            self._forward.draw_depth(state, shown, tally)
+            self._draw_volumes(state, plan, shadows)
+            self._forward.draw_scene(state, shown, look, tally, lights=lights, blend="multiply")
+            return
+        alpha = self.method.start if self.method else 1.0
+        self._clear(state, picture, 1.0, 1.0, 1.0, alpha)
+        self._forward.draw_scene(
+            state, shown, replace(look, alpha=alpha), tally, lights=lights,
+            with_place=self._is_joint,
+        )  # fmt: skip
+        color.use()
+        if by_texture:
+            self._apply(state, shown, mask, picture, _DARK[shadows or "black"])
+        elif plan is not None and shadows is not None:
+            self._draw_full(state, plan, color, shadows)
+
+    def _begin_sum(self, state: State, picture: Target) -> Target:
+        """Clear what the lights' pictures are added up in."""
+        if self._sum is None or self._sum.depth_of is not picture:
+            release_all(self._sum)
+            self._sum = Target(self.device, picture.size, ("rgba16f",), depth_of=picture)
+        self._sum.fill(state, 0.0)
+        return self._sum
+
+    def _add(self, state: State, picture: Target, total: Target, share: float) -> None:
+        """Add a light's picture to the sum, one rectangle; the sum is in use."""
+        total.use()
+        state.use(Pass(color_write=True, blend="add"))
+        picture.bind(0)
+        self._copy.set(picture=0, share=share)
+        self._copy.draw(3)
+        self.tally.rectangles.append("add")
 
     def _draw_full(self, state: State, plan: VolumePlan, color: Target, shadows: str) -> None:
         """Count in the picture's own alpha or stencil, and multiply the picture by it."""
@@ -197,15 +254,16 @@ class MaskPicture(DeviceUser):
             painter.draw_rectangle(state, step, self.method.write)
 
     def _draw_mask(
-        self, state: State, shown: Projection, plan: VolumePlan, mask: Target, place: NDArray
+        self, state: State, shown: Projection, plan: VolumePlan, mask: Target, look: Look
     ) -> None:
         """Draw a mask by itself: depth of its size, volumes, rectangles."""
         start = self.method.start if self.method else 1.0
         self._clear(state, mask, start)
         if self._is_joint:
             self._forward.draw_scene(
-                state, shown, place, self.tally, lights="direct", alpha=start, with_place=True
-            )
+                state, shown, replace(look, alpha=start), self.tally, lights="direct",
+                with_place=True,
+            )  # fmt: skip
             mask.fill(state, start)
         else:
             self._forward.draw_depth(state, shown, self.tally)
@@ -256,10 +314,10 @@ class MaskPicture(DeviceUser):
         return picture, color, mask
 
     def _release_targets(self) -> None:
-        release_all(*reversed(self._targets))
-        self._targets = []
+        release_all(self._sum, *reversed(self._targets))
+        self._targets, self._sum, self._shown = [], None, None
 
     def _list_held(self) -> Iterable[Any]:
-        yield from reversed(self._targets)
-        yield from (self._upsampler, self._forward, self._colors, self._stencil)
+        yield from (self._sum, *reversed(self._targets))
+        yield from (self._copy, self._upsampler, self._forward, self._colors, self._stencil)
         yield from (self.planner, self.geometry)
