@@ -176,15 +176,18 @@ def test_too_large_a_raster_is_told_a_cell_that_fits(monkeypatch, gigabytes, mas
     message = str(caught.value)
     assert ("leave out the masks" in message) == masks
     fits = float(message.partition("a cell of ")[2].partition(" m ")[0])
-    bounds, suns = np.array([[0.0, 0, 0], [8, 6, 10]]), np.array([[0.3, -0.2, 0.8]])
-    grid, _, _ = layout.lay_out(bounds, suns, 0.0, extent=extent, cell=fits, masks=2 * masks)
+    bounds, suns = (
+        layout.Skyline.of(np.array([[0.0, 0, 0], [8, 6, 10]]), 0.0),
+        np.array([[0.3, -0.2, 0.8]]),
+    )
+    grid, _, _ = layout.lay_out(bounds, suns, extent=extent, cell=fits, masks=2 * masks)
     assert grid.cols * grid.rows > 10_000  # and not a guess far on the safe side
 
 
 def test_parts_in_different_coordinates_are_told_and_no_cell_is_advised():
-    bounds, suns = np.array([[0.0, 0, 0], [530_009, 180_009, 9]]), np.array([[0.3, -0.2, 0.8]])
+    corners, suns = np.array([[0.0, 0, 0], [530_009, 180_009, 9]]), np.array([[0.3, -0.2, 0.8]])
     with pytest.raises(InputError, match="551 x 201 km: are all parts in the same") as caught:
-        layout.lay_out(bounds, suns, 0.0, cell=0.5)
+        layout.lay_out(layout.Skyline.of(corners, 0.0), suns, cell=0.5)
     assert "would fit" not in str(caught.value)
 
 

@@ -85,9 +85,7 @@ class HeightFieldSweep(Sweep):
         self.heights[:, : grid.cols] = heights
 
         def place() -> NDArray[np.float64]:
-            ends = grid.to_cells(caster.ends().reshape(-1, 2, 3))
-            ends[..., :2] -= ASIDE
-            return ends.reshape(-1, 6)
+            return caster.ends(grid.to_cells(caster.vertices, ASIDE))
 
         self.ends = derive(caster, "ends", grid, place)
 

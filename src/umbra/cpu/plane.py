@@ -36,16 +36,15 @@ def clip_above(caster: Caster, height: float) -> Caster:
     above = z > height
     if above.all() or not len(caster.edges):
         return caster
-    first, second = caster.edges.T
-    above_first, above_second = above[first], above[second]
-    kept = above_first | above_second
-    crossed = above_first != above_second
+    above_first, above_second = above[caster.edges].T
+    kept = np.flatnonzero(above_first | above_second)
+    crossed = np.flatnonzero(above_first != above_second)
 
     # One cut point for each pair of vertices, shared by all that meet there.
     def key(a: NDArray, b: NDArray) -> NDArray[np.int64]:
         return (np.minimum(a, b).astype(np.int64) << 32) | np.maximum(a, b)
 
-    cuts = np.unique(key(first[crossed], second[crossed]))
+    cuts, place = np.unique(key(*caster.edges[crossed].T), return_inverse=True)
     a, b = (cuts >> 32).astype(np.int64), (cuts & 0xFFFFFFFF).astype(np.int64)
     low, high = np.where(above[a], b, a), np.where(above[a], a, b)
     along = (height - z[low]) / (z[high] - z[low])
@@ -53,37 +52,46 @@ def clip_above(caster: Caster, height: float) -> Caster:
     points[:, 2] = height
     n = len(caster.vertices)
 
-    place = n + np.searchsorted(cuts, key(first, second))
-    edges = np.stack(
-        [
-            np.where(crossed & ~above_first, place, first),
-            np.where(crossed & ~above_second, place, second),
-        ],
-        1,
-    )[kept]
+    edges = caster.edges.copy()
+    edges[crossed, above_first[crossed].astype(np.intp)] = n + place
 
-    # A face that crosses leaves the upper side once and comes back once: the new
-    # edge runs from where it leaves to where it comes back.
-    up = above[caster.faces]
-    cut = np.flatnonzero(up.any(1) & ~up.all(1))
-    corner, ahead = caster.faces[cut], np.roll(caster.faces[cut], -1, 1)
-    leaves = up[cut] & ~np.roll(up[cut], -1, 1)
-    enters = ~up[cut] & np.roll(up[cut], -1, 1)
-    cut_edges = n + np.stack(
-        [np.searchsorted(cuts, key(corner[m], ahead[m])) for m in (leaves, enters)], 1
-    )
+    # The new edge of a face runs from where it leaves the upper side to where it comes back.
+    cut, leaves, enters = _find_cut_faces(caster.faces, above)
+    cut_edges = n + np.stack([np.searchsorted(cuts, key(*m)) for m in (leaves, enters)], 1)
     closed = caster.face_is_closed[cut]
     partner = np.where(closed, len(caster.faces), cut)  # the last plane is never lit
     return replace(
         caster,
         vertices=np.concatenate([caster.vertices, points]),
-        edges=np.concatenate([edges, cut_edges]).astype(np.int32),
+        edges=np.concatenate([edges[kept], cut_edges.astype(np.int32)]),
         edge_faces=np.concatenate(
             [caster.edge_faces[kept], np.stack([cut, partner], 1).astype(np.int32)]
         ),
         turn=np.concatenate([caster.turn[kept], ~closed]),
         weight=np.concatenate([caster.weight[kept], np.ones(len(cut), np.int8)]),
     )
+
+
+@njit(cache=True, nogil=True)
+def _find_cut_faces(faces, above):
+    """Return faces with corners on both sides, and where each leaves the upper and comes back."""
+    cut = np.zeros(faces.shape[0], np.int64)
+    count = 0
+    for f in range(faces.shape[0]):
+        a, b, c = above[faces[f, 0]], above[faces[f, 1]], above[faces[f, 2]]
+        if a != b or b != c:
+            cut[count] = f
+            count += 1
+    leaves = np.zeros((2, count), np.int32)
+    enters = np.zeros((2, count), np.int32)
+    for i in range(count):
+        for k in range(3):
+            tail, head = faces[cut[i], k], faces[cut[i], (k + 1) % 3]
+            if above[tail] and not above[head]:
+                leaves[0, i], leaves[1, i] = tail, head
+            elif above[head] and not above[tail]:
+                enters[0, i], enters[1, i] = tail, head
+    return cut[:count], leaves, enters
 
 
 class PlaneSweep(Sweep):
@@ -103,9 +111,11 @@ class PlaneSweep(Sweep):
     def __init__(self, caster: Caster, grid: Grid, height: float, threads: int = 1) -> None:
         def cut() -> tuple[Caster, NDArray[np.float64]]:
             clipped = derive(caster, "clip", height, lambda: clip_above(caster, height))
-            opened = _open_where_negative(clipped, grid, height)
-            ends = derive(opened, "ends of edges", None, opened.ends)
-            return opened, _place(ends, grid, height)
+            # Judged a hair beside their centres, where edges along the raster do not pass.
+            placed = grid.to_cells(clipped.vertices, ASIDE)
+            placed[:, 2] -= height
+            opened = _open_where_negative(clipped, placed, (grid.rows, grid.cols))
+            return opened, opened.ends(placed)
 
         opened, self.ends = derive(caster, "cut", (grid, height), cut)
         super().__init__(opened, grid, threads)
@@ -130,21 +140,13 @@ class PlaneSweep(Sweep):
         return too_deep
 
 
-def _place(ends: NDArray[np.float64], grid: Grid, height: float) -> NDArray[np.float64]:
-    """
-    Give edge ends as (column, row, metres above the plane) twice, (n_edges, 6).
-
-    Cells are judged a hair beside their centres, where edges along the raster do not pass.
-    """
-    ends = grid.to_cells(ends.reshape(-1, 2, 3))
-    ends[..., :2] -= ASIDE
-    ends[..., 2] -= height
-    return ends.reshape(-1, 6)
-
-
-def _open_where_negative(caster: Caster, grid: Grid, height: float) -> Caster:
+def _open_where_negative(
+    caster: Caster, placed: NDArray[np.float64], shape: tuple[int, int]
+) -> Caster:
     """
     Let components follow the open rule where the closed one could miss a shadow.
+
+    ``placed`` are its vertices as (column, row, metres above the plane).
 
     Lit minus unlit faces above a point is its winding number, and the lit ones
     tell shadow from light only where that is not negative: not inside a house
@@ -155,10 +157,10 @@ def _open_where_negative(caster: Caster, grid: Grid, height: float) -> Caster:
     cut = np.flatnonzero(caster.edge_faces[:, 1] == n_faces)
     if not len(cut):
         return caster
-    ends = _place(caster.vertices[caster.edges[cut]], grid, height)
+    ends = placed[caster.edges[cut].ravel()].reshape(-1, 6)
     starts = np.array([0, len(cut)])
-    winding = np.zeros((1, grid.rows, grid.cols), np.int32)
-    diff = np.zeros((1, grid.rows + 1, grid.cols), np.int32)
+    winding = np.zeros((1, *shape), np.int32)
+    diff = np.zeros((1, shape[0] + 1, shape[1]), np.int32)
     codes = (np.arange(len(cut)) << 2 | 1).astype(np.int32)
     nothing = np.zeros((1, 1, 1), np.uint8)
     _sweep(
@@ -171,7 +173,7 @@ def _open_where_negative(caster: Caster, grid: Grid, height: float) -> Caster:
     inward = caster.is_inward
     rest = caster.opened(inward)
     if inward.any() and (rest.is_closed != caster.is_closed).any():
-        return _open_where_negative(_reclip(rest), grid, height)
+        return _open_where_negative(_reclip(rest), placed, shape)
     return _reclip(caster.opened(np.ones_like(caster.is_closed)))
 
 

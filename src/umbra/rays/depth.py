@@ -132,61 +132,71 @@ def bound(a, b, c, sign, left, right, rows):
         rows[1] = rows[0]
 
 
+# Corners and edges are handed over as rows of one array: slices of it would cost more than
+# the arithmetic.
+
+
 @njit(cache=True, nogil=True)
-def _cross(p, q, out):
-    out[0] = p[1] * q[2] - p[2] * q[1]
-    out[1] = p[2] * q[0] - p[0] * q[2]
-    out[2] = p[0] * q[1] - p[1] * q[0]
+def _cross(p, i, j, line, k):
+    """Write the line through corners i and j into row k."""
+    line[k, 0] = p[i, 1] * p[j, 2] - p[i, 2] * p[j, 1]
+    line[k, 1] = p[i, 2] * p[j, 0] - p[i, 0] * p[j, 2]
+    line[k, 2] = p[i, 0] * p[j, 1] - p[i, 1] * p[j, 0]
 
 
 @njit(cache=True, nogil=True)
 def _key_plane(p, det, out):
     """Find the functional of (X, Y, W) that gives K on a triangle's plane."""
-    u = p[1] - p[0]
-    v = p[2] - p[0]
-    n = np.empty(3)
-    a = np.empty(3)
-    b = np.empty(3)
-    _cross(u, v, n)
-    _cross(v, p[0], a)
-    _cross(p[0], u, b)
+    du = p[1, 3] - p[0, 3]
+    dv = p[2, 3] - p[0, 3]
     for k in range(3):
-        out[k] = (p[0, 3] * n[k] + u[3] * a[k] + v[3] * b[k]) / det
+        i = (k + 1) % 3
+        j = (k + 2) % 3
+        ui = p[1, i] - p[0, i]
+        uj = p[1, j] - p[0, j]
+        vi = p[2, i] - p[0, i]
+        vj = p[2, j] - p[0, j]
+        n = ui * vj - uj * vi
+        a = vi * p[0, j] - vj * p[0, i]
+        b = p[0, i] * uj - p[0, j] * ui
+        out[k] = (p[0, 3] * n + du * a + dv * b) / det
 
 
 @njit(cache=True, nogil=True)
-def _place_edge(p, q, line, sign, edge, span):
+def _place_edge(p, i, j, line, k, sign, edge, span):
     """
-    Place a triangle's edge for its rows.
+    Place a triangle's edge from corner i to j for its rows.
 
     Writes its first corner, slope dx/dy, second corner and whether it bounds the left (1) or
-    the right (-1) of the face into ``edge``; a level edge (0) narrows ``span`` instead.
+    the right (-1) of the face into row k of ``edge``; a level edge (0) narrows ``span`` instead.
     """
-    a, b, c = line
-    sure = p[2] > 0.0 and q[2] > 0.0  # else a corner is not in the picture
+    a = line[k, 0]
+    b = line[k, 1]
+    c = line[k, 2]
+    sure = p[i, 2] > 0.0 and p[j, 2] > 0.0  # else a corner is not in the picture
     if a == 0.0:
-        edge[:] = 0.0
-        edge[4] = np.nan
+        edge[k, 0] = edge[k, 1] = edge[k, 2] = edge[k, 3] = edge[k, 5] = 0.0
+        edge[k, 4] = np.nan
         if b == 0.0:
             span[1] = span[0] if c * sign < 0.0 else span[1]
             return
-        y = np.ceil(p[1] / p[2] if sure else -c / b)
+        y = np.ceil(p[i, 1] / p[i, 2] if sure else -c / b)
         if b * sign > 0.0:
             span[0] = max(span[0], y)
         else:
             span[1] = min(span[1], y)
         return
-    edge[2] = -b / a
-    edge[5] = 1.0 if a * sign > 0.0 else -1.0
+    edge[k, 2] = -b / a
+    edge[k, 5] = 1.0 if a * sign > 0.0 else -1.0
     if sure:
-        edge[0] = p[0] / p[2]
-        edge[1] = p[1] / p[2]
-        edge[3] = q[0] / q[2]
-        edge[4] = q[1] / q[2]
+        edge[k, 0] = p[i, 0] / p[i, 2]
+        edge[k, 1] = p[i, 1] / p[i, 2]
+        edge[k, 3] = p[j, 0] / p[j, 2]
+        edge[k, 4] = p[j, 1] / p[j, 2]
     else:
-        edge[0] = -c / a
-        edge[1] = 0.0
-        edge[4] = np.nan
+        edge[k, 0] = -c / a
+        edge[k, 1] = 0.0
+        edge[k, 4] = np.nan
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
@@ -227,7 +237,7 @@ def _rasterise(points, faces, key, face, near, threads):
             if span[0] >= span[1]:
                 continue
             for k in range(3):
-                _cross(p[(k + 1) % 3], p[(k + 2) % 3], line[k])
+                _cross(p, (k + 1) % 3, (k + 2) % 3, line, k)
             det = p[0, 0] * line[0, 0] + p[0, 1] * line[0, 1] + p[0, 2] * line[0, 2]
             if det == 0.0:
                 continue
@@ -243,7 +253,7 @@ def _rasterise(points, faces, key, face, near, threads):
                 j = (k + 2) % 3
                 if faces[f, i] > faces[f, j]:
                     i, j = j, i
-                _place_edge(p[i], p[j], line[k], sign, edge[k], span)
+                _place_edge(p, i, j, line, k, sign, edge, span)
             _key_plane(p, det, slope)
             for r in range(np.int64(span[0]), np.int64(span[1])):
                 if (r // STRIPE) % threads != t:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,13 @@ from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
 from umbra.scene.grid import Grid
 
-__all__ = ["LONGEST_SHADOW", "TILE", "lay_out"]
+__all__ = ["LONGEST_SHADOW", "TILE", "Skyline", "lay_out"]
 
 LONGEST_SHADOW = 4.0
 """The default extent follows shadows up to this many times the model's height."""
 TILE = 4096
 """Side of the tiles that a large raster is counted in [cell], so that work arrays stay small."""
+_PIECES = 256  # that the model is cut into along each axis, for its highest points
 _LONG_SIDE = 1024  # cells of the default raster
 _VAST = 50_000.0  # [m]; a plan that nobody chose is not wider, unless parts lie far apart
 NEARBY = 10_000.0  # [m]; so far from a model, and
@@ -27,10 +29,46 @@ _THREAD_WORK = 4  # and this by each thread
 _BASE = 0.4e9  # what the program and the one that draws hold without any cell [byte]
 
 
+@dataclass(frozen=True, eq=False)
+class Skyline:
+    """
+    Bounds of a model's plan, and how high it rises along each axis.
+
+    Parameters
+    ----------
+    low, high : (2,) float64
+        In the model's own coordinates [m].
+    tall : float
+        Of its highest point above the ground [m]; 0 if all of it is below.
+    edges : (2, n + 1) float64
+        Ends of the pieces that x and y are cut into [m].
+    tops : (2, n) float64
+        Height above the ground of the highest point over each piece [m].
+    """
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    tall: float
+    edges: NDArray[np.float64]
+    tops: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, points: NDArray[np.float64], ground: float) -> "Skyline":
+        """Find the skyline of a model's corners, (n, 3) in its own coordinates [m]."""
+        x, y, z = np.ascontiguousarray(points.T)
+        tall = np.maximum(z - ground, 0.0)
+        edges = np.stack([np.linspace(v.min(), v.max(), _PIECES + 1) for v in (x, y)])
+        tops = np.zeros((2, _PIECES))
+        for v, ends, top in zip((x, y), edges, tops, strict=True):
+            wide = max(float(np.ptp(v)), 1e-300)
+            piece = np.minimum((v - ends[0]) / wide * _PIECES, _PIECES - 1).astype(np.intp)
+            np.maximum.at(top, piece, tall)
+        return cls(edges[:, 0], edges[:, -1], float(tall.max()), edges, tops)
+
+
 def lay_out(
-    points: NDArray[np.float64],
+    skyline: Skyline,
     suns: NDArray[np.float64],
-    ground: float,
     *,
     extent: Sequence[float] | None = None,
     cell: float | None = None,
@@ -45,12 +83,10 @@ def lay_out(
 
     Parameters
     ----------
-    points : (n, 3) float64
-        Corners of the model, in its own coordinates [m].
+    skyline : Skyline
+        Of the model.
     suns : (n, 3) float64
         Directions toward the sun that the default extent shall hold the shadows of.
-    ground : float
-        z of the ground [m].
     extent : (4,) float, optional
         xmin, ymin, xmax, ymax [m].
     cell : float, optional
@@ -90,7 +126,7 @@ def lay_out(
         msg = f"a raster needs at least 1x1 cells; got {size[0]}x{size[1]}"
         raise InputError(msg, size=size)
     if extent is None:
-        low, high = _reach(points, suns, ground)
+        low, high = _reach(skyline, suns)
     else:
         low, high = np.array(extent[:2], np.float64), np.array(extent[2:], np.float64)
         with np.errstate(all="ignore"):
@@ -101,7 +137,7 @@ def lay_out(
                 f"got {','.join(f'{v:g}' for v in extent)}"
             )
             raise InputError(msg, extent=tuple(extent))
-        _check_near(low, high, points, ground)
+        _check_near(low, high, skyline)
     most = _most_cells(masks + kept, threads)
     wide, deep = (float(length) for length in high - low)
     if size is None:
@@ -123,13 +159,11 @@ def lay_out(
     return grid, grid.x, grid.y
 
 
-def _check_near(
-    low: NDArray[np.float64], high: NDArray[np.float64], points: NDArray[np.float64], ground: float
-) -> None:
+def _check_near(low: NDArray[np.float64], high: NDArray[np.float64], skyline: Skyline) -> None:
     """Refuse an extent that no shadow reaches: the map would be blank."""
-    least, most = points.min(0), points.max(0)
-    gap = float(np.hypot(*np.maximum(np.maximum(least[:2] - high, low - most[:2]), 0)))
-    if gap <= NEARBY + LOWEST_SUN * max(float(most[2]) - ground, 0.0):
+    least, most = skyline.low, skyline.high
+    gap = float(np.hypot(*np.maximum(np.maximum(least - high, low - most), 0)))
+    if gap <= NEARBY + LOWEST_SUN * skyline.tall:
         return
     where = ", ".join(f"{a} {least[i]:.6g} to {most[i]:.6g}" for i, a in enumerate("xy"))
     msg = (
@@ -140,33 +174,19 @@ def _check_near(
 
 
 def _reach(
-    points: NDArray[np.float64], suns: NDArray[np.float64], ground: float
+    skyline: Skyline, suns: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the bounds of the model and its shadows on the ground, long ones cut short."""
-    low, high = points[:, :2].min(0), points[:, :2].max(0)
-    tall = np.maximum(points[:, 2] - ground, 0.0)
-    longest = LONGEST_SHADOW * float(tall.max())
+    low, high = skyline.low.copy(), skyline.high.copy()
+    longest = LONGEST_SHADOW * skyline.tall
     flat = np.maximum(np.hypot(suns[:, 0], suns[:, 1]), 1e-12)
-    for axis in (0, 1):
-        edges, top = _find_skyline(points[:, axis], tall)
+    for axis, (edges, top) in enumerate(zip(skyline.edges, skyline.tops, strict=True)):
         reach = top / np.maximum(suns[:, 2:], 1e-9)
         reach = -np.minimum(reach, longest / flat[:, None]) * suns[:, axis : axis + 1]
         low[axis] = min(low[axis], (edges[:-1] + reach).min(initial=math.inf))
         high[axis] = max(high[axis], (edges[1:] + reach).max(initial=-math.inf))
     margin = 0.02 * float(max(high - low)) + 1e-3
     return low - margin, high + margin
-
-
-def _find_skyline(
-    along: NDArray[np.float64], tall: NDArray[np.float64], bins: int = 256
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the highest point over each piece of an axis, and the pieces' edges."""
-    edges = np.linspace(along.min(), along.max(), bins + 1)
-    wide = max(float(np.ptp(along)), 1e-300)
-    piece = np.minimum((along - edges[0]) / wide * bins, bins - 1).astype(np.intp)
-    top = np.zeros(bins)
-    np.maximum.at(top, piece, tall)
-    return edges, top
 
 
 def _round_up(value: float, tolerance: float = 0.999) -> float:

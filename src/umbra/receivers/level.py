@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
@@ -115,15 +116,15 @@ def assume_level(scene: Scene) -> Level:
     """
     soup = scene.triangles()
     thing = scene.groups()[soup.part]
-    corners = soup.vertices[soup.faces] + scene.origin
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(across, axis=1)
-    foot = _find_feet(corners[..., 2].min(1), area, thing)
+    count = int(thing.max(initial=-1)) + 1
+    faces, low, high = _measure(soup.vertices + scene.origin, soup.faces, thing, count)
+    lowest, area, flat, middle_z = faces
+    foot = _find_feet(lowest, area, thing, low[:, 2])
     kept = np.flatnonzero(np.isfinite(foot))
-    low, high = _find_plans(corners, thing, len(foot))
-    boxes = np.stack([np.column_stack([low, foot]), np.column_stack([high, foot])], axis=1)
+    low[:, 2] = high[:, 2] = foot
+    boxes = np.stack([low, high], axis=1)
     stands = kept[find_standing(boxes[kept])]
-    size = np.prod(np.maximum(high - low, 1e-6), axis=1)[stands]
+    size = np.prod(np.maximum(high - low, 1e-6)[:, :2], axis=1)[stands]
     feet = foot[stands]
     order = np.argsort(feet, kind="stable")
     feet, size = feet[order], size[order]
@@ -131,20 +132,46 @@ def assume_level(scene: Scene) -> Level:
     is_floor = np.array([part.kind == GROUND_SURFACE for part in scene.parts])[soup.part]
     if is_floor.any():
         # A building's own ground surface tells better than the lowest corner of its walls.
-        z, weight = corners[is_floor, :, 2].mean(1), np.abs(across[is_floor, 2])
-        middle = _find_middle(z, weight)
+        middle = _find_middle(middle_z[is_floor], flat[is_floor])
     else:
         middle = _find_middle(feet, size)
     return Level(middle, float(feet[0]), float(feet[-1]), len(feet))
 
 
+@njit(cache=True, nogil=True)
+def _measure(vertices, faces, thing, count):
+    """
+    Measure the faces, and bound the objects that they belong to.
+
+    Gives (4, n_faces): each one's lowest z, twice its area, twice that of its plan, and the
+    mean of its corners' z; and the objects' bounds, (count, 3) twice.
+    """
+    found = np.zeros((4, faces.shape[0]))
+    low = np.full((count, 3), np.inf)
+    high = np.full((count, 3), -np.inf)
+    for f in range(faces.shape[0]):
+        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        found[0, f] = min(a[2], b[2], c[2])
+        found[1, f] = np.sqrt(nx * nx + ny * ny + nz * nz)
+        found[2, f] = abs(nz)
+        found[3, f] = (a[2] + b[2] + c[2]) / 3.0
+        for axis in range(3):
+            low[thing[f], axis] = min(low[thing[f], axis], a[axis], b[axis], c[axis])
+            high[thing[f], axis] = max(high[thing[f], axis], a[axis], b[axis], c[axis])
+    return found, low, high
+
+
 def _find_feet(
-    lowest: NDArray[np.float64], area: NDArray[np.float64], thing: NDArray[np.integer]
+    lowest: NDArray[np.float64],
+    area: NDArray[np.float64],
+    thing: NDArray[np.integer],
+    foot: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return the lowest point of each object, without strays; inf without faces."""
-    count = int(thing.max(initial=-1)) + 1
-    foot = np.full(count, np.inf)
-    np.minimum.at(foot, thing, lowest)
+    foot, count = foot.copy(), len(foot)
     whole = np.bincount(thing, area, count)
     near = np.bincount(thing, area * (lowest <= foot[thing] + GAP), count)
     for one in np.flatnonzero((near < STRAY * whole) & np.isfinite(foot)):
@@ -169,16 +196,6 @@ def _find_middle(heights: NDArray[np.float64], weights: NDArray[np.float64]) -> 
     order = np.argsort(heights, kind="stable")
     total = np.cumsum(weights[order])
     return float(heights[order][np.searchsorted(total, total[-1] / 2)])
-
-
-def _find_plans(
-    corners: NDArray[np.float64], thing: NDArray[np.integer], count: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the bounds of each thing's plan, (count, 2) each."""
-    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    np.minimum.at(low, thing, corners[..., :2].min(1))
-    np.maximum.at(high, thing, corners[..., :2].max(1))
-    return low, high
 
 
 def has_terrain(scene: Scene) -> bool:

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.receivers.kind import Raster, ReceiverKind, Request, Tile, Variables
-from umbra.receivers.layout import TILE, lay_out
+from umbra.receivers.layout import TILE, Skyline, lay_out
 from umbra.receivers.level import Level, find_level, has_terrain
 from umbra.receivers.plan_tiles import PlaneTile, PlanModel, PlanTile, TopmostTile
 from umbra.scene import Scene
+from umbra.scene.derived import derive
 from umbra.scene.grid import Grid
 
 if TYPE_CHECKING:
@@ -114,18 +115,28 @@ class PlanKind(ReceiverKind):
             scene, cast.soup, cast.caster, request.threads, level - origin[2], self.tile,
             canopy=request.canopy, has_end=has_end,
         )  # fmt: skip
-        corners = model.soup.find_corners() + origin
-        if request.canopy is not None:
-            crowns = scene.triangles(request.canopy.casting)
-            corners = np.concatenate([corners, crowns.find_corners() + origin])
         # Where nothing receives beside a terrain no shadow has to be followed.
         reaching = np.zeros((0, 3)) if has_end else request.find_reaching()
-        grid, x, y = lay_out(corners, reaching, level, **request.find_room())
+        grid, x, y = lay_out(_find_skyline(model, level), reaching, **request.find_room())
         return PlanRaster(
             self, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy,
             {"ground_z": level}, x=x, y=y, ground=level, assumed=assumed,
             grid=replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1]),
         )  # fmt: skip
+
+
+def _find_skyline(model: PlanModel, level: float) -> Skyline:
+    """Return the skyline of what is seen, and of the canopies."""
+    origin = model.scene.origin
+
+    def find() -> Skyline:
+        corners = model.soup.find_corners() + origin
+        if model.canopy is not None:
+            crowns = model.scene.triangles(model.canopy.casting)
+            corners = np.concatenate([corners, crowns.find_corners() + origin])
+        return Skyline.of(corners, level)
+
+    return derive(model.soup, "skyline", (model.canopy, level), find)
 
 
 class GroundPlane(PlanKind):

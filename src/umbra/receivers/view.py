@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.receivers.kind import ReceiverKind, Request
-from umbra.receivers.layout import lay_out
+from umbra.receivers.layout import Skyline, lay_out
 from umbra.receivers.level import find_level, has_terrain
 from umbra.receivers.seen import SeenRaster, ViewModel, ViewTile
 from umbra.scene import Camera, Scene
@@ -179,9 +179,8 @@ class OrthographicKind(ReceiverKind):
             cell = _choose_cell(extent)
         # What is seen, in the view's own axes, as the extent is.
         grid, _, _ = lay_out(
-            np.array([(*low, level), (*high, level)]),
+            Skyline.of(np.array([(*low, level), (*high, level)]), level),
             np.zeros((0, 3)),
-            level,
             **{**raster, "extent": extent, "cell": cell, "kept": raster["kept"] + PIXEL_BYTES},
         )
         if size is not None:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.cpu.height_field import Slopes
 from umbra.rays.depth import NOTHING, DepthBuffer, rasterise_depth
 from umbra.scene import Triangles
+from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 
 __all__ = ["Surface", "find_surface"]
@@ -130,4 +131,19 @@ def _look_down(
         ]
     )
     size = (grid.cols, grid.rows)
-    return rasterise_depth(soup.vertices, soup.faces, matrix, size, (ground, np.inf), threads)
+    shown = derive(soup, "faces with a plan", None, lambda: _find_plans(soup))
+    view = rasterise_depth(
+        soup.vertices, soup.faces[shown], matrix, size, (ground, np.inf), threads
+    )
+    is_seen = view.face != NOTHING
+    view.face[is_seen] = shown[view.face[is_seen]]
+    return view
+
+
+def _find_plans(soup: Triangles) -> NDArray[np.int32]:
+    """Return the faces no two of whose corners lie above each other, as those of walls do."""
+    plans = [soup.vertices[soup.faces[:, k], :2] for k in range(3)]
+    is_upright = np.zeros(len(soup.faces), np.bool_)
+    for k in range(3):
+        is_upright |= (plans[k] == plans[k - 1]).all(1)
+    return np.flatnonzero(~is_upright).astype(np.int32)

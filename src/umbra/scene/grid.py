@@ -73,11 +73,13 @@ class Grid:
             self.cols * times, self.rows * times,
         )  # fmt: skip
 
-    def to_cells(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return x and y of points (..., 3) in cells, where centres are whole numbers; z stays."""
+    def to_cells(
+        self, points: NDArray[np.float64], aside: tuple[float, float] = (0.0, 0.0)
+    ) -> NDArray[np.float64]:
+        """Return x and y of points (..., 3) in cells from the first judged place; z stays."""
         placed = np.array(points, np.float64)
-        placed[..., 0] = (placed[..., 0] - self.x0) / self.dx
-        placed[..., 1] = (placed[..., 1] - self.y0) / self.dy
+        placed[..., 0] = (placed[..., 0] - self.x0) / self.dx - aside[0]
+        placed[..., 1] = (placed[..., 1] - self.y0) / self.dy - aside[1]
         return placed
 
 

@@ -99,9 +99,10 @@ class Caster:
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
         return np.bincount(self.component, np.einsum("ij,ij->i", a, np.cross(b, c))) < 0
 
-    def ends(self) -> NDArray[np.float64]:
-        """Return both end points of every edge, (n_edges, 6) float64."""
-        return self.vertices[self.edges.ravel()].reshape(-1, 6)
+    def ends(self, vertices: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Return both end points of every edge, (n_edges, 6); of ``vertices`` moved elsewhere."""
+        points = self.vertices if vertices is None else vertices
+        return points[self.edges.ravel()].reshape(-1, 6)
 
     def opened(self, components: NDArray[np.bool_]) -> "Caster":
         """
@@ -274,18 +275,7 @@ def _pair(
         # In a run sorted by sign the first half are opposite to the second.
         order = np.lexsort((-sign, closed, key))
         key, face, sign, closed = key[order], face[order], sign[order], closed[order]
-    starts = np.flatnonzero(_run_starts(key) | _run_starts(closed))
-    lengths = np.diff(np.append(starts, len(key)))
-    n_pairs = lengths // 2
-
-    run = np.repeat(np.arange(len(starts)), n_pairs)
-    rank = np.arange(len(run)) - np.repeat(np.cumsum(n_pairs) - n_pairs, n_pairs)
-    one = starts[run] + rank
-    two = one + n_pairs[run]
-    odd = starts[lengths % 2 == 1] + lengths[lengths % 2 == 1] - 1  # one is left over: a border
-
-    a = np.concatenate([one, odd])
-    b = np.concatenate([two, odd])
+    a, b = _halve_runs(np.flatnonzero(_run_starts(key) | _run_starts(closed)), len(key))
     same_way = sign[a] == sign[b]  # true of a border, which is its own partner
     size = np.where(closed[a] | (a == b), 1, 2)
     order = np.argsort(np.minimum(face[a], face[b]), kind="stable")
@@ -299,27 +289,56 @@ def _pair(
     )
 
 
+@njit(cache=True, nogil=True)
+def _halve_runs(starts, end):
+    """Pair the first half of every run with the second; what is left over, last, with itself."""
+    first = np.zeros(end, np.int64)
+    second = np.zeros(end, np.int64)
+    pairs = 0
+    for r in range(starts.size):
+        length = (starts[r + 1] if r + 1 < starts.size else end) - starts[r]
+        for k in range(length // 2):
+            first[pairs] = starts[r] + k
+            second[pairs] = starts[r] + length // 2 + k
+            pairs += 1
+    for r in range(starts.size):
+        last = (starts[r + 1] if r + 1 < starts.size else end) - 1
+        if (last - starts[r]) % 2 == 0:
+            first[pairs] = second[pairs] = last
+            pairs += 1
+    return first[:pairs], second[:pairs]
+
+
 def make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Return the faces' planes as a caster keeps them, (4, n_faces + 1) float64."""
     planes = np.full((4, len(faces) + 1), np.nan)
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    planes[:3, :-1] = normal.T
-    planes[3, :-1] = -np.einsum("ij,ij->i", normal, a)
+    _fill_planes(vertices, faces, planes)
     return planes
+
+
+@njit(cache=True, nogil=True)
+def _fill_planes(vertices, faces, planes):
+    for f in range(faces.shape[0]):
+        i, j, k = faces[f]
+        x, y, z = vertices[i]
+        ax, ay, az = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
+        bx, by, bz = vertices[k, 0] - x, vertices[k, 1] - y, vertices[k, 2] - z
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        planes[0, f], planes[1, f], planes[2, f] = nx, ny, nz
+        planes[3, f] = -(nx * x + ny * y + nz * z)
 
 
 def _sort_along_curve(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.intp]:
     """Order faces along a Morton curve, so that neighbours lie near in memory."""
     if len(faces) < 2:
         return np.arange(len(faces))
-    corner = vertices[faces[:, 0]]
-    low = corner.min(0)
-    cell = max(float(np.ptp(corner, axis=0).max()), 1e-300) / 1023.0
+    corner = np.ascontiguousarray(vertices[faces[:, 0]].T)
+    low = corner.min(1, keepdims=True)
+    cell = max(float((corner.max(1, keepdims=True) - low).max()), 1e-300) / 1023.0
     grid = ((corner - low) / cell).astype(np.uint32)
     code = np.zeros(len(faces), np.uint32)
     for axis in range(3):
-        code |= _spread_bits(grid[:, axis]) << np.uint32(2 - axis)
+        code |= _spread_bits(grid[axis]) << np.uint32(2 - axis)
     return np.argsort(code, kind="stable")
 
 
