@@ -69,30 +69,18 @@ class StandIn:
     def __init__(self, endings):
         self.endings = endings
 
-    def draw_hours(self, path, plan, hours, *args, **options):
-        assert hours.shape == plan.shape
-        self.leave(path)
-
-    def draw_hour_panels(self, path, plan, days, *args, **options):
+    def draw_hours(self, path, plan, days, *args, **options):
         assert all(day.hours.shape == plan.shape for day in days)
-        Path(path).write_bytes(PICTURE)
-
-    def draw_profile(self, path, plan, shadows, labels, **options):
-        assert len(shadows) == len(labels)
         self.leave(path)
 
-    def draw_profiles(self, path, plan, days, **options):
-        assert all(len(shadows) == len(labels) for _, shadows, labels, _ in days)
+    def draw_profile(self, path, plan, days, **options):
+        assert all(len(day.shadows) == len(day.labels) for day in days)
         self.leave(path)
 
-    def draw_points(self, path, plan, points, normals, hours, *args):
-        assert len(points) == len(normals) == len(hours)
+    def draw_points(self, path, plan, places, days, *args):
+        assert all(len(places) == len(day.hours) for day in days)
         assert plan.shape[0] > 1
         self.leave(path)
-
-    def draw_point_panels(self, path, plan, points, normals, days, *args):
-        assert all(len(points) == len(day.hours) for day in days)
-        Path(path).write_bytes(PICTURE)
 
     def draw_elevations(self, path, arrangement, maps, max_hours, **options):
         assert [caption.split()[0] for caption, _, _ in maps] == [

@@ -118,12 +118,11 @@ def find_pictures(monkeypatch):
     """Note what each picture is asked to show."""
     seen = {}
 
-    def note(self, path, plan, hours, *args, **options):
-        seen[path.name] = (hours, args, options, plan)
+    def note(self, path, plan, days, *args, **options):
+        seen[path.name] = (days, args, options, plan)
         path.write_bytes(b"a picture")
 
-    for name in ("draw_hours", "draw_hour_panels"):
-        monkeypatch.setattr(painter.Painter, name, note)
+    monkeypatch.setattr(painter.Painter, "draw_hours", note)
     return seen
 
 
@@ -180,13 +179,13 @@ def test_all_dates_together_are_a_mean_or_a_sum_and_say_so(
 ):
     seen = find_pictures(monkeypatch)
     assert study(*options, *ASKED, "--every", "1h", files=[street], day=None).status == 0
-    hours, (scale,), named, _ = seen["hours.png"]
+    (day,), (scale,), named, _ = seen["hours.png"]
     assert named["what"] == f"hours in shadow{says}"
     assert scale == most
-    assert hours.max() <= most
-    lost, _, named, _ = seen["hours_lost.png"]
+    assert day.hours.max() <= most
+    (lost,), _, named, _ = seen["hours_lost.png"]
     assert named["what"] == f"hours of sun lost to tower{says}"
-    assert np.nanmax(lost) <= most
+    assert np.nanmax(lost.hours) <= most
     assert named["hatch"].startswith("newly under 2 h on at least one of")
 
 
@@ -202,11 +201,11 @@ def test_of_very_many_dates_by_day_every_nth_has_a_map(study, street, monkeypatc
 def test_points_and_sheets_are_drawn_of_each_date(study, street, tmp_path, monkeypatch):
     seen = {}
 
-    def note(self, path, plan, points, normals, days, most, *rest):
+    def note(self, path, plan, places, days, most, *rest):
         seen[path.name] = (days, most, rest)
         path.write_bytes(b"a picture")
 
-    monkeypatch.setattr(painter.Painter, "draw_point_panels", note)
+    monkeypatch.setattr(painter.Painter, "draw_points", note)
     (tmp_path / "points.csv").write_text("x,y,z\n0,2,0\n9,9,0\n")
     dates = ["--date", "2026-03-21,2026-12-21", "--every", "2h"]
     points = ["--receivers", "points", "--points", tmp_path / "points.csv"]

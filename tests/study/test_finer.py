@@ -10,8 +10,8 @@ from umbra.study import count_finer, preview, run_study
 from umbra.sun import Site
 from umbra.writers.contours import trace
 from umbra.writers.hours import make_hours_sheet
-from umbra.writers.plan import Plan
-from umbra.writers.sheet import make_sheet
+from umbra.writers.plan import DayMap, Plan
+from umbra.writers.sheet import lay_out
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-03-21", "start": "09:00", "end": "17:00", "every": "15min"}
@@ -43,7 +43,7 @@ def test_finer_hours_are_nearer_to_exact_ones_by_the_steps_ratio(receivers):
 def test_saw_teeth_leave_the_contours():
     study = study_tower()
     plan = Plan(study.x, study.y)
-    sheet = make_sheet(plan, 0.55)
+    sheet = lay_out(plan, 0.55)
     teeth, smooth = (
         count_teeth(trace(sheet, hours >= 0.75 - 1e-3))
         for hours in (study.shadow_hours, count_finer(study).shadow_hours)
@@ -69,7 +69,8 @@ def test_lines_and_labels_come_from_finer_hours_and_paint_stays():
     plan = Plan(study.x, study.y)
     fine = count_finer(study).shadow_hours
     one, other = (
-        make_hours_sheet(plan, study.shadow_hours, 8.0, finer=hours) for hours in (None, fine)
+        make_hours_sheet(plan, [DayMap(study.shadow_hours, finer=hours)], 8.0)
+        for hours in (None, fine)
     )
     lines = [
         np.concatenate([path.vertices for artist in sheet.figure.findobj(LineCollection)
@@ -90,7 +91,7 @@ def test_finer_hours_of_larger_cells_fit_any_plan():
     assert found.shadow_hours.shape == (400, 800)
     blocked = study.heights > 0
     plan = Plan(study.x, study.y, blocked.astype(np.float32))
-    sheet = make_hours_sheet(plan, study.shadow_hours, 8.0, finer=found.shadow_hours)
+    sheet = make_hours_sheet(plan, [DayMap(study.shadow_hours, finer=found.shadow_hours)], 8.0)
     assert sheet.map_size[0] > 300
 
 

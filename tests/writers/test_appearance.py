@@ -11,7 +11,7 @@ from umbra.sun import Site
 from umbra.writers.edges import find_appearance
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, SKY, Plan, find_map_size
+from umbra.writers.plan import DOTS_PER_INCH, SKY, DayMap, Plan, find_map_size
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 NIGHTLESS = {"date": "2026-06-21", "start": "12:00", "end": "14:00", "every": "1h"}
@@ -58,7 +58,7 @@ def test_lines_run_where_one_house_ends_before_another(south):
 
 def test_a_facade_keeps_the_legend_s_colours_and_the_sky_is_no_value(south):
     plan, _ = look_at(south)
-    sheet = make_hours_sheet(plan, south.shadow_hours, south.up_hours)
+    sheet = make_hours_sheet(plan, [DayMap(south.shadow_hours)], south.up_hours)
     sheet.figure.canvas.draw()
     pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3].astype(float)
 
@@ -120,7 +120,7 @@ def test_no_contour_runs_along_an_edge(south):
     plain = Plan(plan.x, plan.y, plan.building_height, None, roofs_cover=False)
 
     def count(on):
-        sheet = make_hours_sheet(on, hours, 2.0)
+        sheet = make_hours_sheet(on, [DayMap(hours)], 2.0)
         labels = [t for t in sheet.figure.findobj(Text) if t.get_text().endswith(" h")]
         return len([t for t in labels if t.get_path_effects()])
 

@@ -9,7 +9,15 @@ from matplotlib.text import Text
 from umbra.writers.contours import find_swatches
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.pixels import shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, SKY, Appearance, Plan, find_map_size
+from umbra.writers.plan import (
+    DOTS_PER_INCH,
+    SKY,
+    Appearance,
+    DayMap,
+    DayShadows,
+    Plan,
+    find_map_size,
+)
 from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(np.arange(0.25, 40, 0.5), np.arange(0.25, 30, 0.5), None, None, title="house")
@@ -32,7 +40,10 @@ def read_map(sheet):
 def test_canopies_are_hatched_outlined_and_named(hours):
     plan = replace(PLAN, canopies=CROWN, canopy_name="Tree*, looked through")
     values = np.full(PLAN.shape, hours, np.float32)
-    sheet, bare = make_hours_sheet(plan, values, 8.0), make_hours_sheet(PLAN, values, 8.0)
+    sheet, bare = (
+        make_hours_sheet(plan, [DayMap(values)], 8.0),
+        make_hours_sheet(PLAN, [DayMap(values)], 8.0),
+    )
     assert "Tree*, looked through" in find_texts(sheet)
     assert "looked through" not in find_texts(bare)
     drawn = np.abs(read_map(sheet) - read_map(bare)).max(-1) > 0.1
@@ -46,7 +57,9 @@ def test_canopies_are_hatched_outlined_and_named(hours):
 def test_a_profile_names_its_canopies():
     plan = replace(PLAN, canopies=CROWN, canopy_name="trees, looked through")
     for n in (3, 20):
-        sheet = make_profile_sheet(plan, [CROWN] * n, [f"{k:02}:00" for k in range(n)])
+        sheet = make_profile_sheet(
+            plan, [DayShadows([CROWN] * n, [f"{k:02}:00" for k in range(n)])]
+        )
         assert "trees, looked" in find_texts(sheet)
 
 
@@ -58,7 +71,7 @@ def test_the_sky_is_named_and_no_colour_of_the_scale():
     plan = replace(PLAN, appearance=Appearance(none + 255, none, none, none, sky))
     values = np.zeros(PLAN.shape, np.float32)
     values[30:] = np.nan
-    sheet = make_hours_sheet(plan, values, 8.0)
+    sheet = make_hours_sheet(plan, [DayMap(values)], 8.0)
     assert "sky: no hours" in find_texts(sheet)
     pixels = read_map(sheet)
     np.testing.assert_allclose(pixels[-30, 50], SKY, atol=0.01)

@@ -14,7 +14,7 @@ from PIL import Image
 
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.painter import Painter
-from umbra.writers.plan import Plan
+from umbra.writers.plan import DayMap, DayShadows, Plan
 from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(np.arange(30.0), np.arange(20.0), title="Painted", roofs_cover=False)
@@ -51,8 +51,10 @@ def wait_until_gone(pid):
 
 
 def check_pictures(folder):
-    make_hours_sheet(PLAN, HOURS, 8.0).save(folder / "hours_here.png")
-    make_profile_sheet(PLAN, make_shadows(), LABELS, "CEST").save(folder / "profile_here.png")
+    make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0).save(folder / "hours_here.png")
+    make_profile_sheet(PLAN, [DayShadows(make_shadows(), LABELS)], "CEST").save(
+        folder / "profile_here.png"
+    )
     for name in ("hours", "profile"):
         np.testing.assert_array_equal(
             read(folder / f"{name}.png"), read(folder / f"{name}_here.png")
@@ -62,8 +64,10 @@ def check_pictures(folder):
 def test_the_child_draws_the_same_pictures(tmp_path):
     with Painter() as painter:
         child = painter._child
-        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0)
-        painter.draw_profile(tmp_path / "profile.png", PLAN, make_shadows(), LABELS, zone="CEST")
+        painter.draw_hours(tmp_path / "hours.png", PLAN, [DayMap(HOURS)], 8.0)
+        painter.draw_profile(
+            tmp_path / "profile.png", PLAN, [DayShadows(make_shadows(), LABELS)], zone="CEST"
+        )
     assert child is not None
     assert painter._child is child  # it drew; nothing fell back to this process
     assert child.returncode == 0
@@ -76,8 +80,10 @@ def test_without_a_process_it_draws_here(tmp_path, monkeypatch):
 
     monkeypatch.setattr(subprocess, "Popen", refuse)
     with Painter() as painter:
-        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0)
-        painter.draw_profile(tmp_path / "profile.png", PLAN, make_shadows(), LABELS, zone="CEST")
+        painter.draw_hours(tmp_path / "hours.png", PLAN, [DayMap(HOURS)], 8.0)
+        painter.draw_profile(
+            tmp_path / "profile.png", PLAN, [DayShadows(make_shadows(), LABELS)], zone="CEST"
+        )
     check_pictures(tmp_path)
 
 
@@ -85,15 +91,17 @@ def test_a_child_that_dies_is_replaced_by_this_process(tmp_path):
     with Painter() as painter:
         painter._child.kill()
         painter._child.wait()
-        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0)
-        painter.draw_profile(tmp_path / "profile.png", PLAN, make_shadows(), LABELS, zone="CEST")
+        painter.draw_hours(tmp_path / "hours.png", PLAN, [DayMap(HOURS)], 8.0)
+        painter.draw_profile(
+            tmp_path / "profile.png", PLAN, [DayShadows(make_shadows(), LABELS)], zone="CEST"
+        )
     check_pictures(tmp_path)
 
 
 def test_an_error_in_the_child_is_raised_here(tmp_path):
     with Painter() as painter:
-        wrong = painter.draw_hours(tmp_path / "wrong.png", PLAN, HOURS[:3], 8.0)
-        good = painter.draw_hours(tmp_path / "good.png", PLAN, HOURS, 8.0)
+        wrong = painter.draw_hours(tmp_path / "wrong.png", PLAN, [DayMap(HOURS[:3])], 8.0)
+        good = painter.draw_hours(tmp_path / "good.png", PLAN, [DayMap(HOURS)], 8.0)
         with pytest.raises(ValueError, match="the plan is"):
             wrong.result()
         good.result()
@@ -103,7 +111,7 @@ def test_an_error_in_the_child_is_raised_here(tmp_path):
 
 def draw_wrong(folder):
     with Painter() as painter:
-        painter.draw_hours(folder / "wrong.png", PLAN, HOURS[:3], 8.0)
+        painter.draw_hours(folder / "wrong.png", PLAN, [DayMap(HOURS[:3])], 8.0)
 
 
 class Remark:
@@ -116,8 +124,8 @@ class Remark:
 def test_what_the_child_prints_does_not_mix_with_its_answers(tmp_path):
     with Painter() as painter:
         child = painter._child
-        painter.draw_hours(tmp_path / "hours.png", PLAN, HOURS, 8.0, Remark()).result()
-        painter.draw_hours(tmp_path / "more.png", PLAN, HOURS, 8.0).result()
+        painter.draw_hours(tmp_path / "hours.png", PLAN, [DayMap(HOURS)], 8.0, Remark()).result()
+        painter.draw_hours(tmp_path / "more.png", PLAN, [DayMap(HOURS)], 8.0).result()
         assert painter._child is child  # it is still there, and it understood
 
 

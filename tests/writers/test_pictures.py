@@ -10,8 +10,9 @@ from matplotlib.image import FigureImage
 from matplotlib.text import Text
 from PIL import Image
 
+from umbra.scene.grid import Places
 from umbra.writers.contours import find_levels, trace
-from umbra.writers.hours import MISSING, make_hour_panels, make_hours_sheet
+from umbra.writers.hours import MISSING, make_hours_sheet
 from umbra.writers.pixels import (
     SHADE_STOPS,
     PackedMasks,
@@ -21,14 +22,13 @@ from umbra.writers.pixels import (
     shade_ramp,
     write_png,
 )
-from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size, shade_roofs
+from umbra.writers.plan import DOTS_PER_INCH, DayMap, DayShadows, Plan, find_map_size, shade_roofs
 from umbra.writers.point_map import make_points_sheet
 from umbra.writers.profile import (
     compose_profile,
-    make_profile_panels,
     make_profile_sheet,
 )
-from umbra.writers.sheet import make_sheet
+from umbra.writers.sheet import lay_out
 
 WORDS = {
     "title": "Neubau Hardturm",
@@ -122,7 +122,7 @@ LARGE = (2_683_000.0, 1_247_000.0)
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 def test_hours_are_laid_out_well_in_every_shape(shape, origin, words):
     plan = make_plan(*shape, origin=origin, north=-25, words=words)
-    texts = check_layout(make_hours_sheet(plan, make_hours(plan), 8.0))
+    texts = check_layout(make_hours_sheet(plan, [DayMap(make_hours(plan))], 8.0))
     assert {"x [m]", "y [m]", "hours in shadow", "N", "8 h"} <= texts
 
 
@@ -131,14 +131,14 @@ def test_hours_are_laid_out_well_in_every_shape(shape, origin, words):
 def test_profiles_are_laid_out_well_in_every_shape(shape, n, words):
     plan = make_plan(*shape, origin=LARGE, north=170, words=words)
     away = np.array([(1.0, 0.2)] * n)
-    sheet = make_profile_sheet(plan, make_shadows(plan, n), clock(n), "CEST", away=away)
+    sheet = make_profile_sheet(plan, [DayShadows(make_shadows(plan, n), clock(n), away)], "CEST")
     texts = check_layout(sheet)
     assert any("CEST" in text for text in texts)
     assert "09:00" in texts
 
 
 def test_a_title_is_whole_and_its_dollars_are_dollars():
-    sheet = make_sheet(make_plan(words=LONG), 0.5)
+    sheet = lay_out(make_plan(words=LONG), 0.5)
     texts = [t.get_text() for t in sheet.figure.findobj(Text)]
     assert LONG["title"] in "".join(texts)
     assert not any(t.get_parse_math() for t in sheet.figure.findobj(Text) if t.get_text())
@@ -147,12 +147,14 @@ def test_a_title_is_whole_and_its_dollars_are_dollars():
 @pytest.mark.parametrize(("max_hours", "ticks"), [(0.75, "45 min"), (2.5, "2 h"), (24, "24 h")])
 def test_the_scale_ends_where_the_period_does(max_hours, ticks):
     plan = make_plan()
-    assert ticks in check_layout(make_hours_sheet(plan, make_hours(plan, max_hours), max_hours))
+    assert ticks in check_layout(
+        make_hours_sheet(plan, [DayMap(make_hours(plan, max_hours))], max_hours)
+    )
 
 
 def test_a_night_says_so_and_has_no_scale():
     plan = make_plan()
-    sheet = make_hours_sheet(plan, np.full(plan.shape, np.nan), 0.0)
+    sheet = make_hours_sheet(plan, [DayMap(np.full(plan.shape, np.nan))], 0.0)
     texts = check_layout(sheet)
     assert "the sun stays below the horizon" in texts
     assert "hours in shadow" not in texts
@@ -170,8 +172,8 @@ def test_hours_have_the_scales_colours_and_roofs_are_grey(tmp_path):
     hours = np.zeros(plan.shape, np.float32)
     hours[:, 60:] = 8.0
     hours[50:, :20] = np.nan
-    make_hours_sheet(plan, hours, 8.0).save(tmp_path / "hours.png")
-    sheet = make_hours_sheet(plan, hours, 8.0)
+    make_hours_sheet(plan, [DayMap(hours)], 8.0).save(tmp_path / "hours.png")
+    sheet = make_hours_sheet(plan, [DayMap(hours)], 8.0)
     ramp = shade_ramp() * 255
     with Image.open(tmp_path / "hours.png") as image:
         assert image.format == "PNG"
@@ -187,7 +189,7 @@ def test_hours_have_the_scales_colours_and_roofs_are_grey(tmp_path):
     assert np.ptp(roof) <= 1
     assert 190 < roof[0] < 240
 
-    make_hours_sheet(on_roofs(plan), hours, 8.0).save(tmp_path / "top.png")
+    make_hours_sheet(on_roofs(plan), [DayMap(hours)], 8.0).save(tmp_path / "top.png")
     np.testing.assert_allclose(read_pixel(tmp_path / "top.png", sheet, 18.0, 14.0), ramp[0], atol=1)
 
 
@@ -197,10 +199,10 @@ def test_overlapping_shadows_are_darker_and_roofs_lie_on_top(tmp_path):
     first[:10, :40] = True
     second[:10, 20:] = True
     first[20:40] = True
-    make_profile_sheet(plan, iter([first, second]), ["09:00", "10:00"]).save(
+    make_profile_sheet(plan, [DayShadows(iter([first, second]), ["09:00", "10:00"])]).save(
         tmp_path / "profile.png"
     )
-    sheet = make_profile_sheet(plan, [first, second], ["09:00", "10:00"])
+    sheet = make_profile_sheet(plan, [DayShadows([first, second], ["09:00", "10:00"])])
     check_layout(sheet)
     one, both, other, bare, roof = (
         read_pixel(tmp_path / "profile.png", sheet, x, y)
@@ -213,7 +215,7 @@ def test_overlapping_shadows_are_darker_and_roofs_lie_on_top(tmp_path):
     assert np.ptp(roof) <= 1
     assert roof[0] > 190
 
-    make_profile_sheet(on_roofs(plan), [first, second], ["09:00", "10:00"]).save(
+    make_profile_sheet(on_roofs(plan), [DayShadows([first, second], ["09:00", "10:00"])]).save(
         tmp_path / "top.png"
     )
     on_roof = read_pixel(tmp_path / "top.png", sheet, 20, 15)
@@ -227,7 +229,7 @@ def test_the_legend_shows_the_colours_of_single_stamps():
         mask[:, i] = True
     alone = compose_profile(masks, n, (2, n))[0]
     plan = make_plan()
-    sheet = make_profile_sheet(plan, make_shadows(plan, n), clock(n))
+    sheet = make_profile_sheet(plan, [DayShadows(make_shadows(plan, n), clock(n))])
     swatches = [
         artist.get_facecolor()[:, :3]
         for artist in sheet.figure.artists
@@ -265,8 +267,8 @@ def test_several_dates_have_a_panel_each(shape, n):
     masks = np.zeros((n, 9, *shape), bool)
     for k in range(n):
         masks[k, :, : shape[0] // 4, : (k + 1) * shape[1] // n] = True
-    days = [(date, masks[k], clock(9), None) for k, date in enumerate(dates)]
-    sheet = make_profile_panels(plan, days, "CET/CEST")
+    days = [DayShadows(masks[k], clock(9), title=date) for k, date in enumerate(dates)]
+    sheet = make_profile_sheet(plan, days, "CET/CEST")
     panels = sheet.panels
     texts = check_layout(sheet)
     assert {*dates, "09:00", "11:00", "N", "local time (CET/CEST)"} <= texts
@@ -286,22 +288,22 @@ def test_shadows_and_labels_must_match():
     plan = make_plan()
     for n in (2, 4):
         with pytest.raises(ValueError, match=f"{n} shadows for 3 labels"):
-            make_profile_sheet(plan, make_shadows(plan, n), clock(3))
+            make_profile_sheet(plan, [DayShadows(make_shadows(plan, n), clock(3))])
 
 
 @pytest.mark.parametrize("wrong", [(3, 4), (80, 60)])
 def test_arrays_must_fit_the_plan(wrong):
     plan = make_plan()
     with pytest.raises(ValueError, match="the plan is"):
-        make_hours_sheet(plan, np.zeros(wrong), 8.0)
+        make_hours_sheet(plan, [DayMap(np.zeros(wrong))], 8.0)
     with pytest.raises(ValueError, match="the plan is"):
         Plan(plan.x, plan.y, np.zeros(wrong))
 
 
 def test_the_arrow_points_to_true_north():
-    sheet = make_sheet(make_plan(north=90), 0.5)
+    sheet = lay_out(make_plan(north=90), 0.5)
     letter = next(t for t in sheet.figure.findobj(Text) if t.get_text() == "N")
-    upright = make_sheet(make_plan(north=0), 0.5)
+    upright = lay_out(make_plan(north=0), 0.5)
     above = next(t for t in upright.figure.findobj(Text) if t.get_text() == "N")
     (x0, y0), (x1, y1) = letter.get_position(), above.get_position()
     assert x0 - x1 == pytest.approx(0.29)  # clockwise: to the right
@@ -312,10 +314,10 @@ def test_north_is_up_and_rows_ascend(tmp_path):
     plan = Plan(np.arange(30.0), np.arange(20.0))
     hours = np.zeros(plan.shape, np.float32)
     hours[-5:, :5] = 8.0
-    make_hours_sheet(plan, hours, 8.0).save(tmp_path / "hours.png")
+    make_hours_sheet(plan, [DayMap(hours)], 8.0).save(tmp_path / "hours.png")
     with Image.open(tmp_path / "hours.png") as image:
         pixels = np.asarray(image.convert("L")).astype(int)
-    sheet = make_sheet(plan, 0.5)
+    sheet = lay_out(plan, 0.5)
     left, bottom, _, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)
     top = len(pixels) - bottom - h
     assert pixels[top + 20, left + 20] < 80
@@ -327,7 +329,7 @@ def test_contours_enclose_at_least_so_many_hours():
     plan = Plan(np.arange(40) + 0.5, np.arange(30) + 0.5)
     hours = np.full(plan.shape, 1.75)
     hours[:, :20] = 2.0
-    sheet = make_sheet(plan, 0.5)
+    sheet = lay_out(plan, 0.5)
     (line,) = trace(sheet, hours >= 2 - 1e-3)
     expected = sheet.place((20.0, 0.0))[0]
     np.testing.assert_allclose(line[:, 0], expected, atol=0.01)
@@ -341,7 +343,7 @@ def test_contours_end_at_hidden_cells_and_do_not_follow_them():
     hidden = np.zeros(plan.shape, bool)
     hidden[100:200, 100:200] = True
     hours[hidden] = np.nan
-    sheet = make_sheet(plan, 0.5)
+    sheet = lay_out(plan, 0.5)
     lines = trace(sheet, hours >= 1, hidden)
     assert len(lines) == 2
     for line in lines:
@@ -364,8 +366,8 @@ def test_no_label_covers_a_roof():
     plan = make_plan(300, 400)
     near = np.zeros(plan.shape, np.float32)
     near[98:202, 131:269] = 3.0  # two cells wider than the roof: too narrow for a label
-    assert not find_labels(make_hours_sheet(plan, near, 3.0))
-    assert find_labels(make_hours_sheet(on_roofs(plan), near, 3.0))
+    assert not find_labels(make_hours_sheet(plan, [DayMap(near)], 3.0))
+    assert find_labels(make_hours_sheet(on_roofs(plan), [DayMap(near)], 3.0))
 
 
 @pytest.mark.parametrize(
@@ -379,7 +381,7 @@ def test_levels_are_whole_hours_and_few(max_hours, levels):
 
 def test_labels_keep_off_roofs_and_edges():
     plan = make_plan(300, 400)
-    sheet = make_hours_sheet(plan, make_hours(plan), 8.0)
+    sheet = make_hours_sheet(plan, [DayMap(make_hours(plan))], 8.0)
     labels = find_labels(sheet)
     assert len(labels) >= 3
     x, y, w, h = sheet.map_box
@@ -479,8 +481,8 @@ def test_points_have_the_colours_of_their_hours_and_their_names(tmp_path):
     normals[2:] = (1, 0, 0)
     hours = np.array([0.0, 8.0, 2.0, 6.0, 4.0], np.float32)
     names = ["garden", "yard", "third", "ground", "first"]
-    make_points_sheet(plan, points, normals, hours, 8.0, names).save(tmp_path / "points.png")
-    sheet = make_points_sheet(plan, points, normals, hours, 8.0, names)
+    sheet = make_points_sheet(plan, Places(points, normals), [DayMap(hours)], 8.0, names)
+    sheet.save(tmp_path / "points.png")
     texts = check_layout(sheet)
     assert {"garden: 0 h", "yard: 8 h", "ground: 6 h", "first: 4 h", "third: 2 h", "N"} <= texts
     ramp = shade_ramp() * 255
@@ -505,9 +507,13 @@ def test_many_points_have_no_labels():
     plan = make_plan(300, 400)
     points = np.random.default_rng(0).random((500, 3)) * [190, 140, 3]
     normals = np.full((500, 3), np.nan)
-    sheet = make_points_sheet(plan, points, normals, np.ones(500, np.float32), 8.0)
+    sheet = make_points_sheet(
+        plan, Places(points, normals), [DayMap(np.ones(500, np.float32))], 8.0
+    )
     assert not any(": 1 h" in text for text in (t.get_text() for t in sheet.figure.findobj(Text)))
-    few = make_points_sheet(plan, points[:9], normals[:9], np.ones(9, np.float32), 8.0)
+    few = make_points_sheet(
+        plan, Places(points[:9], normals[:9]), [DayMap(np.ones(9, np.float32))], 8.0
+    )
     assert {f"{k + 1}: 1 h" for k in range(9)} <= check_layout(few)
 
 
@@ -516,10 +522,10 @@ def test_hours_of_several_dates_are_maps_on_one_scale(shape, n):
     plan = make_plan(*shape, origin=LARGE, words=WORDS)
     hours = [np.full(shape, 8.0 * (k + 1) / n, np.float32) for k in range(n)]
     days = [
-        DayMap(f"2026-{k + 1:02d}-21", "sunrise 07:42, sunset 16:03 · newly under 2 h: 712 m²", h)
+        DayMap(h, f"2026-{k + 1:02d}-21", "sunrise 07:42, sunset 16:03 · newly under 2 h: 712 m²")
         for k, h in enumerate(hours)
     ]
-    sheet = make_hour_panels(on_roofs(plan), days, 8.0, hatch="newly under 2 h")
+    sheet = make_hours_sheet(on_roofs(plan), days, 8.0, hatch="newly under 2 h")
     panels = sheet.panels
     texts = check_layout(sheet)
     assert {*(day.title for day in days), "hours in shadow", "8 h", "newly under 2 h"} <= texts
@@ -533,7 +539,7 @@ def test_hours_of_several_dates_are_maps_on_one_scale(shape, n):
         wanted = ramp[round((len(ramp) - 1) * (k + 1) / n)]
         np.testing.assert_allclose(at, wanted, atol=2)
     with pytest.raises(ValueError, match="2026-01-21 are"):
-        make_hour_panels(plan, [replace(days[0], hours=hours[0][1:])], 8.0)
+        make_hours_sheet(plan, [replace(days[0], hours=hours[0][1:])], 8.0)
 
 
 def test_what_is_newly_under_is_hatched_where_it_is_and_told_in_the_key():
@@ -544,7 +550,7 @@ def test_what_is_newly_under_is_hatched_where_it_is_and_told_in_the_key():
     drawn = []
     for hatched in (np.zeros_like(newly), newly):
         sheet = make_hours_sheet(
-            on_roofs(plan), lost, 8.0, hatched=hatched, hatch="newly under 2 h"
+            on_roofs(plan), [DayMap(lost, hatched=hatched)], 8.0, hatch="newly under 2 h"
         )
         assert any("newly under 2 h" in text for text in check_layout(sheet))
         sheet.figure.canvas.draw()
@@ -570,7 +576,10 @@ def test_what_is_proposed_is_named_and_outlined_in_red():
     new[200:260, 300:360] = True  # from x = 150 to 180 m, y = 100 to 130 m
     lost = np.where(new, np.nan, make_hours(plan)).astype(np.float32)
     sheet = make_hours_sheet(
-        replace(plan, proposed=new), lost, 8.0, what="hours of sun lost to Tower and Church-nave"
+        replace(plan, proposed=new),
+        [DayMap(lost)],
+        8.0,
+        what="hours of sun lost to Tower and Church-nave",
     )
     texts = check_layout(sheet)
     assert "outlined in red: proposed" in texts
@@ -600,5 +609,5 @@ def test_a_low_map_tells_two_heights_at_least():
     plan = Plan(
         457_780 + 0.2 * np.arange(1900), 3.45 + 0.2 * np.arange(61), axes=("a [m]", "z [m]")
     )
-    texts = check_layout(make_hours_sheet(on_roofs(plan), np.zeros(plan.shape), 8.0))
+    texts = check_layout(make_hours_sheet(on_roofs(plan), [DayMap(np.zeros(plan.shape))], 8.0))
     assert {"5", "10", "15"} <= texts

@@ -18,7 +18,7 @@ from umbra.writers.edges import find_appearance, find_breaks
 from umbra.writers.glb import Glb, write_model_glb
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.pixels import paint_shares, shade_ramp
-from umbra.writers.plan import DOTS_PER_INCH, Plan, find_map_size
+from umbra.writers.plan import DOTS_PER_INCH, DayMap, Plan, find_map_size
 from umbra.writers.report.data import make_plan_data
 
 VIENNA = Site(48.2, 16.37, "Europe/Vienna")
@@ -84,7 +84,7 @@ def test_steep_faces_of_every_aspect_keep_their_hours(hours):
     appearance = find_appearance(study, size)
     assert appearance.shade[size[0] // 2 - 60 : size[0] // 2 + 60].min() < 60  # it is shaded
     plan = Plan(plan.x, plan.y, plan.building_height, appearance=appearance)
-    sheet = make_hours_sheet(plan, np.full(plan.shape, hours), 8.0)
+    sheet = make_hours_sheet(plan, [DayMap(np.full(plan.shape, hours))], 8.0)
     sheet.figure.canvas.draw()
     pixels = np.asarray(sheet.figure.canvas.buffer_rgba())[::-1, :, :3] / 255
     left, bottom, w, h = (round(v * DOTS_PER_INCH) for v in sheet.map_box)
@@ -105,7 +105,7 @@ def test_contours_end_at_the_creases_of_a_plan():
 
     def count(appearance):
         own = Plan(plan.x, plan.y, plan.building_height, appearance=appearance, roofs_cover=False)
-        sheet = make_hours_sheet(own, hours, 8.0)
+        sheet = make_hours_sheet(own, [DayMap(hours)], 8.0)
         return sum(text.get_text() == "4 h" and bool(text.get_path_effects())
                    for text in sheet.figure.texts + sheet.figure.artists
                    if hasattr(text, "get_text"))  # fmt: skip

@@ -13,8 +13,8 @@ from support.vision import VISIONS, contrast, see
 from umbra.scene import make_scene
 from umbra.study import make_preview, run_study
 from umbra.sun import Site, find_sun
-from umbra.writers.plan import DOTS_PER_INCH, Plan
-from umbra.writers.profile import SHADE, compose_profile, make_profile_panels, make_profile_sheet
+from umbra.writers.plan import DOTS_PER_INCH, DayShadows, Plan
+from umbra.writers.profile import SHADE, compose_profile, make_profile_sheet
 from umbra.writers.tips import SHADOW_OUTLINE
 
 EAST = (1.0, 0.0)
@@ -67,7 +67,9 @@ def clock(n):
 def test_each_shadow_has_its_time_at_its_tip():
     plan = make_plan()
     lengths = [15.0, 22.0, 29.0]
-    sheet = make_profile_sheet(plan, reach_east(plan, lengths), clock(3), away=np.array([EAST] * 3))
+    sheet = make_profile_sheet(
+        plan, [DayShadows(reach_east(plan, lengths), clock(3), np.array([EAST] * 3))]
+    )
     dots = find_dots(sheet)
     assert [x for x, _ in dots] == pytest.approx(lengths, abs=0.2)
     assert all(12.4 < y < 17.6 for _, y in dots)
@@ -82,7 +84,7 @@ def test_the_tip_is_the_point_farthest_from_the_sun():
     plan = make_plan()
     (mask,) = reach_east(plan, [30.0])
     for away, tip in [((3, 1), (30, 17.5)), ((-1, -2), (5, 12.5)), ((-0.2, 0.1), (5, 17.5))]:
-        sheet = make_profile_sheet(plan, [mask], ["12:00"], away=np.array([away], float))
+        sheet = make_profile_sheet(plan, [DayShadows([mask], ["12:00"], np.array([away], float))])
         assert find_dots(sheet)[0] == pytest.approx(tip, abs=0.8)  # a corner is rounded
 
 
@@ -90,7 +92,7 @@ def test_the_tip_is_the_point_farthest_from_the_sun():
 def test_times_avoid_one_another_even_where_tips_fall_together(n):
     plan = make_plan()
     masks = reach_east(plan, [30.0] * n)
-    sheet = make_profile_sheet(plan, masks, clock(n), away=np.array([EAST] * n))
+    sheet = make_profile_sheet(plan, [DayShadows(masks, clock(n), np.array([EAST] * n))])
     labels = find_labels(sheet)
     named = clock(n) if n <= 12 else [label for label in clock(n) if label.endswith(":00")]
     assert list(labels) == named
@@ -101,7 +103,9 @@ def test_times_avoid_one_another_even_where_tips_fall_together(n):
 
 def test_a_shadow_that_leaves_the_map_is_named_on_it():
     plan = make_plan()
-    sheet = make_profile_sheet(plan, reach_east(plan, [99.0]), ["17:00"], away=np.array([EAST]))
+    sheet = make_profile_sheet(
+        plan, [DayShadows(reach_east(plan, [99.0]), ["17:00"], np.array([EAST]))]
+    )
     assert list(find_labels(sheet)) == ["17:00"]
 
 
@@ -110,7 +114,9 @@ def test_outlines_end_at_roofs_and_times_keep_off_them():
     height[:, 60:] = 9.0  # from 30 m on
     plan = make_plan()
     plan = Plan(plan.x, plan.y, height.astype(np.float32))
-    sheet = make_profile_sheet(plan, reach_east(plan, [35.0]), ["12:00"], away=np.array([EAST]))
+    sheet = make_profile_sheet(
+        plan, [DayShadows(reach_east(plan, [35.0]), ["12:00"], np.array([EAST]))]
+    )
     ((x, _),) = find_dots(sheet)
     assert 25 < x <= 30
     roof = sheet.place((30, 0))[0] * DOTS_PER_INCH
@@ -121,17 +127,17 @@ def test_no_time_is_written_for_a_night_or_no_shadow():
     plan = make_plan()
     masks = reach_east(plan, [20.0, 0.0, 0.0])
     away = np.array([EAST, (np.nan, np.nan), EAST])
-    sheet = make_profile_sheet(plan, masks, clock(3), away=away)
+    sheet = make_profile_sheet(plan, [DayShadows(masks, clock(3), away)])
     assert list(find_labels(sheet)) == ["09:00"]
 
 
 def test_each_date_has_its_own_times():
     plan = make_plan()
     days = [
-        (date, reach_east(plan, [length]), ["10:00"], np.array([EAST]))
+        DayShadows(reach_east(plan, [length]), ["10:00"], np.array([EAST]), date)
         for date, length in (("2026-03-21", 20.0), ("2026-06-21", 12.0))
     ]
-    panels = make_profile_panels(plan, days).panels
+    panels = make_profile_sheet(plan, days).panels
     assert all("10:00" in find_labels(panel) for panel in panels)
 
 
@@ -173,7 +179,7 @@ def test_few_stamps_are_all_outlined_and_many_by_the_hour():
     plan = make_plan()
     for n, lines in ((12, 12), (13, 4), (33, 9)):
         masks = reach_east(plan, np.linspace(12, 30, n))
-        sheet = make_profile_sheet(plan, masks, clock(n), away=np.array([EAST] * n))
+        sheet = make_profile_sheet(plan, [DayShadows(masks, clock(n), np.array([EAST] * n))])
         drawn = [
             artist
             for artist in sheet.figure.findobj(LineCollection)

@@ -8,7 +8,7 @@ from matplotlib.text import Text
 
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.painter import Painter
-from umbra.writers.plan import DOTS_PER_INCH, Plan
+from umbra.writers.plan import DOTS_PER_INCH, DayMap, DayShadows, Plan
 from umbra.writers.profile import make_profile_sheet
 
 PLAN = Plan(
@@ -18,16 +18,16 @@ HOURS = np.broadcast_to(np.linspace(0, 8, 80, dtype=np.float32), PLAN.shape)
 
 
 def test_svg_has_its_type_as_type(tmp_path):
-    make_hours_sheet(PLAN, HOURS, 8.0).save(tmp_path / "hours.svg")
+    make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0).save(tmp_path / "hours.svg")
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", (tmp_path / "hours.svg").read_text())
-    sheet = make_hours_sheet(PLAN, HOURS, 8.0)
+    sheet = make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0)
     expected = [text.get_text() for text in sheet.figure.findobj(Text) if text.get_text()]
     assert sorted(t.replace("&amp;", "&") for t in texts) == sorted(expected)
     assert "4 h" in texts  # on its halo
 
 
 def test_pdf_holds_its_typeface(tmp_path):
-    make_hours_sheet(PLAN, HOURS, 8.0).save(tmp_path / "hours.pdf")
+    make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0).save(tmp_path / "hours.pdf")
     data = (tmp_path / "hours.pdf").read_bytes()
     assert data.startswith(b"%PDF")
     assert b"/FontFile2" in data
@@ -37,7 +37,7 @@ def test_pdf_holds_its_typeface(tmp_path):
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
 def test_a_picture_drawn_twice_is_one_file(tmp_path, ending, monkeypatch):
     for name in ("a", "b"):
-        make_profile_sheet(PLAN, [HOURS > 4, HOURS > 6], ["09:00", "10:00"]).save(
+        make_profile_sheet(PLAN, [DayShadows([HOURS > 4, HOURS > 6], ["09:00", "10:00"])]).save(
             tmp_path / f"{name}.{ending}"
         )
         monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
@@ -45,8 +45,8 @@ def test_a_picture_drawn_twice_is_one_file(tmp_path, ending, monkeypatch):
 
 
 def test_the_map_lies_in_an_svg_where_it_does_in_a_png(tmp_path):
-    make_hours_sheet(PLAN, HOURS, 8.0).save(tmp_path / "hours.svg")
-    sheet = make_hours_sheet(PLAN, HOURS, 8.0)
+    make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0).save(tmp_path / "hours.svg")
+    sheet = make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0)
     text = (tmp_path / "hours.svg").read_text()
     image = next(tag for tag in re.findall(r"<image[^>]*>", text))
     wide, high = (
@@ -60,7 +60,7 @@ def test_the_map_lies_in_an_svg_where_it_does_in_a_png(tmp_path):
 
 def test_the_painter_draws_every_ending(tmp_path):
     with Painter(("png", "pdf", "svg")) as painter:
-        painter.draw_profile(tmp_path / "profile.png", PLAN, [HOURS > 4], ["09:00"])
+        painter.draw_profile(tmp_path / "profile.png", PLAN, [DayShadows([HOURS > 4], ["09:00"])])
     starts = {path.name: path.read_bytes()[:4] for path in tmp_path.iterdir()}
     assert starts["profile.png"] == b"\x89PNG"
     assert starts["profile.pdf"] == b"%PDF"
@@ -68,7 +68,9 @@ def test_the_painter_draws_every_ending(tmp_path):
 
 
 def test_hours_of_sun_keep_a_place_its_colour():
-    shadow, sun = (make_hours_sheet(PLAN, HOURS, 8.0, show=show) for show in ("shadow", "sun"))
+    shadow, sun = (
+        make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0, show=show) for show in ("shadow", "sun")
+    )
     x, y, w, _ = (round(v * DOTS_PER_INCH) for v in shadow.map_box)
     pixels = []
     for sheet in (shadow, sun):
@@ -88,4 +90,4 @@ def test_hours_of_sun_keep_a_place_its_colour():
 
 def test_other_hours_than_these_are_refused():
     with pytest.raises(ValueError, match="choose shadow or sun"):
-        make_hours_sheet(PLAN, HOURS, 8.0, show="moon")
+        make_hours_sheet(PLAN, [DayMap(HOURS)], 8.0, show="moon")

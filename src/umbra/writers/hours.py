@@ -20,15 +20,9 @@ from umbra.writers.marks import Swatch, draw_color_bar
 from umbra.writers.paper import INK, LINE, NIGHT, SMALL, Panel, wrap
 from umbra.writers.pixels import HALF, paint_shares, resample, shade_ramp
 from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs, draw_appearance, name_hours
-from umbra.writers.sheet import KEY_WIDTH, Sheet, make_panels, make_sheet
+from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out
 
-__all__ = [
-    "OUTLINE",
-    "draw_hours_key",
-    "fill_hours",
-    "make_hour_panels",
-    "make_hours_sheet",
-]
+__all__ = ["OUTLINE", "draw_hours_key", "fill_hours", "make_hours_sheet"]
 
 MISSING = 0.93  # grey of cells without a value
 DEEP = 0.6  # share from which lines are white
@@ -38,36 +32,6 @@ OUTLINE, PROPOSED = "#55555e", "#d0312d"
 
 def make_hours_sheet(
     plan: Plan,
-    shadow_hours: NDArray,
-    max_hours: float,
-    what: str = "",
-    show: Show = "shadow",
-    hatched: NDArray[np.bool_] | None = None,
-    hatch: str = "",
-    finer: NDArray | None = None,
-) -> Sheet:
-    """
-    Draw hours in shadow or in the sun (rows, cols), with contour lines at whole hours.
-
-    Rows ascend in y; NaN is no value. ``max_hours`` is the colour scale's end: how long the sun
-    was up in the period [h]. With ``show`` of the sun, max_hours less the hours in shadow are
-    drawn, and a place keeps its colour. ``what`` names the hours in the key, by default hours in
-    shadow or in the sun; ``hatch`` says in the key what is ``hatched`` (rows, cols). ``finer`` (m,
-    n) are the same hours on smaller or larger cells, for the contour lines. A ValueError says that
-    hours do not fit the plan.
-    """
-    hours = np.asarray(shadow_hours, np.float32)
-    if hours.shape != plan.shape:
-        msg = f"shadow_hours is {hours.shape}, but the plan is {plan.shape}"
-        raise ValueError(msg)
-    sheet = make_sheet(plan, key_height=0.55)
-    _fill_day(sheet, DayMap("", "", hours, hatched, finer), max_hours, show)
-    _draw_key(sheet, max_hours, what, show, hatch)
-    return sheet
-
-
-def make_hour_panels(
-    plan: Plan,
     days: Sequence[DayMap],
     max_hours: float,
     what: str = "",
@@ -75,33 +39,28 @@ def make_hour_panels(
     hatch: str = "",
 ) -> Sheet:
     """
-    Draw the hours on several dates, a map for each, all on one scale, as ``make_hours_sheet`` does.
+    Draw hours in shadow or in the sun, with contour lines at whole hours: a map for each day.
 
-    The plan is that of every map, its words are those of all dates; ``max_hours`` is the longest
-    time that the sun was up on one of the dates [h].
+    ``max_hours`` is the colour scale's end: the longest time that the sun was up on one of the
+    days [h]. With ``show`` of the sun, max_hours less the hours in shadow are drawn, and a place
+    keeps its colour. ``what`` names the hours in the key, by default hours in shadow or in the
+    sun; ``hatch`` says in the key what is hatched. A ValueError says that hours do not fit the
+    plan.
     """
     for day in days:
         if day.hours.shape != plan.shape:
-            msg = f"the hours on {day.title} are {day.hours.shape}, but the plan is {plan.shape}"
+            of = f" on {day.title}" if day.title else ""
+            msg = f"the hours{of} are {day.hours.shape}, but the plan is {plan.shape}"
             raise ValueError(msg)
-    sheet = make_panels(plan, [day.title for day in days], [day.remark for day in days])
-    for panel, day in zip(sheet.panels, days, strict=True):
-        _fill_day(panel, day, max_hours, show)
-    _draw_key(sheet, max_hours, what, show, hatch)
-    return sheet
-
-
-def _fill_day(panel: Panel, day: DayMap, max_hours: float, show: Show) -> None:
-    """Draw the hours of one date on a map, and hatch what is hatched."""
-    fill_hours(panel, np.asarray(day.hours, np.float32), max_hours, show, day.finer)
-    if day.hatched is not None and day.hatched.any():
-        draw_hatch(panel, day.hatched)
-
-
-def _draw_key(sheet: Sheet, max_hours: float, what: str, show: Show, hatch: str) -> None:
+    sheet = lay_out(plan, 0.55, days)
+    for panel, day in zip(sheet.maps, days, strict=True):
+        fill_hours(panel, np.asarray(day.hours, np.float32), max_hours, show, day.finer)
+        if day.hatched is not None and day.hatched.any():
+            draw_hatch(panel, day.hatched)
     if max_hours > 0:
-        remark = "" if sheet.plan.proposed is None else "outlined in red: proposed"
-        draw_hours_key(sheet, max_hours, what, remark, show, hatch, find_swatches([sheet.plan]))
+        remark = "" if plan.proposed is None else "outlined in red: proposed"
+        draw_hours_key(sheet, max_hours, what, remark, show, hatch, find_swatches([plan]))
+    return sheet
 
 
 def fill_hours(

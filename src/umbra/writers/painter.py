@@ -10,19 +10,17 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from umbra.machine import HOME, make_command
 from umbra.writers.pixels import PackedMasks
-from umbra.writers.plan import Plan
+from umbra.writers.plan import DayShadows, Plan
 
 __all__ = ["Painter"]
 
@@ -32,7 +30,6 @@ CHILD = (
 )
 
 
-Masks = Iterable[NDArray[np.bool_]]
 Job = Future[None]
 
 
@@ -58,40 +55,20 @@ class Painter:
                     make_command(CHILD), cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE
                 )
 
-    def draw_hours(self, path: Path, plan: Plan, hours: NDArray, *args: Any, **options: Any) -> Job:
+    def draw_hours(self, path: Path, *args: Any, **options: Any) -> Job:
         """Have ``hours.make_hours_sheet`` drawn."""
-        hours = np.asarray(hours, np.float32)
-        return self._submit("hours.make_hours_sheet", path, plan, hours, *args, **options)
-
-    def draw_hour_panels(self, path: Path, plan: Plan, *args: Any, **options: Any) -> Job:
-        """Have ``hours.make_hour_panels`` drawn."""
-        return self._submit("hours.make_hour_panels", path, plan, *args, **options)
+        return self._submit("hours.make_hours_sheet", path, *args, **options)
 
     def draw_profile(
-        self, path: Path, plan: Plan, shadows: Masks, labels: Sequence[str], **options: Any
+        self, path: Path, plan: Plan, days: Sequence[DayShadows], **options: Any
     ) -> Job:
-        """Have ``profile.make_profile_sheet`` drawn; takes ``shadows`` here."""
-        packed = PackedMasks(shadows)
-        return self._submit("profile.make_profile_sheet", path, plan, packed, labels, **options)
+        """Have ``profile.make_profile_sheet`` drawn; takes all shadows here."""
+        packed = [replace(day, shadows=PackedMasks(day.shadows)) for day in days]
+        return self._submit("profile.make_profile_sheet", path, plan, packed, **options)
 
-    def draw_profiles(
-        self,
-        path: Path,
-        plan: Plan,
-        days: Iterable[tuple[str, Masks, Sequence[str], NDArray | None]],
-        **options: Any,
-    ) -> Job:
-        """Have ``profile.make_profile_panels`` drawn; takes all shadows here."""
-        packed = [(date, PackedMasks(shadows), *rest) for date, shadows, *rest in days]
-        return self._submit("profile.make_profile_panels", path, plan, packed, **options)
-
-    def draw_points(self, path: Path, plan: Plan, *args: Any) -> Job:
+    def draw_points(self, path: Path, *args: Any) -> Job:
         """Have ``point_map.make_points_sheet`` drawn."""
-        return self._submit("point_map.make_points_sheet", path, plan, *args)
-
-    def draw_point_panels(self, path: Path, plan: Plan, *args: Any, **options: Any) -> Job:
-        """Have ``point_map.make_point_panels`` drawn."""
-        return self._submit("point_map.make_point_panels", path, plan, *args, **options)
+        return self._submit("point_map.make_points_sheet", path, *args)
 
     def draw_elevations(self, path: Path, *args: Any, **options: Any) -> Job:
         """Have ``elevations.make_elevations_sheet`` drawn."""

@@ -1,5 +1,6 @@
 """What pictures draw, as data: where a plan lies, how its surfaces look, what to say of it."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
@@ -16,6 +17,7 @@ __all__ = [
     "SKY",
     "Appearance",
     "DayMap",
+    "DayShadows",
     "Plan",
     "Show",
     "cover_with_roofs",
@@ -211,14 +213,26 @@ def shade_roofs(
 
 @dataclass(frozen=True, eq=False)
 class DayMap:
-    """The content of one of several maps."""
+    """Hours on a map: of the whole study, or of one of several dates."""
 
-    title: str  # the date
-    remark: str  # sunrise and sunset
-    hours: NDArray  # (rows, cols); rows ascend in y; NaN is no value
+    hours: NDArray  # (rows, cols), rows ascending in y, or those of points (n,); NaN is no value
+    title: str = ""  # the date, where there are several
+    remark: str = ""  # sunrise and sunset
     hatched: NDArray[np.bool_] | None = None
     # (m, n) the same hours on cells of another size, for the contour lines
     finer: NDArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class DayShadows:
+    """The shadows of several instants on a map."""
+
+    shadows: Iterable[NDArray[np.bool_]]  # of each stamp (rows, cols), rows ascending in y
+    labels: Sequence[str]  # clock times of the stamps, "09:00"
+    # (n_stamps, 2) where the sun casts shadows, along the map's axes; None writes no times
+    away: NDArray[np.float64] | None = None
+    title: str = ""  # the date, where there are several
+    remark: str = ""  # sunrise and sunset
 
 
 def cover_with_roofs(image: NDArray[np.float32], plan: Plan, size: tuple[int, int]) -> None:

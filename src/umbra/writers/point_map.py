@@ -6,57 +6,33 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.scene.grid import Places
 from umbra.writers.contours import trace
 from umbra.writers.hours import OUTLINE, draw_hours_key
 from umbra.writers.paper import INK, NIGHT, RULE, Panel, measure
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.plan import DayMap, Plan, Show, cover_with_roofs
-from umbra.writers.sheet import Sheet, make_panels, make_sheet
+from umbra.writers.sheet import Sheet, lay_out
 
-__all__ = ["FEW", "make_point_panels", "make_points_sheet"]
+__all__ = ["FEW", "make_points_sheet"]
 
 FEW = 40
 """Up to so many points are labelled."""
-PAPER = np.array(
-    (0.985, 0.985, 0.98), np.float32
-)  # of the ground, apart from the scale's sunlit end
+# of the ground, apart from the scale's sunlit end
+PAPER = np.array((0.985, 0.985, 0.98), np.float32)
 LABEL = 7.0  # size of type [point]
 AWAY = 0.12  # from which a line leads to a label [inch]
 _STEEP = 1e-6  # level part of a normal that points outward
 HIGH = 0.13  # of a label [inch]
+
+_WAYS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
 
 Box = tuple[float, float, float, float]
 
 
 def make_points_sheet(
     plan: Plan,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    shadow_hours: NDArray,
-    max_hours: float,
-    names: Sequence[str] = (),
-    show: Show = "shadow",
-    what: str = "",
-) -> Sheet:
-    """
-    Draw points (n, 3) [m] in the colours of their hours (n,) in shadow or in the sun.
-
-    Points above one another stand side by side, the lowest first, outward from their wall: normals
-    (n, 3), NaN where there is none. ``max_hours`` is the colour scale's end: how long the sun was
-    up in the period [h]. Few enough points are labelled by their names, or numbered. ``show``
-    chooses the hours of labels and key, ``what`` names them in the key.
-    """
-    sheet = make_sheet(plan, key_height=0.62)
-    _fill_points(sheet, points, normals, shadow_hours, max_hours, names, show)
-    if max_hours > 0:
-        draw_hours_key(sheet, max_hours, what, show=show)
-    return sheet
-
-
-def make_point_panels(
-    plan: Plan,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    places: Places,
     days: Sequence[DayMap],
     max_hours: float,
     names: Sequence[str] = (),
@@ -64,13 +40,16 @@ def make_point_panels(
     what: str = "",
 ) -> Sheet:
     """
-    Draw points on several dates, a map for each, all on one scale.
+    Draw points in the colours of their hours in shadow or in the sun: a map for each day.
 
-    The hours of the days are (n,), those of the points; all else is as for ``make_points_sheet``.
+    Points are in the plan's coordinates. Points above one another stand side by side, the lowest
+    first, outward from their wall. ``max_hours`` is the colour scale's end: how long the sun was up
+    in the period [h]. Few enough are labelled by their names, or numbered. ``show`` chooses the
+    hours of labels and key, ``what`` names them in the key.
     """
-    sheet = make_panels(plan, [day.title for day in days], [day.remark for day in days])
-    for panel, day in zip(sheet.panels, days, strict=True):
-        _fill_points(panel, points, normals, day.hours, max_hours, names, show)
+    sheet = lay_out(plan, 0.62, days)
+    for panel, day in zip(sheet.maps, days, strict=True):
+        _fill_points(panel, places, day.hours, max_hours, names, show)
     if max_hours > 0:
         draw_hours_key(sheet, max_hours, what, show=show)
     return sheet
@@ -78,8 +57,7 @@ def make_point_panels(
 
 def _fill_points(
     panel: Panel,
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    places: Places,
     shadow_hours: NDArray,
     max_hours: float,
     names: Sequence[str],
@@ -92,21 +70,20 @@ def _fill_points(
     panel.paste(image, *panel.map_box[:2])
     panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
 
-    n = len(points)
+    n, points = len(places), places.points
     radius = float(np.clip(0.5 / math.sqrt(n), 0.018, 0.062))
-    places, stacks = _spread(
-        panel.place(points[:, :2]), points[:, 2], normals[:, :2], 2.15 * radius
-    )
+    middles = panel.place(points[:, :2])
+    spread, stacks = _spread(middles, points[:, 2], places.normals[:, :2], 2.15 * radius)
     ramp = shade_ramp()
     share = np.asarray(shadow_hours, np.float64) / max(max_hours, 1e-9)
     colors = ramp[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     disc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
-    panel.fill([place + disc for place in places], colors, INK, 0.6)
+    panel.fill([place + disc for place in spread], colors, INK, 0.6)
     if n <= FEW:
         told = max_hours - np.asarray(shadow_hours) if show == "sun" else shadow_hours
         texts = [f"{names[k] if names else k + 1}: {told[k]:.3g} h" for k in range(n)]
-        _label(panel, places, stacks, texts, radius)
+        _label(panel, spread, stacks, texts, radius)
     if not max_hours > 0:
         panel.write_over(NIGHT)
 
@@ -147,16 +124,7 @@ def _label(
         middle, reach = (low + high) / 2, (high - low + (wide, tall)) / 2
         free = None
         for away in (0.05, 0.12, 0.22, 0.35, 0.5):
-            for across, up in (
-                (1, 0),
-                (-1, 0),
-                (0, 1),
-                (0, -1),
-                (1, 1),
-                (-1, 1),
-                (1, -1),
-                (-1, -1),
-            ):
+            for across, up in _WAYS:
                 x, y = middle + (reach + away) * (across, up)
                 box = (x - wide / 2, y - tall / 2, x + wide / 2, y + tall / 2)
                 is_inside = (

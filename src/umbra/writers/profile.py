@@ -17,16 +17,11 @@ from umbra.writers.contours import find_swatches, hatch_canopies, outline_canopi
 from umbra.writers.marks import draw_color_bar, draw_swatches
 from umbra.writers.paper import Panel
 from umbra.writers.pixels import make_stamp_path, resample, to_srgb
-from umbra.writers.plan import Plan, cover_with_roofs, draw_appearance, shade_roofs
-from umbra.writers.sheet import Sheet, make_panels, make_sheet
+from umbra.writers.plan import DayShadows, Plan, cover_with_roofs, draw_appearance, shade_roofs
+from umbra.writers.sheet import Sheet, lay_out
 from umbra.writers.tips import Lines, name_tips, rule_shadows
 
-__all__ = [
-    "compose_profile",
-    "find_tints",
-    "make_profile_panels",
-    "make_profile_sheet",
-]
+__all__ = ["compose_profile", "find_tints", "make_profile_sheet"]
 
 PAPER = 0.99  # lightness where no shadow falls
 DEPTH = 0.53  # by which it falls at most
@@ -92,54 +87,24 @@ OVERLAPS = "darker where they overlap"
 OUTLINE = "#55555e"
 SHADE = 0.1  # of surfaces that slope, at most
 
-Day = tuple[str, Iterable[NDArray[np.bool_]], Sequence[str], NDArray[np.float64] | None]
-"""A date, its shadows, their clock times, and where the sun casts them."""
 
-
-def make_profile_sheet(
-    plan: Plan,
-    shadows: Iterable[NDArray[np.bool_]],
-    labels: Sequence[str],
-    zone: str = "",
-    away: NDArray[np.float64] | None = None,
-) -> Sheet:
+def make_profile_sheet(plan: Plan, days: Sequence[DayShadows], zone: str = "") -> Sheet:
     """
-    Draw a shadow profile: each shadow in a tint, outlined, with its clock time at its tip.
+    Draw shadow profiles, a map for each day: each shadow in a tint, its clock time at its tip.
 
-    Of more than 12 stamps only those that the key names are outlined. Shadows are (rows, cols) for
-    each stamp, rows ascending in y; labels are clock times, "09:00", of the zone "CEST". ``away``
-    (n_stamps, 2) is where the sun casts shadows, along the map's axes; without it no times are
-    written. A ValueError says that the counts of shadows and labels differ.
+    Of more than 12 stamps only those that the key names are outlined. The zone, "CEST", is that
+    of the clock times. A ValueError says that the counts of shadows and labels differ.
     """
-    sheet = make_sheet(plan, key_height=0.62)
-    _fill_map(sheet, shadows, labels, away)
-    _draw_key(sheet, labels, zone)
+    sheet = lay_out(plan, 0.62, days)
+    for panel, day in zip(sheet.maps, days, strict=True):
+        _fill_map(panel, day)
+    _draw_key(sheet, max((day.labels for day in days), key=len), zone)
     return sheet
 
 
-def make_profile_panels(
-    plan: Plan, days: Sequence[Day], zone: str = "", remarks: Sequence[str] = ()
-) -> Sheet:
-    """
-    Draw the shadow profiles of several dates, a panel for each, as ``make_profile_sheet`` does.
-
-    The plan's words are those of all dates; remarks stand below each date: sunrise and sunset.
-    """
-    sheet = make_panels(plan, [day for day, *_ in days], remarks)
-    for panel, (_, shadows, labels, away) in zip(sheet.panels, days, strict=True):
-        _fill_map(panel, shadows, labels, away)
-    _draw_key(sheet, max((labels for _, _, labels, _ in days), key=len), zone)
-    return sheet
-
-
-def _fill_map(
-    panel: Panel,
-    shadows: Iterable[NDArray[np.bool_]],
-    labels: Sequence[str],
-    away: NDArray[np.float64] | None,
-) -> None:
+def _fill_map(panel: Panel, day: DayShadows) -> None:
     """Draw the shadows of all stamps, their outlines and times, and what stands there."""
-    plan = panel.plan
+    plan, labels = panel.plan, day.labels
     # Where a roof lies over shadows, or surfaces meet, an outline is not that of a shadow.
     roofs = hidden = None
     if plan.appearance is not None:
@@ -147,7 +112,7 @@ def _fill_map(
     elif plan.roofs_cover and plan.building_height is not None:
         roofs = hidden = plan.is_building
     outlines: dict[int, Lines] = {}
-    passing = _trace_named(panel, shadows, _find_named(labels), hidden, outlines)
+    passing = _trace_named(panel, day.shadows, _find_named(labels), hidden, outlines)
     image = compose_profile(passing, len(labels), panel.map_size)
     if plan.appearance is not None:
         image *= 1 - SHADE * plan.appearance.find_shade(panel.map_size)[..., None]
@@ -163,8 +128,8 @@ def _fill_map(
     outline_canopies(panel)
     if plan.building_height is not None and plan.appearance is None:
         panel.rule_map(trace(panel, plan.is_building), OUTLINE, 0.6)
-    if away is not None:
-        name_tips(panel, outlines, labels, away, roofs)
+    if day.away is not None:
+        name_tips(panel, outlines, labels, day.away, roofs)
 
 
 def _trace_named(

@@ -20,9 +20,9 @@ from umbra.writers.paper import (
     to_pixels,
     wrap,
 )
-from umbra.writers.plan import AREA, DOTS_PER_INCH, Plan, find_map_size
+from umbra.writers.plan import AREA, DOTS_PER_INCH, DayMap, DayShadows, Plan, find_map_size
 
-__all__ = ["KEY_WIDTH", "MARGIN", "Sheet", "Words", "make_panels", "make_sheet"]
+__all__ = ["KEY_WIDTH", "MARGIN", "Sheet", "Words", "lay_out"]
 
 MARGIN = 0.28
 KEY_WIDTH = 1.32
@@ -36,6 +36,11 @@ class Sheet(Panel):
     key_box: tuple[float, float, float, float]  # x, y, width, height [inch]
     is_wide: bool  # whether the key lies below the map rather than to its right
     panels: Sequence[Panel] = ()  # its maps, where there are several
+
+    @property
+    def maps(self) -> Sequence[Panel]:
+        """Its maps, also where there is one."""
+        return self.panels or (self,)
 
     @classmethod
     def of_panels(cls, panels: Sequence[Panel], key_box: tuple[float, float, float, float]) -> Self:
@@ -87,12 +92,21 @@ class Words:
             paper.write(MARGIN, MARGIN + n * SMALL * LINE, line, SMALL, color=QUIET)
 
 
-def make_sheet(plan: Plan, key_height: float) -> Sheet:
+def lay_out(
+    plan: Plan, key_height: float, days: Sequence[DayMap] | Sequence[DayShadows] = ()
+) -> Sheet:
     """
-    Lay out a sheet and draw all but the map's content and its key.
+    Lay out a sheet, and draw all but the content of its maps and the key.
 
-    A key below a wide map takes ``key_height`` [inch].
+    One day has a large map with coordinates, and below it, if it is wide, a key of ``key_height``
+    [inch]; each of several has a small one under its title and remark.
     """
+    if len(days) > 1:
+        return _lay_out_several(plan, [day.title for day in days], [day.remark for day in days])
+    return _lay_out_one(plan, key_height)
+
+
+def _lay_out_one(plan: Plan, key_height: float) -> Sheet:
     map_size = rows, cols = find_map_size(plan)
     w, h = cols / DOTS_PER_INCH, rows / DOTS_PER_INCH
     is_wide = w > 2.6 * h
@@ -139,12 +153,8 @@ GAP, CAPTION = 0.2, 0.3  # between maps, and above each [inch]
 LEAST_HEIGHT = 3.6  # the key needs this much [inch]
 
 
-def make_panels(plan: Plan, captions: Sequence[str], remarks: Sequence[str] = ()) -> Sheet:
-    """
-    Lay out a sheet with a map for each caption, and draw all but the maps' content and the key.
-
-    Each map has the plan's extent, and below its caption a remark of a line or more.
-    """
+def _lay_out_several(plan: Plan, captions: Sequence[str], remarks: Sequence[str]) -> Sheet:
+    """Lay out maps of the plan's extent, a remark of a line or more below each caption."""
     x0, x1, y0, y1 = plan.extent
     aspect, n = (x1 - x0) / (y1 - y0), len(captions)
     cols = min(
@@ -153,7 +163,7 @@ def make_panels(plan: Plan, captions: Sequence[str], remarks: Sequence[str] = ()
     rows = math.ceil(n / cols)
     area = min(AREA, 2 * AREA / n)
     w, h = (to_pixels(side) for side in (math.sqrt(area * aspect), math.sqrt(area / aspect)))
-    told = [wrap(remark, SMALL, w) for remark in remarks or [""] * n]
+    told = [wrap(remark, SMALL, w) for remark in remarks]
     caption_height = CAPTION + max(map(len, told)) * SMALL * LINE
     maps_width = cols * w + (cols - 1) * GAP
     maps_height = max(rows * (h + caption_height) + (rows - 1) * GAP, LEAST_HEIGHT)

@@ -27,6 +27,7 @@ __all__ = [
     "describe_making",
     "describe_method",
     "describe_place",
+    "find_maps",
     "find_together",
     "list_few",
     "name_dates",
@@ -45,6 +46,14 @@ def choose_panels(study: Study) -> range:
     """Return the indices of the dates with a map: all, or every n-th of many."""
     count = len(study.period.days)
     return range(0, count, -(-count // MOST_PANELS))
+
+
+def find_maps(study: Study, plan: Plan) -> tuple[list[Study], Plan]:
+    """Return the dates with a map, or the study of all, and the plan that tells their number."""
+    dates = split_dates(study)
+    if len(dates) == 1:
+        return dates, plan
+    return [dates[k] for k in choose_panels(study)], name_shown(plan, study)
 
 
 @dataclass(frozen=True)

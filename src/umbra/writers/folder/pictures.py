@@ -5,6 +5,7 @@ The sun lost to a proposal is a map, too: hours lost, hatched where too few are 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,6 +26,7 @@ from umbra.writers.folder.captions import (
     describe_finer,
     describe_method,
     describe_place,
+    find_maps,
     find_together,
     list_few,
     name_dates,
@@ -33,7 +35,7 @@ from umbra.writers.folder.captions import (
     tell_daylight,
 )
 from umbra.writers.pixels import HALF, resample
-from umbra.writers.plan import DayMap, Plan, find_map_size
+from umbra.writers.plan import DayMap, DayShadows, Plan, find_map_size
 
 __all__ = [
     "Sheets",
@@ -78,34 +80,22 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
             plan = replace(plan, appearance=find_appearance(study, find_map_size(plan), part))
     what = f"hours of sun lost to {list_few(options.proposed)}"
     limit = f"newly under {study.facts['under_hours']:g} h"
-    path = job.folder / "hours_lost.png"
-    if len(dates) == 1:
-        divisor, words = find_together(job)
-        if words:
-            limit += f" on at least one of {len(study.period.days)} dates"
-        area = _tell_area(study.more["neighbour_area_newly_under"][1])
-        hours = every[0][where] / divisor
-        painter.draw_hours(
-            path, plan, hours, float(np.nanmax(hours)), what=what + words,
-            hatched=_fit_mask(study.more["newly_under"][1], most.shape)[where],
-            hatch=f"{limit}: {area}",
-        )  # fmt: skip
-        return [path.name]
+    divisor, words = (1, "") if len(dates) > 1 else find_together(job)
+    if words:
+        what += words
+        limit += f" on at least one of {len(study.period.days)} dates"
+    shown, plan = find_maps(study, plan)
     maps = []
-    for one, hours in ((dates[k], every[k][where]) for k in choose_panels(study)):
-        area = _tell_area(one.more["neighbour_area_newly_under"][1])
+    for one in shown:
+        hours = _fit(one.more["hours_lost"][1], most.shape)[where] / divisor
         hatched = _fit_mask(one.more["newly_under"][1], most.shape)[where]
-        told = f"{tell_daylight(one)} · {limit}: {area}"
-        maps.append(DayMap(tell_dates(one), told, hours, hatched))
-    painter.draw_hour_panels(
-        path,
-        name_shown(plan, study),
-        maps,
-        float(most.max()),
-        what=what,
-        hatch=limit,
-    )
-    return [path.name]
+        area = f"{limit}: {_tell_area(one.more['neighbour_area_newly_under'][1])}"
+        maps.append(_make_map(one, shown, hours, area, hatched=hatched))
+    if len(shown) == 1:
+        limit = area
+    end = float(most.max()) if len(shown) > 1 else float(np.nanmax(maps[0].hours))
+    painter.draw_hours(job.folder / "hours_lost.png", plan, maps, end, what=what, hatch=limit)
+    return ["hours_lost.png"]
 
 
 def _tell_area(areas: NDArray[np.float64]) -> str:
@@ -152,7 +142,8 @@ def draw_pictures(job: FolderJob) -> Sheets:
         from umbra.writers.edges import find_appearance  # noqa: PLC0415
 
         plan = replace(plan, appearance=find_appearance(study, find_map_size(plan)))
-    _draw_dates(job, plan)
+    shown, named = find_maps(study, plan)
+    _draw_hours(job, "hours.png", named, shown, Scale.of(job).what)
     names = ["hours.png", "profile.png"]
     if "hours_lost" in study.more:
         names += draw_lost(job, plan, preview)
@@ -160,93 +151,73 @@ def draw_pictures(job: FolderJob) -> Sheets:
     return Sheets(plan, preview, names)
 
 
+def _make_map(
+    study: Study, shown: Sequence[Study], hours: NDArray, told: str = "", **more: Any
+) -> DayMap:
+    """Make a map of hours; one of several bears its date, with sunrise, sunset and what is told."""
+    if len(shown) == 1:
+        return DayMap(hours, **more)
+    remark = " · ".join(filter(None, [tell_daylight(study), told]))
+    return DayMap(hours, tell_dates(study), remark, **more)
+
+
 def _draw_days(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
-    """Draw the profile with a panel per date; for a few dates also pictures of each."""
-    study, painter, folder, at = job.study, job.painter, job.folder, job.outputs.at
-    days = study.period.days
+    """Draw the profile with a map for each date; for a few dates also pictures of each."""
+    study, at = job.study, job.outputs.at
+    days, steps = study.period.days, [choose_stamps(each, at) for each in study.period.steps]
     if len(days) == 1:
-        stamps = choose_stamps(study.steps, at)
-        _draw_profile(job, "profile.png", plan, preview, stamps)
+        _draw_profile(job, "profile.png", plan, [(0, steps[0], preview)])
         return []
     shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
-    steps = [choose_stamps(each, at) for each in study.period.steps]
-    views = [make_preview(study, longest, steps[k]) for k in shown]
-    zones = dict.fromkeys(name for k in shown for name in steps[k].abbreviations())
-    whole = replace(plan, x=views[0].x, y=views[0].y, building_height=views[0].heights)  # type: ignore[arg-type]
-    whole = name_shown(whole, study)
-    painter.draw_profiles(
-        folder / "profile.png", whole,
-        [
-            (str(days[k]), view.shadows, steps[k].labels(), view.away)
-            for k, view in zip(shown, views)
-        ],
-        zone="/".join(zones),
-        remarks=[str(find_daylight(study.site, days[k])) for k in shown],
-    )  # fmt: skip
+    views = [(k, steps[k], make_preview(study, longest, steps[k])) for k in shown]
+    first = views[0][2]
+    whole = replace(plan, x=first.x, y=first.y, building_height=first.heights)  # type: ignore[arg-type]
+    _draw_profile(job, "profile.png", name_shown(whole, study), views)
     dates = split_dates(study)
     names: list[str] = []
     if not 1 < len(dates) <= MOST_DAYS:
         return names
-    scale = Scale.of(job)
     for k, (day, one) in enumerate(zip(days, dates, strict=True)):
         of_day = preview if k == 0 else make_preview(study, steps=steps[k])
         own = replace(describe(job, of_day, range(k, k + 1)), appearance=plan.appearance)
-        _draw_profile(job, f"profile_{day}.png", own, of_day, steps[k])
-        _draw_date(job, f"hours_{day}.png", own, one, scale)
+        _draw_profile(job, f"profile_{day}.png", own, [(k, steps[k], of_day)])
+        _draw_hours(job, f"hours_{day}.png", own, [one])
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
 
 
-def _draw_dates(job: FolderJob, plan: Plan) -> None:
-    """Draw the hours: a map per date on one scale, or all dates together."""
-    study = job.study
-    dates, scale = split_dates(study), Scale.of(job)
-    if len(dates) == 1:
-        _draw_date(job, "hours.png", plan, study, scale, scale.what)
-        return
-    shown = [dates[k] for k in choose_panels(study)]
+def _draw_hours(
+    job: FolderJob, name: str, plan: Plan, shown: Sequence[Study], what: str = ""
+) -> None:
+    """Draw the hours of some dates, a map each, on the scale of all."""
+    scale = Scale.of(job)
     finer = [count_finer(one, len(shown)) for one in shown]
     maps = [
-        DayMap(
-            tell_dates(one), tell_daylight(one), _coarsen(scale.read_hours(one), plan.shape),
+        _make_map(
+            one, shown, _fit(scale.read_hours(one), plan.shape),
             finer=None if fine is None else scale.read_hours(fine),
         )
         for one, fine in zip(shown, finer, strict=True)
     ]  # fmt: skip
-    whole = describe_finer(name_shown(plan, study), finer[0])
-    job.painter.draw_hour_panels(
-        job.folder / "hours.png", whole, maps, scale.most, what=scale.what, show=scale.show,
-    )  # fmt: skip
-
-
-def _draw_date(
-    job: FolderJob, name: str, plan: Plan, study: Study, scale: Scale, what: str = ""
-) -> None:
-    """Draw the hours of one date, on the scale of all."""
-    hours, finer = _coarsen(scale.read_hours(study), plan.shape), count_finer(study)
     job.painter.draw_hours(
-        job.folder / name, describe_finer(plan, finer), hours, scale.most,
+        job.folder / name, describe_finer(plan, finer[0]), maps, scale.most,
         what=what, show=scale.show,
-        finer=None if finer is None else scale.read_hours(finer),
     )  # fmt: skip
 
 
-def _draw_profile(job: FolderJob, name: str, plan: Plan, preview: Preview, stamps: Stamps) -> None:
-    zone = "/".join(dict.fromkeys(stamps.abbreviations()))
-    job.painter.draw_profile(
-        job.folder / name, plan, preview.shadows, stamps.labels(), zone=zone,
-        away=preview.away,
-    )  # fmt: skip
-
-
-def _coarsen(hours: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Average hours to the cells of a picture."""
-    if hours.shape == shape:
-        return hours
-    from umbra.writers.pixels import resample  # noqa: PLC0415
-
-    return resample(hours, shape)
+def _draw_profile(
+    job: FolderJob, name: str, plan: Plan, views: Sequence[tuple[int, Stamps, Preview]]
+) -> None:
+    """Draw the shadows of some dates, by number, at their stamps."""
+    days = job.study.period.days
+    maps = [
+        DayShadows(view.shadows, stamps.labels(), view.away, str(days[k]),
+                   str(find_daylight(job.study.site, days[k])) if len(views) > 1 else "")
+        for k, stamps, view in views
+    ]  # fmt: skip
+    zones = dict.fromkeys(zone for _, stamps, _ in views for zone in stamps.abbreviations())
+    job.painter.draw_profile(job.folder / name, plan, maps, zone="/".join(zones))
 
 
 def draw_surfaces(job: FolderJob) -> list[str]:
@@ -260,7 +231,7 @@ def draw_surfaces(job: FolderJob) -> list[str]:
 
 def draw_plan_of_points(job: FolderJob) -> list[str]:
     """Draw the points on a plan of the buildings around them, coloured by their hours."""
-    study, scene, painter = job.study, job.scene, job.painter
+    study, scene = job.study, job.scene
     points, origin = study.places.points, scene.origin
     low, high = points[:, :2].min(0), points[:, :2].max(0)
     room = max(0.12 * float((high - low).max()), _ROOM)
@@ -279,23 +250,14 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
         true_north=study.site.true_north,
     )
     names = study.more["name"][1].tolist() if "name" in study.more else []
-    path, normals = job.folder / "points.png", study.places.normals
-    dates, scale = split_dates(study), Scale.of(job)
-    if len(dates) == 1:
-        painter.draw_points(
-            path, plan, points, normals, scale.read_hours(study), scale.most, names, scale.show,
-            scale.what,
-        )  # fmt: skip
-        return [path.name]
-    maps = [
-        DayMap(tell_dates(one), tell_daylight(one), scale.read_hours(one))
-        for one in (dates[k] for k in choose_panels(study))
-    ]
-    painter.draw_point_panels(
-        path, name_shown(plan, study), points, normals, maps, scale.most, names, scale.show,
+    scale = Scale.of(job)
+    shown, plan = find_maps(study, plan)
+    maps = [_make_map(one, shown, scale.read_hours(one)) for one in shown]
+    job.painter.draw_points(
+        job.folder / "points.png", plan, study.places, maps, scale.most, names, scale.show,
         scale.what,
     )  # fmt: skip
-    return [path.name]
+    return ["points.png"]
 
 
 def describe_points(job: FolderJob) -> Plan:
