@@ -71,19 +71,19 @@ def load_scene(key: str, is_current: Callable[[Beside], bool] = lambda _: True) 
 
 
 class _Pool:
-    """Things by number, each once: the same thing again has the same number."""
+    """Objects by number, each once: the same object again has the same number."""
 
     def __init__(self) -> None:
-        self.things: list[Any] = []
+        self.items: list[Any] = []
         self._numbers: dict[int, int] = {}
 
-    def add(self, thing: Any) -> int:
-        """Return the thing's number; -1 of None."""
-        if thing is None:
+    def add(self, item: Any) -> int:
+        """Return the object's number; -1 for None."""
+        if item is None:
             return _NONE
-        number = self._numbers.setdefault(id(thing), len(self.things))
-        if number == len(self.things):
-            self.things.append(thing)
+        number = self._numbers.setdefault(id(item), len(self.items))
+        if number == len(self.items):
+            self.items.append(item)
         return number
 
 
@@ -104,13 +104,13 @@ def _pack(scene: Scene, beside: Beside) -> dict[str, NDArray]:
         for part in scene.parts
     ]
     pools = {name: _Pool() for name in _WIDTHS}
-    rows = [[pools[name].add(getattr(m, name)) for name in _WIDTHS] for m in meshes.things]
+    rows = [[pools[name].add(getattr(m, name)) for name in _WIDTHS] for m in meshes.items]
     words = {
         "names": [part.name for part in scene.parts],
         "kinds": [part.kind for part in scene.parts],
         "layers": [part.layer for part in scene.parts],
         "tags": [part.tags for part in scene.parts],
-        "materials": [{**asdict(one), "image": None} for one in materials.things],
+        "materials": [{**asdict(one), "image": None} for one in materials.items],
         "place": {name: getattr(scene, name) for name in _PLACE},
         "crs": scene.crs,
         "sources": [asdict(source) for source in scene.sources],
@@ -122,12 +122,12 @@ def _pack(scene: Scene, beside: Beside) -> dict[str, NDArray]:
         "origin": scene.origin,
         "parts": np.array(table, np.int64).reshape(-1, 3),
         "meshes": np.array(rows, np.int64).reshape(-1, len(_WIDTHS)),
-        "transforms": np.array(transforms.things, np.float64).reshape(-1, 4, 4),
+        "transforms": np.array(transforms.items, np.float64).reshape(-1, 4, 4),
     }
     for name, width in _WIDTHS.items():
-        things = pools[name].things
-        arrays[name] = np.concatenate(things) if things else np.zeros((0, width))
-        arrays[f"{name}_length"] = np.array([len(one) for one in things], np.int64)
+        items = pools[name].items
+        arrays[name] = np.concatenate(items) if items else np.zeros((0, width))
+        arrays[f"{name}_length"] = np.array([len(one) for one in items], np.int64)
     return arrays
 
 
@@ -188,8 +188,8 @@ def _check_numbers(
         raise ValueError(msg)
 
 
-def _pick(things: Sequence[T], number: int) -> Any:
-    return None if number == _NONE else things[number]
+def _pick(items: Sequence[T], number: int) -> Any:
+    return None if number == _NONE else items[number]
 
 
 def _with_tuples(facts: dict[str, Any]) -> dict[str, Any]:
@@ -197,7 +197,7 @@ def _with_tuples(facts: dict[str, Any]) -> dict[str, Any]:
 
 
 LIMIT = 1_000_000_000
-"""The files together have at most so many bytes, and so many stay free on the disk."""
+"""Most bytes of all files together, and least bytes that stay free on the disk."""
 
 _ENDING, _UNFINISHED = ".npz", ".unfinished"
 _ABANDONED = 3600.0  # a file that was not finished in so long is of a run that was killed [s]
@@ -208,7 +208,7 @@ def find_folder() -> Path:
     given = os.environ.get("UMBRA_CACHE")
     if given:
         return Path(given).absolute()
-    from platformdirs import user_cache_path  # noqa: PLC0415 - only where it is asked
+    from platformdirs import user_cache_path  # noqa: PLC0415 - only with a cache
 
     return user_cache_path("umbra", appauthor=False)
 
@@ -224,7 +224,7 @@ def load(name: str) -> dict[str, NDArray] | None:
         drop(name)
         return None
     with suppress(OSError):
-        os.utime(_find_path(name))  # what is used stays longest
+        os.utime(_find_path(name))  # the last used stay longest
     return arrays
 
 
@@ -261,7 +261,7 @@ def drop(name: str) -> None:
 
 
 def measure() -> tuple[int, int]:
-    """Return the number of files, and what they take [byte]."""
+    """Return the number of files, and their size [byte]."""
     sizes = [size for _, size, _ in _list(find_folder())]
     return len(sizes), sum(sizes)
 
@@ -282,7 +282,7 @@ def _list(folder: Path) -> list[tuple[float, int, Path]]:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the files that were not used for longest, and those of killed runs."""
+    """Remove the files that were not used for longest, and the files of killed runs."""
     files = sorted(_list(folder), key=lambda one: one[0])
     excess = sum(size for _, size, _ in files) - LIMIT
     for _, size, path in files:

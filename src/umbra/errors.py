@@ -22,7 +22,7 @@ __all__ = [
 ]
 
 LONGEST = 500
-"""Letters of a message; what a file's names add to it is cut from its middle."""
+"""Letters of a message; names from files that make it longer are cut from its middle."""
 
 _TAIL = 180  # letters kept at a message's end, where the remedy stands
 # Commands to a terminal, half characters, and what turns the order of letters or hides text:
@@ -69,7 +69,7 @@ def make_printable(text: str, *, is_json: bool = False) -> str:
     ----------
     text : str
     is_json : bool
-        Write them as JSON does, ``\\u001b``, which reads back as what it was.
+        Write them as JSON does, ``\\u001b``, which reads back unchanged.
 
     Returns
     -------
@@ -91,9 +91,9 @@ def shorten(text: str, longest: int = LONGEST) -> str:
 
 def fit_names(names: Sequence[str], width: int) -> list[str]:
     """
-    Cut names for a column of so many letters so that no two come out alike.
+    Cut names for a column of a width in letters so that no two come out alike.
 
-    The middle is left out where one is too long, as programs number things at the end. Where two
+    The middle is left out where one is too long, as programs number objects at the end. Where two
     names would still be the same they stay whole.
     """
     tail = width // 2
@@ -154,14 +154,14 @@ class UmbraError(Exception):
         self.data = {"option": next(named, None)} | data
 
     def __getattr__(self, name: str) -> object:
-        """Give the facts as attributes: ``error.indices``, ``error.path``."""
+        """Return the facts as attributes: ``error.indices``, ``error.path``."""
         data = self.__dict__.get("data", {})
         if name in data:
             return data[name]
         raise AttributeError(name)
 
     def for_shell(self) -> str:
-        """Give the message with options as they are typed in a shell."""
+        """Return the message with options as they are typed in a shell."""
         return write_for_shell(str(self))
 
 

@@ -61,7 +61,7 @@ def find_memory() -> float:
 
 
 def name_memory(held: float) -> str:
-    """Say in words how much memory that is, for errors."""
+    """Describe an amount of memory, for errors."""
     is_machine = held >= _find_physical()
     return f"{'this machine has' if is_machine else 'this process may use'} {held / 1e9:.1f} GB"
 
@@ -120,7 +120,7 @@ def _find_group_files() -> Iterator[Path]:
 
 
 def _find_use() -> tuple[int, int, int]:
-    """Return the addresses of this process, what of them is in memory, and those of data [byte]."""
+    """Return the sizes of this process: addresses, memory in use, and data [byte]."""
     with suppress(OSError, ValueError):
         pages = [int(word) for word in _USE.read_text(encoding="ascii").split()]
         size, resident, data = (pages[n] * os.sysconf("SC_PAGE_SIZE") for n in (0, 1, 5))
@@ -137,7 +137,7 @@ def count_cores() -> int:
 
 def use_threads(threads: int) -> None:
     """
-    Let kernels called from here use so many threads, as far as there are any.
+    Let kernels called from here use this many threads, as far as there are any.
 
     Results never depend on it.
     """
@@ -215,7 +215,7 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _has_user_folder() -> bool:
-    from platformdirs import user_cache_path  # noqa: PLC0415 - only where it is asked
+    from platformdirs import user_cache_path  # noqa: PLC0415 - only for a cache
 
     folder = user_cache_path("numba", appauthor=False)
     try:

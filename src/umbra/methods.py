@@ -125,6 +125,6 @@ class Softness:
         return round(min(self.length / self.gap, 2 * _MOST_LAYERS))
 
     def select(self, method: str) -> dict[str, float]:
-        """Return what a method of ``SOFT`` takes, by its parameters' names."""
+        """Return the parameters of a method of ``SOFT``, by name."""
         named = {"samples": ("samples",), "complexity": ("spots",), "weng": ("length", "gap")}
         return {name: getattr(self, name) for name in named.get(method, ())}

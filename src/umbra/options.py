@@ -13,7 +13,7 @@ __all__ = ["Option", "check_types", "list_options", "option"]
 @dataclass(frozen=True, kw_only=True)
 class Option:
     """
-    Description of an option; its name and default are those of the field.
+    Description of an option; the field has its name and default.
 
     Parameters
     ----------

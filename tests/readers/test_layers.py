@@ -170,7 +170,7 @@ def test_layers_that_stand_in_one_place_are_said(houses):
     new = houses("b.geojson", "EPSG:31256", (2530.5, 340500), (2800, 340500))
     scene = umbra.read(f"old={old}", f"new={new}")
     (note,) = [note for note in scene.notes if "overlap" in note]
-    assert "1 of 2 things of 'new'" in note
+    assert "1 of 2 objects of 'new'" in note
     assert "(first: 'b 0' and 'a 1')" in note
 
 

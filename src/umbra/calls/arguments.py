@@ -22,7 +22,7 @@ _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel of a picture, and for each
 
 
 def check_scene(scene: object) -> None:
-    """Refuse what is no scene."""
+    """Raise an InputError if an argument is not a scene."""
     if not isinstance(scene, Scene):
         msg = f"scene is no Scene but a {type(scene).__name__}; give what umbra.read returns"
         raise InputError(msg)
@@ -40,7 +40,7 @@ def make_camera(
     near: float | None = None,
 ) -> Camera:
     """
-    Make a camera for a scene; what is not given suits the whole model.
+    Make a camera for a scene; by default it sees the whole model.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def make_camera(
 
 def make_lights(lights: SomeLights) -> list[Light]:
     """
-    Give one or several lights, records or homogeneous vectors, as a list.
+    Return one or several lights, records or homogeneous vectors, as a list.
 
     Raises
     ------

@@ -160,7 +160,7 @@ def _count_named(
 
 
 def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArray[np.float64]:
-    """Give a table of finite numbers; its rows are of one of these lengths."""
+    """Return a table of finite numbers; its rows are of one of these lengths."""
     try:
         array = np.array(given, np.float64)
     except (TypeError, ValueError):
@@ -178,7 +178,7 @@ def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArr
 
 
 def check_lights(given: ArrayLike, name: str) -> NDArray[np.float64]:
-    """Give homogeneous lights, (m, 4); directions of length 1."""
+    """Return homogeneous lights, (m, 4); directions of length 1."""
     vectors = _check_array(name, given, (3, 4))
     lights = np.zeros((len(vectors), 4))
     lights[:, : vectors.shape[1]] = vectors
@@ -200,7 +200,7 @@ def check_lights(given: ArrayLike, name: str) -> NDArray[np.float64]:
 
 
 def _check_weights(given: ArrayLike, lights: int) -> NDArray[np.float64]:
-    """Give weights, (m,) or (m, k)."""
+    """Return weights, (m,) or (m, k)."""
     try:
         weights = np.array(given, np.float64)
     except (TypeError, ValueError):
@@ -277,7 +277,7 @@ def shadow_polygons(
 
 
 def _find_directions(sun: Light | SunPath | ArrayLike) -> NDArray[np.float64]:
-    """Give unit vectors toward the light, (n, 3), all above the horizon."""
+    """Return unit vectors toward the light, (n, 3), all above the horizon."""
     given: Any = sun
     if isinstance(sun, SunPath):
         given = sun.direction
@@ -295,7 +295,7 @@ def _find_directions(sun: Light | SunPath | ArrayLike) -> NDArray[np.float64]:
 
 
 def _outline(scene: Scene, parts: list[int], suns: NDArray[np.float64], plane: float) -> list[Any]:
-    """Give a MultiPolygon for each direction, in the model's own coordinates."""
+    """Return a MultiPolygon for each direction, in the model's own coordinates."""
     import shapely  # noqa: PLC0415
 
     from umbra.cpu.plane import PlaneSweep  # noqa: PLC0415

@@ -1,5 +1,5 @@
 """
-What runs on this machine, and what to install for the rest.
+Features that run on this machine, and the packages that the others need.
 
 What a backend of OpenGL has is found out in a child process, which prints JSON: contexts of
 several kinds in one process disturb each other, and a driver that crashes must not take the
@@ -92,7 +92,7 @@ def _find_threading() -> str:
 
 def probe(backend: str) -> dict[str, Any]:
     """
-    Find out what a backend of ``BACKENDS`` has.
+    Inspect a backend of ``BACKENDS``.
 
     Returns
     -------

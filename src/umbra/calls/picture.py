@@ -65,7 +65,7 @@ class Picture:
 
     @cached_property
     def image(self) -> NDArray[np.uint8]:
-        """The picture in sRGB, (rows, cols, 3) uint8; shaded when it is asked for."""
+        """The picture in sRGB, (rows, cols, 3) uint8; shaded on first use."""
         return self._shade()
 
     @property
@@ -74,7 +74,7 @@ class Picture:
         return ~np.isnan(self.position[..., 0])
 
     def arrays(self) -> dict[str, NDArray]:
-        """Give the arrays by name, as ``umbra render`` writes them."""
+        """Return the arrays by name, as ``umbra render`` writes them."""
         names = ("position", "normal", "count", "lit", "visibility")
         found = {name: getattr(self, name) for name in names}
         return {name: array for name, array in found.items() if array is not None}
@@ -148,7 +148,7 @@ def render(  # noqa: PLR0913  (each option by its name)
         Of scaled layers: how far the widest goes, and from each to the next, in tenths of the
         silhouette's radius.
     mask_scale : {1, 2, 4}
-        On gl: count in a picture so many times smaller, and lay it over this one.
+        On gl: count in a picture smaller by this factor, and lay it over this one.
     mask_filter : {'joint', 'bilinear', 'nearest'}
         How it is laid; joint takes only pixels of the same surface.
     threads : int, optional
@@ -249,7 +249,7 @@ def draw_picture(
 
 
 def _find_own_lights(scene: Scene, camera: Camera) -> list[Light]:
-    """Give the scene's own lights, or one from the upper left."""
+    """Return the scene's own lights, or one from the upper left."""
     from umbra.scene.camera import expose_lights  # noqa: PLC0415
 
     right, up, forward = camera.axes()
@@ -274,7 +274,7 @@ def _count_small(
 
 
 def _reach(frame: Any, shares: Sequence[NDArray], lights: list[Light]) -> list[NDArray]:
-    """Give what reaches the surface: the shares where it faces the light within its reach."""
+    """Return the light on the surface: the shares where it faces the light within its reach."""
     none = np.zeros(frame.part.shape, np.int32)
     return [share * frame.lit(none, one) for share, one in zip(shares, lights, strict=True)]
 

@@ -155,7 +155,7 @@ class ShadowStudy:
         Parameters
         ----------
         path : path
-            ``report.html``; what is there is replaced.
+            ``report.html``; an existing file is replaced.
         **picture
             As of `write`, without formats.
 
@@ -251,7 +251,7 @@ class ShadowStudy:
 
     def to_pyvista(self) -> Any:
         """
-        Give the receivers with their hours: a surface of a plan's cells, else points.
+        Return the receivers with their hours: a surface of a plan's cells, else points.
 
         Returns
         -------

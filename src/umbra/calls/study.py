@@ -71,7 +71,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         ``"2026-03-21..2026-09-23"``, a month ``"2026-06"``, a year ``"2026"``, a day of
         every month ``"2026-*-21"``.
     every_days : int
-        Of a range, a month or a year take every so many days.
+        Of a range, a month or a year take every n-th day.
     by_day : bool, optional
         Give every result for each date as well, along ``day``; up to 12 dates by default.
     start, end : str
@@ -91,7 +91,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     by : {'part', 'kind', 'layer'}, optional
         Find the hours due to each part, kind or layer: of all, or of those in ``who``.
     proposed : sequence of str
-        Shell patterns of parts that are not there yet: find what they take from the others.
+        Shell patterns of the proposed parts: find the sun that they take from the others.
     under : str or float
         Where fewer hours of sun are left than this, but were not without ``proposed``.
     receivers : str
@@ -144,7 +144,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     -------
     study : ShadowStudy
         ``study.shadow_hours`` and ``study.sun_hours`` [h] and all other variables of
-        ``study.dataset``, which is made when it is asked for; pictures, a report, files
+        ``study.dataset``, which is made on first use; pictures, a report, files
         and verdicts.
 
     Raises

@@ -99,7 +99,7 @@ def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict]) ->
                 count[0] += 1
                 count[1] += part["triangles"]
                 names.setdefault(word, set()).add(part["name"])
-    # A word of one thing alone, as a GlobalId is, chooses no group; one of all chooses nothing.
+    # A word of one object alone, as a GlobalId is, chooses no group; one of all chooses nothing.
     every = len({part["name"] for part in parts})
     shared = {
         word: count

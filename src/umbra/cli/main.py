@@ -182,7 +182,7 @@ def _explain(error: BaseException) -> tuple[str, int]:
 
 def _find_benchmarks() -> click.Command:
     """Load the command of the package umbra-benchmarks."""
-    from importlib.metadata import entry_points  # noqa: PLC0415 - only where it is asked
+    from importlib.metadata import entry_points  # noqa: PLC0415 - only for benchmarks
 
     for found in entry_points(group="umbra.commands", name="bench"):
         command: click.Command = found.load()
@@ -195,7 +195,7 @@ def _find_benchmarks() -> click.Command:
 
 
 def _word(error: click.UsageError) -> str:
-    """Describe what is wrong with a command line, and what would be right."""
+    """Describe the error in a command line, and the remedy."""
     if error.ctx is not None and isinstance(error, click.MissingParameter):
         command = error.ctx.command
         # Whatever is given has been taken by now.

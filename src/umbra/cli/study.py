@@ -108,7 +108,7 @@ def write_options(path: Path, context: click.Context) -> None:
     """
     Write the options of a run, such that ``--options`` repeats it.
 
-    Files are named in full. Left out are where results go and what changes none.
+    Files are named in full. Left out are the output folder and options that change no result.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def _take(parameter: click.Parameter, value: Any, path: Path, name: str) -> Any:
 
 
 def _is_file(parameter: click.Parameter, value: Any) -> bool:
-    """Tell whether a value is a file name; ``--trunk`` may also be a share."""
+    """Return whether a value is a file name; ``--trunk`` may also be a share."""
     is_raster = parameter.name == "trunk" and str(value).lower().endswith((".tif", ".tiff"))
     return is_raster or getattr(parameter, "is_file", False)
 

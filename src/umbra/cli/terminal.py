@@ -147,7 +147,7 @@ def show_progress(quiet: bool) -> Iterator[Stages]:
     Yields
     ------
     stages : Stages
-        What is written to the error stream meanwhile comes above the bar.
+        Text written to the error stream meanwhile comes above the bar.
     """
     stages: Stages
     if quiet or sys.stderr is None:

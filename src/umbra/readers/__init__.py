@@ -1,10 +1,10 @@
 """
 Files to scenes: city models, buildings, footprints, rasters and meshes.
 
-The cache's key sums up what a scene depends on: the files' bytes and names, the choices, and the
-versions of umbra and of the packages that read. The files that models name, such as buffers
-and material libraries, are recorded with the scene as they were, and looked at again. Kept
-are scenes of text formats, which take long to parse; binary ones read as fast as a cache.
+The cache's key is a digest of all that a scene depends on: the files' bytes and names, the
+choices, and the versions of umbra and of the packages that read. The files that models name, such
+as buffers and material libraries, are recorded with the scene as they were, and looked at again.
+Kept are scenes of text formats, which take long to parse; binary ones read as fast as a cache.
 """
 
 import errno
@@ -220,7 +220,7 @@ def _check_there(path: Path) -> None:
 
 
 def _make_refusal(path: Path, error: OSError | ValueError) -> InputError:
-    """Say why a file cannot be opened, and what to do."""
+    """Return the error for a file that cannot be opened, with the remedy."""
     if isinstance(error, FileNotFoundError):
         reason, remedy = "no such file", "check the name"
     elif isinstance(error, IsADirectoryError):
@@ -252,7 +252,7 @@ def _read_one(path: Path, data: bytes, choices: ReadChoices) -> tuple[FileModel,
     except InputError:
         raise
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Readers name the damage they know; this is for what no one foresaw.
+        # Readers name the damage they know; this is for unforeseen damage.
         msg = f"{path}: is damaged ({describe_damage(error)}); export it again"
         raise InputError(msg, path=path) from error
     except (MemoryError, RecursionError, AssertionError) as error:
@@ -270,7 +270,7 @@ def read_kept(
     key = _find_key(files, choices)
     if key is None:
         return read(files, choices)
-    from umbra.cache import keep_scene, load_scene  # noqa: PLC0415 - only where it is asked
+    from umbra.cache import keep_scene, load_scene  # noqa: PLC0415 - only with a cache
 
     scene = load_scene(key, lambda beside: _are_current(beside, files, choices))
     if scene is None:
@@ -313,7 +313,7 @@ def _are_current(beside: "Beside", files: Files, choices: ReadChoices) -> bool:
 
 
 def _find_versions() -> str:
-    """Name what reads: umbra, the files of its readers as they stand, and packages."""
+    """Name the versions of umbra, of its readers' files and of the packages that read."""
     words = [__version__]
     house = Path(__file__).parents[1]
     for path in sorted(

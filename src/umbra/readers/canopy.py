@@ -77,7 +77,7 @@ def make_body(
 
 @njit(cache=True, nogil=True)
 def _fill(cells, corners, low, high, is_left, corner, z):
-    """Write the triangles if there is room; give their number."""
+    """Write the triangles if there is room; return their number."""
     rows, cols = cells.shape
     down = (-1, 0, 1, 0)
     right = (0, 1, 0, -1)

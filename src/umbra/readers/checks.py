@@ -88,7 +88,7 @@ def _miss(package: str, extra: str, what: str, reason: str) -> InputError:
 
 
 def list_counts(counts: Mapping[str, int]) -> tuple[str, ...]:
-    """Return notes on what was left out, from the number of each."""
+    """Return notes on losses, from the number of each."""
     return tuple(f"{what}: {count}" for what, count in counts.items() if count)
 
 
@@ -112,7 +112,7 @@ MOST = 2**31 - 1  # vertices and triangles that int32 can number
 
 
 class Budget:
-    """The memory that one file of so many bytes may take."""
+    """The memory that one file may take, by its size [byte]."""
 
     def __init__(self, size: int = 0) -> None:
         self._size = size
@@ -123,7 +123,7 @@ class Budget:
         self._size += size
 
     def spend(self, size: int, what: str) -> None:
-        """Take memory [byte], before it is used; refuse what the file's size cannot justify."""
+        """Take memory [byte], before it is used; refuse more than the file's size can justify."""
         self._spent += size
         limit = min(max(LEAST, FACTOR * self._size), SHARE * find_memory())
         if self._spent > limit:
@@ -165,7 +165,7 @@ class Companions:
     def __init__(self, path: Path, *, allow_outside: bool = False) -> None:
         self.path = path
         self._allow_outside = allow_outside
-        #: SHA-256 of each file that was asked for, by the name that the model gives it; None
+        #: SHA-256 of each file that was looked for, by the name that the model gives it; None
         #: where none was read.
         self.record: dict[str, str | None] = {}
 
@@ -191,7 +191,7 @@ class Companions:
         return real
 
     def read(self, name: str, most: float | None = None) -> bytes:
-        """Read a file of at most so many bytes, by default a share of the memory."""
+        """Read a file of at most ``most`` bytes, by default a share of the memory."""
         real = self.find(name)
         try:
             with (
@@ -258,7 +258,7 @@ FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "GIF", "TIFF", "DDS", "PPM", "JP
 
 
 def encoded_image(name: str, fetch: Callable[[], bytes], wrap: tuple[str, str] = REPEAT) -> Image:
-    """Make an image that is fetched and decoded when its pixels are first asked for."""
+    """Make an image that is fetched and decoded when its pixels are first read."""
     return Image(name, lambda: _decode(name, fetch), wrap)
 
 

@@ -28,7 +28,7 @@ class Choice:
     """The geometry taken for one object."""
 
     geometry: dict[str, Any]  # as in the file; a GeometryInstance stands for its template
-    shape: dict[str, Any]  # what has the surfaces: the geometry itself, or the template
+    shape: dict[str, Any]  # with surfaces: the geometry itself, or the template
     # A geometry of the same level whose semantics the shape may borrow
     lender: dict[str, Any] | None = None
 
@@ -47,7 +47,7 @@ def choose_geometries(
     counts: Counter[str],
     where: str = "",
 ) -> dict[str, Choice]:
-    """Choose the geometry of each object that has surfaces; leave out what repeats a relative's."""
+    """Choose the geometry of each object with surfaces, but for repetitions of a relative's."""
     choices: dict[str, Choice] = {}
     for name, item in objects.items():
         try:
@@ -67,7 +67,7 @@ def choose_geometries(
             raise damaged(name, error, where) from error
         for other in repeated:
             del choices[other]
-            counts["geometries left out that repeat those of a parent or of its parts"] += 1
+            counts["geometries left out that repeat a parent's or its parts'"] += 1
     return choices
 
 
@@ -85,7 +85,7 @@ def _choose(
             shape = templates[index]
         if shape["type"] not in DEPTHS or not shape["boundaries"]:
             continue
-        # A solid before surfaces; what has semantics before what has none.
+        # Solids before surfaces; geometries with semantics before others.
         solid = DEPTHS[shape["type"]] > 0
         rank = (_level(shape), int(solid), bool(shape.get("semantics")))
         if rank > best_rank:

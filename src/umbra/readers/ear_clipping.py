@@ -148,7 +148,7 @@ def _missing_edges(loops: list[list[int]], triangles: list[Corners]) -> dict[int
 def _split_at_corners(
     triangles: list[Corners], missing: dict[int, list[int]], flat: list[Point]
 ) -> list[Corners]:
-    """Split each triangle that spans dropped corners; take what is mended from ``missing``."""
+    """Split each triangle that spans dropped corners; take mended edges from ``missing``."""
     mended: list[Corners] = []
     pending = list(triangles)
     while pending:
@@ -194,7 +194,7 @@ def _walk(missing: dict[int, list[int]], a: int, c: int, flat: list[Point]) -> l
 
 
 def _slivers(missing: dict[int, list[int]]) -> list[Corners]:
-    """Close what is still missing, loop by loop, with fans that hardly have area."""
+    """Close the edges still missing, loop by loop, with fans that hardly have area."""
     slivers: list[Corners] = []
     while missing:
         path = [next(iter(missing))]

@@ -2,7 +2,7 @@
 Footprints with heights, made valid by shapely where it is installed, extruded to prisms.
 
 A feature becomes one part, its polygons prisms from the base to base + height, with
-their holes. What has no height is left out and counted.
+their holes. Features without a height are left out and counted.
 """
 
 from dataclasses import dataclass

@@ -179,7 +179,7 @@ def _broken(text: bytes, error: JSONDecodeError, line: int) -> InputError:
 class UnreadFormat:
     """A format that is not read."""
 
-    text: str  # what it is and what to do, as the end of a sentence that begins with the file
+    text: str  # name and remedy, as the end of a sentence that begins with the file
     endings: tuple[str, ...] = ()
     starts: tuple[bytes, ...] = ()  # first bytes, after white space
     holds: bytes = b""  # A word among the first bytes, besides them
@@ -275,7 +275,7 @@ REFUSED = (
 
 
 def find_unread(data: bytes, path: Path, *, by_ending: bool) -> str | None:
-    """Name a format that is not read, and what converts it; None for any other."""
+    """Name a format that is not read, and its converter; None for any other."""
     head = data[:4000].lstrip(b"\xef\xbb\xbf \t\r\n")
     ending = path.suffix.lower()
     for one in REFUSED:

@@ -63,7 +63,7 @@ def read_gltf_tree(
     Read parsed glTF with the binary chunk of a GLB, if it is one; see `read_gltf`.
 
     Skins and morph targets are posed as the file's own nodes and weights say, before
-    any animation: what viewers show until they play one.
+    any animation, as viewers show them until they play one.
     """
     version = str(tree.get("asset", {}).get("version", "2.0"))
     if not version.startswith("2"):

@@ -53,7 +53,7 @@ class GltfSurface:
 
 
 class Materials:
-    """The materials of one file, each read once; what is left out is counted."""
+    """The materials of one file, each read once; losses are counted."""
 
     def __init__(
         self, tree: dict[str, Any], buffers: Buffers, companions: Companions, counts: Counter[str]

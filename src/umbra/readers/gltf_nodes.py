@@ -1,4 +1,4 @@
-"""glTF's nodes: where they stand, how they move, and the skins and lights that hang on them."""
+"""glTF's nodes: transforms, animations, skins and lights."""
 
 from collections import Counter
 from dataclasses import replace
@@ -21,7 +21,7 @@ WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 
 def read_nodes(tree: dict[str, Any], base: NDArray[np.float64]) -> tuple[Rig, dict[int, int], int]:
     """
-    Read the nodes: those of the scene, then any others that joints may need.
+    Read the nodes of the scene, then any others that joints may need.
 
     Returned are a rig without animations, the place in it of each node of the file, and how many
     the scene has. ``base`` leads from glTF's axes to the scene's.

@@ -61,7 +61,7 @@ STRIKES = 2
 """An engine that hangs so often is not tried for what is left, if there is another."""
 
 LOSSES = 8
-"""So many times a child may hang, and ten times as often end; what is left then is not read."""
+"""Most times that a child may hang, a tenth of those that it may end; the rest is not read."""
 
 CHILD = "from umbra.readers.ifc import serve; serve({seconds})"
 
@@ -103,7 +103,7 @@ def read_ifc(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
 
 
 def _tell_losses(facts: IfcFacts, found: IfcHarvest) -> list[str]:
-    """Say how many elements have no shape, why, and which is the first."""
+    """Count the elements without a shape by reason, and name the first."""
     missing = set(range(len(facts.elements))) - set(found.shapes)
     hung, ended = missing & found.hung, missing & found.ended - found.hung
     useless = missing - hung - ended
@@ -206,7 +206,7 @@ def _gather(
 
 
 class _Child:
-    """Iterate over what a child reads; tells afterwards whether that was all."""
+    """Iterate over the pieces from a child; tells afterwards whether they were all."""
 
     is_done = False
     has_hung = False
@@ -265,7 +265,7 @@ def serve(seconds: float) -> None:
             last = error
         pickle.dump(last, answers)
         answers.flush()
-    os._exit(0)  # what the engine leaves behind is not to be tidied
+    os._exit(0)  # without tidying up after the engine
 
 
 def _start_timer(seconds: float) -> None:

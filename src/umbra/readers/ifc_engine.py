@@ -1,5 +1,5 @@
 """
-ifcopenshell on one IFC file: what the file says, then one shape after another.
+ifcopenshell on one IFC file: the file's facts, then one shape after another.
 
 This runs in a child process (`umbra.readers.ifc`), because the parser and the geometry
 engine may end the process, or never end, on files that are otherwise fine. Everything that
@@ -34,7 +34,7 @@ __all__ = [
     "read_pieces",
 ]
 
-# What has a shape and casts no shadow: rooms, holes, lines on a plan.
+# Classes with a shape that cast no shadow: rooms, holes, lines on a plan.
 LEFT_OUT = (
     "IfcSpace",
     "IfcSpatialZone",
@@ -49,7 +49,7 @@ LEFT_OUT = (
     "IfcLinearElement",
 )
 
-# The first is quick and right for what it takes; the other takes what is left.
+# The first is quick and right where it works; the other takes the rest.
 ENGINES = ("hybrid-cgal-simple-opencascade", "opencascade")
 
 
@@ -60,7 +60,7 @@ class IfcWork:
     path: str
     engines: tuple[str, ...] = ENGINES  # geometry engines in the order in which they are tried
     made: frozenset[int] = frozenset()  # elements that have their shape already
-    skip: frozenset["IfcAttempt"] = frozenset()  # what is not tried again
+    skip: frozenset["IfcAttempt"] = frozenset()  # not to be tried again
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class IfcFacts:
     """The contents of a file beside its shapes."""
 
     schema: str  # as ``IFC4``
-    elements: tuple[IfcWords, ...]  # what each element is called, in the order of the shapes
+    elements: tuple[IfcWords, ...]  # names of each element, in the order of the shapes
     place: FilePlace
     matrix: NDArray[np.float64] | None  # (4, 4): from the file's coordinates in metres to its map's
     crs: str | None  # the map's

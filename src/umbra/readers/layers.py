@@ -76,7 +76,7 @@ def combine(
     Bring layers into one CRS and onto the terrain among them.
 
     Returned are the parts, each with its layer, in metres where the CRS is known; the lights, the
-    CRS, and notes on what was converted, set on a terrain, or stands where it should not.
+    CRS, and notes on parts converted, set on a terrain, or misplaced.
     """
     notes: list[str] = []
     moved, crs = _bring_together(layers, notes)
@@ -105,7 +105,7 @@ def _bring_together(
     """Bring layers into the CRS, in metres, of the first that names one; name their parts."""
     target, first = None, layers[0]  # the CRS, and who named it
     moved: list[tuple[Part, ...]] = []
-    unique: dict[str, UniqueNames] = {}  # files that share a layer's name hold things of their own
+    unique: dict[str, UniqueNames] = {}  # files that share a layer's name hold objects of their own
     for layer in layers:
         crs, parts, metric = layer.model.crs, layer.model.parts, layer.model.is_high_in_metres
         if crs is not None and target is None:

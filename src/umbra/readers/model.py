@@ -1,5 +1,5 @@
 """
-What every reader returns: parts in the file's own coordinates, and what it says of them.
+Results of the readers: parts in the file's own coordinates, and the file's facts.
 
 A file is placed by its up axis, and by the site that files and CRS agree on.
 """
@@ -67,7 +67,7 @@ class CrownRaster:
     """A raster of tree tops, before it is known on which ground it stands."""
 
     cells: NDArray[np.int32]  # (rows, cols): index of each cell's canopy; -1 for none
-    # (n, 4): vertices of the model's part about each: those of row and column, column + 1, both
+    # (n, 4): vertices of the model's part about each: at row and column, column + 1, both
     # + 1, row + 1
     corners: NDArray[np.int32]
     tops: NDArray[np.float64]  # (n,): heights [m]
@@ -78,7 +78,7 @@ class CrownRaster:
 
 @dataclass(frozen=True)
 class ReadChoices:
-    """Options of a caller for what a file does not state."""
+    """A caller's options for facts that a file does not state."""
 
     up: str | None = None  # x, y or z: the axis that points up
     # Columns of footprints: the height above the base, the base's own height, the name
@@ -119,10 +119,10 @@ class FileModel:
     format: str  # for people: ``CityJSON 2.0``, ``OBJ``
     parts: tuple[Part, ...]  # in the file's own coordinates; z is up
     crs: str | None = None  # as ``EPSG:7415`` where the file names a code, else its own words
-    notes: tuple[str, ...] = ()  # what was left out, one line each
+    notes: tuple[str, ...] = ()  # losses, one line each
     companions: tuple[Source, ...] = ()  # further files that hold a piece of it (glTF buffers)
     lights: tuple[Light, ...] = ()  # in the file's own coordinates
-    place: FilePlace = NOWHERE  # what it says of its site, beside the CRS
+    place: FilePlace = NOWHERE  # its site, stated beside the CRS
     # Whether the file does not say how high its parts stand: they stand on 0, or on a terrain
     # if another file brings one
     is_afloat: bool = False
@@ -160,7 +160,7 @@ class UniqueNames:
 
 
 def settle(scene: Scene, places: Mapping[str, FilePlace]) -> Scene:
-    """Fill in the site from what files say, after the CRS; none, with a note, if two disagree."""
+    """Fill in the site that the files state, after the CRS; none, with a note, if two disagree."""
     notes = list(scene.notes)
     said = {
         name: (place.latitude, place.longitude)

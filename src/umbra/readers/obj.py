@@ -21,7 +21,7 @@ BLOCK = 65536  # face lines turned into numbers at once, to bound memory
 
 @dataclass(eq=False)
 class _Statements:
-    """An OBJ file's lines, sorted by what they say."""
+    """An OBJ file's lines, sorted by statement."""
 
     vertices: list[bytes] = field(default_factory=list)
     faces: list[bytes] = field(default_factory=list)

@@ -18,7 +18,7 @@ __all__ = ["read_materials", "read_texture_corners"]
 OUTSIDE = "textures outside the model's folder left out (allow_outside=True reads them)"
 LARGEST = 1 << 26  # [byte] of a library
 
-# Words that each option of a texture takes; those of -o, -s and -t are 1 to 3 numbers.
+# Words that each option of a texture takes; -o, -s and -t take 1 to 3 numbers.
 OPTIONS = {
     "-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1,
     "-mm": 2, "-o": 3, "-s": 3, "-t": 3, "-texres": 1, "-type": 1,

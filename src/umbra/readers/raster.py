@@ -66,7 +66,7 @@ def read_raster(_data: bytes, path: Path, choices: ReadChoices) -> FileModel:
 
 
 def open_raster(path: Path, choices: ReadChoices, notes: list[str]) -> HeightRaster:
-    """Read the heights of a raster; what was left out goes to the notes."""
+    """Read the heights of a raster; losses go to the notes."""
     rasterio = need("rasterio", "gis", "GeoTIFF")
     choices.companions_of(path).check_beside()
     try:

@@ -49,7 +49,7 @@ def find_ground(
     return used[nearest, 2], inside
 
 
-SAME = 0.5  # of their union: boxes that share more stand for one thing
+SAME = 0.5  # of their union: boxes that share more are one object
 FAR = 10_000.0  # [m]; layers of one study are not farther apart
 FLOATS, SUNK = 1.0, 3.0  # [m]; foundations and cellars lie below the terrain, nothing stands above
 MOST = 100  # boxes of a class and cell that each box is compared with: more is a pile
@@ -91,11 +91,11 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
         return []
     over, under = float(np.median(feet - height.max(1))), float(np.median(height.min(1) - feet))
     asked = "do both count heights from one zero?"
-    things = f"half of {len(feet)} objects that stand on nothing else"
+    half = f"half of {len(feet)} objects that stand on nothing else"
     if over > FLOATS:
-        what = f"floats over the terrain '{ground}': {things} are {over:.1f} m above it or more"
+        what = f"floats over the terrain '{ground}': {half} are {over:.1f} m above it or more"
     elif under > SUNK:
-        what = f"is sunk in the terrain '{ground}': {things} begin {under:.1f} m below it or more"
+        what = f"is sunk in the terrain '{ground}': {half} begin {under:.1f} m below it or more"
         asked = "do both count heights from one zero, and is the raster the bare land?"
     else:
         return []
@@ -113,7 +113,7 @@ def find_overlaps(layers: Mapping[str, Sequence[Part]]) -> list[str]:
             count = len(np.unique(pairs[:, 1]))
             i, j = pairs[0]
             notes.append(
-                f"layers overlap: {count} of {len(b)} things of '{other}' stand where things of "
+                f"layers overlap: {count} of {len(b)} objects of '{other}' stand where objects of "
                 f"'{one}' do (first: '{others[j]}' and '{names[i]}'); choose with no_cast="
             )
     return notes

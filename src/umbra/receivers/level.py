@@ -56,8 +56,8 @@ class Level:
         if self.high - self.low <= GAP:
             return {}
         told = (
-            f"the ground is assumed level at z = {level:.6g} m; the model's {self.things} things "
-            f"that stand on no other do so from {self.low:.6g} to {self.high:.6g} m (ground= "
+            f"the ground is assumed level at z = {level:.6g} m; the model's {self.things} objects "
+            f"that stand on nothing else do so from {self.low:.6g} to {self.high:.6g} m (ground= "
             "sets it, receivers='top' shows the roofs, a terrain beside the model the land)"
         )
         return {"assumption": told}

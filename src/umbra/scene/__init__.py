@@ -1,4 +1,4 @@
-"""Records of what is there: meshes, parts, lights, cameras. No format, no calendar, no GPU."""
+"""Records of models: meshes, parts, lights, cameras. No format, no calendar, no GPU."""
 
 from umbra.scene.camera import Camera
 from umbra.scene.large_lights import area_light, sphere_light, volume_light

@@ -1,4 +1,4 @@
-"""What is made of a scene or a caster, kept with it for the next study: bounded, thread-safe."""
+"""Values derived from a scene or a caster, kept with it for later studies: bounded, thread-safe."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
@@ -15,7 +15,7 @@ _lock = Lock()
 
 def derive(owner: object, kind: str, key: Hashable, make: Callable[[], T], most: int = 2) -> T:
     """
-    Return what was made of a frozen record, or make it and keep it as long as the record lives.
+    Return a value derived from a frozen record; make it once and keep it while the record lives.
 
     The value is known by its kind and by a key of whatever else it depends on, and is not to be
     written to; of each kind the ``most`` that were used last are kept. ``dataclasses.replace``

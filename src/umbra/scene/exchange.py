@@ -19,7 +19,7 @@ __all__ = ["Exchange", "import_package"]
 
 
 class Exchange:
-    """What a scene can be made from and turned into in Python."""
+    """Conversion of scenes from and to other libraries' meshes."""
 
     @classmethod
     def from_arrays(
@@ -129,7 +129,7 @@ class Exchange:
 
     def to_trimesh(self) -> Any:
         """
-        Give a ``trimesh.Scene``, a mesh for each part, in the model's own coordinates [m].
+        Return a ``trimesh.Scene``, a mesh for each part, in the model's own coordinates [m].
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Exchange:
 
     def to_pyvista(self) -> Any:
         """
-        Give a ``pyvista.MultiBlock``, a block for each part, in the model's own coordinates [m].
+        Return a ``pyvista.MultiBlock``, a block for each part, in the model's own coordinates [m].
 
         Raises
         ------
@@ -172,7 +172,7 @@ def import_package(name: str, what: str) -> Any:
 def _list_array_parts(
     vertices: ArrayLike, faces: ArrayLike, parts: ArrayLike | None, name: str
 ) -> list[Part]:
-    """Give a soup's parts: one, or one for each name in ``parts``, which has one a face."""
+    """Return a soup's parts: one, or one for each name in ``parts`` (n_faces,)."""
     try:
         points, corners = np.array(vertices, np.float64), np.array(faces)
     except (TypeError, ValueError) as error:
@@ -198,7 +198,7 @@ def _list_array_parts(
 
 
 def _list_trimesh_parts(mesh: Any) -> list[Part]:
-    """Give the parts of a ``trimesh.Trimesh``, or of a ``trimesh.Scene``, one for each node."""
+    """Return the parts of a ``trimesh.Trimesh``, or of a ``trimesh.Scene``, one for each node."""
     if hasattr(mesh, "graph") and hasattr(mesh, "geometry"):
         found = []
         for node in mesh.graph.nodes_geometry:
@@ -216,7 +216,7 @@ def _list_trimesh_parts(mesh: Any) -> list[Part]:
 
 
 def _list_pyvista_parts(data: Any) -> list[Part]:
-    """Give the parts of a PyVista dataset: its surface, or that of each block."""
+    """Return the parts of a PyVista dataset: its surface, or that of each block."""
     if hasattr(data, "keys") and hasattr(data, "n_blocks"):
         blocks = [(str(key or n), data[n]) for n, key in enumerate(data.keys())]
         return [
@@ -242,7 +242,7 @@ def _find_surface(data: Any) -> Any:
 
 
 def _list_soups(scene: "Scene") -> Iterator[tuple[str, NDArray[np.float64], NDArray[np.int32]]]:
-    """Give each part's own name, vertices in the model's own coordinates, and faces."""
+    """Return each part's own name, vertices in the model's own coordinates, and faces."""
     seen: dict[str, int] = {}
     for index, label in enumerate(scene.labels()):
         seen[label] = seen.get(label, 0) + 1

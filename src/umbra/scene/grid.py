@@ -10,8 +10,8 @@ __all__ = ["ASIDE", "Grid", "Places"]
 
 ASIDE = (2.0**-24, 0.618 * 2.0**-24)
 """
-How far to the east and north of its centre a cell of what is topmost is judged [cells]. There
-it lies on no edge, so that what is seen, its height and the sides above it agree; in the
+Offset to the east and north of its centre at which a cell of the topmost surface is judged
+[cells]. There it lies on no edge, so that the face, its height and the sides above it agree; in the
 very centre rounding would tell for each of them which side of an edge it is on.
 """
 

@@ -95,7 +95,7 @@ def _refuse_infinite(parts: tuple[Part, ...]) -> None:
 
 def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
     """
-    Leave out the vertices that no face uses, so that only what is drawn counts as the model.
+    Leave out the vertices that no face uses, so that only drawn vertices count as the model.
 
     A mesh that bends keeps its own: its shape has rows for each of them.
     """
@@ -188,7 +188,7 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
         end as at its end.
     animation : int or str
         Its index in ``scene.animations``, or its name; ``all`` plays them together, as
-        is meant where an exporter gives each thing its own. Where two move the same,
+        is meant where an exporter gives each object its own. Where two move the same,
         the later one does.
 
     Returns

@@ -1,4 +1,4 @@
-"""Materials: what a surface does with light, and the pictures on it."""
+"""Materials: reflection, emission and textures of surfaces."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ Color = tuple[float, float, float]
 @dataclass(frozen=True, eq=False)
 class Image:
     """
-    A picture that is decoded when its pixels are first asked for.
+    A picture that is decoded when its pixels are first read.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Triangles and the parts they make: what a file holds, before any shadow."""
+"""Triangles and the parts they make: contents of a file, before any shadow."""
 
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -132,7 +132,7 @@ class Part:
     Parameters
     ----------
     name : str
-        The thing it belongs to: a building's id, an OBJ group, a glTF node.
+        Its object: a building's id, an OBJ group, a glTF node.
     kind : str
         What it is: ``WallSurface``, ``RoofSurface``, an OBJ or glTF material.
     mesh : Mesh
@@ -234,7 +234,7 @@ def transform_points(transform: ArrayLike, points: ArrayLike) -> NDArray[np.floa
     return np.asarray(points, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
-_CELL = 2.0  # things that share a cell may stand on one another [m]
+_CELL = 2.0  # objects that share a cell may stand on one another [m]
 _MOST = 1024  # cells along a side
 
 

@@ -35,7 +35,7 @@ class Shape:
 
     rest: Mesh  # unposed
     weights: NDArray[np.float64]  # (n_targets,): of the morph targets where no track moves them
-    # (n_targets, n_vertices, 3): what each morph target adds to the vertices at weight 1
+    # (n_targets, n_vertices, 3): offsets of the vertices by each morph target at weight 1
     offsets: NDArray[np.float32] | None = None
     normal_offsets: NDArray[np.float32] | None = None  # (n_targets, n_vertices, 3)
     skin: Skin | None = None
@@ -183,7 +183,7 @@ class RigBinding:
     node: int
     # (4, 4): from the file's frame, z up, to the scene's: the local origin's shift
     base: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
-    shape: Shape | None = None  # what bends; None for what moves as a whole
+    shape: Shape | None = None  # of a mesh that bends; None if it moves as a whole
 
 
 def make_matrices(

@@ -1,4 +1,4 @@
-"""A scene: parts about a local origin, and what the file says of its place on earth."""
+"""A scene: parts about a local origin, and its place on earth."""
 
 import difflib
 from collections import Counter
@@ -120,7 +120,7 @@ class Scene(Exchange):
         """
         Return the parts of one name as a scene, in the same place on earth.
 
-        A building may have several: its walls, its roof. ``layer/name`` means those of a layer.
+        A building may have several: its walls, its roof. ``layer/name`` means those in a layer.
         """
         parts = tuple(part for part in self.parts if name in {part.name, part.full_name})
         if parts:
@@ -139,8 +139,8 @@ class Scene(Exchange):
     @property
     def animations(self) -> tuple[Animation, ...]:
         """The file's animations: each has a name and a duration; `pose` plays them."""
-        things: tuple[Part | Light, ...] = (*self.parts, *self.lights)
-        rigs = {id(thing.binding.rig): thing.binding.rig for thing in things if thing.binding}
+        bound: tuple[Part | Light, ...] = (*self.parts, *self.lights)
+        rigs = {id(one.binding.rig): one.binding.rig for one in bound if one.binding}
         return tuple(animation for rig in rigs.values() for animation in rig.animations)
 
     def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
@@ -187,7 +187,7 @@ class Scene(Exchange):
         )
 
     def groups(self) -> NDArray[np.int32]:
-        """Count up the names in each layer: parts of one thing share a number, (n_parts,) int32."""
+        """Return a number for each part, (n_parts,) int32, the same for parts of one object."""
         numbers: dict[tuple[str, str], int] = {}
         keys = ((part.layer, part.name) for part in self.parts)
         return np.array([numbers.setdefault(key, len(numbers)) for key in keys], np.int32)

@@ -2,7 +2,7 @@
 Local dates and clock times: the dates of a study, and local times in UTC.
 
 ``zoneinfo`` gives every local time an instant, also those that the clock skips. Here
-such a time is refused, and the error tells what the clock does.
+such a time is refused, and the error describes the clock's jump.
 """
 
 import calendar
@@ -190,7 +190,7 @@ def _offset_text(local: dt.datetime) -> str:
 
 
 Date = str | dt.date | np.datetime64
-"""What is read as a date; pandas' timestamps are dates of the standard library."""
+"""Types that are read as dates; pandas' timestamps are dates of the standard library."""
 
 _YEAR = re.compile(r"([0-9]{4})(?:-([0-9]{1,2}))?")
 _EVERY_MONTH = re.compile(r"([0-9]{4})-\*-([0-9]{1,2})")

@@ -70,7 +70,7 @@ def find_site(
     true_north: float | None = None,
 ) -> Site:
     """
-    Find the site of a scene; arguments override what its file states.
+    Find the site of a scene; arguments override its file.
 
     Parameters
     ----------

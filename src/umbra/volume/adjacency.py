@@ -156,15 +156,15 @@ def make_caster(
     source = np.flatnonzero(whole).astype(np.int32)
     source = source[_sort_along_curve(vertices, welded[source])]
     welded = np.ascontiguousarray(welded[source])
-    things = np.zeros(len(source), np.int32) if group is None else group[source]
+    objects = np.zeros(len(source), np.int32) if group is None else group[source]
 
     half = _HalfEdges.of(welded)
     component = _join(half, len(welded))
     is_closed = _find_closed(half, component)
     loose = ~is_closed[component]
-    if loose.any() and things.any():
+    if loose.any() and objects.any():
         # A closed house must not turn open because a fence touches it.
-        part = half.within(loose, things)
+        part = half.within(loose, objects)
         again = _join(part, len(welded))
         component = _renumber(np.where(loose, again + len(is_closed), component))
         is_closed = _find_closed(half.within(np.ones_like(loose), component), component)

@@ -1,7 +1,7 @@
 """
 What a frame can leave out: casters out of the light's range, volumes out of view.
 
-Everything here is conservative: what it drops cannot change the picture. Regions are
+Everything here is conservative: the parts that it drops cannot change the picture. Regions are
 given as inward planes (a, b, c, d), a point x being inside where a x + b y + c z + d w
 is not negative in any; shapes as homogeneous points that span them, (direction, 0)
 being infinitely far. So a volume that ends at infinity is treated like one that ends on
@@ -55,7 +55,7 @@ def move_boxes(transforms: NDArray[np.float64], bounds: NDArray[np.float64]) -> 
 
 def is_outside(planes: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
     """
-    Tell which shapes lie wholly beyond one of a region's planes, (n,) bool.
+    Return which shapes lie wholly beyond one of a region's planes, (n,) bool.
 
     True means surely outside; False that the shape may reach in. ``planes`` (k, 4) are inward,
     ``points`` (n, m, 4) span each shape, homogeneous with w >= 0.
@@ -70,7 +70,7 @@ def sort_boxes(
     planes: NDArray[np.float64], bounds: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """
-    Tell which boxes (n, 2, 3) lie wholly beyond a plane of a region, and which within all.
+    Return which boxes (n, 2, 3) lie wholly beyond a plane of a region, and which within all.
 
     Returns ``is_outside`` and ``is_inside``, (n,) bool each; ``planes`` (k, 4) are inward.
     """
@@ -98,7 +98,7 @@ def is_in_range(
     bounds: NDArray[np.float64], light: ArrayLike, reach: float = np.inf
 ) -> NDArray[np.bool_]:
     """
-    Tell which casters a light of limited range can reach.
+    Return which casters a light of limited range can reach.
 
     A caster farther away throws its shadow where the light does not shine anyway.
 
@@ -130,7 +130,7 @@ def _find_distances(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> 
 
 def can_end_at_floor(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
     """
-    Tell whose shadow volumes meet every floor below: those wholly below their light.
+    Return which casters' shadow volumes meet every floor below: wholly below their light.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ def _throw(box, light, floor, reach, points):
 
 @njit(cache=True, nogil=True)
 def _is_beyond(plane, points):
-    """Tell whether a shape lies wholly beyond a plane; as ``is_outside``."""
+    """Return whether a shape lies wholly beyond a plane; as ``is_outside``."""
     for k in range(points.shape[0]):
         value = plane[3] * points[k, 3]
         for axis in range(3):
@@ -281,7 +281,7 @@ def _find_parts(bounds, light, planes, far, floor, reach, parts):
         if not is_seen:
             continue
         # What of the box lies below the floor stays where it is: without its section there the
-        # hull would miss what is thrown from just above it.
+        # hull would miss the throw from just above it.
         _throw(box, light, floor, np.inf, ends)
         is_cut = ends[8, 3] > 0.0
         stands = is_cut and box[0, 2] < floor
@@ -321,7 +321,7 @@ def find_visible_parts(
     reach: float = np.inf,
 ) -> VisibleParts:
     """
-    Find what of the shadow volumes of boxes is in view, and in the light's range.
+    Find the parts of boxes' shadow volumes in view, and in the light's range.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 """
-A tree of boxes over dual segments, 16 children each: what a light's plane cuts, in no time.
+A tree of boxes over dual segments, 16 children each, for fast cuts by a light's plane.
 
 The segments are sorted along a Morton curve through the four dimensions, by their
 middles, and cut into blocks of 16; a box around each block, 16 boxes to a block of

@@ -190,7 +190,7 @@ class Segments:
         codes: NDArray[np.int32],
         unsure: NDArray[np.int32],
     ) -> NDArray[np.int32]:
-        """Ask what is not yet sure and what is no segment; return all codes, ascending."""
+        """Test the unsure edges and those that are no segments; return all codes, ascending."""
         rest = np.concatenate([unsure, self.always])
         asked = np.zeros(len(rest) + 1, np.int32)
         n = _ask_edges(
@@ -201,7 +201,7 @@ class Segments:
 
 
 class Tree(ABC):
-    """What finds the segments that a plane cuts."""
+    """Search structure for the segments that a plane cuts."""
 
     segments: Segments
 
@@ -233,7 +233,7 @@ class Tree(ABC):
         """
         Find the silhouette of one light (4,): codes as in ``Silhouettes``, ascending.
 
-        What is near each other in space lies near in memory, too. None if the light is out of the
+        Neighbours in space are neighbours in memory, too. None if the light is out of the
         tree's range. The caster is the one that the tree was made of, components opened or not.
         """
         plane = self.segments.fit.place(light)

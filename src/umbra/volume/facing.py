@@ -145,7 +145,7 @@ def _ask_for_one(caster: Caster, light: NDArray[np.float64]) -> Silhouettes:
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _list_for_one(edge_faces, turn, lit, codes, active):
-    """List the codes of one light, stretch by stretch, then close up; give how many."""
+    """List the codes of one light, stretch by stretch, then close up; return how many."""
     for stretch in prange(active.size):
         start = stretch * _STRETCH
         n = start

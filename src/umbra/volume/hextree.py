@@ -126,7 +126,7 @@ def _find_cells(points, edges, edge_faces, turn, depth, keys, levels):
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _sift(centres, children, owned, segments, numbers, normal, margin):
-    """Follow the cells that the plane cuts from level to level, with what they own."""
+    """Follow the cells that the plane cuts from level to level, with their segments."""
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]
     half = abs(x) + abs(y) + abs(z) + abs(w)
     cut = np.empty(centres.shape[0] + 1, np.int32)

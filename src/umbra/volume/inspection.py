@@ -1,4 +1,4 @@
-"""What a mesh is: closed or not and why, where its bad edges are."""
+"""Inspection of meshes: closed or not and why, and their bad edges."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -100,7 +100,7 @@ def inspect_scene(scene: Scene) -> Inspection:
 
 
 def _find_repeated(rows: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Tell which rows of three numbers came before."""
+    """Return which rows of three numbers came before."""
     order = np.lexsort(rows.T)  # stable: the first of equal rows stays first
     ordered = rows[order]
     repeated = np.zeros(len(rows), np.bool_)

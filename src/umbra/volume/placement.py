@@ -77,7 +77,7 @@ class Placements:
 
 def dark_cap_is_fan(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
     """
-    Tell whose dark cap may be a fan over the silhouette.
+    Return which casters' dark caps may be fans over the silhouette.
 
     A fan around an enclosed light can close the wrong way and shift every z-fail count
     (docs/papers.md, M3): only a light outside the bounds is safe.
@@ -258,11 +258,11 @@ def any_meets(
     away: NDArray[np.float64] | None = None,
 ) -> bool:
     """
-    Tell whether any casting triangle, or its throw to infinity, meets a region.
+    Return whether any casting triangle, or its throw to infinity, meets a region.
 
-    Outcodes of the vertices decide most; what is left is clipped, in terms of its corners'
+    Outcodes of the vertices decide most; the rest is clipped, in terms of its corners'
     distances from ``planes`` (k, 4), inward and in the frame of the vertices. With ``away``, a
-    homogeneous light, what it throws to infinity is asked instead.
+    homogeneous light, the triangles' throw to infinity is tested instead.
     """
     values = np.zeros((len(planes), len(vertices)))
     codes = np.zeros(len(vertices), np.uint8)  # a bit for each plane that it is beyond

@@ -1,5 +1,5 @@
 """
-Regions of a camera and a light: what a picture sees, and the occlusion pyramid.
+Regions of a camera and a light: the view, and the occlusion pyramid.
 
 A caster that leaves the hull of near rectangle and light free leaves the viewport lit.
 Regions are inward planes, widened a little, in any caster's own frame.
@@ -76,7 +76,7 @@ MARGIN = 1e-6
 @dataclass(frozen=True, eq=False)
 class Regions:
     """
-    What placements of one camera and one light share.
+    Planes shared by all placements of one camera and one light.
 
     ``pyramid`` (n, 4) and ``view`` (5, 4) are inward planes, a little widened, of the occlusion
     pyramid and of the view, to infinity; ``light`` (4,) is in their frame.
@@ -159,7 +159,7 @@ def make_regions(
     scissor : (4,) int, optional
         Left, top, right, bottom [pixels]: the part of the picture that is drawn.
     margin : float
-        Planes move outward by so much of the near rectangle's largest coordinate, for
+        Planes move outward by this share of the near rectangle's largest coordinate, for
         devices that compute in float32.
     """
     light = np.asarray(light, np.float64)

@@ -52,12 +52,12 @@ _SHORTER = 150  # many lights at once get a tree if at most one edge in 150 is,
 _MANY_LIGHTS = 1000  # after 1000 lights, which cost as much by brute force as the tree
 _FEW = 8  # lights at once, which cost twice as much each as 64 do
 _STEPS = 8  # that segments are held for
-_FARTHEST = 0.01  # beyond, so much would be held that the tree is as fast
+_FARTHEST = 0.01  # beyond, so many edges would be held that the tree is as fast
 
 
 @dataclass(eq=False)
 class _Kept:
-    """What is known of the edges of a caster, whichever of its components are open."""
+    """Cache on the edges of a caster, whichever of its components are open."""
 
     planes: weakref.ref
     lone_lights: int = 0  # with short silhouettes, found by brute force
@@ -237,7 +237,7 @@ class Follower:
     """
     Finds the silhouettes of lights that are near each other, one after another, by a caster's tree.
 
-    Answers are those of brute force, whatever the steps. With 1.3M triangles it is twice as fast
+    Answers are as by brute force, whatever the steps. With 1.3M triangles it is twice as fast
     as the tree for steps up to 0.0003 (in radians, for the sun), and as fast as the tree from
     0.001 on.
     """
@@ -246,7 +246,7 @@ class Follower:
         self.tree = tree
         self._last: Plane | None = None
         self._at: Plane | None = None
-        self._reach = 0.0  # how far the light may go with what is held
+        self._reach = 0.0  # how far the light may go with the edges held
         self._held = tree.segments
         numbers = tree.segments.numbers
         self._places = np.arange(numbers.size, dtype=np.int32).reshape(numbers.shape)

@@ -120,7 +120,7 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 def _find_fault(arrays: dict[str, Any], caster: Caster, method: str) -> str:
-    """Say why the arrays are not this caster's tree; nothing if they are."""
+    """Return why the arrays are not this caster's tree; nothing if they are."""
     if str(arrays["format"]) != _FORMAT:
         return "holds a tree of another version of umbra"
     if str(arrays["kind"]) != method:

@@ -84,7 +84,7 @@ def draw_contours(
     blocked: NDArray[np.bool_],
 ) -> None:
     """
-    Draw and label the lines that enclose at least so many hours, each level in its two colours.
+    Draw and label the lines that enclose at least a level's hours, each level in its two colours.
 
     In blocked cells hours do not count: no line runs there, and no label covers them.
     """
@@ -111,7 +111,7 @@ class _LabelFinder:
         self.box = panel.map_box
         self.taken: list[tuple[float, ...]] = []
         _, _, w, h = self.box
-        # Small rasters of what matters to a label.
+        # Small rasters of the values that matter to a label.
         size = (max(1, round(h / COARSE)), max(1, round(w / COARSE)))
         self.blocked = resample(blocked, size) > TOUCHED
         self.hours = np.nan_to_num(resample(hours, size))
@@ -168,7 +168,7 @@ class _LabelFinder:
 
 
 def _cut(line: NDArray, length: NDArray, start: float, end: float, n: int = 0) -> NDArray:
-    """Give a line from one arc length to another, at its own vertices or at n even points."""
+    """Return a line from one arc length to another, at its own vertices or at n even points."""
     between = length[(length > start) & (length < end)]
     at = np.linspace(start, end, n) if n else np.concatenate([[start], between, [end]])
     return np.column_stack([np.interp(at, length, line[:, axis]) for axis in (0, 1)])
@@ -240,7 +240,7 @@ def outline_canopies(panel: Panel) -> None:
 
 
 def find_swatches(plans: Sequence[Plan]) -> list[Swatch]:
-    """Name what maps show besides hours."""
+    """Name the layers of maps besides hours."""
     swatches = []
     crowned = next((plan for plan in plans if plan.canopies is not None), None)
     if crowned is not None:

@@ -51,7 +51,7 @@ def find_appearance(
 
 
 def find_breaks(study: Study) -> NDArray[np.bool_]:
-    """Tell which of a study's own cells lie at an edge of a surface, (rows, cols)."""
+    """Return which of a study's own cells lie at an edge of a surface, (rows, cols)."""
     tile = study.model.make_tile(study.grid)
     if isinstance(tile, ViewTile):
         _, jumps, creases = _read_view(tile)
@@ -61,7 +61,7 @@ def find_breaks(study: Study) -> NDArray[np.bool_]:
 
 
 def _find_seen_appearance(tile: ViewTile, size: tuple[int, int]) -> Appearance:
-    """Find the appearance of what a camera sees."""
+    """Find the appearance of a camera's view."""
     shade, jumps, creases = _read_view(tile)
     width = max(1, round(tile.shape[0] / size[0] / FINER))
     return _compose(shade, _widen(jumps, width), creases, size, tile.nothing)

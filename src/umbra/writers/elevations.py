@@ -18,7 +18,7 @@ PAPER = (420 / 25.4, 297 / 25.4)  # A3 [inch]
 HEAD, FOOT = 1.05, 0.75  # of the words, at most [inch]
 CAPTION, GAP, AXIS = 0.28, 0.22, 0.7  # above a map, between them, and left of one [inch]
 SCALES = tuple(n * 10**power for power in range(1, 6) for n in (1, 2, 5))
-"""Those of a planner's ruler: 1:100, 1:200, 1:500 and on."""
+"""A planner's scales: 1:100, 1:200, 1:500 and on."""
 Size = tuple[float, float]
 
 
@@ -84,7 +84,7 @@ class _Block:
         return sum(self.wide), sum(self.high)
 
     def lay(self, plan: Sequence[float], room: Size, beside: bool) -> list[Size]:
-        """Give the corners of the plan and of each elevation, what room is left between them."""
+        """Return the corners of the plan and of each elevation, spare room shared between them."""
         x0, y0 = (plan[0], 0.0) if beside else (0.0, plan[1])
         spare = room[0] - x0 - self.size[0], room[1] - y0 - self.size[1]
         # Beside the plan each column has its gap, below it each row has.
@@ -109,7 +109,7 @@ def make_elevations_sheet(
     """
     Draw a plan and its elevations: maps of (caption, plan, shadow_hours), the plan first.
 
-    The words of the sheet are those of the first plan. ``max_hours`` is the colour scale's end
+    The first plan has the words of the sheet. ``max_hours`` is the colour scale's end
     [h]; ``what`` names the hours in the key, by default hours in shadow or in the sun.
     """
     width, height = (to_pixels(side) for side in PAPER)
@@ -162,5 +162,5 @@ def _draw_axes(panel: Panel) -> None:
 
 
 def find_pixel(arrangement: Arrangement) -> float:
-    """Give the side of a pixel in the model [m]."""
+    """Return the side of a pixel in the model [m]."""
     return 1 / (arrangement.per_metre * DOTS_PER_INCH)

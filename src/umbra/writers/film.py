@@ -85,7 +85,7 @@ def _letter(frame: Image.Image, clock: str, day: str, title: str) -> None:
 
 
 def find_pace(n: int) -> float:
-    """Give the seconds that each of n frames stands."""
+    """Return the seconds that each of n frames stands."""
     return float(np.clip(6 / max(n, 1), SECONDS, 0.5))
 
 

@@ -1,4 +1,4 @@
-"""The files that a study can be asked for, by name: which extra each needs, who writes it."""
+"""Formats of further files, by name: their writer, and the extra that they need."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -34,13 +34,13 @@ class Job:
     study: "Study"
     folder: Path
     title: str = ""
-    say: Callable[[str], object] = lambda _line: None  # told what a user should know, in one line
+    say: Callable[[str], object] = lambda _line: None  # told in one line, for the user
     show: "Show" = "shadow"  # whose whole hours lines of equal hours are of
     at: Sequence[str] = ()  # clock times that are outlined and filmed; round ones by default
 
     @property
     def is_on_map(self) -> bool:
-        """Whether coordinates are those of the model; a view has its own."""
+        """Whether coordinates are the model's; a view has its own."""
         return self.study.kind.is_plan or not self.study.kind.is_raster
 
     @property
@@ -50,7 +50,7 @@ class Job:
 
     @property
     def frame(self) -> str:
-        """What coordinates are where they are no map's."""
+        """Description of coordinates that are not a map's."""
         if self.is_on_map:
             return ""
         azimuth = self.study.facts["view_azimuth_deg"]
@@ -98,7 +98,7 @@ class Job:
 
     @cached_property
     def seen(self) -> "list[NDArray[np.float64]]":
-        """The border of what a view sees; nothing of a plan."""
+        """The model's border in a view; nothing of a plan."""
         from umbra.writers.vectors import find_seen  # noqa: PLC0415
 
         return [] if self.is_on_map else find_seen(self.study)
@@ -129,7 +129,7 @@ class Format:
 
 
 def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
-    """Refuse what is not installed with an InputError that says how to install it."""
+    """Raise an InputError for missing packages, which says how to install them."""
     missing = [package for package in packages if find_spec(package) is None]
     if missing:
         msg = (
@@ -140,7 +140,7 @@ def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
 
 
 def write_formats(job: Job, names: Sequence[str]) -> list[str]:
-    """Write some of the formats; give the names of the files."""
+    """Write some of the formats; return the names of the files."""
     return [file for name in names for file in FORMATS[name].write(job)]
 
 
@@ -271,7 +271,7 @@ def _write_film(kind: str) -> Callable[[Job], list[str]]:
 
 
 def _name_times(moments: "Sequence[Moment]") -> str:
-    """Say which clock times are shown, in few words."""
+    """Name the clock times that are shown, in few words."""
     clock = list(dict.fromkeys(f"{moment.local:%H:%M}" for moment in moments))
     if len(clock) <= FEW_TIMES:
         return ", ".join(clock) or "no time, as the sun stays below the horizon"

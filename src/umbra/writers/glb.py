@@ -1,7 +1,7 @@
 """
 Models as GLB, their surfaces coloured by their hours in shadow.
 
-Binary glTF 2.0 is one buffer, filled array by array, and the tree that names what lies where.
+Binary glTF 2.0 is one buffer, filled array by array, and the tree that describes the arrays.
 """
 
 import json
@@ -53,7 +53,7 @@ class Glb:
 
     def add_material(self, *, lit: bool = True, **more: object) -> int:
         """
-        Add a rough material that is seen from both sides; give its index.
+        Add a rough material that is seen from both sides; return its index.
 
         If it is not lit, viewers show its colours as they are, without light and shade.
         """
@@ -66,7 +66,7 @@ class Glb:
         return len(self.materials) - 1
 
     def add_texture(self, png: bytes) -> int:
-        """Add a picture whose pixels stay sharp squares; give its texture's index."""
+        """Add a picture whose pixels stay sharp squares; return its texture's index."""
         view = self._add_bytes(png)
         self.more["images"] = [{"bufferView": view, "mimeType": "image/png"}]
         self.more["samplers"] = [
@@ -157,7 +157,7 @@ def write_model_glb(
     path: str | os.PathLike[str], study: Study, most_hours: float | None = None
 ) -> None:
     """
-    Write a plan's model and ground; colours are those of ``hours.png``, the walls' is grey.
+    Write a plan's model and ground; its colours are as in ``hours.png``, walls are grey.
 
     With the topmost surfaces as receivers, faces seen from above are divided to about a
     cell's size and each corner takes the colour of its cell. The ground lies below them. Where
@@ -181,12 +181,12 @@ def write_model_glb(
 
 
 def _find_ground(study: Study) -> float:
-    """Give z of the ground in the model's local frame [m]."""
+    """Return z of the ground in the model's local frame [m]."""
     return float(study.model.ground or 0.0)
 
 
 def _colored(name: str, corners: NDArray[np.float64], colors: NDArray | None) -> _Mesh:
-    """Give each triangle corners of its own, so that its edges stay sharp."""
+    """Make a mesh whose triangles have corners of their own, so that edges stay sharp."""
     flat = corners.reshape(-1, 3)
     if colors is None:
         colors = np.broadcast_to(np.array(GREY, np.float32), flat.shape)
@@ -295,7 +295,7 @@ def _write(
 
 
 def make_legend(up_hours: float) -> list[dict[str, object]]:
-    """Say which colours hours in shadow have, sRGB in hex, at even steps."""
+    """Return the colours of hours in shadow at even steps, sRGB in hex."""
     ramp = np.rint(shade_ramp() * 255).astype(int)
     return [
         {

@@ -26,7 +26,7 @@ __all__ = ["OUTLINE", "draw_hours_key", "fill_hours", "make_hours_sheet"]
 
 MISSING = 0.93  # grey of cells without a value
 DEEP = 0.6  # share from which lines are white
-BAR = 5.0  # of a long colour bar, with its title and what is hatched [inch]
+BAR = 5.0  # of a long colour bar, with its title and hatch [inch]
 OUTLINE, PROPOSED = "#55555e", "#d0312d"
 
 
@@ -44,8 +44,7 @@ def make_hours_sheet(
     ``max_hours`` is the colour scale's end: the longest time that the sun was up on one of the
     days [h]. With ``show`` of the sun, max_hours less the hours in shadow are drawn, and a place
     keeps its colour. ``what`` names the hours in the key, by default hours in shadow or in the
-    sun; ``hatch`` says in the key what is hatched. A ValueError says that hours do not fit the
-    plan.
+    sun; ``hatch`` explains hatched cells in the key. A ValueError says that hours do not fit.
     """
     for day in days:
         if day.hours.shape != plan.shape:
@@ -129,7 +128,7 @@ def draw_hours_key(
 
 
 def _draw_hatch_key(sheet: Sheet, hatch: str) -> Sheet:
-    """Say what is hatched at the foot of the key; give the sheet with what is left of it."""
+    """Explain the hatch at the foot of the key; return the sheet with the rest of the key."""
     x, y, w, h = sheet.key_box
     y, h = max(y, y + h - BAR), min(h, BAR)
     lines = wrap(hatch, SMALL, KEY_WIDTH - 0.3)

@@ -1,4 +1,4 @@
-"""What stands around a map: ticks with coordinates, a scale bar, a north arrow, keys of colours."""
+"""Surroundings of a map: ticks with coordinates, a scale bar, a north arrow, keys of colours."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -154,7 +154,7 @@ class Swatch:
     hatch: str = ""
 
     def draw(self, sheet: "Sheet", x: float, y: float, width: float) -> float:
-        """Draw it and its label from a lower left corner, the label broken; give the height."""
+        """Draw it and its label from a lower left corner, the label broken; return the height."""
         box = [(x, y), (x + 0.22, y), (x + 0.22, y + 0.14), (x, y + 0.14)]
         artist = sheet.fill([box], self.face, self.edge)
         if self.hatch:
@@ -165,7 +165,7 @@ class Swatch:
         return PITCH + 0.14 * (len(lines) - 1)
 
     def measure(self, width: float) -> float:
-        """Give the height that ``draw`` takes."""
+        """Return the height that ``draw`` takes."""
         return PITCH + 0.14 * (len(wrap(self.label, SMALL, width - 0.29)) - 1)
 
 
@@ -180,8 +180,8 @@ def draw_color_bar(
     """
     Draw a bar of sRGB colours (n, 3), from the low end to the high, in the sheet's key box.
 
-    Ticks are (position, label), from 0 at the low end to 1 at the high. The title's lines, what is
-    shown and its unit, stand above the bar, the remark below it; swatches of all else on the map
+    Ticks are (position, label), from 0 at the low end to 1 at the high. The title's lines, name and
+    unit of the values, stand above the bar, the remark below it; swatches of all else on the map
     follow below the bar, or beside its title.
     """
     x, _, w, h = sheet.key_box

@@ -157,7 +157,7 @@ def _write_variable(
 
 
 def _encode_instants(instants: NDArray[np.datetime64]) -> tuple[NDArray[np.int64], str]:
-    """Give CF numbers of instants and their unit: seconds, or what they need."""
+    """Return CF numbers of instants and their unit: seconds, or finer if they need it."""
     units = {"s": "seconds", "ms": "milliseconds", "us": "microseconds"}
     known = instants[~np.isnat(instants)]
     exact = (unit for unit in units if (known.astype(f"datetime64[{unit}]") == known).all())
@@ -177,7 +177,7 @@ def _find_map_attributes(name: str, dimensions: tuple[str, ...]) -> dict[str, st
 
 
 def _find_grid_mapping(crs: object) -> dict[str, Any]:
-    """Give CF's attributes of a coordinate reference system; none if it is not known."""
+    """Return CF's attributes of a coordinate reference system; none if it is not known."""
     if not crs:
         return {}
     from pyproj import CRS  # noqa: PLC0415  (a tenth of a second, and most models have no CRS)

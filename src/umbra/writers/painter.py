@@ -75,7 +75,7 @@ class Painter:
         return self._submit("elevations.make_elevations_sheet", path, *args, **options)
 
     def wait(self) -> None:
-        """Wait until every picture that was asked for is a complete file."""
+        """Wait until every picture is a complete file."""
         for future in self._futures:
             future.result()
 

@@ -52,12 +52,12 @@ LINE = 1.42 / 72  # from one line of type to the next [inch per point]
 
 
 def find_font(size: float, weight: str = "normal") -> FontProperties:
-    """Give the one typeface, which comes with matplotlib."""
+    """Return the one typeface, which comes with matplotlib."""
     return FontProperties(family="DejaVu Sans", size=size, weight=weight)
 
 
 def measure(text: str, size: float, weight: str = "normal") -> float:
-    """Give the width of a line of type [inch]."""
+    """Return the width of a line of type [inch]."""
     width, _, _ = text_to_path.get_text_width_height_descent(text, find_font(size, weight), False)
     return width / 72
 
@@ -97,7 +97,7 @@ _VECTORS: Any = {"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "um
 
 
 class _Pixels(Artist):
-    """An image whose pixels are those of the paper; matplotlib's own are resampled."""
+    """An image drawn pixel by pixel; matplotlib would resample it."""
 
     def __init__(self, image: NDArray[np.uint8], place: tuple[int, int]) -> None:
         super().__init__()
@@ -106,7 +106,7 @@ class _Pixels(Artist):
         self.image[..., :3] = image
 
     def draw(self, renderer: RendererBase) -> None:
-        # The PNG's canvas measures in pixels; those of PDF and SVG in points.
+        # The PNG's canvas measures in pixels, PDF's and SVG's in points.
         unit = float(renderer.points_to_pixels(72)) / DOTS_PER_INCH  # type: ignore[arg-type]
         x, y = self.place
         renderer.draw_image(renderer.new_gc(), x * unit, y * unit, self.image)
@@ -125,7 +125,7 @@ class _Letters(Text):
 
 
 def make_figure(width: float, height: float) -> Figure:
-    """Give white paper of whole pixels [inch]."""
+    """Return white paper of whole pixels [inch]."""
     figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, facecolor="white")
     FigureCanvasAgg(figure)
     return figure

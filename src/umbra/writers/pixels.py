@@ -53,7 +53,7 @@ SHADE_STOPS = [
     (0.430, 0.120, 262.0),
     (0.270, 0.090, 280.0),
 ]
-# The deepest shade of a surface that slopes: so much darker, mostly across the scale of hours
+# The deepest shade of a surface that slopes: darker by this, mostly across the scale of hours
 # rather than along it, where it would be taken for more hours.
 SLOPE_SHADE, ALONG = 0.08, 0.4
 _SHADES = 33
@@ -75,7 +75,7 @@ _GAMMA = np.where(
     _LINEAR <= _TOE, 12.92 * _LINEAR, 1.055 * np.maximum(_LINEAR, 1e-9) ** (1 / 2.4) - 0.055
 )
 HALF = 0.5
-"""From such a share on a pixel belongs to a region."""
+"""A pixel with a larger share of a region belongs to it."""
 
 
 def make_ramp(stops: list[tuple[float, float, float]], positions: ArrayLike) -> NDArray[np.float64]:
@@ -110,7 +110,7 @@ def to_srgb(lab: NDArray) -> NDArray:
 
 
 def shade_ramp(n: int = 256) -> NDArray[np.float64]:
-    """Give the colours of hours in shadow, (n, 3) sRGB, from none to all the time."""
+    """Return the colours of hours in shadow, (n, 3) sRGB, from none to all the time."""
     return make_ramp(SHADE_STOPS, np.linspace(0, 1, n))
 
 
@@ -132,7 +132,7 @@ def paint_shares(
 
 @lru_cache(maxsize=1)
 def _make_shaded_ramps() -> NDArray[np.float32]:
-    """Give the scale in every depth of shade, (n_shades, 256, 3) sRGB."""
+    """Return the colour scale in every depth of shade, (n_shades, 256, 3) sRGB."""
     lab = follow(SHADE_STOPS, np.linspace(0, 1, 256))
     along = np.gradient(lab, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
@@ -143,12 +143,12 @@ def _make_shaded_ramps() -> NDArray[np.float32]:
 
 
 def make_stamp_tints(n: int) -> NDArray[np.float64]:
-    """Give one tint for each of n stamps, (n, 3) sRGB, from the first to the last."""
+    """Return one tint for each of n stamps, (n, 3) sRGB, from the first to the last."""
     return to_srgb(make_stamp_path(n))
 
 
 def make_stamp_path(n: int) -> NDArray[np.float64]:
-    """Give the same tints in OKLab, (n, 3)."""
+    """Return the same tints in OKLab, (n, 3)."""
     return follow(STAMP_STOPS, np.linspace(0, 1, n) if n != 1 else [0.5])
 
 

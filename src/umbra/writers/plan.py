@@ -1,4 +1,4 @@
-"""What pictures draw, as data: where a plan lies, how its surfaces look, what to say of it."""
+"""Content of pictures as data: coordinates, captions, appearance of surfaces, hours, shadows."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 Show = Literal["shadow", "sun"]
-"""Which hours are drawn: those in shadow, or what is left of the time with the sun up."""
+"""Which hours are drawn: in shadow, or the rest of the time with the sun up."""
 DOTS_PER_INCH = 150
 AREA = 6.5**2  # of the map [square inch], whatever its shape
 LONGEST, SHORTEST = 9.5, 0.3  # sides of the map [inch]
@@ -54,7 +54,7 @@ class Appearance:
     sky: NDArray[np.uint8] | None = None  # share of each pixel that shows nothing; None of plans
 
     def find_breaks(self, shape: tuple[int, int]) -> NDArray[np.bool_]:
-        """Tell which cells of a raster an edge runs through, so that no contour crosses it."""
+        """Return the cells of a raster that edges run through, so that no contour crosses them."""
         # A contour is smoothed over two pixels each way, and would run along the edge itself.
         # Jumps are marked on both their sides, creases on one.
         jumps, creases = (
@@ -64,7 +64,7 @@ class Appearance:
         return resample(np.maximum(jumps, creases), shape) > 0.2 * 255
 
     def find_shade(self, size: tuple[int, int]) -> NDArray[np.float32]:
-        """Give the depth of shade at each pixel of a picture, (rows, cols) in [0, 1]."""
+        """Return the depth of shade at each pixel of a picture, (rows, cols) in [0, 1]."""
         return np.float32(1) - resample(self.shade.astype(np.float32), size) / np.float32(255)
 
 
@@ -137,7 +137,7 @@ class Plan:
         return np.nan_to_num(self.building_height) > 0
 
     def crop(self, where: tuple[slice, slice]) -> "Plan":
-        """Give a part of it, by rows and columns; its appearance stays that of the whole."""
+        """Return a part of it, by rows and columns, with the appearance of the whole."""
         rows, cols = where
         kept = {
             name: None if array is None else array[where]
@@ -179,7 +179,7 @@ def find_map_size(plan: Plan) -> tuple[int, int]:
 
 
 def name_hours(show: Show) -> str:
-    """Say what hours are shown, for keys; refuse a name that is neither."""
+    """Name the hours that are shown, for keys; refuse a name that is neither."""
     if show not in get_args(Show):
         msg = f"hours of '{show}' cannot be shown; choose shadow or sun"
         raise ValueError(msg)
@@ -215,7 +215,7 @@ def shade_roofs(
 class DayMap:
     """Hours on a map: of the whole study, or of one of several dates."""
 
-    hours: NDArray  # (rows, cols), rows ascending in y, or those of points (n,); NaN is no value
+    hours: NDArray  # (rows, cols), rows ascending in y, or of points (n,); NaN is no value
     title: str = ""  # the date, where there are several
     remark: str = ""  # sunrise and sunset
     hatched: NDArray[np.bool_] | None = None

@@ -17,7 +17,7 @@ from umbra.writers.sheet import Sheet, lay_out
 __all__ = ["FEW", "make_points_sheet"]
 
 FEW = 40
-"""Up to so many points are labelled."""
+"""Most points that are labelled."""
 # of the ground, apart from the scale's sunlit end
 PAPER = np.array((0.985, 0.985, 0.98), np.float32)
 LABEL = 7.0  # size of type [point]
@@ -63,7 +63,7 @@ def _fill_points(
     names: Sequence[str],
     show: Show,
 ) -> None:
-    """Draw points on a map, with what stands there."""
+    """Draw points on a map, with its buildings."""
     plan = panel.plan
     image = np.broadcast_to(PAPER, (*panel.map_size, 3)).copy()
     cover_with_roofs(image, plan, panel.map_size)

@@ -63,7 +63,7 @@ def compose_profile(
 
 
 def find_tints(n: int) -> NDArray[np.float32]:
-    """Give the colour of each of n stamps' shadow alone, (n, 3) sRGB."""
+    """Return the colour of a single shadow of each of n stamps, (n, 3) sRGB."""
     path = make_stamp_path(n).astype(np.float32)
     return _mix(np.ones(n, np.float32), path[:, 1], path[:, 2], n)
 
@@ -103,7 +103,7 @@ def make_profile_sheet(plan: Plan, days: Sequence[DayShadows], zone: str = "") -
 
 
 def _fill_map(panel: Panel, day: DayShadows) -> None:
-    """Draw the shadows of all stamps, their outlines and times, and what stands there."""
+    """Draw the shadows of all stamps, their outlines and times, and the buildings."""
     plan, labels = panel.plan, day.labels
     # Where a roof lies over shadows, or surfaces meet, an outline is not that of a shadow.
     roofs = hidden = None

@@ -25,7 +25,7 @@ MOST_SQUARES = 1_000_000
 LARGEST = 4096
 """Side of the picture in pixels that any viewer takes."""
 _RIM = 1  # pixels around each surface, of its own colours, for viewers that blend
-_GREY = (0.80, 0.80, 0.80, 1.0)  # of what is not sampled
+_GREY = (0.80, 0.80, 0.80, 1.0)  # of unsampled surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class FacadeLayout:
 
 
 def lay_out_facades(samples: Samples, most: int = MOST_SQUARES) -> FacadeLayout:
-    """Lay out every surface in its own plane, in at most so many squares altogether."""
+    """Lay out every surface in its own plane, in at most ``most`` squares altogether."""
     surfaces = len(samples.part)
     times = np.ones(surfaces, np.int64)
     # A ragged surface in a large box takes far more squares than it has samples.
@@ -127,18 +127,18 @@ def write_surfaces_glb(
 
 
 def _count_up(points: NDArray) -> NDArray[np.uint32]:
-    """Give each triangle corners of its own."""
+    """Return faces whose corners are their own, (n, 3)."""
     return np.arange(len(points), dtype=np.uint32).reshape(-1, 3)
 
 
 def _tell(study: Study, part: int) -> dict[str, object]:
-    """Give a part's figures."""
+    """Return a part's figures."""
     keys = ("area", "mean_sun_hours", "least_sun_hours", "most_sun_hours")
     return {key: round(float(study.more[f"part_{key}"][1][part]), 3) for key in keys}
 
 
 def _find_places(samples: Samples, layout: FacadeLayout) -> NDArray[np.float64]:
-    """Give each corner's place in its surface's squares, (n_triangles, 3, 2)."""
+    """Return each corner's position in its surface's squares, (n_triangles, 3, 2)."""
     axes = samples.axes[samples.owner]
     flat = np.einsum("fij,fkj->fik", samples.corners, axes)
     flat -= (samples.start - samples.spacing / 2)[samples.owner][:, None]
@@ -173,7 +173,7 @@ def _draw(
 
 
 def _arrange(sizes: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[int, int]]:
-    """Put rectangles on shelves, the highest first; give their corners and the picture's size."""
+    """Put rectangles on shelves, the highest first; return their corners and the picture's size."""
     wide = int(max(sizes[:, 0].max(), np.ceil(np.sqrt(sizes.prod(1).sum()) * 1.02)))
     corner = np.zeros_like(sizes)
     x = y = high = 0

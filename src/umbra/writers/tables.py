@@ -72,7 +72,7 @@ def write_cells(path: str | os.PathLike[str], study: Study) -> int:
     """
     Write a line for each cell, from the south-west, row by row; return the size unpacked [byte].
 
-    Every (y, x) array of the result becomes a column, of a view those of its own axes; instants are
+    Every array over the cells becomes a column; instants are
     UTC. Of several dates there is a column for each. A name that ends with ``.gz`` is packed.
     """
     arrays = _find_columns_of_cells(study)

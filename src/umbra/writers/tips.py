@@ -45,7 +45,7 @@ def name_tips(
     The tip is the point of the outline that lies farthest from the sun: ``away`` (n_stamps, 2) is
     where the sun casts shadows, along the map's axes, of any length. Where a label would leave the
     map or meet another, or another outline runs by, the nearest free place is taken; labels keep
-    off roofs (rows, cols) if they can. Outlines are lines (n, 2) [inch] by stamp, labels those of
+    off roofs (rows, cols) if they can. Outlines are lines (n, 2) [inch] by stamp, labels are of
     all.
     """
     finder = _TipFinder(panel, outlines, roofs)
@@ -131,7 +131,7 @@ class _TipFinder:
         return tip, middle
 
     def _thin(self, points: NDArray, reach: NDArray) -> tuple[NDArray, NDArray]:
-        """Give the farthest point of each pixel, the farthest first."""
+        """Return the farthest point of each pixel, the farthest first."""
         order = np.argsort(-reach, kind="stable")
         row, col = self._find_pixels(points[order])
         _, first = np.unique(row * self.roofs.shape[1] + col, return_index=True)
@@ -146,7 +146,7 @@ class _TipFinder:
         return np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)
 
     def _is_free(self, label: NDArray, tip: NDArray) -> bool:
-        """Tell whether a label lies on the map, and it and its dot are clear of all before."""
+        """Return whether a label lies on the map, and it and its dot are clear of all before."""
         x, y, w, h = self.box
         if (label[:2] < (x + 0.02, y + 0.02)).any() or (
             label[2:] > (x + w - 0.02, y + h - 0.02)

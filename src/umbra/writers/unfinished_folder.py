@@ -4,7 +4,7 @@ Temporary folders inside a results folder: made, locked, sealed, swept up.
 A lock file tells a live run's folder from one that was killed: the system lets go of the
 lock with the process, whatever ended it. A seal, written when every file is complete,
 tells that the files are to be moved: a run that is killed between the renames is so
-finished by the next one, and what is not sealed is dropped.
+finished by the next one, and folders without a seal are dropped.
 
 The results folder may be a stranger's. No link in it is followed, and only folders of this
 user's own are swept up. A seal names the folder's own inode, which no archive can carry.
@@ -77,7 +77,7 @@ class UnfinishedFolder:
                     raise InputError(msg, path=there)
 
     def move(self) -> None:
-        """Move every file over its namesake in the results folder; what is killed goes on later."""
+        """Move every file over its namesake in the results folder; if killed, the next run does."""
         seal = self.path / SEAL
         if not self.is_sealed:
             unsealed = seal.with_suffix(".part")
@@ -134,7 +134,7 @@ class UnfinishedFolder:
                     other.remove()
 
     def _names(self) -> list[Path]:
-        """Give the files that are results, relative to the folder."""
+        """Return the results, relative to the folder."""
         found = []
         for folder, _, names in os.walk(self.path):  # follows no links
             found += [(Path(folder) / name).relative_to(self.path) for name in names]
@@ -142,7 +142,7 @@ class UnfinishedFolder:
         return sorted(name for name in found if str(name) not in own)
 
     def _word(self) -> str:
-        """Give what only a seal of this very folder says."""
+        """Return the word that only this folder's seal holds."""
         status = self.path.lstat()
         return f"{status.st_dev} {status.st_ino}"
 

@@ -1,5 +1,5 @@
 """
-The outputs of a study: what its folder holds, and how its pictures look.
+The outputs of a study: the files in its folder, and the appearance of its pictures.
 
 ``write.py`` fills the folder, ``pictures.py`` and ``sheet.py`` draw, ``captions.py`` words it.
 """
@@ -36,7 +36,7 @@ _files = partial(option, heading="Further files")
 @dataclass(frozen=True, kw_only=True)
 class Outputs:
     """
-    What is written of a study, and how its pictures look.
+    Files of a study, and the appearance of its pictures.
 
     Raises
     ------
@@ -76,7 +76,7 @@ class Outputs:
         flag="--write",
         metavar="FORMAT,...",
     )
-    rules: Any = _files(  # a path, or what was read of it
+    rules: Any = _files(  # a path, or the rules that it holds
         "path",
         "Check the result against a file of rules; writes verdicts.csv.",
         metavar="FILE.yaml",
@@ -104,7 +104,7 @@ class Outputs:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Formats other than those of pictures."""
+        """Formats other than of pictures."""
         return tuple(name for name in self.formats if name not in DRAWN)
 
     def check_receivers(self, receivers: str) -> None:

@@ -61,7 +61,7 @@ class Scale:
     """The common scale of a picture's maps."""
 
     most: float  # its upper end: the longest time with the sun up on one date, or on all [h]
-    what: str  # what the hours count, for the legend
+    what: str  # name of the hours, for the legend
     divisor: int  # of the hours: the number of dates for a mean, else 1
     show: Show
 
@@ -91,7 +91,7 @@ def find_together(job: FolderJob) -> tuple[int, str]:
     """
     Return the divisor of sums over dates that are not kept apart, and words for the legend.
 
-    The words follow what the hours are of, ", mean of 365 dates"; a single date has none.
+    The words follow the name of the hours, ", mean of 365 dates"; a single date has none.
     """
     count = len(job.study.period.days)
     if count == 1:

@@ -46,7 +46,7 @@ __all__ = [
     "draw_surfaces",
 ]
 
-_MATTERS = 0.5  # so much lost is in the picture, however far it is [h]
+_MATTERS = 0.5  # hours lost that are in the picture, however far away
 MOST_DAYS = 4
 """Up to this many dates each have pictures of their own as well."""
 _TILT = 35
@@ -134,7 +134,7 @@ class Sheets:
 
 
 def draw_pictures(job: FolderJob) -> Sheets:
-    """Draw the hours and the profile; for a few dates also those of each date."""
+    """Draw the hours and the profile; for a few dates also of each date."""
     study = job.study
     preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
     plan = describe(job, preview, range(len(study.period.days)))
@@ -154,7 +154,7 @@ def draw_pictures(job: FolderJob) -> Sheets:
 def _make_map(
     study: Study, shown: Sequence[Study], hours: NDArray, told: str = "", **more: Any
 ) -> DayMap:
-    """Make a map of hours; one of several bears its date, with sunrise, sunset and what is told."""
+    """Make a map of hours; one of several bears its date, with sunrise, sunset and a remark."""
     if len(shown) == 1:
         return DayMap(hours, **more)
     remark = " · ".join(filter(None, [tell_daylight(study), told]))

@@ -43,7 +43,7 @@ def write_study(
     """
     Write a study into a folder, whose earlier results are replaced when all is complete.
 
-    ``options`` are those of the study; ``say`` is called with each line that the user should read.
+    ``options`` are the study's; ``say`` is called with each line that the user should read.
     Returns the paths of the files. An `InputError` is raised if an output is not made of these
     receivers, or the folder cannot be written to.
     """
@@ -160,11 +160,11 @@ def _note_standing(pins: Sequence["Pin"], say: Say) -> None:
 
 
 def _find_sheets(folder: Path, show: Show) -> list[tuple[str, Path]]:
-    """List the pictures of a folder with captions, those of the whole period first."""
+    """List the pictures of a folder with captions, of the whole period first."""
     hours = name_hours(show).capitalize()
     words = {
         "hours": hours,
-        "hours_lost": "Hours of sun lost to what is proposed",
+        "hours_lost": "Hours of sun lost to the proposed development",
         "profile": "Shadows through the day",
         "sheet": "Plan and elevations",
         "points": f"{hours} at the points",
@@ -180,9 +180,9 @@ def _find_sheets(folder: Path, show: Show) -> list[tuple[str, Path]]:
 
 def sum_up(study: Study) -> dict[str, Any]:
     """
-    Summarise a study in a few numbers, as JSON can hold them; for several dates also those of each.
+    Summarise a study in a few numbers, as JSON can hold them; also of each of several dates.
 
-    They are sizes, hours of the sun and of shadow [h], what a proposal takes from its neighbours,
+    They are sizes, hours of the sun and of shadow [h], the neighbours' losses to a proposal,
     and the seconds that the study took.
     """
     if not study.kind.is_raster:

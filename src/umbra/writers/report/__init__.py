@@ -1,7 +1,7 @@
 """
 The report: one HTML file that holds a whole study and asks nothing of the network.
 
-``facts.py`` says in words what was assumed, ``tables.py`` and ``sample_tables.py`` lay out tables;
+``facts.py`` states the assumptions, ``tables.py`` and ``sample_tables.py`` lay out tables;
 ``data.py`` packs a raster, or surfaces and points, for the script, each instant as
 ``umbra.study.timeline`` counts it. ``markup.py`` writes the HTML of its parts. Here all is put
 into ``assets/page.html`` with its style and script.
@@ -64,8 +64,8 @@ _WORDS = {
         "at": "At this {receiver}",
         "hint": "Drag to turn the model, with Shift to move it; Ctrl and wheel, or two fingers, "
         "enlarge it. Point at it to read a place; click or tap to keep it; a click on a line of "
-        "the tables below shows where it is, with what stands before it cut away. Grey is what "
-        "is not sampled, and backs.",
+        "the tables below shows where it is, with everything in front of it cut away. Grey "
+        "surfaces are not sampled, or backs.",
         "shadow_first": "",
         "hours_first": " checked",
         "views": "views.html",
@@ -91,7 +91,7 @@ def write_report(
     A raster is a picture that is moved through the day; surfaces and points stand on a model that
     turns. The plan gives title, place, date and note, and of rasters its cells. Sheets are
     (caption, PNG file); tables are verdicts, comparisons are found in the study itself; casters
-    are the patterns by which they were chosen, notes those of the readers. A timeline that has
+    are the patterns by which they were chosen, notes are the readers'. A timeline that has
     been counted already is taken. Returns the instants that the page shows.
     """
     instants: Instants
@@ -154,7 +154,7 @@ def _fill_page(
         .decode()
         .replace("<", "\\u003c"),
     }
-    # One pass: what is put in is never looked through again.
+    # One pass: inserted text is never searched again.
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
 
 
@@ -176,7 +176,7 @@ def _make_policy(style: str, script: str) -> str:
 
 
 def _name_hours(show: Show) -> dict[str, str]:
-    """Give the words of the colours' key; a place keeps its colour, whichever hours are told."""
+    """Return the words of the colours' key; a place keeps its colour, whichever hours are named."""
     words = name_hours(show)
     return {
         "hours": words.capitalize(),
@@ -195,7 +195,7 @@ def _read_scripts(own: Sequence[str]) -> str:
 
 
 def _sum_up(study: Study) -> list[tuple[str, str]]:
-    """Give the figures at the top: of several dates the least and the most of one."""
+    """Return the figures at the top: of several dates the least and the most of one."""
     dates = split_dates(study)
     sums = f", {tell_dates(study)}" if len(dates) == 1 < len(study.period.days) else ""
     told = []

@@ -1,5 +1,5 @@
 """
-What the page's script reads: a raster, or the model with each receiver's day.
+Data for the page's script: a raster, or the model with each receiver's day.
 
 A raster is a plan, an elevation or a camera's picture; surfaces and points have the model.
 """
@@ -43,7 +43,7 @@ _AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
 MOST_SQUARES = 1_500_000
 """Of all surfaces together; finer samples are not all shown."""
 MOST_TRIANGLES = 400_000
-"""Of the model; what is not sampled is left out first, then the smallest."""
+"""Of the model; unsampled surfaces are left out first, then the smallest."""
 _GROUND, _CONTEXT = -2, -1  # as a triangle's surface
 _MARGIN = 0.15  # of the model's size, by which the ground reaches farther
 
@@ -51,7 +51,7 @@ _MARGIN = 0.15  # of the model's size, by which the ground reaches farther
 def make_plan_data(
     study: Study, plan: Plan, timeline: Timeline, pins: Sequence[Pin] = ()
 ) -> dict[str, object]:
-    """Gather what the script reads."""
+    """Gather the script's data on a raster."""
     rows, cols = timeline.shape
     x, y = timeline.x, timeline.y
     roofs = Plan(x, y, np.nan_to_num(timeline.surface).astype(np.float32))
@@ -89,14 +89,14 @@ def make_plan_data(
 
 
 def tell_plan(study: Study, timeline: Timeline, own_hours: bool) -> str:
-    """Say how the page's cells and instants compare with the study's."""
+    """Compare the page's cells and instants with the study's, in words."""
     rows, cols = timeline.shape
     cell = Plan(timeline.x, timeline.y).cell
     has_scale = study.kind.has_scale
     words = f"This {'plan' if study.is_plan else 'view'} shows {cols:,} x {rows:,} "
     words += f"cells of {cell[0]:.3g} m" if has_scale else "pixels"
     if timeline.shape == study.shadow_hours.shape:
-        words += ", those of the study itself"
+        words += ", as in the study itself"
     else:
         words += ", counted anew at their own centres; the study has "
         words += f"{len(study.x):,} x {len(study.y):,}"
@@ -111,7 +111,7 @@ def _draw_roofs(plan: Plan, timeline: Timeline) -> str:
 
 
 def _draw_view(appearance: Appearance) -> str:
-    """Draw what a view sees, with its edges, clear where it sees nothing."""
+    """Draw a view's surfaces with their edges, clear where it sees nothing."""
     shade, lines = appearance.shade / np.float32(255), appearance.lines / np.float32(255)
     seen = 1 if appearance.sky is None else 1 - appearance.sky / np.float32(255)
     grey = _BRIGHT * (1 - _SHADED * (1 - shade)) * (1 - _INK * lines)
@@ -126,7 +126,7 @@ def _draw_relief(appearance: Appearance) -> str:
 
 
 def _find_size(timeline: Timeline) -> tuple[int, int]:
-    """Give the rows and columns of a picture that is drawn over the timeline's cells."""
+    """Return the rows and columns of a picture that is drawn over the timeline's cells."""
     times = max(1.0, LONGEST_VIEW / max(timeline.shape))
     rows, cols = (max(1, round(side * times)) for side in timeline.shape)
     return rows, cols
@@ -143,7 +143,7 @@ def _make_picture(grey: NDArray[np.floating], coverage: NDArray[np.floating]) ->
 
 
 def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
-    """Gather what the script reads of surfaces or points."""
+    """Gather the script's data on surfaces or points."""
     scene = study.model.scene
     middle = np.round(scene.bounds().mean(0)) - scene.origin
     samples = study.samples
@@ -178,7 +178,7 @@ def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
 
 
 def tell_model(study: Study, instants: Instants, data: dict[str, object]) -> str:
-    """Say which receivers and instants the page shows."""
+    """Describe the receivers and instants of the page."""
     what, count = ("points", "samples")[study.samples is not None], len(study.shadow_hours)
     shown = int(str(data["count"]))
     if shown < count:
@@ -195,7 +195,7 @@ def _to_millimetres(points: NDArray[np.float64]) -> NDArray[np.int64]:
 def _pack_grids(
     samples: Samples, middle: NDArray[np.float64]
 ) -> tuple[dict[str, object], NDArray[np.int64]]:
-    """Pack each surface's squares; give also the samples that any of them shows."""
+    """Pack each surface's squares; return also the samples that any of them shows."""
     layout = lay_out_facades(samples, MOST_SQUARES)
     kept, table = np.unique(layout.sample, return_inverse=True)
     floats = np.zeros((len(samples.part), 9), "<f4")
@@ -227,7 +227,7 @@ def _list_surfaces(study: Study) -> dict[str, object]:
 
 
 def _pack_triangles(study: Study, middle: NDArray[np.float64]) -> dict[str, object]:
-    """Pack the model: what is sampled, what stands around it, and a ground."""
+    """Pack the model: sampled surfaces, their surroundings, and a ground."""
     scene, soup = study.model.scene, study.model.soup
     around = np.ones(len(soup.faces), np.bool_)
     corners, surface = np.zeros((0, 3, 3)), np.zeros(0, np.int64)
@@ -258,7 +258,7 @@ def _pack_triangles(study: Study, middle: NDArray[np.float64]) -> dict[str, obje
 
 
 def _find_largest(corners: NDArray[np.float64], count: int) -> NDArray[np.intp]:
-    """Give the largest triangles, in their order."""
+    """Return the largest triangles, in their order."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     largest = np.argsort(-np.linalg.norm(normal, axis=1), kind="stable")[:count]
     return np.sort(largest)

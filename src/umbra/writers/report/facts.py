@@ -1,4 +1,4 @@
-"""What a study assumed, in words that a reader without umbra understands."""
+"""Assumptions of a study, for readers who do not know umbra."""
 
 import datetime as dt
 import zoneinfo
@@ -26,7 +26,7 @@ def find_facts(
     study: Study, casters: Sequence[str] = (), notes: Sequence[str] = ()
 ) -> list[tuple[str, str]]:
     """
-    List what the study assumed and how exact it is: headings, and what is to be said under each.
+    List what the study assumed and how exact it is: headings with their texts.
 
     Casters are the patterns by which they were chosen, as typed; notes are the readers'.
     """
@@ -110,7 +110,7 @@ def find_facts(
 
 
 def _tell_canopies(canopy: Canopy) -> str:
-    """Say what lets light through, and how much."""
+    """Describe the canopies and the share of light that they transmit."""
     season, count = canopy.season, len(canopy.casting)
     words = f"{count:,} part{'s' if count > 1 else ''}: a receiver that only canopies shade "
     words += f"gets {100 * season.with_leaves:.3g} % of the sun"
@@ -138,5 +138,5 @@ def _tell_daylight_saving(study: Study) -> str:
         for t in stamps.astype("datetime64[s]").astype(np.int64).tolist()
     }
     if states == {True, False}:
-        return "in force for a part of the period; times are those of the clock"
-    return "in force: times are those of the clock" if states == {True} else "not in force"
+        return "in force for a part of the period; times are clock times"
+    return "in force: times are clock times" if states == {True} else "not in force"

@@ -49,12 +49,12 @@ _SHORT, _NAME = 14, 32  # letters of a cell that is not broken: a date; a name i
 
 
 def make_address(png: bytes) -> str:
-    """Give a picture as an address that holds it."""
+    """Return a picture as an address that holds it."""
     return f"data:image/png;base64,{base64.b64encode(png).decode()}"
 
 
 def make_summary(figures: Sequence[tuple[str, str]]) -> str:
-    """Give the figures at the top."""
+    """Return the figures at the top."""
     cells = "".join(
         f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)}</dd></div>"
         for name, value in figures
@@ -63,7 +63,7 @@ def make_summary(figures: Sequence[tuple[str, str]]) -> str:
 
 
 def make_facts(facts: Sequence[tuple[str, str]]) -> str:
-    """Give headings with what is said under them."""
+    """Return headings with their texts."""
     return "\n".join(
         f'<tr><th scope="row">{html.escape(name)}</th><td>{html.escape(words)}</td></tr>'
         for name, words in facts
@@ -71,12 +71,12 @@ def make_facts(facts: Sequence[tuple[str, str]]) -> str:
 
 
 def make_notice(words: str) -> str:
-    """Give what a reader must not miss; nothing where there is nothing to say."""
+    """Return an important notice; nothing without words."""
     return f'<p class="notice">{html.escape(words)}</p>' if words else ""
 
 
 def make_sheets(sheets: Sequence[tuple[str, Path]]) -> str:
-    """Give pictures with their captions as alternative texts; nothing where there are none."""
+    """Return pictures with their captions as alternative texts; nothing without pictures."""
     if not sheets:
         return ""
     figures = "\n".join(
@@ -132,6 +132,6 @@ def _is_numeric(values: Sequence[object]) -> bool:
 
 
 def _count_decimals(values: Sequence[object]) -> int:
-    """Give the decimals, at most three, that a column's numbers need."""
+    """Return the decimals, at most three, that a column's numbers need."""
     numbers = [value for value in values if isinstance(value, float)]
     return next((k for k in range(3) if all(round(v, k) == v for v in numbers)), 3)

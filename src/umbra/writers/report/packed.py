@@ -44,7 +44,7 @@ def pack_hours(hours: NDArray[np.floating]) -> str:
 def make_common_data(
     study: Study, instants: Instants, kept: NDArray[np.integer] | None = None
 ) -> dict[str, object]:
-    """Gather what the script reads of any study, of the receivers ``kept`` if not of all."""
+    """Gather the script's data on any study, of the receivers ``kept`` if not of all."""
     return {
         "up_hours": study.up_hours,
         "days": [day.isoformat() for day in study.period.days],
@@ -57,7 +57,7 @@ def make_common_data(
 def _pack_instants(
     instants: Instants, is_up: NDArray[np.bool_], kept: NDArray[np.integer] | None = None
 ) -> dict[str, object]:
-    """Pack the masks of the steps with the sun up, and what canopies let through."""
+    """Pack the masks of the steps with the sun up, and the light that canopies transmit."""
     up = is_up[instants.which]
 
     def choose(bits: NDArray[np.uint8]) -> str:
@@ -75,7 +75,7 @@ def _pack_instants(
 
 
 def _pack_masks(bits: NDArray[np.uint8]) -> str:
-    """Pack masks, each as what changes since the one before: shadows move slowly."""
+    """Pack masks, each as the changes since the one before: shadows move slowly."""
     changes = bits.copy()
     changes[1:] ^= bits[:-1]
     return pack(changes.tobytes())
@@ -84,7 +84,7 @@ def _pack_masks(bits: NDArray[np.uint8]) -> str:
 def _make_steps(
     period: Period, which: NDArray[np.integer], last: NDArray[np.integer]
 ) -> dict[str, list]:
-    """Give each shown step's times [s since 1970, UTC], clock, and sun."""
+    """Return the times of each shown step [s since 1970, UTC], clock, and sun."""
     begins, ends = period.starts[which], period.ends[last]
     middles = period.instants.astype("datetime64[us]").astype(np.int64)[which]
     day = period.day_of_step
@@ -118,7 +118,7 @@ def _seconds(microseconds: NDArray[np.int64]) -> list[float]:
 
 
 def tell_left_out(study: Study, instants: Instants, own_hours: bool) -> str:
-    """Say which dates the page does not move through, and how to see them; else nothing."""
+    """Name the dates that the page leaves out, and how to see them; nothing if it has all."""
     days, every = study.period.days, instants.strides[0]
     if every == 1:
         return ""
@@ -135,7 +135,7 @@ def tell_left_out(study: Study, instants: Instants, own_hours: bool) -> str:
 
 
 def tell_steps(study: Study, instants: Instants, own_hours: bool) -> str:
-    """Say which instants are shown, as the end of a sentence about the receivers."""
+    """Name the instants that are shown, as the end of a sentence about the receivers."""
     _, steps = instants.strides
     words = ""
     if steps > 1:

@@ -1,4 +1,4 @@
-"""Tables of what was sampled: parts and surfaces, or points."""
+"""Tables of samples: parts and surfaces, or points."""
 
 import zoneinfo
 from functools import partial
@@ -135,14 +135,14 @@ def _round_hours(arrays: dict[str, NDArray], what: str, k: int) -> list[float]:
 def _find_share_without(
     study: Study, owner: NDArray[np.integer], area: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Give how much of each never has sun [%]."""
+    """Return the share of each that never has sun [%]."""
     each = np.asarray(study.more["area"][1])
     dark = np.bincount(owner, each * (study.sun_hours <= NEVER), len(area))
     return 100 * dark / np.maximum(area, 1e-12)
 
 
 def _choose(area: NDArray[np.float64], most: int) -> list[int]:
-    """Give all, or the largest, in their order."""
+    """Return all rows, or the largest, in their order."""
     return np.sort(np.argsort(-area, kind="stable")[:most]).tolist()
 
 

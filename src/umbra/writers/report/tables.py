@@ -56,7 +56,7 @@ def join_dates(study: Study, make: Callable[[Study], Table | None]) -> Table | N
 
 
 def find_figures(study: Study) -> list[tuple[str, float, str]]:
-    """Give a study's figures: what each is, its value, and its unit."""
+    """Return a study's figures: name, value and unit of each."""
     figures = [("sun above the horizon", study.up_hours, "h")]
     counted = study.kind.find_counted(study)
     hours = study.shadow_hours
@@ -81,7 +81,7 @@ def find_figures(study: Study) -> list[tuple[str, float, str]]:
 
 
 def list_dates(study: Study) -> Table | None:
-    """Give the figures of each of several dates, with sunrise and sunset; None of a single one."""
+    """Return the figures of each of several dates, with sunrise and sunset; None for one date."""
     dates = split_dates(study)
     if len(dates) == 1:
         return None
@@ -96,13 +96,13 @@ def list_dates(study: Study) -> Table | None:
         "Date by date",
         ("date", "daylight", *named),
         rows,
-        "Sunrise and sunset are those of the sun's upper rim on a level horizon, as in almanacs.",
+        "Sunrise and sunset are when the sun's upper rim crosses a level horizon, as in almanacs.",
     )
 
 
 def find_sun_areas(study: Study) -> Table | None:
     """
-    Tell how much of the open ground, or of all surfaces, gets at least so many hours of sun.
+    Return the areas of open ground, or of all surfaces, by their least hours of sun.
 
     One table of all dates; None where the sun is not up for an hour.
     """
@@ -110,7 +110,7 @@ def find_sun_areas(study: Study) -> Table | None:
 
 
 def _find_sun_areas(study: Study) -> Table | None:
-    """Tell it of one date, or of sums."""
+    """Return the table of one date, or of sums."""
     whole = int(study.up_hours + 1e-6)
     counted = study.kind.find_counted(study)
     if whole < 1 or counted is None:

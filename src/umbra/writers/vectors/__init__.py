@@ -50,7 +50,7 @@ def find_hour_lines(study: Study, show: "Show" = "shadow") -> Iterator[HourLine]
 
     Hours grow by whole steps from cell to cell. A line runs half a step below its hour, so midway
     between the last cell that has less and the first that has as much. On the ground, lines end at
-    buildings: what is under them does not count. On roofs and walls they end at edges, where one
+    buildings: cells under them do not count. On roofs and walls they end at edges, where one
     surface ends before another or two meet at an angle. Levels without lines are left out; several
     dates follow one another.
     """
@@ -85,7 +85,7 @@ def _trace(study: Study, show: "Show") -> Iterator[HourLine]:
 
 
 def find_seen(study: Study) -> list[NDArray[np.float64]]:
-    """Trace the border of what a view sees of the model, half a cell exact: closed lines [m]."""
+    """Trace the border of the model in a view, half a cell exact: closed lines [m]."""
     import contourpy  # noqa: PLC0415
 
     drawn = np.isfinite(study.shadow_hours) & (study.is_of_model | study.is_plan)
@@ -156,7 +156,7 @@ def make_line_layer(hour_lines: Iterable[HourLine]) -> Layer:
 
 
 def make_seen_layer(lines: list[NDArray[np.float64]], receivers: str) -> Layer:
-    """Make a layer of the border of what a view sees, so that its lines have a place."""
+    """Make a layer of the model's border in a view, so that its lines have a place."""
     import shapely  # noqa: PLC0415
 
     return Layer(

@@ -1,4 +1,4 @@
-"""DXF for CAD: shadows and what stands there as closed polylines, and lines of equal hours."""
+"""DXF for CAD: shadows and footprints as closed polylines, and lines of equal hours."""
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ _FLAT = 1e-9  # a triangle of less area seen from above is a wall [m2]
 
 def find_footprints(study: Study) -> dict[str, list[Polygon]]:
     """
-    Find what of the plan each object on the ground covers, in the model's own coordinates [m].
+    Find the footprint of each object on the ground, in the model's own coordinates [m].
 
     Parts of one name in one layer, such as the roof and the walls of a house, are one object. Under
     ``BUILDINGS`` and, where there are canopies, ``CANOPIES``: of each polygon its rings.
@@ -87,7 +87,7 @@ def write_dxf(
     Write outlines and lines as lightweight polylines in metres, all at z = ``height`` [m].
 
     Layers are ``SHADOW_2026-03-21_0900`` (local time), ``HOURS_03`` (hours in shadow) or
-    ``SUN_03`` (hours of sun, chosen by ``show``), and what stands there: ``BUILDINGS`` and
+    ``SUN_03`` (hours of sun, chosen by ``show``), and footprints: ``BUILDINGS`` and
     ``CANOPIES``, the polygons of ``footprints``; ``SEEN`` has the closed borders (k, 2) of what a
     view sees. Rings, holes among them, are closed polylines of one layer: hatching a layer's rings
     as islands gives its shadow. ``up_hours`` is the end of the colour scale [h]; the note is kept

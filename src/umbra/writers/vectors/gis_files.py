@@ -43,7 +43,7 @@ def find_crs(crs: object) -> "CRS | None":
 
 
 def name_crs(crs: "CRS | None") -> str:
-    """Say which system it is: ``EPSG:31256 (MGI / Austria GK East)``."""
+    """Name a coordinate reference system: ``EPSG:31256 (MGI / Austria GK East)``."""
     if crs is None:
         return "the model's own coordinates in metres; no CRS is known"
     code = crs.to_epsg(min_confidence=70)

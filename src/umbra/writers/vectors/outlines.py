@@ -39,9 +39,9 @@ __all__ = [
 LATTICE = 1e-6
 """Corners lie on multiples of this, from the local origin [m]."""
 EVERY = 60
-"""Between the clock times that are outlined if none are asked for [min]."""
+"""Interval of the clock times that are outlined by default [min]."""
 MOST = 2000
-"""Of them; of more, fewer a date."""
+"""Most outlines; if there were more, each date has fewer."""
 
 Ring = NDArray[np.float64]
 Polygon = list[Ring]
