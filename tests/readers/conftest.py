@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from umbra import InputError
+
 DATA = Path(__file__).parents[2] / "../shared/data"
 
 # A box of 2 x 3 x 4 m: vertices and outward faces.
@@ -79,6 +81,20 @@ def find_open_edges():
 def box():
     """Vertices and quads of a box of 2 x 3 x 4 m."""
     return [list(v) for v in BOX_VERTICES], [list(f) for f in BOX_FACES]
+
+
+@pytest.fixture
+def refuse():
+    """Check that a call is refused, and the facts that its error carries; return the message."""
+
+    def check(call, *args, facts, **options):
+        with pytest.raises(InputError) as caught:
+            call(*args, **options)
+        assert {name: caught.value.data.get(name) for name in facts} == facts
+        assert "\n" not in str(caught.value)
+        return str(caught.value)
+
+    return check
 
 
 @pytest.fixture

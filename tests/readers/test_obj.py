@@ -107,7 +107,7 @@ def test_material_colours(save, box):
     assert scene.notes == ()
 
 
-def test_up_axis(save, box, measure):
+def test_up_axis(save, box, measure, refuse):
     path = save(BOX + faces_text(box[1]))
     assert umbra.read(path).bounds().tolist() == [[0, 0, 0], [2, 3, 4]]
     assert umbra.read(path, up="z").bounds().tolist() == [[0, 0, 0], [2, 3, 4]]
@@ -115,8 +115,7 @@ def test_up_axis(save, box, measure):
     assert umbra.read(path, up="x").bounds().tolist() == [[0, 0, 0], [3, 4, 2]]
     for up in "xyz":
         assert measure.volume(umbra.read(path, up=up)) == pytest.approx(24.0)
-    with pytest.raises(InputError, match="up axis"):
-        umbra.read(path, up="w")
+    assert "up axis" in refuse(umbra.read, path, up="w", facts={"up": "w"})
 
 
 def test_degenerate_triangles_stay_for_inspect(save):
@@ -139,10 +138,10 @@ def test_degenerate_triangles_stay_for_inspect(save):
         ("v 1 2 abc\nf 1 2 3\n", 11),
     ],
 )
-def test_the_line_of_damage_is_named(save, tail, line):
-    with pytest.raises(InputError, match=f"box.obj: line {line}: ") as caught:
-        umbra.read(save(BOX + tail))
-    assert caught.value.line == line
+def test_the_line_of_damage_is_named(save, refuse, tail, line):
+    path = save(BOX + tail)
+    said = refuse(umbra.read, path, facts={"line": line, "path": path})
+    assert f"box.obj: line {line}: " in said
 
 
 @pytest.mark.parametrize(
@@ -182,9 +181,8 @@ def test_large_indices_and_many_faces_come_in_blocks(save):
     assert np.unique(faces).size == 2 * n + 2
 
 
-def test_a_word_too_many_does_not_make_up_for_one_too_few(save):
+def test_a_word_too_many_does_not_make_up_for_one_too_few(save, refuse):
     # Two faces of 4 and 2 corners have as many words as two triangles.
     scene = umbra.read(save(BOX + "f 1 2 3 4\nf 1 2\nf 5 6 7\n"))
     assert scene.triangles().faces.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6]]
-    with pytest.raises(InputError, match="line 12: a vertex needs three numbers"):
-        umbra.read(save(BOX + "v 1 2 3 4\nv 1 2\nf 1 2 3\n"))
+    refuse(umbra.read, save(BOX + "v 1 2 3 4\nv 1 2\nf 1 2 3\n"), facts={"line": 12})

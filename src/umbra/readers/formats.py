@@ -85,10 +85,10 @@ def find_reader(data: bytes, path: Path) -> Reader:
             raise InputError(msg)
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
         msg = f"its format is unknown (by its content and {ending}); umbra reads {FORMATS}"
-        raise InputError(msg)
+        raise InputError(msg, ending=path.suffix)
     if kind in BY_CONTENT.values() and told is None and kind in {"ifc", "tiff", "vector"}:
         msg = f"is named {path.suffix} but does not begin as such a file does; export it again"
-        raise InputError(msg)
+        raise InputError(msg, ending=path.suffix)
     module, function = READERS[kind]
     return getattr(import_module(module), function)
 
@@ -142,7 +142,7 @@ def read_json(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         raise InputError(msg)
     shown = f"its type is {str(kind)[:40]!r}" if kind else "it has no type"
     msg = f"is JSON, but neither CityJSON, GeoJSON nor glTF ({shown}); export it as one of them"
-    raise InputError(msg)
+    raise InputError(msg, kind=kind)
 
 
 def _parse_lines(data: bytes, path: Path, whole: JSONDecodeError) -> list[object]:

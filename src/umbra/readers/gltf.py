@@ -49,7 +49,7 @@ def read_gltf(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
         tree = orjson.loads(text)
     except orjson.JSONDecodeError as error:
         msg = f"its JSON chunk is broken at byte {error.pos} ({error.msg}); export it again"
-        raise InputError(msg) from error
+        raise InputError(msg, byte=error.pos) from error
     if not isinstance(tree, dict):
         msg = "its JSON chunk holds no glTF; export it again"
         raise InputError(msg)

@@ -26,7 +26,7 @@ def split_glb(data: bytes) -> tuple[bytes, bytes]:
     """Split a GLB file into its JSON text and its binary chunk."""
     if len(data) < 20:
         msg = f"is cut short: a GLB needs 20 bytes, this has {len(data)}; fetch it again"
-        raise InputError(msg)
+        raise InputError(msg, bytes=len(data), needed=20)
     _, version, length = struct.unpack_from("<4sII", data)
     if version != 2:
         msg = (
@@ -36,7 +36,7 @@ def split_glb(data: bytes) -> tuple[bytes, bytes]:
         raise InputError(msg, version=version)
     if length > len(data):
         msg = f"is cut short: its header says {length} bytes, it has {len(data)}; fetch it again"
-        raise InputError(msg)
+        raise InputError(msg, bytes=len(data), needed=length)
     text, binary = b"", b""
     offset = 12
     while offset + 8 <= length:
@@ -44,7 +44,7 @@ def split_glb(data: bytes) -> tuple[bytes, bytes]:
         chunk = data[offset + 8 : offset + 8 + size]
         if len(chunk) < size:
             msg = f"is damaged: the chunk at byte {offset} reaches past the end; fetch it again"
-            raise InputError(msg)
+            raise InputError(msg, byte=offset)
         if kind == JSON_CHUNK and not text:
             text = chunk
         elif kind == BINARY_CHUNK and not binary:
@@ -61,7 +61,7 @@ def find_item(tree: dict[str, Any], key: str, index: Any, where: str = "") -> An
     items = tree.get(key, [])
     if type(index) is not int or not 0 <= index < len(items):
         msg = f"{where} names {key}[{index}], but there are {len(items)}; export it again"
-        raise InputError(msg.lstrip())
+        raise InputError(msg.lstrip(), key=key, index=index, count=len(items))
     return items[index]
 
 
@@ -128,7 +128,7 @@ class Buffers:
     def _check_count(self, count: int, where: str) -> None:
         if not 0 <= count < 1 << 31:
             msg = f"{where}: {count} values are not possible; export it again"
-            raise InputError(msg)
+            raise InputError(msg, where=where, count=count)
 
     def _fill_sparse(
         self, values: NDArray[Any], sparse: dict[str, Any], where: str
@@ -162,7 +162,7 @@ class Buffers:
                 f"{where} needs bytes {start} to {need} of buffer {view['buffer']}, but only "
                 f"{end} are there; the file is cut short or damaged, export it again"
             )
-            raise InputError(msg)
+            raise InputError(msg, where=where, needed=need, bytes=end)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize)).copy()
 
     def _find_bytes(self, index: int, where: str) -> tuple[bytes, int, int]:
@@ -194,13 +194,13 @@ class Buffers:
             if index == 0 and self._binary is not None:
                 return self._binary
             msg = f"buffer {index} has neither a name nor bytes; export it again"
-            raise InputError(msg)
+            raise InputError(msg, buffer=index)
         if uri.startswith("data:"):
             try:
                 return base64.b64decode(uri.partition(",")[2], validate=True)
             except (binascii.Error, ValueError) as error:
                 msg = f"buffer {index} is not base64 ({error}); export it again"
-                raise InputError(msg) from error
+                raise InputError(msg, buffer=index) from error
         name = unquote(uri)
         with errors_of("buffer ", buffer=uri):
             data = self._companions.read(name)
@@ -222,5 +222,5 @@ def _unpack_meshopt(packed: dict[str, Any], data: bytes, where: str) -> bytes:
         )
     except (RuntimeError, ValueError) as error:
         msg = f"{where}: its meshopt data is damaged ({str(error)[:80]}); export it again"
-        raise InputError(msg) from error
+        raise InputError(msg, where=where) from error
     return np.ascontiguousarray(rows).tobytes()

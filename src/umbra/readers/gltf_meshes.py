@@ -103,7 +103,7 @@ def _read_vectors(buffers: Buffers, index: int, where: str, what: str) -> NDArra
     vectors = buffers.read_accessor(index, where)
     if vectors.shape[1] != 3:
         msg = f"{where}: {what} have {vectors.shape[1]} coordinates; export it again"
-        raise InputError(msg)
+        raise InputError(msg, where=where, count=vectors.shape[1])
     return vectors
 
 
@@ -140,7 +140,7 @@ def _read_targets(
                 f"{where}: morph target {number} has {len(moved)} vertices, the mesh {count}; "
                 "export it again"
             )
-            raise InputError(msg)
+            raise InputError(msg, where=where, target=number)
         offsets[number] = moved
     return offsets
 
@@ -160,7 +160,7 @@ def _read_influences(
                 f"{where}: {len(joints[-1])} rows of joints and {len(weights[-1])} of weights "
                 f"for {count} vertices; export it again"
             )
-            raise InputError(msg)
+            raise InputError(msg, where=where, count=count)
     pulled = np.concatenate(weights, axis=1).astype(np.float64)
     total = np.zeros(count)
     for column in pulled.T:  # in one order, so that equal rows have equal sums
@@ -210,18 +210,18 @@ def _unpack_draco(
         ValueError,
     ) as error:
         msg = f"{where}: its Draco data is damaged ({str(error)[:80]}); export it again"
-        raise InputError(msg) from error
+        raise InputError(msg, where=where) from error
     found = {}
     for name, number in packed["attributes"].items():
         one = mesh.get_attribute_by_unique_id(number)
         if one is None:
             msg = f"{where}: its Draco data has no attribute {number} ({name}); export it again"
-            raise InputError(msg)
+            raise InputError(msg, where=where, attribute=number)
         values = np.asarray(one["data"])
         buffers.budget.spend(values.nbytes, where)
         found[name] = values.reshape(len(values), -1)
     faces = getattr(mesh, "faces", None)
     if faces is None:
         msg = f"{where}: its Draco data is a cloud of points; export it as a mesh"
-        raise InputError(msg)
+        raise InputError(msg, where=where)
     return np.asarray(faces, np.int64).ravel(), found

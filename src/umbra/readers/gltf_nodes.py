@@ -92,7 +92,7 @@ def read_skin(tree: dict[str, Any], index: int, slots: dict[int, int], buffers: 
                 f"{where} has {len(joints)} joints, but {len(rows)} inverse bind matrices "
                 f"of {rows.shape[1]} numbers; export it again"
             )
-            raise InputError(msg)
+            raise InputError(msg, where=where, count=len(rows), needed=len(joints))
         matrices = rows[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
     return Skin(np.array([slots[joint] for joint in joints], np.int64), np.array(matrices))
 
@@ -138,14 +138,14 @@ def _read_track(
             f"{where}: {values.size} numbers do not fit {len(times)} times of {knots * width}; "
             "export it again"
         )
-        raise InputError(msg)
+        raise InputError(msg, where=where, count=values.size, times=len(times))
     if not (np.isfinite(times).all() and np.isfinite(values).all()):
         msg = f"{where} has times or values that are not finite; export it again"
-        raise InputError(msg)
+        raise InputError(msg, where=where)
     if (np.diff(times) < 0).any():
         first = int(np.flatnonzero(np.diff(times) < 0)[0])
         msg = f"{where}: its times do not ascend (first: after time {first}); export it again"
-        raise InputError(msg)
+        raise InputError(msg, where=where, time=first)
     shape = (len(times), 3, width) if way == "cubic" else (len(times), width)
     return Track(node, what, times, values.reshape(shape), way)
 
@@ -193,7 +193,7 @@ def read_lights(
         )
     else:
         msg = f"{EXTENSION}: light {number} is of the kind {kind!r}; export it again"
-        raise InputError(msg)
+        raise InputError(msg, light=number, kind=kind)
     binding = RigBinding(rig, slot)
     placed = place_light(light, binding, places)
     return [replace(placed, binding=binding) if rig.animations else placed]
@@ -216,12 +216,12 @@ def list_instances(tree: dict[str, Any], buffers: Buffers) -> None:
                         f"{where}: {name} has {values.shape[1]} numbers, not {width}; "
                         "export it again"
                     )
-                    raise InputError(msg)
+                    raise InputError(msg, where=where, attribute=name, count=values.shape[1])
                 columns[key] = values.astype(np.float64)
         counts = {len(values) for values in columns.values()}
         if len(counts) > 1:
             msg = f"{where}: their arrays have {sorted(counts)} rows; export it again"
-            raise InputError(msg)
+            raise InputError(msg, where=where, counts=sorted(counts))
         count = counts.pop() if counts else 0
         buffers.budget.spend(NODE * count, where)
         name = node.get("name") or tree["meshes"][node["mesh"]].get("name") or f"node {index}"

@@ -170,7 +170,7 @@ def harvest(path: str) -> tuple[IfcFacts, IfcHarvest]:
         if attempt is None or found.facts is None:
             what = "does not end" if has_hung else "ends its process"
             msg = f"is IFC at which the parser {what}; it is damaged: export it again"
-            raise InputError(msg)
+            raise InputError(msg, has_hung=has_hung)
         (found.hung if has_hung else found.ended).add(attempt.element)
         hangs[attempt.engine] += has_hung
         ends += not has_hung

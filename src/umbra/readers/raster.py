@@ -141,16 +141,16 @@ def _check_bands(source: Any, notes: list[str]) -> None:
     kind = source.dtypes[0]
     if kind.startswith("complex"):
         msg = f"holds {kind} numbers, not heights; give a digital surface or terrain model"
-        raise InputError(msg)
+        raise InputError(msg, dtype=kind)
     if kind == "uint8" and source.count >= 3:
         msg = f"is a picture of {source.count} bands, not heights; give a surface or terrain model"
-        raise InputError(msg)
+        raise InputError(msg, bands=source.count)
     if source.count > 1:
         notes.append(f"bands after the first left out: {source.count - 1}")
     rows, cols = source.shape
     if rows < 2 or cols < 2:
         msg = f"has {cols}x{rows} cells; a surface needs at least 2x2"
-        raise InputError(msg)
+        raise InputError(msg, cells=(rows, cols))
     from umbra.machine import find_memory, name_memory  # noqa: PLC0415
 
     needed, held = rows * cols * MOST_BYTES, find_memory()
@@ -179,7 +179,7 @@ def _read_heights(source: Any, notes: list[str]) -> tuple[NDArray[np.float64], N
     count = int(there.sum())
     if not count:
         msg = "has no cell with a height: all are nodata"
-        raise InputError(msg)
+        raise InputError(msg, count=there.size)
     deepest = float(heights[there].min())
     deep = int((heights[there] == deepest).sum())
     if deepest < LOWEST:
@@ -207,7 +207,7 @@ def _read_canopy(path: Path, choices: ReadChoices) -> FileModel:
     there = raster.there & (raster.heights > 0)
     if not there.any():
         msg = "has no cell with a canopy: none is higher than 0"
-        raise InputError(msg)
+        raise InputError(msg, count=there.size)
     tallest = float(raster.heights[there].max())
     is_absolute = crowns.heights == "absolute"
     if not is_absolute and tallest > TALLEST:

@@ -55,7 +55,7 @@ def read_stl(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
                 f"is cut short or no STL: {count} facets need {size} bytes, it has {len(data)}; "
                 "fetch or export it again"
             )
-            raise InputError(msg)
+            raise InputError(msg, bytes=len(data), needed=size)
         facets = np.frombuffer(data, STL_FACET, count, STL_HEADER)
         points = facets["corners"].reshape(-1, 3).astype(np.float64)
     corners = np.arange(len(points), dtype=np.int64)
@@ -71,7 +71,7 @@ def _read_stl_text(data: bytes) -> NDArray[np.float64]:
     points = _read_points(_Text(rows), len(rows))
     if len(points) % 3 or b"endsolid" not in data.lower()[-2000:]:
         msg = f"is cut short after {len(points)} corners; fetch or export it again"
-        raise InputError(msg)
+        raise InputError(msg, count=len(points))
     return points
 
 
@@ -101,7 +101,7 @@ def read_off(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
             f"is cut short: it announces {n_vertices} vertices and {n_faces} faces, "
             f"but {len(body)} lines follow; fetch or export it again"
         )
-        raise InputError(msg)
+        raise InputError(msg, lines=len(body), needed=n_vertices + n_faces)
     source = _Text(body)
     points = _read_points(source, n_vertices)
     faces = source.read(_Element("face", n_faces, [_Property("corners", "i8", "i8")]))
