@@ -31,6 +31,7 @@ _camera = partial(option, heading="Camera")
 _lights = partial(option, heading="Lights")
 _counting = partial(option, heading="Counting")
 _window = partial(option, heading="Window")
+_MOST_SAMPLES = 64
 _SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # a view like that of the whole model
 _DATE = "2026-03-21"  # whose clock changes say nothing of others
 
@@ -248,6 +249,10 @@ class RenderOptions:
     layer_gap: float = _gap()
     mask_scale: Literal[1, 2, 4] = _mask_scale()
     mask_filter: Filter = _mask_filter()
+    samples: int = _counting(
+        "whole", "Samples of a pixel along edges of objects and shadows; 1 leaves them jagged.",
+        default=8, least=1, metavar="N",
+    )  # fmt: skip
     threads: int | None = _threads()
 
     def __post_init__(self) -> None:
@@ -270,6 +275,9 @@ class RenderOptions:
         if self.mask_scale != 1 and (self.device != "gl" or self.soft is not None):
             msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
             raise InputError(msg)
+        if self.samples > _MOST_SAMPLES:
+            msg = f"a pixel has at most {_MOST_SAMPLES} samples; got {self.samples}"
+            raise InputError(msg, option="samples")
 
     @property
     def softness(self) -> Softness:

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from io import BytesIO
 from typing import Any, Literal, overload
 
@@ -25,8 +25,6 @@ from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light, Scene, directional_light
 
 __all__ = ["Picture", "draw_picture", "render"]
-
-_HALF = 0.5  # of a light: what gets more is lit
 
 Warn = Callable[[str], object]
 
@@ -93,7 +91,7 @@ def render(
     arrays: Literal[True], ground: float | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     layer_length: float = ..., layer_gap: float = ..., mask_scale: int = ...,
-    mask_filter: str = ..., threads: int | None = ...,
+    mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
 ) -> Picture: ...  # fmt: skip
 @overload
 def render(
@@ -101,7 +99,7 @@ def render(
     arrays: Literal[False] = ..., ground: float | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     layer_length: float = ..., layer_gap: float = ..., mask_scale: int = ...,
-    mask_filter: str = ..., threads: int | None = ...,
+    mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
 ) -> NDArray[np.uint8]: ...  # fmt: skip
 def render(  # noqa: PLR0913  (each option by its name)
     scene: Scene,
@@ -117,6 +115,7 @@ def render(  # noqa: PLR0913  (each option by its name)
     layer_gap: float = 0.4,
     mask_scale: int = 1,
     mask_filter: str = "joint",
+    samples: int = 8,
     threads: int | None = None,
     arrays: bool = False,
 ) -> NDArray[np.uint8] | Picture:
@@ -151,6 +150,9 @@ def render(  # noqa: PLR0913  (each option by its name)
         On gl: count in a picture smaller by this factor, and lay it over this one.
     mask_filter : {'joint', 'bilinear', 'nearest'}
         How it is laid; joint takes only pixels of the same surface.
+    samples : int
+        Places in each pixel whose colours are averaged along edges, up to 64; 1 looks at the
+        pixel's centre alone. Arrays are those of the centres in any case.
     threads : int, optional
         All cores by default.
     arrays : bool
@@ -183,7 +185,7 @@ def render(  # noqa: PLR0913  (each option by its name)
     options = RenderOptions(
         ground=ground, method=method, device=device, soft=soft, light_size=light_size,
         layer_length=layer_length, layer_gap=layer_gap, mask_scale=mask_scale,
-        mask_filter=mask_filter, threads=threads,
+        mask_filter=mask_filter, samples=samples, threads=threads,
     )  # fmt: skip
     check_scene(scene)
     if camera is not None and not isinstance(camera, Camera):
@@ -212,40 +214,48 @@ def draw_picture(
     warn : callable
         Told, in a line, what is wrong with the view or the method.
     """
-    from umbra.cpu.shade import shade  # noqa: PLC0415
+    from umbra.calls.samples import PictureLights, average_colors  # noqa: PLC0415
+    from umbra.cpu.shade import encode, shade  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
 
     shining = list(lights) or _find_own_lights(scene, camera)
     check_picture_memory(camera.size, len(shining))
     sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
     threads = options.threads or count_cores()
-    device = find_device(options.device)
-    with device.open_frames(scene, options.ground, threads=threads, warn=warn) as counter:
+    device, said = find_device(options.device), _SaidOnce(warn)
+    with device.open_frames(scene, options.ground, threads=threads, warn=said) as counter:
         view, frame = counter.see(camera)
         _warn_of_view(scene, camera, frame, threads, warn)
-        visibility = None
-        if options.mask_scale == 1:
-            counts = [counter.count(view, camera, light, options.method) for light in shining]
-            lit = [frame.lit(n, light) for n, light in zip(counts, shining, strict=True)]
-            reached: Sequence[NDArray] = lit
-            if options.soft is not None:
-                visibility = counter.find_visibility(
-                    view, camera, sized, options.soft, options.softness
-                )
-                reached = _reach(frame, visibility, shining)
+        shadows = PictureLights(counter, shining, sized, options)
+        seen = shadows.find(view, frame, camera)
+        if options.samples > 1:
+            colors = average_colors(scene, camera, shadows, (view, frame, seen))
+            draw: Callable[[], NDArray[np.uint8]] = partial(encode, colors)
         else:
-            counts, lit, reached = _count_small(counter, frame, camera, shining, options)
+            draw = partial(shade, scene, frame, shining, seen.reached, view)
     return Picture(
         scene,
         camera,
         shining,
         frame.position,
         frame.normal,
-        np.stack(counts).astype(np.int32),
-        np.stack(lit),
-        None if visibility is None else np.stack(visibility),
-        lambda: shade(scene, frame, shining, reached, view),
+        np.stack(seen.counts).astype(np.int32),
+        np.stack(seen.lit),
+        None if seen.visibility is None else np.stack(seen.visibility),
+        draw,
     )
+
+
+class _SaidOnce:
+    """Passes on each text once, however many samples it is true of."""
+
+    def __init__(self, warn: Warn) -> None:
+        self._warn, self._said = warn, set[str]()
+
+    def __call__(self, text: str) -> None:
+        if text not in self._said:
+            self._said.add(text)
+            self._warn(text)
 
 
 def _find_own_lights(scene: Scene, camera: Camera) -> list[Light]:
@@ -256,27 +266,6 @@ def _find_own_lights(scene: Scene, camera: Camera) -> list[Light]:
     return list(expose_lights(scene)) or [
         directional_light(-0.6 * right + 0.9 * up - 0.5 * forward)
     ]
-
-
-def _count_small(
-    counter: Any, frame: Any, camera: Camera, lights: list[Light], options: RenderOptions
-) -> tuple[list[NDArray], list[NDArray], list[NDArray]]:
-    """Count in a smaller picture; give counts of 0 and 1, where light reaches, and its shares."""
-    from umbra.gl.masks.upsampling import find_shares  # noqa: PLC0415
-
-    shares = find_shares(
-        counter, frame, camera, lights, options.method, scale=options.mask_scale,
-        kind=options.mask_filter,
-    )  # fmt: skip
-    counts = [((share < _HALF) & (frame.part != NOTHING)).astype(np.int32) for share in shares]
-    lit = [frame.lit(n, light) for n, light in zip(counts, lights, strict=True)]
-    return counts, lit, _reach(frame, shares, lights)
-
-
-def _reach(frame: Any, shares: Sequence[NDArray], lights: list[Light]) -> list[NDArray]:
-    """Return the light on the surface: the shares where it faces the light within its reach."""
-    none = np.zeros(frame.part.shape, np.int32)
-    return [share * frame.lit(none, one) for share, one in zip(shares, lights, strict=True)]
 
 
 def _warn_of_view(scene: Scene, camera: Camera, frame: Any, threads: int, warn: Warn) -> None:

@@ -1,6 +1,7 @@
 """``umbra render``: a picture with exact shadows."""
 
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,6 +58,8 @@ def command(
     lights = take_record(LightOptions, given)
     _check_site(lights)
     options = take_record(RenderOptions, given)
+    if out is None:  # arrays are those of the pixels' centres
+        options = replace(options, samples=1)
     lens = take_record(CameraOptions, given)
     from umbra.calls.arguments import check_picture_memory  # noqa: PLC0415
     from umbra.calls.picture import draw_picture  # noqa: PLC0415

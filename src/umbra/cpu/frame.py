@@ -93,6 +93,11 @@ class FrameCounter:
 
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
         """Find what a camera sees."""
+        view = self.look(camera)
+        return view, self.locate(view, camera)
+
+    def look(self, camera: Camera) -> DepthBuffer:
+        """Find which face each pixel sees, and how near."""
         origin = self.scene.origin
         matrix = camera.matrix(origin)
         soup = self.triangles
@@ -100,9 +105,13 @@ class FrameCounter:
         view = rasterise_depth(soup.vertices, soup.faces, matrix, camera.size, limits, self.threads)
         if self.ground is not None:
             add_ground(view, matrix, self.ground - origin[2], limits)
-        frame = locate(view, camera, soup, self.ground)
+        return view
+
+    def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
+        """Find the places of what a view of this camera shows."""
+        frame = locate(view, camera, self.triangles, self.ground)
         self._seen = view, frame
-        return view, frame
+        return frame
 
     def count(
         self, view: DepthBuffer, camera: Camera, light: Light, method: str = "auto"
@@ -181,7 +190,8 @@ class FrameCounter:
         find = find_method(method)
         more = (softness or Softness()).select(method)
         if self._seen is None or self._seen[0] is not view:
-            self._seen = view, locate(view, camera, self.triangles, self.ground)
+            self.locate(view, camera)
+        assert self._seen is not None
         return [find(self, view, self._seen[1], camera, light, **more) for light in lights]
 
     def with_caster(self, caster: Caster) -> "FrameCounter":

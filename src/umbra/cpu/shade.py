@@ -12,7 +12,7 @@ from umbra.scene.camera import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposur
 from umbra.scene.material import sample
 from umbra.scene.mesh import transform_points
 
-__all__ = ["find_surfaces", "shade"]
+__all__ = ["encode", "find_colors", "find_surfaces", "shade"]
 
 
 _LINEAR = 0.0031308  # below, sRGB is a straight line
@@ -56,6 +56,17 @@ def shade(
     InputError
         If a texture cannot be decoded (which).
     """
+    return encode(find_colors(scene, frame, lights, lit, view))
+
+
+def find_colors(
+    scene: Scene,
+    frame: VisibleSurface,
+    lights: Sequence[Light],
+    lit: Sequence[NDArray],
+    view: DepthBuffer | None = None,
+) -> NDArray[np.float64]:
+    """Find the linear RGB that ``shade`` shows, (rows, cols, 3); parameters as there."""
     rows, cols = frame.part.shape
     seen = frame.part != NOTHING
     materials = [part.material for part in scene.parts] + [Material(GROUND_COLOR)]
@@ -74,10 +85,10 @@ def shade(
     fade = np.linspace(0, 1, rows)[:, None, None]
     linear = np.broadcast_to((1 - fade) * SKY + fade * np.array(HORIZON), (rows, cols, 3)).copy()
     linear[seen] = albedo * energy + np.array([material.emission for material in materials])[part]
-    return _to_srgb(linear)
+    return linear
 
 
-def _to_srgb(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
+def encode(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Encode linear RGB as sRGB (IEC 61966-2-1)."""
     value = np.clip(linear, 0.0, 1.0)
     encoded = np.where(value <= _LINEAR, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)

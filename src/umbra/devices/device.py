@@ -25,6 +25,12 @@ class FrameCounts(Protocol):
     def see(self, camera: "Camera") -> "tuple[DepthBuffer, VisibleSurface]":
         """Find what a camera sees."""
 
+    def look(self, camera: "Camera") -> "DepthBuffer":
+        """Find which face each pixel sees, and how near: the first half of ``see``."""
+
+    def locate(self, view: "DepthBuffer", camera: "Camera") -> "VisibleSurface":
+        """Find the places of what a view of this camera shows: the second half."""
+
     def count(
         self, view: "DepthBuffer", camera: "Camera", light: "Light", method: str = "auto"
     ) -> "NDArray[np.signedinteger]":

@@ -88,17 +88,25 @@ class GlFrameCounter(DeviceUser):
             self._surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
             self._plane = Program(self.device, "ground.vert.glsl", "face.frag.glsl")
         self._target: Target | None = None
-        self._seen: tuple[DepthBuffer, Projection] | None = None
+        self._seen: tuple[Camera, Projection] | None = None
         self.plan: VolumePlan | None = None
 
-    @on_device
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
-        """Find what a camera sees: keys in float64, of the planes of the faces; a frame."""
+        """Find what a camera sees."""
+        view = self.look(camera)
+        return view, self.locate(view, camera)
+
+    @on_device
+    def look(self, camera: Camera) -> DepthBuffer:
+        """Find which face each pixel sees, and how near: keys in float64, of the faces' planes."""
         projection = self.planner.project(camera)
         face = self._draw(camera, projection)
-        view = DepthBuffer(self._find_keys(face, camera), face)
-        self._seen = view, projection
-        return view, locate(view, camera, self.triangles, self.ground)
+        self._seen = camera, projection
+        return DepthBuffer(self._find_keys(face, camera), face)
+
+    def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
+        """Find the places of what a view of this camera shows."""
+        return locate(view, camera, self.triangles, self.ground)
 
     @on_device
     def count(
@@ -121,7 +129,7 @@ class GlFrameCounter(DeviceUser):
         counts : (rows, cols) int32
             0 where nothing is seen; 1 for any shadow by a method of ``umbra.gl.masks``.
         """
-        view, projection, target = self._recall(view, camera)
+        projection, target = self._recall(camera)
         counter, method = self.masks.choose(method, self.counter)
         (self.plan,) = self.planner.plan(
             projection, [light], method, choices=self.choices, warn=self.warn
@@ -153,7 +161,7 @@ class GlFrameCounter(DeviceUser):
         """
         self.soft.refine(softness or Softness())
         soft = self.soft.choose(method)
-        view, projection, target = self._recall(view, camera)
+        projection, target = self._recall(camera)
         middles = [light.light for light in lights]
         plans = self.planner.plan(projection, middles, choices=self.choices, warn=self.warn)
         found = []
@@ -164,13 +172,13 @@ class GlFrameCounter(DeviceUser):
             found.append(np.where(view.face != NOTHING, shares.read(), 1).astype(np.float32))
         return found
 
-    def _recall(self, view: DepthBuffer, camera: Camera) -> tuple[DepthBuffer, Projection, Target]:
-        """Give a view with what it was drawn with; draw it again if another came after it."""
-        if self._seen is None or self._seen[0] is not view or self._target is None:
-            self.see(camera)
+    def _recall(self, camera: Camera) -> tuple[Projection, Target]:
+        """Give what a camera's view was drawn with; draw it again if another came after it."""
+        if self._seen is None or self._seen[0] is not camera:
+            self.look(camera)
         assert self._seen is not None
         assert self._target is not None
-        return *self._seen, self._target
+        return self._seen[1], self._target
 
     def _draw(self, camera: Camera, projection: Projection) -> NDArray[np.int32]:
         if self._target is None or self._target.size != tuple(camera.size):
@@ -196,7 +204,11 @@ class GlFrameCounter(DeviceUser):
         rows, cols = face.shape
         keys = np.full((rows, cols), far)
         y, x = np.nonzero(face != NOTHING)
-        which, place = np.unique(face[y, x], return_inverse=True)
+        is_seen = np.zeros(len(self.triangles.faces) - GROUND, np.bool_)
+        is_seen[face[y, x]] = True  # the ground is the last but one, as its number is negative
+        number = np.cumsum(is_seen) - 1
+        which, place = np.flatnonzero(is_seen), number[face[y, x]]
+        which[which >= len(self.triangles.faces)] = GROUND
         points = np.zeros((len(which), 3, 4))
         points[..., 3] = 1.0
         mesh = which >= 0
@@ -207,7 +219,7 @@ class GlFrameCounter(DeviceUser):
         # The key of a plane is affine in the picture: three of its points fix it.
         corners = mapped[..., :3]
         corners[np.abs(np.linalg.det(corners)) < EDGE_ON] = np.eye(3)  # seen edge-on
-        slope = np.linalg.solve(corners, mapped[..., 3:])[place.ravel(), :, 0]
+        slope = np.linalg.solve(corners, mapped[..., 3:])[place, :, 0]
         keys[y, x] = slope[:, 0] * x + slope[:, 1] * y + slope[:, 2]
         return keys
 

@@ -164,6 +164,8 @@ def make_projection(
         matrix[2] = np.append(2.0 * forward, -(far + near)) / (far - near)
     matrix[0, :3] = right * scale * rows / cols
     matrix[1, :3] = up * scale
+    matrix[0] -= 2.0 * camera.offset[0] / cols * matrix[3]
+    matrix[1] += 2.0 * camera.offset[1] / rows * matrix[3]
     return Projection(matrix, eye, replace(camera, near=near), camera, reverses_depth)
 
 
@@ -204,8 +206,9 @@ def find_rays(projection: Projection) -> dict[str, object]:
         pixel, ahead = 2 * np.tan(np.radians(camera.fov) / 2) / rows, forward
     else:
         pixel, ahead = camera.height / rows, np.zeros(3)
+    left, below = cols / 2 - camera.offset[0], rows / 2 + camera.offset[1]
     return {
-        "corner": ahead - pixel * (cols / 2 * right + rows / 2 * up),
+        "corner": ahead - pixel * (left * right + below * up),
         "across": pixel * right,
         "upward": pixel * up,
         "forward": forward,

@@ -59,15 +59,18 @@ class VisibleSurface:
         -------
         lit : (rows, cols) bool
         """
-        position = np.nan_to_num(self.position)
+        seen = self.part != NOTHING
+        position = self.position[seen]
         way = light.position[:3] - light.position[3] * position
         # What a lamp lies in the plane of, it sees edge-on: positions tell no more than this.
         coarse = np.abs(position).max(-1) + np.abs(light.position[:3]).max()
         least = light.position[3] * _GRAIN * coarse
-        facing = np.einsum("ijk,ijk->ij", np.nan_to_num(self.normal), way) > least
+        facing = np.einsum("ij,ij->i", self.normal[seen], way) > least
         if light.axis is not None or light.range < np.inf:
             facing &= light.is_within(position)
-        return facing & (counts == 0) & (self.part != NOTHING)
+        lit = np.zeros(self.part.shape, np.bool_)
+        lit[seen] = facing & (counts[seen] == 0)
+        return lit
 
 
 def locate(
@@ -95,7 +98,7 @@ def locate(
         height = 2 * np.tan(np.radians(camera.fov) / 2)
     position, normal = _place(
         view.key, view.face, triangles.vertices, triangles.faces, camera.eye, camera.axes(),
-        float(height), camera.is_perspective,
+        camera.center, float(height), camera.is_perspective,
     )  # fmt: skip
     if ground is not None:
         position[view.face == GROUND, 2] = ground
@@ -112,6 +115,7 @@ def _place(
     faces: NDArray[np.int32],
     eye: NDArray[np.float64],
     axes: NDArray[np.float64],
+    center: tuple[float, float],
     height: float,
     is_perspective: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -124,7 +128,7 @@ def _place(
         for j in range(cols):
             if face[i, j] == NOTHING:
                 continue
-            x, y = j - (cols - 1) / 2, (rows - 1) / 2 - i
+            x, y = j - center[0], center[1] - i
             for k in range(3):
                 across = pixel * (x * right[k] + y * up[k])
                 if is_perspective:

@@ -15,13 +15,24 @@ from umbra.errors import InputError
 from umbra.scene.lights import Light
 from umbra.scene.scene import Scene
 
-__all__ = ["AMBIENT", "GROUND_COLOR", "HORIZON", "SKY", "Camera", "expose_lights", "find_exposure"]
+__all__ = [
+    "AMBIENT",
+    "GROUND_COLOR",
+    "HORIZON",
+    "SKY",
+    "Camera",
+    "expose_lights",
+    "find_exposure",
+    "find_offsets",
+]
 
 GROUND_COLOR = (0.50, 0.50, 0.48)
 SKY, HORIZON = (0.42, 0.60, 0.82), (0.86, 0.91, 0.95)
 """Behind everything, at the top and at the foot of a picture; linear RGB."""
 AMBIENT = 0.20
 """Of a white surface that looks up; half as much looking down."""
+_GOLDEN = (5**0.5 - 1) / 2
+_FARTHEST = 0.5  # that a ray may pass from its pixel's centre [pixels]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +54,8 @@ class Camera:
         Height of the picture [m] of an orthographic camera.
     near, far : float
         Distances along the view axis [m]; far may be infinite.
+    offset : (float, float)
+        How far to the right of and below their centres pixels look, up to half [pixels].
 
     Raises
     ------
@@ -58,6 +71,7 @@ class Camera:
     height: float | None = None
     near: float = 0.1
     far: float = np.inf
+    offset: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         for name in ("eye", "target", "up"):
@@ -84,6 +98,9 @@ class Camera:
             raise InputError(msg)
         if self.height is not None and not 0 < self.height < np.inf:
             msg = f"an orthographic picture needs a height= above 0 m; got {self.height:g}"
+            raise InputError(msg)
+        if len(self.offset) != 2 or not all(abs(shift) <= _FARTHEST for shift in self.offset):
+            msg = f"pixels look at most half a pixel off their centres; got {self.offset}"
             raise InputError(msg)
         forward = self.target - self.eye
         if not np.linalg.norm(np.cross(forward, self.up)) > 1e-12 * np.linalg.norm(
@@ -121,6 +138,12 @@ class Camera:
         axes.setflags(write=False)
         return axes
 
+    @property
+    def center(self) -> tuple[float, float]:
+        """Where the view axis meets the picture, as a pixel (column, row)."""
+        cols, rows = self.size
+        return (cols - 1) / 2 - self.offset[0], (rows - 1) / 2 - self.offset[1]
+
     def matrix(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
         """
         Return the homogeneous map from the world to pixels.
@@ -140,10 +163,10 @@ class Camera:
         -------
         matrix : (4, 4) float64
         """
-        cols, rows = self.size
+        _, rows = self.size
         right, up, forward = self.axes()
         eye = self.eye - np.asarray(origin, np.float64)
-        centre = np.array([(cols - 1) / 2, (rows - 1) / 2])
+        centre = self.center
         depth = np.append(forward, -forward @ eye)
         one = np.array([0.0, 0.0, 0.0, 1.0])
         if self.height is None:
@@ -174,6 +197,19 @@ class Camera:
         if self.height is None:
             return np.append(self.eye - np.asarray(origin, np.float64), 1.0)
         return np.append(-self.axes()[2], 0.0)
+
+
+def find_offsets(samples: int) -> NDArray[np.float64]:
+    """
+    Find where in a pixel to look to smooth its edges, (samples, 2), for ``Camera.offset``.
+
+    No two lie in one row or one column, so upright and level edges are met in as many steps;
+    the golden ratio spreads the rows, so that other edges are met in nearly as many. A single
+    sample is the centre.
+    """
+    number = np.arange(samples)
+    rank = ((number + 1) * _GOLDEN % 1.0).argsort().argsort()
+    return (np.stack([number, rank], 1) + 0.5) / samples - 0.5
 
 
 def find_exposure(n_lights: int) -> float:

@@ -39,8 +39,9 @@ def find_near_rectangle(
         pixel = camera.near * 2.0 * np.tan(np.radians(camera.fov) / 2.0) / rows
     else:
         pixel = camera.height / rows
-    x = pixel * (np.array([left, left, right, right]) - cols / 2.0)
-    y = pixel * (rows / 2.0 - np.array([top, bottom, bottom, top]))
+    # Corners of pixels, whose centres are whole numbers in the picture.
+    x = pixel * (np.array([left, left, right, right]) - 0.5 - camera.center[0])
+    y = pixel * (camera.center[1] + 0.5 - np.array([top, bottom, bottom, top]))
     middle = camera.eye - np.asarray(origin, np.float64) + camera.near * forward
     return middle + x[:, None] * across + y[:, None] * up
 

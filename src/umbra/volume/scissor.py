@@ -105,10 +105,10 @@ def find_sphere_scissors(
     depth = apart @ forward
     short = camera.near - depth  # of the near plane
     chord = np.sqrt(np.maximum(radius**2 - short**2, 0.0))
-    cols, rows = camera.size
+    rows = camera.size[1]
     height = camera.height or 2.0 * np.tan(np.radians(camera.fov) / 2.0)
     spans = []
-    for axis, sign, size in ((right, 1.0, cols), (up, -1.0, rows)):
+    for axis, sign, middle in zip((right, up), (1.0, -1.0), camera.center, strict=True):
         across = sign * (apart @ axis)
         low, high = across - chord, across + chord
         if camera.height is None:
@@ -132,7 +132,7 @@ def find_sphere_scissors(
                 np.where(whole, across + radius, high),
             )
         pixels = [np.where(endless, end, v) for end, v in ((-np.inf, low), (np.inf, high))]
-        low, high = (v * rows / height + (size - 1) / 2.0 for v in pixels)
+        low, high = (v * rows / height + middle for v in pixels)
         spans.append((low, high))
     return _make_scissors(camera, spans[0], spans[1], endless | (short <= radius))
 

@@ -98,7 +98,8 @@ def shrink(camera: Camera, scale: int) -> Camera:
     """Give the same view in fewer pixels, ``scale`` to one along each side, rounded up."""
     cols, rows = camera.size
     fewer = -(-rows // scale)
-    return replace(camera, size=(-(-cols * fewer // rows), fewer))
+    across, down = (shift * fewer / rows for shift in camera.offset)
+    return replace(camera, size=(-(-cols * fewer // rows), fewer), offset=(across, down))
 
 
 def find_shares(

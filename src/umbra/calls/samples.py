@@ -1,0 +1,178 @@
+"""
+What lights do in a picture, and its edges made smooth: each pixel looked at in several places.
+
+Every sample is a picture of its own whose pixels look a little off their centres
+(``Camera.offset``), with the same places on every device. To see and to count costs little;
+positions, textures and light are found only for those samples that see another face than
+the pixel's centre does, or see it in another shadow.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.calls.options import RenderOptions
+from umbra.cpu.shade import find_colors
+from umbra.rays import VisibleSurface
+from umbra.rays.depth import NOTHING, DepthBuffer
+from umbra.scene import Camera, Light, Scene
+from umbra.scene.camera import find_offsets
+from umbra.soft import AreaLight
+
+__all__ = ["PictureLights", "SeenLights", "average_colors"]
+
+_HALF = 0.5  # of a light: what gets more is lit
+_STEP = 1 / 32  # between shares of a light in pixels side by side: more is an edge
+
+
+@dataclass(frozen=True, eq=False)
+class SeenLights:
+    """
+    What each light does in one view, (rows, cols) each.
+
+    ``lit`` is whether it reaches the surface, ``reached`` the same or what share of it arrives,
+    and ``visibility`` the share that casters leave, of soft shadows.
+    """
+
+    counts: Sequence[NDArray[np.integer]]
+    lit: Sequence[NDArray[np.bool_]]
+    reached: Sequence[NDArray]
+    visibility: Sequence[NDArray[np.float32]] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PictureLights:
+    """
+    The lights of a picture, and how their shadows are counted.
+
+    Parameters
+    ----------
+    counter : FrameCounts
+    lights : sequence of Light
+    sized : sequence of AreaLight
+        The same with their sizes, for soft shadows.
+    options : RenderOptions
+    """
+
+    counter: Any
+    lights: Sequence[Light]
+    sized: Sequence[AreaLight]
+    options: RenderOptions
+
+    @property
+    def is_sharp(self) -> bool:
+        """Whether shadows are whole, so that counts alone tell their edges."""
+        return self.options.soft is None and self.options.mask_scale == 1
+
+    def count(self, view: DepthBuffer, camera: Camera) -> list[NDArray]:
+        """Count the shadows of each light."""
+        return [
+            self.counter.count(view, camera, light, self.options.method) for light in self.lights
+        ]
+
+    def find(
+        self,
+        view: DepthBuffer,
+        frame: VisibleSurface,
+        camera: Camera,
+        counts: Sequence[NDArray] | None = None,
+    ) -> SeenLights:
+        """Find what the lights do in a view; ``counts``, if they are known, are its own."""
+        if self.options.mask_scale != 1:
+            return self._find_by_mask(frame, camera)
+        if counts is None:
+            counts = self.count(view, camera)
+        lit = [frame.lit(n, light) for n, light in zip(counts, self.lights, strict=True)]
+        if self.options.soft is None:
+            return SeenLights(counts, lit, lit)
+        shares = self.counter.find_visibility(
+            view, camera, self.sized, self.options.soft, self.options.softness
+        )
+        return SeenLights(counts, lit, self._reach(frame, shares), shares)
+
+    def _find_by_mask(self, frame: VisibleSurface, camera: Camera) -> SeenLights:
+        """Count in a smaller picture; counts are 0 and 1."""
+        from umbra.gl.masks.upsampling import find_shares  # noqa: PLC0415
+
+        shares = find_shares(
+            self.counter, frame, camera, self.lights, self.options.method,
+            scale=self.options.mask_scale, kind=self.options.mask_filter,
+        )  # fmt: skip
+        seen = frame.part != NOTHING
+        counts = [((share < _HALF) & seen).astype(np.int32) for share in shares]
+        lit = [frame.lit(n, light) for n, light in zip(counts, self.lights, strict=True)]
+        return SeenLights(counts, lit, self._reach(frame, shares))
+
+    def _reach(self, frame: VisibleSurface, shares: Sequence[NDArray]) -> list[NDArray]:
+        """Give what reaches the surface: the shares where it faces the light in its reach."""
+        none = np.zeros(frame.part.shape, np.int32)
+        pairs = zip(shares, self.lights, strict=True)
+        return [share * frame.lit(none, one) for share, one in pairs]
+
+
+def average_colors(
+    scene: Scene,
+    camera: Camera,
+    lights: PictureLights,
+    middle: tuple[DepthBuffer, VisibleSurface, SeenLights],
+) -> NDArray[np.float64]:
+    """
+    Average the colours of the samples of each pixel.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+        Of the pixels' centres.
+    lights : PictureLights
+    middle : (DepthBuffer, VisibleSurface, SeenLights)
+        What the pixels' centres see.
+
+    Returns
+    -------
+    colors : (rows, cols, 3) float64
+        Linear RGB.
+    """
+    view, frame, seen = middle
+    colors = find_colors(scene, frame, lights.lights, seen.reached, view)
+    edges = _find_textured(scene, frame)
+    if not lights.is_sharp:
+        edges |= _find_steps(seen.reached)
+    more, samples = np.zeros_like(colors), lights.options.samples
+    for across, down in find_offsets(samples).tolist():
+        other = replace(camera, offset=(across, down))
+        looked = lights.counter.look(other)
+        differs = edges | (looked.face != view.face)
+        counts = None
+        if lights.is_sharp:
+            counts = lights.count(looked, other)
+            for one, two in zip(counts, seen.counts, strict=True):
+                differs |= (one != 0) != (two != 0)
+        some = DepthBuffer(looked.key, np.where(differs, looked.face, NOTHING))
+        frame = lights.counter.locate(some, other)
+        reached = lights.find(some, frame, other, counts).reached
+        shown = find_colors(scene, frame, lights.lights, reached, some)
+        more[differs] += shown[differs] - colors[differs]
+    return colors + more / samples
+
+
+def _find_textured(scene: Scene, frame: VisibleSurface) -> NDArray[np.bool_]:
+    """Find where parts with pictures are seen, (rows, cols): texels may be finer than pixels."""
+    has = np.array([part.material.image is not None for part in scene.parts] + [False, False])
+    return np.asarray(has[frame.part])  # ground and nothing have negative numbers
+
+
+def _find_steps(shares: Sequence[NDArray]) -> NDArray[np.bool_]:
+    """Find where shares of light change by a step, (rows, cols): these pixels and the next."""
+    found = np.zeros(shares[0].shape, np.bool_)
+    for share in shares:
+        level = share.astype(np.float32)
+        across, down = (np.abs(np.diff(level, axis=axis)) > _STEP for axis in (1, 0))
+        found[:, 1:] |= across
+        found[:, :-1] |= across
+        found[1:] |= down
+        found[:-1] |= down
+    return found
