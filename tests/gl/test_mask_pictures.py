@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.lib.stride_tricks import sliding_window_view
-from support.shapes import city, sheet, torus_knot
+from support.shapes import box, city, merge, sheet, torus_knot
 
 from umbra.errors import InputError
 from umbra.gl.masks import MASKS, PRINTED
@@ -114,6 +114,29 @@ def test_without_lights_there_is_ambient_light_or_none(device, town):
     for method in ("stencil", "screen"):
         np.testing.assert_array_equal(draw(device, town, method, "ambient", [])[0], ambient)
         assert draw(device, town, method, "black", [])[0].max() == 0
+
+
+def test_parallel_rays_that_end_in_volumes(device):
+    # Rooms within rooms around a lamp, each without half of its front wall: to the far end of the
+    # rays the lamp is hidden by all of their back walls, and each room has more faces than a batch.
+    rooms = []
+    for size in 1 + 0.25 * np.arange(9):
+        vertices, faces = box((-size, -size, 0.2), (size, size, 1.5 * size + 0.8))
+        front = np.flatnonzero((vertices[faces][..., 1] < -0.99 * size).all(1))
+        rooms.append((vertices, np.delete(faces, front[0], 0)))
+    casters = Mesh(*merge(*rooms, torus_knot()))
+    scene = make_scene([Part("casters", "c", casters), Part("floor", "f", Mesh(*FLOOR))])
+    lamp = point_light((0.13, 0.31, 1.3))
+    deepest = 0
+    for eye in ((4, -30, 3), (-6, -30, 2.5), (-3, -30, -4)):
+        camera = Camera(eye, (0.4, 0, 2), size=(96, 72), height=16.0)
+        right, _ = draw(device, scene, "stencil", light=lamp, camera=camera, white=True)
+        for method in (*MASKS, PRINTED, SCREEN_MAX):
+            found, tally = draw(device, scene, method, light=lamp, camera=camera, white=True)
+            assert (np.abs(found - right).max(-1) > 1).sum() <= 4, method
+            deepest = max(deepest, tally.rectangles.count("end"))
+        assert (right[..., 0] > 128).sum() > 50
+    assert deepest > 3
 
 
 def test_no_light_gets_between_the_volumes_of_polygons(device):

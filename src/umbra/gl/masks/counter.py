@@ -94,17 +94,12 @@ class MaskCounter:
         self._plan: VolumePlan | None = None
         self._mask = SharedDepthTarget(device, method.format)
 
-    @property
-    def _factor(self) -> float:
-        """By how much a volume multiplies the value."""
-        return 2.0 if self.method.up.blend == "double" else self.method.up.brightness
-
     def find_pieces(self, plan: VolumePlan) -> Pieces:
         """Cut a plan's volumes; those of the last plan are kept."""
         if self.pieces is None or self._plan is not plan:
             self.pieces = make_pieces(plan, max(self._room(plan), 1), split=self._split)
             self._plan = plan
-            for line in self._find_faults(plan, self.pieces):
+            for line in self._find_faults(self.pieces):
                 self._warn(line)
         return self.pieces
 
@@ -114,8 +109,8 @@ class MaskCounter:
             return self.limit
         return max(self.limit - plan.statistics.deepest, self.limit // 3)
 
-    def _find_faults(self, plan: VolumePlan, pieces: Pieces) -> list[str]:
-        """Say, in a line each, what of a plan lies outside the method's domain."""
+    def _find_faults(self, pieces: Pieces) -> list[str]:
+        """Say, in a line each, what of a plan's pieces lies outside the method's domain."""
         name, lines = self.method.name, []
         if self.limit == 0:
             lines.append(f"{name} is wrong on {self._device.renderer}, which rounds otherwise")
@@ -124,11 +119,6 @@ class MaskCounter:
             lines.append(
                 f"{name} may be wrong: {wide} casters are not convex and hide a line up to "
                 f"{pieces.widest} times, where it bears {self.limit}; let it split casters"
-            )
-        if plan.start and not self.method.counts:
-            lines.append(
-                f"{name} may be wrong for this view: its parallel rays end in {plan.start} shadow "
-                "volumes, a count from which it cannot start; use half or auto"
             )
         return lines
 
@@ -142,7 +132,7 @@ class MaskCounter:
         """
         self.painter.tally.clear()
         mask = self._mask.over(target)
-        mask.fill(state, self.method.start * self._factor**plan.start)
+        mask.fill(state, self.method.start)
         self.painter.draw_volumes(state, self.method, plan, self.find_pieces(plan))
         for step in self.method.black:
             self.painter.draw_rectangle(state, step, self.method.write)

@@ -106,6 +106,8 @@ class MaskPainter:
             )  # fmt: skip
             self._indices.draw(self._volume, draw.first, draw.count)
             self.tally.draws += 1
+        for _ in range(batch.ends if way == "up" else 0):
+            self.draw_rectangle(state, step, method.write, "end", scissor=plan.scissor)
 
     def draw_rectangle(
         self,
@@ -115,9 +117,10 @@ class MaskPainter:
         purpose: str = "normalise",
         *,
         stencil: Stencil | None = None,
+        scissor: tuple[int, int, int, int] | None = None,
     ) -> None:
-        """Draw a rectangle over the whole window, or where a stencil lets it pass."""
-        state.use(Pass(color_write=write, blend=step.blend, stencil=stencil))
+        """Draw a rectangle over the whole window, or where a stencil or a scissor lets it pass."""
+        state.use(Pass(color_write=write, blend=step.blend, stencil=stencil, scissor=scissor))
         self._rectangle.set(tint=np.full(4, step.brightness))
         self._rectangle.draw(3)
         self.tally.rectangles.append(purpose)

@@ -5,15 +5,19 @@ A convex caster is met by any line in one front and one back at most; so is the 
 a single polygon. A caster that is not convex is kept whole where it has few enough casting
 faces, and otherwise falls into one volume for each of them. Volumes come together in
 batches as long as no line can meet more fronts, or more backs, than the method bears.
+
+Parallel rays all end in one point at infinity, where the far end of a volume that is counted behind
+surfaces cannot be drawn: it is a rectangle over the window if the volume holds that point. So a
+count never starts but from 0. (Roettger's near cap is the same at the rays' other end, where it
+is not the same for all pixels.)
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Selection, VolumePlan
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.volumes import FAR, BodyVolumes
 
 __all__ = ["Pieces", "VolumeBatch", "make_pieces"]
@@ -24,10 +28,15 @@ _Lists = dict[_Key, list[NDArray[np.uint32]]]
 
 @dataclass(frozen=True)
 class VolumeBatch:
-    """Volumes that are counted together; no line meets more than ``weight`` fronts, nor backs."""
+    """
+    Volumes that are counted together; no line meets more than ``weight`` fronts, nor backs.
+
+    ``ends`` of them hold where parallel rays end.
+    """
 
     draws: tuple[Draw, ...]
     weight: int
+    ends: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +70,14 @@ class _Builder:
     n_split: int = 0
     _open: _Lists = field(default_factory=dict)
     _weight: int = 0
+    _ends: int = 0
 
-    def add(self, volume: dict[_Key, NDArray[np.uint32]], weight: int) -> None:
-        """Add triangles of one volume, or of several that are disjoint in weight."""
+    def add(self, volume: dict[_Key, NDArray[np.uint32]], weight: int, ends: int) -> None:
+        """Add triangles of one volume, or of several that are disjoint in weight and ends."""
         if self._weight + weight > self.at_once:
             self.close()
         self._weight += weight
+        self._ends += ends
         for key, numbers in volume.items():
             if numbers.size:
                 self._open.setdefault(key, []).append(numbers.ravel())
@@ -80,8 +91,8 @@ class _Builder:
             self.lists += lists
             self.place += count
         if draws:
-            self.batches.append(VolumeBatch(tuple(draws), self._weight))
-        self._open, self._weight = {}, 0
+            self.batches.append(VolumeBatch(tuple(draws), self._weight, self._ends))
+        self._open, self._weight, self._ends = {}, 0, 0
 
 
 def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces:
@@ -94,7 +105,7 @@ def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces
     builder, offset = _Builder(at_once), 0
     assert plan.selection is not None
     for each in plan.volumes:
-        _add_body(builder, each, plan.selection, offset, bool(plan.light[3]), split)
+        _add_body(builder, each, plan, offset, split)
         offset += each.body.n_shells * len(each.body.groups)
     builder.close()
     return Pieces(
@@ -105,12 +116,13 @@ def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces
 def _add_body(
     builder: _Builder,
     each: BodyVolumes,
-    selection: Selection,
+    plan: VolumePlan,
     offset: int,
-    is_point: bool,
     split: bool,
 ) -> None:
     """Add what is selected of one body."""
+    selection, is_point = plan.selection, bool(plan.light[3])
+    assert selection is not None
     n = each.body.n_shells * len(each.body.groups)
     mine = slice(offset, offset + n)
     active = selection.sides[mine]
@@ -133,15 +145,20 @@ def _add_body(
             light_cap=bool(selection.light_cap[at]),
         )
         weight = 1 if is_convex[shell] else len(faces)
+        ends = np.zeros(len(faces), np.bool_)
+        if chosen.kind == Z_FAIL and not chosen.is_cut:
+            ends = _hold_end(each, plan, shell // each.body.n_shells, faces)
         if weight <= builder.at_once or not split:
             sides = each.sides[side_starts[shell] : side_starts[shell + 1]]
-            builder.add(chosen.name(sides, faces), weight)
+            builder.add(chosen.name(sides, faces), weight, int(ends.sum()))
             builder.n_volumes += 1
             continue
         builder.n_split += 1
         builder.n_volumes += len(faces)
-        for some in _cut(faces, builder.at_once):
-            builder.add(chosen.name(_make_sides(some), some), len(some))
+        for first in range(0, len(faces), builder.at_once):
+            place = slice(first, first + builder.at_once)
+            some = faces[place]
+            builder.add(chosen.name(_make_sides(some), some), len(some), int(ends[place].sum()))
 
 
 @dataclass(frozen=True)
@@ -167,9 +184,24 @@ class _Chosen:
         return found
 
 
-def _cut(faces: NDArray[np.uint32], most: int) -> Iterator[NDArray[np.uint32]]:
-    for first in range(0, len(faces), most):
-        yield faces[first : first + most]
+def _hold_end(
+    each: BodyVolumes, plan: VolumePlan, instance: int, faces: NDArray[np.uint32]
+) -> NDArray[np.bool_]:
+    """Tell which casting faces (n, 3) have the point where parallel rays end in their volume."""
+    camera, light = plan.projection.camera, each.lights[instance]
+    if camera.is_perspective or light[3] == 0:
+        return np.zeros(len(faces), np.bool_)
+    body = each.body
+    # The view may be tilted a little: along its rays the place in the picture does not change.
+    way = np.cross(*plan.projection.matrix[:2, :3])
+    way *= np.sign(way @ camera.axes()[2])
+    way = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))[:3]
+    corners = body.caster.vertices[(faces >> np.uint32(1)).astype(np.int64) - body.first[instance]]
+    a, b, c = np.moveaxis(corners - light[:3], 1, 0)
+    # The way from the light pierces a face if all its edges pass on the same side of it.
+    sides = np.stack([np.cross(one, two) @ way for one, two in ((a, b), (b, c), (c, a))])
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    return np.asarray(((sides > 0) == (volume > 0)).all(0) & (volume != 0))
 
 
 def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
