@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from PIL import Image
+from support.model_files import RULES
 from support.shapes import box
 
 import umbra
@@ -15,21 +16,6 @@ from umbra.study import run_study
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
 SMALL = {"date": "2026-03-21", "every": "1h", "extent": (-5, -5, 5, 5), "cell": 0.5}
-RULES = """
-format: 1
-name: r
-version: "1"
-source: here
-checks:
-  - name: sun
-    dates: 09-18
-    from: 10:00
-    to: 14:00
-    every: 1h
-    at_least: 1h
-    measure: sun_hours
-    where: [{name: yard, x: 3, y: 0}]
-"""
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +102,7 @@ def test_a_report_is_one_page(study, tmp_path):
 
 def test_further_formats_and_verdicts(study, tmp_path):
     rules = tmp_path / "rules.yaml"
-    rules.write_text(RULES)
+    rules.write_text(RULES.format(measure="sun_hours", place="yard", x=3, y=0))
     names = [path.name for path in study.write(tmp_path / "out", "csv", "svg", rules=rules)]
     assert {"cells.csv", "hours.svg", "profile.svg", "verdicts.csv"} <= set(names)
     (verdict,) = study.judge(rules)

@@ -5,24 +5,8 @@ import csv
 import numpy as np
 import pytest
 import xarray as xr
-from support.model_files import save_obj
+from support.model_files import RULES, save_obj
 from support.shapes import box
-
-RULES = """
-format: 1
-name: r
-version: "1"
-source: here
-checks:
-  - name: sun
-    dates: 09-18
-    from: 10:00
-    to: 14:00
-    every: 1h
-    at_least: 1h
-    measure: {measure}
-    where: [{{name: bench, x: 0, y: 3}}]
-"""
 
 
 @pytest.fixture
@@ -96,7 +80,7 @@ def test_rules_weigh_what_comes_through(study, garden, tmp_path, receivers):
     measured = {}
     for measure in ("sun_hours", "shadow_hours", "longest_sun_hours"):
         rules = tmp_path / "rules.yaml"
-        text = RULES.format(measure=measure)
+        text = RULES.format(measure=measure, place="bench", x=0, y=3)
         rules.write_text(text if receivers == "ground" else text.split("    where")[0])
         options = ["--rules", rules, "--canopy", "crown", "--transmissivity", "0.5"]
         options += ["--receivers", receivers, "--from", "10:00", "--to", "14:00", "--every", "1h"]

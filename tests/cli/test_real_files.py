@@ -1,12 +1,10 @@
 """Real models from the command line, on small rasters."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
+from support.model_files import DATA
 
-DATA = Path(__file__).parents[2] / "../shared/data"
 VIENNA = ["--lat", "48.2", "--lon", "16.37", "--tz", "Europe/Vienna"]
 DAY = ["--date", "2026-09-18", "--every", "2h", "--size", "150x120", "--masks"]
 

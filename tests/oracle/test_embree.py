@@ -1,7 +1,6 @@
 """Large meshes: Embree on every cell and pixel, float64 wherever it disagrees."""
 
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +17,7 @@ from support.judge import (
     on_field,
     on_plane,
 )
+from support.model_files import DATA, FILES
 from support.raycaster import RayCaster
 from support.shapes import city, merge, moved, terrain, torus_knot
 
@@ -30,15 +30,6 @@ from umbra.scene import Camera, directional_light, make_scene
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster
 
-DATA = Path(__file__).parents[2] / "../shared/data"
-FILES = [
-    "vienna_lod2.city.jsonl",
-    "zurich_lod2.city.json",
-    "delft.city.json",
-    "denhaag.city.json",
-    "engel_house.obj",
-    "urban_block.obj",
-]
 SUNS = directions([(0.4, -0.5, 0.6), (-0.8, -0.1, 0.25), (0.15, -0.9, 0.9)])
 
 

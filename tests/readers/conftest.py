@@ -1,14 +1,12 @@
 """Small models, made by hand, and measures of what a reader made of them."""
 
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.model_files import DATA
 
 from umbra import InputError
-
-DATA = Path(__file__).parents[2] / "../shared/data"
 
 # A box of 2 x 3 x 4 m: vertices and outward faces.
 BOX_VERTICES = [

@@ -1,9 +1,8 @@
 """The ground that no one names: where things stand, and what is said of it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from support.model_files import DATA
 from support.shapes import box, sheet
 
 import umbra
@@ -11,7 +10,6 @@ from umbra.receivers import find_kind
 from umbra.receivers.level import assume_level, has_terrain
 from umbra.scene import Mesh, Part, make_scene
 
-DATA = Path(__file__).parents[2] / "../shared/data"
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-03-21", "every": "2h", "cell": 1.0}
 

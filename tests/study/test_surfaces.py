@@ -1,12 +1,12 @@
 """Walls and roofs in their own planes, and points from a table."""
 
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
 from support.days import around, parts
 from support.judge import Seen
+from support.model_files import DATA
 from support.raycaster import RayCaster
 from support.shapes import box, city, merge, moved, rewound, sheet, turned
 
@@ -20,7 +20,6 @@ from umbra.study import run_study
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-06-05", "start": "06:15", "end": "19:15", "every": "70min", "masks": True}
 EDGE = 1e-6
-DATA = Path(__file__).parents[2] / "../shared/data"
 GABLE = (
     np.array([(0, 0, 0), (6, 0, 0), (6, 9, 0), (0, 9, 0), (3, 0, 6), (3, 9, 6)], float),
     np.array([[0, 4, 5], [0, 5, 3], [1, 2, 5], [1, 5, 4], [0, 1, 4], [2, 3, 5],

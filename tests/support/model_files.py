@@ -2,9 +2,37 @@
 
 import json
 import struct
+from pathlib import Path
 
 import numpy as np
 
+DATA = Path(__file__).parents[2] / "../shared/data"
+"""Real models, outside the repository; tests that need them skip without them."""
+FILES = [
+    "vienna_lod2.city.jsonl",
+    "zurich_lod2.city.json",
+    "delft.city.json",
+    "denhaag.city.json",
+    "engel_house.obj",
+    "urban_block.obj",
+]
+"""Some of them, as meshes of every kind: solids, sheets, triangle soups."""
+RULES = """
+format: 1
+name: r
+version: "1"
+source: here
+checks:
+  - name: sun
+    dates: 09-18
+    from: 10:00
+    to: 14:00
+    every: 1h
+    at_least: 1h
+    measure: {measure}
+    where: [{{name: {place}, x: {x}, y: {y}}}]
+"""
+"""A rule of one place, to be filled in."""
 KINDS = ("WallSurface", "RoofSurface")
 
 

@@ -2,13 +2,13 @@
 
 import gc
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.bench import borrow
+from support.model_files import DATA, FILES
 from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, terrain, torus_knot
 
 import umbra
@@ -22,15 +22,6 @@ from umbra.volume.hextree import make_hextree
 from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes, prepare_tree
 
 TREES = ["tree", "hextree"]
-DATA = Path(__file__).parents[2] / "../shared/data"
-FILES = [
-    "vienna_lod2.city.jsonl",
-    "zurich_lod2.city.json",
-    "delft.city.json",
-    "denhaag.city.json",
-    "engel_house.obj",
-    "urban_block.obj",
-]
 
 
 def find_codes(caster, lights, method):

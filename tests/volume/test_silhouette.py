@@ -1,12 +1,12 @@
 """Silhouettes: solved by hand, held against a dictionary of edges, and closed at every vertex."""
 
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.model_files import DATA, FILES
 from support.shapes import SCENES, TOP, box, duplicated, jumble, rewound, sheet, soup, terrain
 
 import umbra
@@ -15,15 +15,6 @@ from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes
 
 CUBE = box((-1, -1, 0), (1, 1, 2))
 SQUARE = [(0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
-DATA = Path(__file__).parents[2] / "../shared/data"
-FILES = [
-    "vienna_lod2.city.jsonl",
-    "zurich_lod2.city.json",
-    "delft.city.json",
-    "denhaag.city.json",
-    "engel_house.obj",
-    "urban_block.obj",
-]
 
 
 def find(mesh, light):
