@@ -118,14 +118,7 @@ class Camera:
         return self.height is None
 
     def axes(self) -> NDArray[np.float64]:
-        """
-        Return the camera's axes.
-
-        Returns
-        -------
-        axes : (3, 3) float64
-            Rows right, up, forward; orthonormal, world frame. Not to be written to.
-        """
+        """Return the axes (3, 3), read only: rows right, up, forward; orthonormal, world frame."""
         return self._axes
 
     @cached_property
@@ -187,12 +180,9 @@ class Camera:
 
     def apex(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
         """
-        Return the homogeneous point where all rays start, relative to an origin.
+        Return the homogeneous point (4,) where all rays start, relative to an origin [m].
 
-        Returns
-        -------
-        apex : (4,) float64
-            The eye with w = 1, or the direction back along the rays with w = 0.
+        It is the eye with w = 1, or the direction back along the rays with w = 0.
         """
         if self.height is None:
             return np.append(self.eye - np.asarray(origin, np.float64), 1.0)

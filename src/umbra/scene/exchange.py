@@ -59,19 +59,10 @@ class Exchange:
     @classmethod
     def from_trimesh(cls, mesh: Any, **facts: Any) -> "Scene":
         """
-        Make a scene from a ``trimesh.Trimesh`` or ``trimesh.Scene``, z up [m].
+        Make a scene from a ``trimesh.Trimesh`` or ``trimesh.Scene``, z up [m], a part of each node.
 
-        Parameters
-        ----------
-        mesh : trimesh.Trimesh or trimesh.Scene
-            Each node of a scene becomes a part.
-        **facts
-            As of `from_arrays`.
-
-        Raises
-        ------
-        InputError
-            If it is neither, or has no triangles.
+        Facts are as of `from_arrays`. An `InputError` says that it is neither, or has no
+        triangles.
         """
         from umbra import make_scene  # noqa: PLC0415
 
@@ -80,19 +71,9 @@ class Exchange:
     @classmethod
     def from_pyvista(cls, data: Any, **facts: Any) -> "Scene":
         """
-        Make a scene from the surface of a PyVista dataset, z up [m].
+        Make a scene from the surface of a PyVista dataset, z up [m]; each block becomes a part.
 
-        Parameters
-        ----------
-        data : pyvista.DataSet or pyvista.MultiBlock
-            Each block becomes a part.
-        **facts
-            As of `from_arrays`.
-
-        Raises
-        ------
-        InputError
-            If it is neither, or has no faces.
+        Facts are as of `from_arrays`. An `InputError` says that it is no dataset, or has no faces.
         """
         from umbra import make_scene  # noqa: PLC0415
 
@@ -128,14 +109,7 @@ class Exchange:
             return read(path, height_column=height, **columns)  # type: ignore[arg-type]
 
     def to_trimesh(self) -> Any:
-        """
-        Return a ``trimesh.Scene``, a mesh for each part, in the model's own coordinates [m].
-
-        Raises
-        ------
-        InputError
-            If trimesh is not installed.
-        """
+        """Return a ``trimesh.Scene``, a mesh for each part, in the model's own coordinates [m]."""
         trimesh = import_package("trimesh", "to_trimesh")
         found = trimesh.Scene()
         for name, vertices, faces in _list_soups(self):  # type: ignore[arg-type]
@@ -144,14 +118,7 @@ class Exchange:
         return found
 
     def to_pyvista(self) -> Any:
-        """
-        Return a ``pyvista.MultiBlock``, a block for each part, in the model's own coordinates [m].
-
-        Raises
-        ------
-        InputError
-            If PyVista is not installed.
-        """
+        """Return a ``pyvista.MultiBlock``, a block a part, in the model's own coordinates [m]."""
         pyvista = import_package("pyvista", "to_pyvista")
         found = pyvista.MultiBlock()
         for name, vertices, faces in _list_soups(self):  # type: ignore[arg-type]

@@ -66,19 +66,8 @@ def volume_light(
     ----------
     center, edge_u, edge_v, edge_w : (3,) float64
         Its middle and its sides, from end to end [m].
-    n : int
-    color : (3,) float
-    **more
-        ``range`` and ``attenuation`` of `Light`.
-
-    Returns
-    -------
-    lights : list of Light
-
-    Raises
-    ------
-    InputError
-        As `area_light`.
+    n, color, **more
+        As of `area_light`.
     """
     return _fill_edges("volume", center, [edge_u, edge_v, edge_w], n, color, more)
 
@@ -94,19 +83,8 @@ def sphere_light(
     center : (3,) float64
     radius : float
         [m]; above 0.
-    n : int
-    color : (3,) float
-    **more
-        ``range`` and ``attenuation`` of `Light`.
-
-    Returns
-    -------
-    lights : list of Light
-
-    Raises
-    ------
-    InputError
-        As `area_light`.
+    n, color, **more
+        As of `area_light`.
     """
     if not 0 < radius < np.inf:
         msg = f"a sphere light's radius must be above 0 m; got {radius:g}"

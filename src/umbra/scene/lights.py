@@ -129,18 +129,7 @@ class Light:
         return bool(self.position[3] > 0)
 
     def local(self, origin: ArrayLike) -> NDArray[np.float64]:
-        """
-        Return the homogeneous position relative to an origin.
-
-        Parameters
-        ----------
-        origin : (3,) float64
-            In the model's own coordinates [m].
-
-        Returns
-        -------
-        position : (4,) float64
-        """
+        """Return the homogeneous position (4,) relative to an origin (3,) [m]."""
         shifted = self.position.copy()
         if not self.is_point:
             # Near length 1, by a power of 2: exact, and no product of it can underflow.
@@ -150,17 +139,9 @@ class Light:
 
     def is_within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """
-        Return which points are in the light's range and cone.
+        Return which points (..., 3) of the model's own frame are in the light's range and cone.
 
-        Parameters
-        ----------
-        points : (..., 3) float64
-            In the model's own coordinates [m].
-
-        Returns
-        -------
-        is_within : (...) bool
-            All of them for a directional light. The rim is within, the range is not.
+        The rim is within, the range is not. A directional light reaches all.
         """
         if not self.is_point:
             return np.ones(points.shape[:-1], np.bool_)
@@ -173,21 +154,12 @@ class Light:
 
     def find_intensity(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """
-        Find the light that reaches points if nothing is in the way.
+        Find the light (..., 3) that reaches points (..., 3) [m] if nothing is in the way.
 
-        The light's colour, times the projected picture, divided by the attenuation,
-        faded toward the range and, in the cone, from the inner angle i to the half
-        angle o, as glTF does: the square of (cos a - cos o) / (cos i - cos o).
-
-        Parameters
-        ----------
-        points : (..., 3) float64
-            In the model's own coordinates [m].
-
-        Returns
-        -------
-        intensity : (..., 3) float64
-            Linear RGB on a surface that faces the light; 0 where it does not reach.
+        It is linear RGB on a surface that faces the light: the light's colour, times the projected
+        picture, divided by the attenuation, faded toward the range and, in the cone, from the
+        inner angle i to the half angle o, as glTF does: the square of (cos a - cos o) / (cos i -
+        cos o).
         """
         full = np.broadcast_to(np.array(self.color), points.shape)
         constant, linear, quadratic = self.attenuation
@@ -213,13 +185,10 @@ class Light:
 
     def axes(self) -> NDArray[np.float64]:
         """
-        Return the axes of a spot light's picture.
+        Return the axes (3, 3) of a spot light's picture: rows right, up, forward; orthonormal.
 
-        Returns
-        -------
-        axes : (3, 3) float64
-            Rows right, up, forward; orthonormal. The picture's half width and half
-            height at the distance d along the axis are d tan(half angle).
+        The picture's half width and half height at the distance d along the axis are d tan(half
+        angle).
         """
         if self.axis is None:
             msg = "only a spot light has axes"

@@ -48,14 +48,10 @@ class Stamps:
 
     def labels(self) -> list[str]:
         """
-        Format the stamps as local clock times.
+        Format the stamps as local clock times, ``HH:MM``, or ``HH:MM:SS`` where seconds are needed.
 
-        Returns
-        -------
-        labels : list of str
-            ``HH:MM``, or ``HH:MM:SS`` where seconds are needed; the end of the day
-            is 24:00. Where the clock goes back within the period, each carries its
-            abbreviation: ``02:30 CEST``, ``02:30 CET``.
+        The end of the day is 24:00. Where the clock goes back within the period, each carries its
+        abbreviation: ``02:30 CEST``, ``02:30 CET``.
         """
         local = self.local()
         spec = "minutes"
@@ -69,27 +65,13 @@ class Stamps:
         return labels
 
     def abbreviations(self) -> list[str]:
-        """
-        Return the abbreviation of the local time at each stamp.
-
-        Returns
-        -------
-        names : list of str
-            Such as ``CEST``; ``UTC+05:45`` where the zone has letters for none.
-        """
+        """Return the zone's name at each stamp: ``CEST``, or ``UTC+05:45`` without letters."""
         offsets = self.offsets()
         names = [when.tzname() or "" for when in self.local()]
         return [name if name.isalpha() else offset for name, offset in zip(names, offsets)]
 
     def offsets(self) -> list[str]:
-        """
-        Return the local clock's offset from UTC at each stamp.
-
-        Returns
-        -------
-        offsets : list of str
-            Such as ``UTC+02:00``.
-        """
+        """Return the local clock's offset from UTC at each stamp: ``UTC+02:00``."""
         return [f"UTC{when.isoformat()[len(_clock_text(when)) :]}" for when in self.local()]
 
     def local(self) -> list[dt.datetime]:
@@ -100,23 +82,10 @@ class Stamps:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Steps(Stamps):
-    """
-    The n steps of a period, in order and without gaps.
+    """The n steps of a period without gaps; stamps (n + 1,) are their starts and the last end."""
 
-    Parameters
-    ----------
-    instants : (n,) datetime64[us]
-        UTC middle of each step.
-    hours : (n,) float64
-        Length of each step [h]; each is rounded once from whole microseconds.
-    stamps : (n + 1,) datetime64[us]
-        UTC start of each step, then the end of the last.
-    zone : str
-        IANA name of the local clock.
-    """
-
-    instants: NDArray[np.datetime64]
-    hours: NDArray[np.float64]
+    instants: NDArray[np.datetime64]  # (n,) UTC middle of each step
+    hours: NDArray[np.float64]  # (n,) length of each step [h], rounded once from whole microseconds
 
 
 def make_steps(

@@ -98,22 +98,10 @@ def is_in_range(
     bounds: NDArray[np.float64], light: ArrayLike, reach: float = np.inf
 ) -> NDArray[np.bool_]:
     """
-    Return which casters a light of limited range can reach.
+    Return which casters (n, 2, 3) a light (4,) of limited range can reach, (n,).
 
-    A caster farther away throws its shadow where the light does not shine anyway.
-
-    Parameters
-    ----------
-    bounds : (n, 2, 3) float64
-        Lowest and highest corner of each [m].
-    light : (4,) float64
-        Homogeneous, in the same frame; a directional one reaches everything.
-    reach : float
-        The light's range [m].
-
-    Returns
-    -------
-    in_range : (n,) bool
+    A caster farther away throws its shadow where the light does not shine anyway. A directional
+    light reaches everything.
     """
     return np.asarray(_find_distances(bounds, np.asarray(light, np.float64)) <= reach)
 
@@ -130,18 +118,9 @@ def _find_distances(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> 
 
 def can_end_at_floor(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
     """
-    Return which casters' shadow volumes meet every floor below: wholly below their light.
+    Return which casters' (n, 2, 3) shadow volumes meet every floor below, (n,).
 
-    Parameters
-    ----------
-    bounds : (n, 2, 3) float64
-        Lowest and highest corner of each [m].
-    light : (4,) float64
-        Homogeneous, in the same frame.
-
-    Returns
-    -------
-    can_end : (n,) bool
+    Those are the casters wholly below their light (4,).
     """
     high = np.asarray(bounds, np.float64)[:, 1, 2]
     light = np.asarray(light, np.float64)
@@ -154,25 +133,11 @@ def end_at_floor(
     points: NDArray[np.float64], light: ArrayLike, floor: float
 ) -> NDArray[np.float64]:
     """
-    Throw points away from a light, down to a floor and no farther.
+    Throw points (..., 3) away from a light (4,) above them, down to a floor's z [m] at most.
 
-    The far end of a volume that is cut where no receiver can lie. Points below the
-    floor stay where they are: above the floor, sides between them and others are right.
-    With z-fail, or with a receiver in the floor itself, choose the floor a little lower
-    than the lowest receiver.
-
-    Parameters
-    ----------
-    points : (..., 3) float64
-        Below the light [m].
-    light : (4,) float64
-        Homogeneous, in the same frame.
-    floor : float
-        z of the floor [m].
-
-    Returns
-    -------
-    ends : (..., 3) float64
+    The far end of a volume that is cut where no receiver can lie. Points below the floor stay
+    where they are: above the floor, sides between them and others are right. With z-fail, or with
+    a receiver in the floor itself, choose the floor a little lower than the lowest receiver.
     """
     points, light = np.asarray(points, np.float64), np.asarray(light, np.float64)
     drop = np.maximum(points[..., 2:] - floor, 0.0)
@@ -187,22 +152,12 @@ def find_shadow_points(
     reach: float = np.inf,
 ) -> NDArray[np.float64]:
     """
-    Find points whose hull holds the shadow volume of each box (n, 2, 3).
+    Find points (n, 16, 4) whose hull holds the shadow volume of each box (n, 2, 3).
 
-    Parameters
-    ----------
-    bounds : (n, 2, 3) float64
-    light : (4,) float64
-    floor : float, optional
-        z below which no receiver lies; boxes that reach up to the light ignore it [m].
-    reach : float
-        Range of a point light, beyond which its shadow does not matter [m].
-
-    Returns
-    -------
-    points : (n, 16, 4) float64
-        The box's corners, then where the light throws them: at infinity (w = 0), on the
-        floor or out of range, whichever is nearest.
+    They are the box's corners, then their throw by the light (4,): at infinity (w = 0), on the
+    floor or out of range, whichever is nearest. Below the floor's z no receiver lies; boxes that
+    reach up to the light ignore it. Beyond the reach of a point light its shadow does not matter
+    [m].
     """
     bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     points = np.zeros((len(bounds), 16, 4))
@@ -321,26 +276,11 @@ def find_visible_parts(
     reach: float = np.inf,
 ) -> VisibleParts:
     """
-    Find the parts of boxes' shadow volumes in view, and in the light's range.
+    Find the parts of casters' (n, 2, 3) shadow volumes in view and in the light's range.
 
-    Parameters
-    ----------
-    bounds : (n, 2, 3) float64
-        Lowest and highest corner of each caster, relative to the origin [m].
-    light : (4,) float64
-        Homogeneous, relative to the origin [m].
-    camera : Camera
-    origin : (3,) float64
-    scissor : (4,) int, optional
-        Left, top, right, bottom [pixels]; the whole picture by default.
-    floor : float, optional
-        z, relative to the origin, where volumes are cut: no receiver lies below [m].
-    reach : float
-        The light's range [m].
-
-    Returns
-    -------
-    parts : VisibleParts
+    Bounds, light (4,) and floor are relative to the origin [m]. The scissor, left, top, right,
+    bottom [pixels], is the whole picture by default; volumes are cut at the floor's z, as no
+    receiver lies below; ``reach`` is the light's range.
     """
     bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     planes = find_view_planes(camera, origin, scissor)

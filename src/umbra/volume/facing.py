@@ -27,17 +27,9 @@ def find_lit(planes, lights, lit, edge_on):
     """
     Find which faces each light lights; a plane exactly through the light is unlit.
 
-    Parameters
-    ----------
-    planes : (4, n_faces) float64
-        Outward normals and offsets.
-    lights : (n_lights, 4) float64
-        Homogeneous, at most 64.
-    lit : (n_faces,) uint8 or uint64
-        Written: bit k is set where light k lights the face.
-    edge_on : (n_blocks,) uint64
-        Written: bit k is set where some face of the block of 512 is seen exactly
-        edge-on by light k.
+    Planes (4, n_faces) are outward normals and offsets, lights (n_lights, 4) homogeneous, at most
+    64. Written are ``lit`` (n_faces,), bit k set where light k lights the face, and ``edge_on``
+    (n_blocks,), bit k set where light k sees some face of the block of 512 exactly edge-on.
     """
     n = planes.shape[1]
     none = lit.dtype.type(0)

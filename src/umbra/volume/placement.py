@@ -77,22 +77,11 @@ class Placements:
 
 def dark_cap_is_fan(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
     """
-    Return which casters' dark caps may be fans over the silhouette.
+    Return which casters' (..., 2, 3) dark caps may be fans over the silhouette, (...).
 
-    A fan around an enclosed light can close the wrong way and shift every z-fail count
-    (docs/papers.md, M3): only a light outside the bounds is safe.
-
-    Parameters
-    ----------
-    bounds : (..., 2, 3) float64
-        Lowest and highest corner [m].
-    light : (4,) float64
-        In the same frame.
-
-    Returns
-    -------
-    is_fan : (...) bool
-        True also for a directional light, which has no dark cap.
+    A fan around an enclosed light (4,) can close the wrong way and shift every z-fail count
+    (docs/papers.md, M3): only a light outside the bounds is safe. A directional light has no dark
+    cap.
     """
     bounds = np.asarray(bounds, np.float64)
     light = np.asarray(light, np.float64)
@@ -147,16 +136,14 @@ def find_placement(
     is_drawn: bool = True,
 ) -> Placement:
     """
-    Place one caster, by its bounds or else by its triangles.
+    Place one caster by its bounds, or else by its triangles.
 
     Parameters
     ----------
-    caster : Caster, or vertices (n, 3) float64 and faces (m, 3) int
+    caster : Caster, or vertices (n, 3) and faces (m, 3)
         Of bare triangles all are taken to cast.
-    camera : Camera, optional
-    light : (4,) float64, optional
-        Homogeneous, relative to the origin [m].
-    origin : (3,) float64
+    camera, light, origin
+        The light (4,) is relative to the origin (3,) [m]. Not needed with ``regions``.
     regions : Regions, optional
         Of camera and light; saves finding them anew.
     transform : (4, 4) float64, optional
@@ -166,15 +153,6 @@ def find_placement(
     is_drawn : bool
         Whether the caster is in the depth buffer; if not, case 1 needs the light cap
         where it is in view.
-
-    Returns
-    -------
-    placement : Placement
-
-    Raises
-    ------
-    TypeError
-        If there are neither regions nor camera and light.
     """
     if regions is None:
         if camera is None or light is None:

@@ -149,19 +149,11 @@ def make_regions(
     margin: float = MARGIN,
 ) -> Regions:
     """
-    Find the pyramid and the view of a camera and a light, for many casters.
+    Find the pyramid and the view of a camera and a light (4,), for many casters.
 
-    Parameters
-    ----------
-    camera : Camera
-    light : (4,) float64
-        Homogeneous, relative to the origin [m].
-    origin : (3,) float64
-    scissor : (4,) int, optional
-        Left, top, right, bottom [pixels]: the part of the picture that is drawn.
-    margin : float
-        Planes move outward by this share of the near rectangle's largest coordinate, for
-        devices that compute in float32.
+    The light is relative to the origin [m]; the scissor, left, top, right, bottom [pixels], is the
+    part of the picture that is drawn. Planes move outward by the margin times the near rectangle's
+    largest coordinate, for devices that compute in float32.
     """
     light = np.asarray(light, np.float64)
     pyramid = occlusion_pyramid(camera, light, origin, scissor)

@@ -37,21 +37,10 @@ def find_box_scissors(
     camera: Camera, bounds: NDArray[np.float64], origin: ArrayLike = (0.0, 0.0, 0.0)
 ) -> NDArray[np.int64]:
     """
-    Find the pixels in which boxes can be seen.
+    Find the pixels in which boxes (n, 2, 3), relative to the origin [m], can be seen.
 
-    A box that crosses the near plane is cut there first, so the rectangle stays tight.
-
-    Parameters
-    ----------
-    camera : Camera
-    bounds : (n, 2, 3) float64
-        Lowest and highest corner of each, relative to the origin [m].
-    origin : (3,) float64
-
-    Returns
-    -------
-    scissors : (n, 4) int64
-        Left, top, right, bottom [pixels]; all 0 where nothing is seen.
+    A box that crosses the near plane is cut there first, so the rectangle stays tight. Returns (n,
+    4) int64: left, top, right, bottom; all 0 where nothing is seen.
     """
     points = find_box_points(bounds)
     ahead = points @ find_view_planes(camera, origin)[0]
@@ -77,24 +66,11 @@ def find_sphere_scissors(
     origin: ArrayLike = (0.0, 0.0, 0.0),
 ) -> NDArray[np.int64]:
     """
-    Find the pixels in which spheres, such as lights' ranges, can be seen.
+    Find the pixels in which spheres, such as lights' ranges, can be seen; as ``find_box_scissors``.
 
-    Along each axis of the picture a sphere is a disc, cut by the near plane: its ends are
-    where rays touch it, or where the near plane cuts it.
-
-    Parameters
-    ----------
-    camera : Camera
-    centres : (n, 3) float64
-        Relative to the origin [m].
-    radii : (n,) float
-        May be infinite [m].
-    origin : (3,) float64
-
-    Returns
-    -------
-    scissors : (n, 4) int64
-        Left, top, right, bottom [pixels]; all 0 where nothing is seen.
+    Along each axis of the picture a sphere is a disc, cut by the near plane: its ends are where
+    rays touch it, or where the near plane cuts it. Centres (n, 3) are relative to the origin,
+    radii (n,) may be infinite [m].
     """
     centres = np.asarray(centres, np.float64).reshape(-1, 3)
     radii = np.broadcast_to(np.asarray(radii, np.float64), len(centres))
@@ -298,18 +274,9 @@ def find_depth_bounds(
     """
     Find the depth bounds of shapes, cut by the near and far planes.
 
-    Parameters
-    ----------
-    camera : Camera
-    depths : (n, 2) float64
-        Of ``find_depths`` or ``find_sphere_depths`` [m].
-    widen : float
-        Added at both ends: by default two steps of a 24-bit depth buffer, one for its
-        rounding and one for that of the device's float32.
-
-    Returns
-    -------
-    bounds : DepthBounds
+    Depths (n, 2) come from ``find_depths`` or ``find_sphere_depths`` [m]. Both ends are widened,
+    by default by two steps of a 24-bit depth buffer, one for its rounding and one for that of the
+    device's float32.
     """
     depths = np.asarray(depths, np.float64).reshape(-1, 2)
     is_empty = (depths[:, 1] < camera.near) | (depths[:, 0] > camera.far)

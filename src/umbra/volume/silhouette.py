@@ -142,21 +142,11 @@ def find_silhouette_edges(
     caster: Caster, light: NDArray[np.float64], method: str = "auto"
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """
-    Find the silhouette of one light as edges with multiplicities.
+    Find the silhouette of one light (4,), in the caster's frame, as edges with multiplicities.
 
-    Parameters
-    ----------
-    caster : Caster
-    light : (4,) float64
-        Homogeneous, in the caster's frame.
-    method : {'auto', 'brute', 'tree', 'hextree'}
-
-    Returns
-    -------
-    edges : (n, 2) int32
-        Vertices, each edge once, wound as in the lit faces for multiplicity > 0.
-    multiplicity : (n,) int64
-        Never 0. At every vertex the multiplicities of its edges sum to 0, outgoing less incoming.
+    Returns the vertices of each edge once, (n, 2), wound as in the lit faces for multiplicity > 0,
+    and multiplicities (n,), never 0. At every vertex the multiplicities of its edges sum to 0,
+    outgoing less incoming. Methods are those of ``find_silhouettes``.
     """
     (_, found), *_ = find_silhouettes(caster, np.asarray(light, np.float64)[None], method)
     codes = found.codes[found.starts[0] : found.starts[1]]
