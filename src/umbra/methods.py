@@ -6,7 +6,7 @@ from typing import Literal
 
 from umbra.errors import InputError
 
-__all__ = ["METHODS", "SOFT", "DeviceName", "Methods", "Softness"]
+__all__ = ["MASK_FILTERS", "MASK_SCALES", "METHODS", "SOFT", "DeviceName", "Methods", "Softness"]
 
 DeviceName = Literal["auto", "cpu", "gl"]
 """What callers may ask for, as signatures say it."""
@@ -15,6 +15,8 @@ SOFT = ("samples", "wedges", "complexity", "weng")
 Soft shadows: samples of the light (the reference), penumbra wedges, depth complexity over the
 light (right where casters overlap, too), scaled layers.
 """
+MASK_SCALES, MASK_FILTERS = (1, 2, 4), ("joint", "bilinear", "nearest")
+"""By how much masks of hard shadows may be smaller than a picture, and how they are enlarged."""
 _MOST_LAYERS = 1000  # more is a slip
 
 

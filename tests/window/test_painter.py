@@ -1,10 +1,12 @@
 """Pictures of views, without a window."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
+import umbra
 from umbra.cpu.frame import FrameCounter
 from umbra.scene import Mesh, Part, make_scene, point_light
 from umbra.window.overlays import find_colors, find_top
@@ -60,6 +62,32 @@ def test_soft_shadows_are_the_same_on_both_devices(painter, tower, soft):
     of_cpu = painter.read().astype(int)
     assert (np.abs(of_gl - of_cpu).max(2) > 4).mean() < 0.01
     assert (np.abs(of_gl - hard).max(2) > 10).mean() > 0.01
+
+
+@pytest.mark.parametrize("scale", [2, 4])
+@pytest.mark.parametrize("method", ["auto", "alpha"])
+def test_small_masks_are_those_of_render(painter, tower, scale, method):
+    view = replace(make_view(tower, SIZE), mask_scale=scale).choose_method(method)
+    painter.draw(view, (323, 241))  # which neither 2 nor 4 divides
+    of_window = painter.read().astype(int)
+    camera = view.viewpoint.camera((323, 241))
+    lights, more = list(view.shining().values()), {"ground": 0.0, "device": "gl", "samples": 1}
+    render = partial(umbra.render, tower, camera, lights, method=method, **more)
+    assert (np.abs(of_window - render(mask_scale=scale)).max(2) > 4).mean() < 0.001
+    assert (np.abs(of_window - render()).max(2) > 4).mean() > 0.004
+    painter.draw(replace(view, mask_filter="nearest"), (323, 241))
+    assert (np.abs(painter.read() - of_window).max(2) > 4).mean() > 0.004
+
+
+def test_length_and_gap_make_the_layers_of_both_devices(painter, tower):
+    view = replace(make_view(tower, SIZE), soft="weng", layer_length=4.0, layer_gap=2.0)
+    painter.draw(replace(view, layer_gap=0.4), SIZE)
+    of_many = painter.read().astype(int)
+    painter.draw(view, SIZE)
+    of_gl = painter.read().astype(int)
+    painter.draw(view.next_device(), SIZE)
+    assert (np.abs(painter.read() - of_gl).max(2) > 4).mean() < 0.01
+    assert (np.abs(of_gl - of_many).max(2) > 10).mean() > 0.01
 
 
 def test_both_devices_show_the_same(painter, tower):

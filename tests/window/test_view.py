@@ -59,6 +59,9 @@ def test_a_file_gives_back_what_was_saved(view, tmp_path):
         ({"soft": "fog"}, "no soft shadows 'fog'"),
         ({"sun_radius": 90}, "lights of 90 degrees"),
         ({"lamp_radius": "x"}, "lamp_radius is wrong"),
+        ({"layer_gap": 0}, "layer_gap=0 do not make"),
+        ({"mask_scale": 3}, "a view has no mask_scale=3; it has 1, 2, 4"),
+        ({"mask_filter": "cubic"}, "a view has no mask_filter='cubic'; it has joint"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_named(view, tmp_path, change, message):
@@ -125,7 +128,7 @@ def test_soft_shadows_go_round(view):
 
 def test_views_of_before_have_hard_shadows(view):
     described = to_json(view)
-    for name in ("soft", "sun_radius", "lamp_radius"):
+    for name in ("soft", "sun_radius", "lamp_radius", "layer_gap", "mask_scale", "mask_filter"):
         del described[name]
     assert from_json(described).soft == "none"
 

@@ -11,11 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from umbra.devices import CHOICES, DEFAULT, DEVICES, find_device
 from umbra.errors import InputError
-from umbra.methods import SOFT, DeviceName, Softness
+from umbra.methods import MASK_FILTERS, MASK_SCALES, SOFT, Softness
 from umbra.options import check_types, option
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 __all__ = ["CameraOptions", "LightOptions", "RenderOptions", "ViewOptions"]
 
-Filter = Literal["joint", "bilinear", "nearest"]
 
 _camera = partial(option, heading="Camera")
 _lights = partial(option, heading="Lights")
@@ -54,12 +53,12 @@ _threads = partial(
 _mask_scale = partial(
     _counting, "choice",
     "With gl: count in a picture with this fraction of the width and height: 1, 1/2 or 1/4.",
-    default=1, choices=(1, 2, 4),
+    default=1, choices=MASK_SCALES,
 )  # fmt: skip
 _mask_filter = partial(
     _counting, "choice",
     "How to enlarge that picture: joint interpolates only within a surface.",
-    default="joint", choices=("joint", "bilinear", "nearest"),
+    default="joint", choices=MASK_FILTERS,
 )  # fmt: skip
 _length = partial(
     _lights, "number",
@@ -229,7 +228,7 @@ class RenderOptions:
 
     ground: float | None = _ground("Add a ground plane at this height [m].")
     method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
-    device: DeviceName = _counting(
+    device: str = _counting(
         "choice", "Device that counts: cpu (auto), or gl, which is OpenGL.", default="auto",
         choices=CHOICES,
     )  # fmt: skip
@@ -247,8 +246,8 @@ class RenderOptions:
     )  # fmt: skip
     layer_length: float = _length()
     layer_gap: float = _gap()
-    mask_scale: Literal[1, 2, 4] = _mask_scale()
-    mask_filter: Filter = _mask_filter()
+    mask_scale: int = _mask_scale()
+    mask_filter: str = _mask_filter()
     samples: int = _counting(
         "whole", "Samples of a pixel along edges of objects and shadows; 1 leaves them jagged.",
         default=8, least=1, metavar="N",
@@ -272,7 +271,8 @@ class RenderOptions:
             name = "layer_length" if layers.length != usual.length else "layer_gap"
             msg = f"{name}= is for scaled layers; add soft='weng'"
             raise InputError(msg)
-        if self.mask_scale != 1 and (self.device != "gl" or self.soft is not None):
+        can = find_device(self.device).enlarges_masks
+        if self.mask_scale != 1 and (not can or self.soft is not None):
             msg = "mask_scale= is for hard shadows on gl; give device='gl' and no soft="
             raise InputError(msg)
         if self.samples > _MOST_SAMPLES:
@@ -301,6 +301,10 @@ class ViewOptions:
         "choice", "Soft shadows, as in umbra render; the panel sets the sizes of the lights.",
         choices=("none", *SOFT),
     )  # fmt: skip
+    layer_length: float | None = _length(default=None)
+    layer_gap: float | None = _gap(default=None)
+    mask_scale: int | None = _mask_scale(default=None)
+    mask_filter: str | None = _mask_filter(default=None)
     device: str | None = _counting(
         "choice", "Device that counts; default: gl.", choices=tuple(DEVICES)
     )
@@ -348,7 +352,9 @@ class ViewOptions:
             view = view.choose_device(self.device)
         if self.method is not None:
             view = view.choose_method(self.method)
-        return view if self.soft is None else replace(view, soft=self.soft)
+        names = ("soft", "layer_length", "layer_gap", "mask_scale", "mask_filter")
+        given = {name: getattr(self, name) for name in names}
+        return replace(view, **{name: one for name, one in given.items() if one is not None})
 
     def _find_minutes(self, site: "Site | None") -> float | None:
         """Give the minutes on the site's clock since midnight."""

@@ -4,23 +4,22 @@ import os
 import sys
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from umbra.calls.arguments import check_scene
 from umbra.calls.options import RenderOptions, ViewOptions
 from umbra.calls.picture import Picture, draw_picture
+from umbra.devices import DEFAULT
 from umbra.errors import InputError
 from umbra.machine import count_cores
+from umbra.methods import Softness
 from umbra.scene import Scene
 from umbra.sun import Site
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["open_window", "show"]
 
 
-def show(
+def show(  # noqa: PLR0913  (each option by its name)
     scene: Scene,
     site: Site | None = None,
     *,
@@ -29,6 +28,10 @@ def show(
     ground: float | bool | None = None,
     method: str | None = None,
     soft: str | None = None,
+    layer_length: float | None = None,
+    layer_gap: float | None = None,
+    mask_scale: int | None = None,
+    mask_filter: str | None = None,
     device: str | None = None,
     size: tuple[int, int] = (1280, 800),
     threads: int | None = None,
@@ -53,6 +56,8 @@ def show(
         says, or just below the model.
     method, soft : str, optional
         As in `umbra.render`.
+    layer_length, layer_gap, mask_scale, mask_filter : optional
+        As in `umbra.render`, if it is not ``view`` that says them.
     device : {'gl', 'cpu'}, optional
         By default gl in a window, and cpu for a picture.
     size : (int, int)
@@ -144,9 +149,13 @@ def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     drawing = RenderOptions(
         ground=options.find_ground(scene),
         method=options.method or "auto",
-        device=options.device or "cpu",
+        device=options.device or (view.device if view.mask_scale > 1 else DEFAULT),  # type: ignore[arg-type]
         soft=soft,
         light_size=() if soft is None else sizes,
+        layer_length=view.layer_length if soft == "weng" else Softness.length,
+        layer_gap=view.layer_gap if soft == "weng" else Softness.gap,
+        mask_scale=view.mask_scale,
+        mask_filter=view.mask_filter,
         threads=options.threads,
     )
     said: list[str] = []

@@ -30,7 +30,7 @@ class _CpuTiles(TileCounters):
 class CpuDevice(CountingDevice):
     """The processor's cores."""
 
-    name = "cpu"
+    name, title = "cpu", "CPU"
 
     def open_tiles(self, casters: list[int]) -> TileCounters:
         """Begin a study; tiles know their casters."""
@@ -106,7 +106,8 @@ class _GlTiles(TileCounters):
 class GlDevice(CountingDevice):
     """Whatever OpenGL draws with: a GPU, or software."""
 
-    name = "gl"
+    name, title = "gl", "OpenGL"
+    is_window = enlarges_masks = True
     weakens_light = False
 
     def open_tiles(self, casters: list[int]) -> TileCounters:

@@ -89,6 +89,12 @@ class CountingDevice(ABC):
     """
 
     name: ClassVar[str]
+    title: ClassVar[str]
+    """As panels show it."""
+    is_window: ClassVar[bool] = False
+    """Whether the viewer's window draws its pictures; those of others are put into the window."""
+    enlarges_masks: ClassVar[bool] = False
+    """Whether hard shadows can be counted in fewer pixels than the picture has."""
     weakens_light: ClassVar[bool] = True
     """Whether canopies can let a share of the light through."""
 

@@ -22,6 +22,7 @@ from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry, Group, moves_as_wholes, pose_groups
 from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
+from umbra.gl.masks.small import SmallMasks
 from umbra.gl.plan import Statistics, VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_scissor
@@ -30,7 +31,7 @@ from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
 from umbra.gl.surfaces import SurfaceRenderer, find_solid_faces
-from umbra.gl.target import LIGHT, PLACE, PictureTargets
+from umbra.gl.target import LIGHT, PLACE, PictureTargets, Target
 from umbra.methods import Softness
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import find_exposure
@@ -146,7 +147,7 @@ class Renderer(DeviceUser):
         inward = [body.is_inward for body in self.planner.bodies]
         self.scene = scene
         self.planner.move(scene, groups)
-        self.soft.release()
+        release_all(self.soft, self.small)
         if groups:
             same = all(
                 np.array_equal(body.is_inward, was)
@@ -205,12 +206,21 @@ class Renderer(DeviceUser):
         *,
         shadows: bool = True,
         soft: str = "samples",
+        mask_scale: int = 1,
+        mask_filter: str = "joint",
     ) -> None:
-        """Draw a picture into ``targets.picture``; parameters as in ``render``."""
+        """
+        Draw a picture into ``targets.picture``; parameters as in ``render``.
+
+        Where no light has a size, hard shadows may be counted in ``mask_scale`` times fewer
+        columns and rows, and enlarged by a filter of ``upsampling``.
+        """
         targets = self._find_targets(camera.size)
         projection = self.projection = self.planner.project(camera)
         middles = [light.light if isinstance(light, AreaLight) else light for light in lights]
         softened = self.soft.select(lights if shadows else middles, soft)
+        if mask_scale > 1 and shadows and not softened.areas:
+            softened = self.small.select(middles, method, mask_scale, mask_filter)
         at_once = (
             len(lights) <= 1
             and self.accumulate != "rgba8"
@@ -248,12 +258,17 @@ class Renderer(DeviceUser):
         self.masks = MaskCounters(self.device, self.geometry, self.warn)
         self.soft = SoftMethods(self.planner, self.counter, self._softness, self.choices)
         self.surfaces = SurfaceRenderer(self.device, scene, self.geometry, self._find_solid(scene))
+        self.small = SmallMasks(self.planner, self.surfaces, self.masks, self._find_surface)
+
+    def _find_surface(self) -> Target:
+        assert self.targets is not None
+        return self.targets.surface
 
     def _find_solid(self, scene: Scene) -> NDArray[np.bool_]:
         return find_solid_faces(scene, self.planner.bodies, self._casters)
 
     def _list_of_scene(self) -> Iterable[Any]:
-        yield from (self.surfaces, self.soft, self.masks)
+        yield from (self.surfaces, self.soft, self.small, self.masks)
         yield from (self.counter, self.planner, self.geometry)
 
     def _draw_at_once(

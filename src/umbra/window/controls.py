@@ -23,6 +23,7 @@ KEYS = {
     "M": "the next method",
     "G": "the other device",
     "H": "hard shadows, or soft ones",
+    "R": "whole, half or quarter masks",
     "L": "add a light",
     "Delete": "remove the chosen light",
     "P": "screenshot",
@@ -166,8 +167,9 @@ class Controls:
             "left": lambda: replace(view, sun=view.sun.pass_time(-minutes)),
             "right": lambda: replace(view, sun=view.sun.pass_time(minutes)),
             "m": view.next_method,
-            "g": lambda: view.choose_device("cpu" if view.device == "gl" else "gl"),
+            "g": view.next_device,
             "h": view.next_soft,
+            "r": view.next_scale,
             "l": lambda: view.add_light(point_light(place_lamp(view, self.bounds, self.size))),
             "delete": lambda: view.remove_light(view.chosen),
         }

@@ -4,7 +4,7 @@ import datetime as dt
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -33,13 +33,8 @@ def to_json(view: ViewState) -> dict[str, Any]:
         "viewpoint": asdict(view.viewpoint),
         "sun": sun,
         "lights": [_describe(light) for light in view.lights],
-        "chosen": view.chosen,
-        "method": view.method,
-        "device": view.device,
         "overlays": sorted(view.overlays),
-        "soft": view.soft,
-        "sun_radius": view.sun_radius,
-        "lamp_radius": view.lamp_radius,
+        **{name: getattr(view, name) for name in _CHOICES},
     }
 
 
@@ -75,19 +70,13 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
                 lights[-1] = replace(lights[-1], image=source.image, up=source.up)
         place = "overlays"
         overlays = frozenset(map(str, described.get("overlays", [])))
-        place = "sun_radius or lamp_radius"
-        sizes = {
-            name: _read_number(described[name])
-            for name in ("sun_radius", "lamp_radius")
-            if name in described
-        }
-        place = "method"
-        return ViewState(
-            viewpoint, sun, tuple(lights), chosen=int(described.get("chosen", -1)),
-            method=str(described.get("method", "auto")),
-            device=str(described.get("device", "gl")), overlays=overlays,
-            soft=str(described.get("soft", "none")), **sizes,
-        )  # fmt: skip
+        more: dict[str, Any] = {}
+        for name, read in _CHOICES.items():
+            place = name
+            if name in described:
+                more[name] = read(described[name])
+        place = "choices"
+        return ViewState(viewpoint, sun, tuple(lights), overlays=overlays, **more)
     except KeyError as error:
         msg = f"the view's {place} has no {error}"
         raise InputError(msg) from error
@@ -181,3 +170,11 @@ def _read_number(value: Any) -> float:
 def _read_three(values: Any) -> tuple[float, float, float]:
     x, y, z = map(_read_number, values)
     return x, y, z
+
+
+_CHOICES: dict[str, Callable[[Any], Any]] = {
+    "chosen": int, "method": str, "device": str, "soft": str, "sun_radius": _read_number,
+    "lamp_radius": _read_number, "layer_length": _read_number, "layer_gap": _read_number,
+    "mask_scale": int, "mask_filter": str,
+}  # fmt: skip
+"""What a file may leave out, and how each is read."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
+from umbra.devices import DEVICES
 from umbra.gl.context import Device, on_device
 from umbra.gl.plan import Statistics
 from umbra.gl.renderer import Renderer
@@ -127,16 +128,20 @@ class ViewPainter:
         shining = view.shining()
         camera = view.viewpoint.camera(size)
         self.renderer.timers = self.timers if times else None
-        on_cpu = view.device == "cpu"
+        is_apart = not DEVICES[view.device].is_window
         passes: dict[str, float] = {}
-        if on_cpu:
+        if is_apart:
             # Depth, for overlays, is OpenGL's in any case.
             self.renderer.draw(camera, [], shadows=False)
             self._put(self._shade(view, size, passes))
         else:
             lights = list(shining.values()) if view.soft == "none" else view.size_lights()
-            self.renderer.draw(camera, lights, view.method, soft=view.soft)
-        statistics = {} if on_cpu else dict(zip(shining, self.renderer.statistics, strict=True))
+            self.renderer.soft.refine(view.soften(SAMPLES))
+            self.renderer.draw(
+                camera, lights, view.method, soft=view.soft,
+                mask_scale=view.mask_scale, mask_filter=view.mask_filter,
+            )  # fmt: skip
+        statistics = {} if is_apart else dict(zip(shining, self.renderer.statistics, strict=True))
         highest = 0
         if view.overlays and view.chosen in shining:
             with self.renderer._timed("overlays"):
@@ -175,7 +180,7 @@ class ViewPainter:
         renderer, shining = self.renderer, view.shining()
         assert renderer.projection is not None
         number, plans = list(shining).index(view.chosen), renderer.plans
-        if view.device == "cpu":
+        if not DEVICES[view.device].is_window:
             lights = list(shining.values())
             plans = renderer.planner.plan(renderer.projection, lights, view.method)
         with State(self.device) as state:
@@ -198,7 +203,7 @@ class ViewPainter:
             lit = [frame.lit(n, light) for n, light in zip(counts, lights, strict=True)]
         else:
             find, none = find_method(view.soft), np.zeros(frame.part.shape, np.int32)
-            more = {"samples": SAMPLES} if view.soft == "samples" else {}
+            more = view.soften(SAMPLES).select(view.soft)
             lit = [
                 find(counter, seen, frame, camera, area, **more) * frame.lit(none, area.light)
                 for area in view.size_lights()

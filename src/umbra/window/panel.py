@@ -1,11 +1,15 @@
 """The panel beside the picture: every choice of a view, as Dear ImGui's widgets."""
 
 import datetime as dt
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 from imgui_bundle import imgui
 
+from umbra.devices import DEVICES
+from umbra.errors import InputError
+from umbra.methods import MASK_FILTERS, MASK_SCALES
 from umbra.scene import Light
 from umbra.sun import Site
 from umbra.window.controls import Controls
@@ -209,15 +213,29 @@ def _draw_color(color: tuple[float, float, float]) -> tuple[float, float, float]
 
 
 def _draw_counting(view: ViewState) -> ViewState:
-    names = {"gl": "OpenGL", "cpu": "CPU"}
-    for device, name in names.items():
-        if imgui.radio_button(name, view.device == device) and view.device != device:
-            view = view.choose_device(device)
+    for device in DEVICES.values():
+        if imgui.radio_button(device.title, view.device == device.name):
+            view = view.choose_device(device.name)
         imgui.same_line()
     methods = METHODS[view.device]
     imgui.set_next_item_width(-1)
     changed, place = imgui.combo("##method", methods.index(view.method), list(methods))
-    return view.choose_method(methods[place]) if changed else view
+    view = view.choose_method(methods[place]) if changed else view
+    if DEVICES[view.device].enlarges_masks and view.soft == "none":
+        _label("mask")
+        shares = {"whole": 1, "half": 2, "quarter": 4}
+        place = MASK_SCALES.index(view.mask_scale)
+        imgui.set_next_item_width(grow(72))
+        changed, place = imgui.combo("##scale", place, list(shares))
+        view = replace(view, mask_scale=MASK_SCALES[place]) if changed else view
+        imgui.same_line()
+        imgui.set_next_item_width(-1)
+        imgui.begin_disabled(view.mask_scale == 1)
+        filters = list(MASK_FILTERS)
+        changed, place = imgui.combo("##filter", filters.index(view.mask_filter), filters)
+        imgui.end_disabled()
+        view = replace(view, mask_filter=filters[place]) if changed else view
+    return view
 
 
 def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
@@ -225,8 +243,10 @@ def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
     changed, place = imgui.combo("##soft", SOFT.index(view.soft), list(SOFT))
     if changed:
         view = replace(view, soft=SOFT[place])
-    if view.soft in {"none", "weng"}:  # layers do not ask for a size
+    if view.soft == "none":
         return view
+    if view.soft == "weng":  # layers do not ask for a size
+        return _draw_layers(view)
     lights = view.shining().values()
     if any(not light.is_point for light in lights):
         _label(f"sun {view.sun_radius:.2g}°")
@@ -239,6 +259,20 @@ def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
             "##lamp size", view.lamp_radius, 0.01 * most, most, " ", _LOG
         )
         view = replace(view, lamp_radius=radius) if changed else view
+    return view
+
+
+def _draw_layers(view: ViewState) -> ViewState:
+    """Draw Weng's length and gap; those that make no layer are not taken."""
+    layers = view.soften(1).layers
+    for name, most in (("layer_length", 6.0), ("layer_gap", 2.0)):
+        value = getattr(view, name)
+        _label(f"{name.removeprefix('layer_')} {value:.2f}")
+        changed, wanted = imgui.slider_float(f"##{name}", value, 0.05, most, " ")
+        if changed:
+            with suppress(InputError):
+                view = replace(view, **{name: round(wanted, 2)})  # type: ignore[arg-type]
+    imgui.text_colored(_DIM, f"{layers} layers, in tenths of the radius")
     return view
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.devices import DEVICES
 from umbra.errors import InputError
+from umbra.methods import MASK_FILTERS, MASK_SCALES, Softness
 from umbra.methods import SOFT as METHODS_OF_SOFT
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import expose_lights
@@ -192,6 +193,12 @@ class ViewState:
         From the middle of the sun, or of another direction, to its rim [degrees].
     lamp_radius : float
         Of lights at a place [m].
+    layer_length, layer_gap : float
+        Of scaled layers, as in ``Softness``.
+    mask_scale : {1, 2, 4}
+        On gl hard shadows are counted in so many times fewer columns and rows.
+    mask_filter : {'joint', 'bilinear', 'nearest'}
+        How such a mask is laid over the picture.
     """
 
     viewpoint: Viewpoint
@@ -204,6 +211,10 @@ class ViewState:
     soft: str = "none"
     sun_radius: float = SUN_RADIUS
     lamp_radius: float = 0.5
+    layer_length: float = Softness.length
+    layer_gap: float = Softness.gap
+    mask_scale: int = 1
+    mask_filter: str = "joint"
 
     def __post_init__(self) -> None:
         if self.device not in METHODS:
@@ -221,6 +232,14 @@ class ViewState:
                 "sun_radius above 0 and below 45, and lamp_radius above 0"
             )
             raise InputError(msg)
+        Softness(length=self.layer_length, gap=self.layer_gap)
+        for what, value, known in (
+            ("mask_scale", self.mask_scale, MASK_SCALES),
+            ("mask_filter", self.mask_filter, MASK_FILTERS),
+        ):
+            if value not in known:
+                msg = f"a view has no {what}={value!r}; it has {', '.join(map(str, known))}"
+                raise InputError(msg)
         unknown = sorted(self.overlays.difference(OVERLAYS))
         if unknown:
             msg = f"a view has no overlay '{unknown[0]}'; it has {', '.join(OVERLAYS)}"
@@ -243,6 +262,10 @@ class ViewState:
             for light in self.shining().values()
         ]
 
+    def soften(self, samples: int) -> Softness:
+        """Return how finely soft shadows are drawn, by so many samples."""
+        return Softness(samples=samples, length=self.layer_length, gap=self.layer_gap)
+
     def toggle(self, overlay: str) -> "ViewState":
         """Show an overlay, or no longer."""
         return replace(self, overlays=self.overlays ^ {overlay})
@@ -260,9 +283,19 @@ class ViewState:
         """Draw soft shadows by the next method, or hard ones."""
         return replace(self, soft=SOFT[(SOFT.index(self.soft) + 1) % len(SOFT)])
 
+    def next_scale(self) -> "ViewState":
+        """Count hard shadows in half as many columns and rows, or again in all."""
+        scale = MASK_SCALES[(MASK_SCALES.index(self.mask_scale) + 1) % len(MASK_SCALES)]
+        return replace(self, mask_scale=scale)
+
     def choose_device(self, device: str) -> "ViewState":
         """Count on a device; a method that it does not have becomes ``auto``."""
         return replace(self, device=device)
+
+    def next_device(self) -> "ViewState":
+        """Count on the next device."""
+        names = [*DEVICES]
+        return self.choose_device(names[(names.index(self.device) + 1) % len(names)])
 
     def add_light(self, light: Light) -> "ViewState":
         """Add a light and choose it."""

@@ -52,24 +52,30 @@ class Upsampler:
         channel: int,
         lit: tuple[float, float],
         dark: float,
+        scale: float | None = None,
+        mask_places: Target | None = None,
     ) -> None:
         """
         Multiply the target in use by attachment 0 of a mask, one rectangle.
 
-        Attachments 1 of mask and picture hold normals and keys where the filter asks for them.
+        Attachments 1 of mask (or ``mask_places``) and picture hold normals and keys where the
+        filter asks for them.
         What is lit lies within ``lit`` in the mask's channel; all else is multiplied by ``dark``.
+        The mask fills the picture unless a ``scale`` says how many of its pixels, square ones
+        about the same middle, go to one of the mask.
         """
         state.use(Pass(color_write="rgb", blend="multiply"))
         if self.kind == "joint":
             picture.bind(1, 1)
-            mask.bind(2, 1)
+            (mask_places or mask).bind(2, 1)
         mask.bind(0)
         if self._is_linear:
             for parameter in (0x2800, 0x2801):
                 self._device.gl.TexParameteri(TEXTURE_2D, parameter, _LINEAR)
         mask_size = np.array(mask.size, float)
         self._program.set(
-            scale=np.array(picture.size) / mask_size, mask_size=mask_size,
+            scale=np.array(picture.size) / mask_size if scale is None else np.full(2, scale),
+            mask_size=mask_size, middle=np.array(picture.size) / 2,
             mask=0, places=1, low_places=2, channel=channel, low=lit[0], high=lit[1], dark=dark,
             is_smooth=int(self.kind != "nearest"), **find_rays(projection),
         )  # fmt: skip

@@ -9,6 +9,7 @@ uniform float low, high;    // between which what is lit lies
 uniform float dark;         // what shadow multiplies by
 uniform vec2 scale;         // pixels of the picture to one of the mask
 uniform vec2 mask_size;
+uniform vec2 middle;        // of the picture [pixels]; that of the mask lies on it
 uniform bool is_smooth;
 #ifdef IS_JOINT
 uniform sampler2D places;      // normals and depth keys, of the picture
@@ -25,12 +26,16 @@ float find_light(ivec2 pixel) {
     return value >= low && value <= high ? 1.0 : 0.0;
 }
 
+vec2 find_place() {
+    return (gl_FragCoord.xy - middle) / scale + 0.5 * mask_size;
+}
+
 void main() {
 #ifdef IS_LINEAR
-    color = vec4(mix(dark, 1.0, texture(mask, gl_FragCoord.xy / (scale * mask_size))[channel]));
+    color = vec4(mix(dark, 1.0, texture(mask, find_place() / mask_size)[channel]));
     return;
 #endif
-    vec2 place = gl_FragCoord.xy / scale - 0.5;
+    vec2 place = find_place() - 0.5;
     ivec2 last = ivec2(mask_size) - 1;
     if (!is_smooth) {
         color = vec4(mix(dark, 1.0, find_light(clamp(ivec2(floor(place + 0.5)), ivec2(0), last))));
@@ -53,7 +58,7 @@ void main() {
         vec4 other = texelFetch(low_places, pixel, 0);
         bool alike = other.w != 0.0 && seen.w != 0.0 && dot(other.xyz, seen.xyz) > 0.9;
         if (alike) {
-            vec3 apart = find_seen((vec2(pixel) + 0.5) * scale, other.w) - point;
+            vec3 apart = find_seen((vec2(pixel) + 0.5 - 0.5 * mask_size) * scale + middle, other.w) - point;
             alike = abs(dot(apart, seen.xyz)) < THICKNESS * far;
         }
         weight *= alike ? 1.0 : FAINT;
