@@ -21,11 +21,11 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
-from umbra.cpu.patch_rays import Faces, ask, ask_all, ask_one_by_one, covers, darken
+from umbra.cpu.patch_rays import ask, ask_all, ask_one_by_one, covers, darken
 from umbra.cpu.patch_rims import Crossings, add_rim, clear, find_rims, find_runs
 from umbra.cpu.patches import Patches
 from umbra.machine import use_threads
-from umbra.rays.face_tree import FaceTree
+from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.volume.adjacency import Caster
 
 __all__ = ["PatchCounter"]
@@ -54,7 +54,7 @@ class PatchCounter:
     def __init__(self, patches: Patches, caster: Caster, tree: FaceTree, threads: int = 1) -> None:
         self._patches, self._threads = patches, threads
         self._binner = EdgeBinner(caster)
-        self._faces = Faces(tree.boxes, tree.links, tree.corners, tree.ids, tree.normals)
+        self._tree = tree
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """
@@ -108,7 +108,7 @@ class PatchCounter:
         suns = np.ascontiguousarray(suns)
         change = np.zeros(0 if masks.size else len(self._patches.where), np.int32)
         bins = self._binner.bin(suns)
-        _count(self._patches, bins, self._binner.ends, self._faces, change, masks)
+        _count(self._patches, bins, self._binner.ends, self._tree, change, masks)
         return change
 
 
@@ -127,6 +127,8 @@ class _Work(NamedTuple):
         Samples of a patch that rays must tell.
     asked : (n,) int32
         Those samples.
+    stack : (DEEPEST,) int32
+        Of searches in the tree.
     """
 
     crossings: Crossings
@@ -134,19 +136,20 @@ class _Work(NamedTuple):
     stamp: np.ndarray
     is_doubt: np.ndarray
     asked: np.ndarray
+    stack: np.ndarray
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _count(patches, bins, ends, faces, change, masks):
+def _count(patches, bins, ends, tree, change, masks):
     n = patches.size.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         _count_block(
-            patches, bins, ends, faces, change, masks, block * _BLOCK, min(n, (block + 1) * _BLOCK)
+            patches, bins, ends, tree, change, masks, block * _BLOCK, min(n, (block + 1) * _BLOCK)
         )
 
 
 @njit(cache=True, nogil=True)
-def _count_block(patches, bins, ends, faces, change, masks, p0, p1):
+def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
     widest, highest, most, cuts = 0, 0, 0, 0
     for i in range(p0, p1):
         if patches.graze[i] < np.inf:
@@ -160,8 +163,7 @@ def _count_block(patches, bins, ends, faces, change, masks, p0, p1):
         Crossings(
             np.zeros(widest + 1, np.int32),
             np.zeros(widest + 1, np.int32),
-            np.zeros((widest, at_once), np.int32),
-            np.zeros((widest, at_once), np.int32),
+            np.zeros((widest, at_once), np.int64),
             np.zeros(room, np.int64),
             np.zeros((most, 3), np.int64),
             np.zeros(highest + 1, np.int32),
@@ -170,19 +172,20 @@ def _count_block(patches, bins, ends, faces, change, masks, p0, p1):
         np.zeros(bins.most, np.int32),
         np.zeros(most, np.bool_),
         np.zeros(room, np.int32),
+        np.zeros(DEEPEST, np.int32),
     )
     last = np.full(p1 - p0, -1, np.int64)  # what hid the sun before mostly still does
     look = 0
     for i in range(p0, p1):
         if patches.graze[i] == np.inf:
-            ask_one_by_one(patches, bins, faces, change, masks, i)
+            ask_one_by_one(patches, bins, tree, work.stack, change, masks, i)
     for s in range(bins.basis.shape[0]):
         for i in range(p0, p1):
             if patches.graze[i] == np.inf:
                 continue
             look += 1
             last[i - p0] = _count_patch(
-                patches, bins, ends, faces, change, masks, work, s, i, look, last[i - p0]
+                patches, bins, ends, tree, change, masks, work, s, i, look, last[i - p0]
             )
     if masks.size == 0:
         for i in range(p0, p1):
@@ -190,65 +193,65 @@ def _count_block(patches, bins, ends, faces, change, masks, p0, p1):
                 change[k] += change[k - 1]
 
 
-@njit(cache=True, nogil=True)
-def _count_patch(patches, bins, ends, faces, change, masks, work, s, i, look, last):
+@njit(cache=True, nogil=True, inline="always")
+def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, last):
     """Count a patch under a sun; give a face that hides it, or the one given."""
-    d = bins.basis[s, 6:9]
-    f = patches.frame[i]
-    sine = f[8] * d[0] + f[9] * d[1] + f[10] * d[2]
+    d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
+    f = patches.frame
+    sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
     first, end = patches.first[i], patches.first[i + 1]
     graze = patches.graze[i]
     if sine <= -graze:
         darken(change, masks, s, first, end, end)
         return last
     if sine < graze:
-        return ask_all(patches, faces, change, masks, s, i, d, last)
-    su = (f[0] * d[0] + f[1] * d[1] + f[2] * d[2]) / sine
-    sv = (f[4] * d[0] + f[5] * d[1] + f[6] * d[2]) / sine
+        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last)
+    su = (f[i, 0] * d[0] + f[i, 1] * d[1] + f[i, 2] * d[2]) / sine
+    sv = (f[i, 4] * d[0] + f[i, 5] * d[1] + f[i, 6] * d[2]) / sine
     tau = patches.tau[i]
     cols, rows = patches.size[i, 0], patches.size[i, 1]
     # As heights up to tau count as 0, rims can be off by this much.
     bu, bv = _EPS + 2.0 * tau * abs(su), _EPS + 2.0 * tau * abs(sv)
-    if last >= 0 and covers(faces.corners[last], f, su, sv, cols - 1.0, rows - 1.0, tau, bu, bv):
+    if last >= 0 and covers(tree, last, f, i, su, sv, cols - 1.0, rows - 1.0, tau, bu, bv):
         darken(change, masks, s, first, end, end)
         return last
     n_rims = find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv)
     if n_rims < 0:
-        return ask_all(patches, faces, change, masks, s, i, d, last)
+        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last)
     changes, n_doubts = 0, 0
     c = work.crossings
     for k in range(n_rims):
-        r = work.rims[k]
+        r = work.rims
         t, n_doubts = add_rim(
-            r[0], r[1], r[2], r[3], np.int64(r[4]), bu, bv, cols, rows, c, n_doubts
+            r[k, 0], r[k, 1], r[k, 2], r[k, 3], np.int64(r[k, 4]), bu, bv, cols, rows, c, n_doubts
         )
         if t < 0 or n_doubts > c.doubts.size:
             clear(cols, c)
-            return ask_all(patches, faces, change, masks, s, i, d, last)
+            return ask_all(patches, tree, work.stack, change, masks, s, i, d, last)
         changes += t
     n_asked = _find_doubts(patches, work, i, n_doubts, 2.0 * tau / sine)
     if n_asked < 0:
         clear(cols, c)
-        return ask_all(patches, faces, change, masks, s, i, d, last)
+        return ask_all(patches, tree, work.stack, change, masks, s, i, d, last)
     if changes == 0 and n_asked == 0:
         k = (first + end) // 2
-        face = ask(patches, faces, k, d, last)
+        face = ask(patches, tree, work.stack, k, d, last)
         if face < 0:
             return last
         darken(change, masks, s, first, end, end)
         return face
-    return _settle(patches, faces, change, masks, work, s, i, d, n_asked, last)
+    return _settle(patches, tree, change, masks, work, s, i, d, n_asked, last)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _find_doubts(patches, work, i, n_doubts, reach):
     """List the samples that rays must tell, each once; give their number, or -1 if too many."""
-    before = patches.before[patches.cell[i] : patches.cell[i + 1]]
+    cell = patches.cell[i]
     n = 0
     for q in range(n_doubts):
         at = work.crossings.doubts[q]
-        k = before[at]
-        if before[at + 1] > k and not work.is_doubt[k]:
+        k = patches.before[cell + at]
+        if patches.before[cell + at + 1] > k and not work.is_doubt[k]:
             if n == work.asked.size:
                 n = -1
                 break
@@ -273,13 +276,14 @@ def _find_doubts(patches, work, i, n_doubts, reach):
     return n
 
 
-@njit(cache=True, nogil=True)
-def _settle(patches, faces, change, masks, work, s, i, d, n_asked, last):
+@njit(cache=True, nogil=True, inline="always")
+def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
     """Find from crossings and one ray what is in shadow, and ask rays for samples in doubt."""
     first, end = patches.first[i], patches.first[i + 1]
-    before = patches.before[patches.cell[i] : patches.cell[i + 1]]
     runs = work.crossings.runs
-    n = find_runs(patches.size[i, 0], patches.size[i, 1], before, work.crossings)
+    n = find_runs(
+        patches.size[i, 0], patches.size[i, 1], patches.before, patches.cell[i], work.crossings
+    )
     least, longest, pick = 1 << 60, 0, -1
     for q in range(n):
         a, b, count = runs[q, 0], runs[q, 1], runs[q, 2]
@@ -295,7 +299,7 @@ def _settle(patches, faces, change, masks, work, s, i, d, n_asked, last):
         least, longest, pick = count, b - a, k
     is_lit = False
     if pick >= 0:
-        face = ask(patches, faces, first + pick, d, last)
+        face = ask(patches, tree, work.stack, first + pick, d, last)
         is_lit = face < 0
         if not is_lit:
             last = face
@@ -318,7 +322,7 @@ def _settle(patches, faces, change, masks, work, s, i, d, n_asked, last):
                 else:
                     b = middle - 1
             was = np.int64(runs[a, 2] != least)
-        face = ask(patches, faces, first + k, d, last)
+        face = ask(patches, tree, work.stack, first + k, d, last)
         if face >= 0:
             last = face
         now = np.int64(face >= 0)

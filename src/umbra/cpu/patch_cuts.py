@@ -5,6 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.rays.face_tree import DEEPEST, FaceTree
+from umbra.rays.lanes import LANES
 
 __all__ = ["cut_edge", "find_cuts"]
 
@@ -45,8 +46,7 @@ def find_cuts(
         Of ``Patches``.
     """
     start, cuts, normal, mark_start, marks, far = _find(
-        frame, place, size, tau, graze, cell, before, own, corners, spacing,
-        tree.boxes, tree.links, tree.corners, tree.ids, tree.normals,
+        frame, place, size, tau, graze, cell, before, own, corners, spacing, tree
     )  # fmt: skip
     # A sample once, where the face is nearest; nearest first within a patch.
     patch = np.repeat(np.arange(len(frame)), np.diff(mark_start))
@@ -164,15 +164,45 @@ def _mark(poly, n, reach, spacing, size, before, marks, mark_far, total):
 
 
 @njit(cache=True, nogil=True)
+def _list_near(low, high, f, margin, tree, stack, found):
+    """List the faces that may reach a box and come near the plane of a frame; give their number."""
+    n = 0
+    stack[0] = 0
+    waiting = 1
+    while waiting > 0:
+        waiting -= 1
+        node = stack[waiting]
+        for lane in range(LANES):
+            meets = True
+            middle, half = f[11], margin
+            for k in range(3):
+                a, b = tree.boxes[node, k, lane], tree.boxes[node, 3 + k, lane]
+                meets = meets and a <= high[k] and b >= low[k]
+                middle += 0.5 * f[8 + k] * (b + a)
+                half += 0.5 * abs(f[8 + k]) * (b - a)
+            if not meets or abs(middle) > half:
+                continue
+            child = tree.links[node, lane]
+            if child >= 0:
+                stack[waiting] = child
+                waiting += 1
+            else:
+                found[n] = ~child
+                n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
 def _find(
-    frame, place, size, tau, graze, cell, before, own, own_corners, spacing,
-    boxes, links, corners, ids, normals,
+    frame, place, size, tau, graze, cell, before, own, own_corners, spacing, tree
 ):  # fmt: skip
+    corners, ids, normals = tree.corners, tree.ids, tree.normals
     n = frame.shape[0]
     start, mark_start = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
     cuts, cut_normal = np.zeros((0, 4)), np.zeros((0, 3))
     marks, mark_far = np.zeros(0, np.int64), np.zeros(0)
-    stack = np.zeros(DEEPEST, np.int64)
+    stack = np.zeros(DEEPEST, np.int32)
+    near = np.zeros(ids.shape[0], np.int32)
     poly, part = np.zeros((8, 3)), np.zeros((8, 3))
     h = np.zeros(3)
     low, high = np.zeros(3), np.zeros(3)
@@ -197,77 +227,54 @@ def _find(
                 a, b = p[3 + k] * w, p[6 + k] * top
                 low[k] = p[k] + min(a, 0.0) + min(b, 0.0) - margin
                 high[k] = p[k] + max(a, 0.0) + max(b, 0.0) + margin
-            waiting = 1 if ids.shape[0] > 0 else 0
-            stack[0] = 0
-            while waiting > 0:
-                waiting -= 1
-                node = stack[waiting]
-                b = boxes[node]
-                if (
-                    b[0] > high[0] or b[1] > high[1] or b[2] > high[2]
-                    or b[3] < low[0] or b[4] < low[1] or b[5] < low[2]
-                ):  # fmt: skip
-                    continue
-                middle, half = f[11], margin
+            for q in range(_list_near(low, high, f, margin, tree, stack, near)):
+                g = near[q]
+                above = 0
+                within = t < 1.5e-6  # the samples themselves are off a thick plane
                 for k in range(3):
-                    middle += 0.5 * f[8 + k] * (b[3 + k] + b[k])
-                    half += 0.5 * abs(f[8 + k]) * (b[3 + k] - b[k])
-                if abs(middle) > half:
-                    continue
-                if links[node, 1] < 0:
-                    stack[waiting] = links[node, 0]
-                    stack[waiting + 1] = links[node, 0] + 1
-                    waiting += 2
-                    continue
-                for g in range(links[node, 0], links[node, 0] + links[node, 1]):
-                    above = 0
-                    within = t < 1.5e-6  # the samples themselves are off a thick plane
+                    x, y, z = corners[g, 3 * k], corners[g, 3 * k + 1], corners[g, 3 * k + 2]
+                    poly[k, 0] = f[0] * x + f[1] * y + f[2] * z + f[3]
+                    poly[k, 1] = f[4] * x + f[5] * y + f[6] * z + f[7]
+                    poly[k, 2] = f[8] * x + f[9] * y + f[10] * z + f[11]
+                    h[k] = 0.0 if abs(poly[k, 2]) <= t else poly[k, 2]
+                    above += h[k] > 0.0
+                    within = within and abs(poly[k, 2]) <= 0.25 * normals[g, 3]
+                if 0 < above < 3:
+                    u0 = v0 = u1 = v1 = 0.0
                     for k in range(3):
-                        x, y, z = corners[g, 3 * k], corners[g, 3 * k + 1], corners[g, 3 * k + 2]
-                        poly[k, 0] = f[0] * x + f[1] * y + f[2] * z + f[3]
-                        poly[k, 1] = f[4] * x + f[5] * y + f[6] * z + f[7]
-                        poly[k, 2] = f[8] * x + f[9] * y + f[10] * z + f[11]
-                        h[k] = 0.0 if abs(poly[k, 2]) <= t else poly[k, 2]
-                        above += h[k] > 0.0
-                        within = within and abs(poly[k, 2]) <= 0.25 * normals[g, 3]
-                    if 0 < above < 3:
-                        u0 = v0 = u1 = v1 = 0.0
-                        for k in range(3):
-                            j = (k + 1) % 3
-                            if (h[k] > 0.0) == (h[j] > 0.0):
-                                continue
-                            cu, cv = cut_edge(
-                                poly[k, 0], poly[k, 1], h[k], poly[j, 0], poly[j, 1], h[j],
-                                ids[g, k] < ids[g, j],
-                            )  # fmt: skip
-                            if h[k] > 0.0:
-                                u0, v0 = cu, cv  # here the face's rim goes below
-                            else:
-                                u1, v1 = cu, cv
-                        far = _CLEAR + reach / spacing
-                        if not (
-                            (u0 == u1 and v0 == v1)
-                            or max(u0, u1) < -far or min(u0, u1) > w + far
-                            or max(v0, v1) < -far or min(v0, v1) > top + far
-                        ):  # fmt: skip
-                            if write:
-                                cuts[total] = (u0, v0, u1, v1)
-                                cut_normal[total] = normals[g, :3]
-                            total += 1
-                    if within:
-                        continue
-                    m = _clip(poly, 3, 1.0, 2.0 * t, part)
-                    m = _clip(part, m, -1.0, 2.0 * t, poly) if m else 0
-                    # A face of the surface's own that no such sun can light from behind is as flat.
-                    slope = abs(f[8] * normals[g, 0] + f[9] * normals[g, 1] + f[10] * normals[g, 2])
-                    is_flat = slope > 1.0 - graze[i] * graze[i] / 7.9
-                    if m and not (
-                        is_flat and _is_own(corners[g], own_corners, own[i, 0], own[i, 1])
-                    ):
-                        total_marks = _mark(
-                            poly, m, reach, spacing, size[i], before[cell[i] : cell[i + 1]],
-                            marks, mark_far, total_marks,
+                        j = (k + 1) % 3
+                        if (h[k] > 0.0) == (h[j] > 0.0):
+                            continue
+                        cu, cv = cut_edge(
+                            poly[k, 0], poly[k, 1], h[k], poly[j, 0], poly[j, 1], h[j],
+                            ids[g, k] < ids[g, j],
                         )  # fmt: skip
+                        if h[k] > 0.0:
+                            u0, v0 = cu, cv  # here the face's rim goes below
+                        else:
+                            u1, v1 = cu, cv
+                    far = _CLEAR + reach / spacing
+                    if not (
+                        (u0 == u1 and v0 == v1)
+                        or max(u0, u1) < -far or min(u0, u1) > w + far
+                        or max(v0, v1) < -far or min(v0, v1) > top + far
+                    ):  # fmt: skip
+                        if write:
+                            cuts[total] = (u0, v0, u1, v1)
+                            cut_normal[total] = normals[g, :3]
+                        total += 1
+                if within:
+                    continue
+                m = _clip(poly, 3, 1.0, 2.0 * t, part)
+                m = _clip(part, m, -1.0, 2.0 * t, poly) if m else 0
+                # A face of the surface's own that no such sun can light from behind is as flat.
+                slope = abs(f[8] * normals[g, 0] + f[9] * normals[g, 1] + f[10] * normals[g, 2])
+                is_flat = slope > 1.0 - graze[i] * graze[i] / 7.9
+                if m and not (is_flat and _is_own(corners[g], own_corners, own[i, 0], own[i, 1])):
+                    total_marks = _mark(
+                        poly, m, reach, spacing, size[i], before[cell[i] : cell[i + 1]],
+                        marks, mark_far, total_marks,
+                    )  # fmt: skip
         start[n] = total
         mark_start[n] = total_marks
     return start, cuts, cut_normal, mark_start, marks, mark_far

@@ -1,60 +1,44 @@
 """Rays from the samples of patches, and what they leave in shadow."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from umbra.rays.hidden import is_hidden
+from umbra.rays.hidden import get, is_hidden
 
-__all__ = ["Faces", "ask", "ask_all", "ask_one_by_one", "covers", "darken"]
-
-
-class Faces(NamedTuple):
-    """The arrays of a ``FaceTree``."""
-
-    boxes: NDArray[np.float64]
-    links: NDArray[np.int32]
-    corners: NDArray[np.float64]
-    ids: NDArray[np.int32]
-    normals: NDArray[np.float64]
+__all__ = ["ask", "ask_all", "ask_one_by_one", "covers", "darken"]
 
 
-@njit(cache=True, nogil=True)
-def ask(patches, faces, k, d, last):
+@njit(cache=True, nogil=True, inline="always")
+def ask(patches, tree, stack, k, d, last):
     """Find a face between a sample and the sun by a ray; -1 if there is none."""
-    return is_hidden(
-        patches.points[k], patches.normals[k], d, faces.boxes, faces.links, faces.corners,
-        faces.ids, faces.normals, last,
-    )  # fmt: skip
+    return is_hidden(get(patches.points, k), get(patches.normals, k), d, tree, stack, last)
 
 
-@njit(cache=True, nogil=True)
-def ask_one_by_one(patches, bins, faces, change, masks, i):
+@njit(cache=True, nogil=True, inline="always")
+def ask_one_by_one(patches, bins, tree, stack, change, masks, i):
     """Ask rays for every sample of a patch, under all suns one after another."""
     first, end = patches.first[i], patches.first[i + 1]
     for k in range(first, end):
-        m = patches.normals[k]
+        m = get(patches.normals, k)
         last = -1
         for s in range(bins.basis.shape[0]):
-            d = bins.basis[s, 6:9]
+            d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
             if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] > 0.0:
-                face = ask(patches, faces, k, d, last)
+                face = ask(patches, tree, stack, k, d, last)
                 if face < 0:
                     continue
                 last = face
             darken(change, masks, s, k, k + 1, end)
 
 
-@njit(cache=True, nogil=True)
-def ask_all(patches, faces, change, masks, s, i, d, last):
+@njit(cache=True, nogil=True, inline="always")
+def ask_all(patches, tree, stack, change, masks, s, i, d, last):
     """Ask rays for every sample of a patch; give a face that hides some, or the one given."""
     first, end = patches.first[i], patches.first[i + 1]
     for k in range(first, end):
-        m = patches.normals[k]
+        m = get(patches.normals, k)
         if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] > 0.0:
-            face = ask(patches, faces, k, d, last)
+            face = ask(patches, tree, stack, k, d, last)
             if face < 0:
                 continue
             last = face
@@ -62,11 +46,12 @@ def ask_all(patches, faces, change, masks, s, i, d, last):
     return last
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def darken(change, masks, s, a, b, end):
     """Put samples from a to b in shadow, in a patch that ends at ``end``."""
     if masks.size > 0:
-        masks[s, a:b] = 1
+        for k in range(a, b):
+            masks[s, k] = 1
         return
     change[a] += 1
     if b < end:
@@ -74,16 +59,18 @@ def darken(change, masks, s, a, b, end):
 
 
 @njit(cache=True, nogil=True)
-def covers(face, f, su, sv, w, h, tau, bu, bv):
+def covers(tree, face, f, i, su, sv, w, h, tau, bu, bv):
     """
     Tell whether the shadow of a face holds the whole rectangle of a patch.
 
     Parameters
     ----------
-    face : (9,) float64
-        Its corners.
-    f : (12,) float64
-        The patch's frame.
+    tree : FaceTree
+    face : int
+    f : (n, 12) float64
+        The patches' frames.
+    i : int
+        The patch.
     su, sv : float
         How far a point's shadow moves for each metre of height [squares].
     w, h, tau, bu, bv : float
@@ -91,12 +78,16 @@ def covers(face, f, su, sv, w, h, tau, bu, bv):
     turn = 1.0
     u, v = np.zeros(3), np.zeros(3)
     for k in range(3):
-        x, y, z = face[3 * k], face[3 * k + 1], face[3 * k + 2]
-        a = f[8] * x + f[9] * y + f[10] * z + f[11]
+        x, y, z = (
+            tree.corners[face, 3 * k],
+            tree.corners[face, 3 * k + 1],
+            tree.corners[face, 3 * k + 2],
+        )
+        a = f[i, 8] * x + f[i, 9] * y + f[i, 10] * z + f[i, 11]
         if a <= 3.0 * tau:
             return False
-        u[k] = f[0] * x + f[1] * y + f[2] * z + f[3] - a * su
-        v[k] = f[4] * x + f[5] * y + f[6] * z + f[7] - a * sv
+        u[k] = f[i, 0] * x + f[i, 1] * y + f[i, 2] * z + f[i, 3] - a * su
+        v[k] = f[i, 4] * x + f[i, 5] * y + f[i, 6] * z + f[i, 7] - a * sv
     if (u[1] - u[0]) * (v[2] - v[0]) <= (v[1] - v[0]) * (u[2] - u[0]):
         turn = -1.0
     for k in range(3):

@@ -13,6 +13,7 @@ from numba import njit
 
 from umbra.cpu.patch_bins import clamp
 from umbra.cpu.patch_cuts import cut_edge
+from umbra.rays.hidden import get
 
 __all__ = ["Crossings", "add_rim", "clear", "find_rims", "find_runs"]
 
@@ -31,8 +32,8 @@ class Crossings(NamedTuple):
         Change of the count along the lowest row.
     number : (columns + 1,) int32
         Crossings of each column.
-    row, change : (columns, most) int32
-        First row above each, and how the count changes.
+    cross : (columns, most) int64
+        First row above each, and how the count changes: see ``_pack``.
     doubts : (n,) int64
         Squares so near to a rim that rounding could tell either way.
     runs : (n_samples, 3) int64
@@ -43,11 +44,22 @@ class Crossings(NamedTuple):
 
     steps: np.ndarray
     number: np.ndarray
-    row: np.ndarray
-    change: np.ndarray
+    cross: np.ndarray
     doubts: np.ndarray
     runs: np.ndarray
     level: np.ndarray
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _pack(row, change):
+    """Put a row and a change of the count into one number."""
+    return row << 32 | (change + 0x80000000)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _unpack(crossing):
+    """Return a row and a change of the count."""
+    return crossing >> 32, (crossing & 0xFFFFFFFF) - 0x80000000
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -67,7 +79,7 @@ def _doubt(c, low, high, rows, doubts, n):
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
     """
     Add the rim of a shadow.
@@ -125,11 +137,10 @@ def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
         if r >= 1.0 and r < h + 1.0:
             changes = 1
             k = number[c]
-            if k == crossings.row.shape[1]:
+            if k == crossings.cross.shape[1]:
                 return -1, n
             number[c] = k + 1
-            crossings.row[c, k] = np.int32(r)
-            crossings.change[c, k] = m
+            crossings.cross[c, k] = _pack(np.int64(r), m)
         over = r - y
         if over < band or over > 1.0 - band:
             n = _doubt(c, y - band, y + band, rows, crossings.doubts, n)
@@ -151,46 +162,48 @@ def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
     return changes, n
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def clear(cols, crossings):
     """Forget all crossings."""
     crossings.steps[: cols + 1] = 0
     crossings.number[: cols + 1] = 0
 
 
-@njit(cache=True, nogil=True)
-def _sort(row, change, n, rows, level):
+@njit(cache=True, nogil=True, inline="always")
+def _sort(cross, c, n, rows, level):
     """Put the crossings of a column in order; give their number, less where rows are merged."""
     if n > _MANY:
         for q in range(n):
-            level[row[q]] += change[q]
+            r, m = _unpack(cross[c, q])
+            level[r] += m
         n = 0
         for r in range(rows):
             if level[r] != 0:
-                row[n], change[n] = r, level[r]
+                cross[c, n] = _pack(r, level[r])
                 level[r] = 0
                 n += 1
-        return n
-    for q in range(1, n):
-        r, m = row[q], change[q]
-        p = q - 1
-        while p >= 0 and row[p] > r:
-            row[p + 1], change[p + 1] = row[p], change[p]
-            p -= 1
-        row[p + 1], change[p + 1] = r, m
+    else:
+        for q in range(1, n):
+            one = cross[c, q]
+            p = q - 1
+            while p >= 0 and cross[c, p] > one:
+                cross[c, p + 1] = cross[c, p]
+                p -= 1
+            cross[c, p + 1] = one
     return n
 
 
-@njit(cache=True, nogil=True)
-def find_runs(cols, rows, before, crossings):
+@njit(cache=True, nogil=True, inline="always")
+def find_runs(cols, rows, before, cell, crossings):
     """
     List the stretches of samples with one count, up to a constant; forget the crossings.
 
     Parameters
     ----------
     cols, rows : int
-    before : (cols * rows + 1,) int32
-        Samples before each square.
+    before : (entries,) int32
+        Samples before each square, from entry ``cell`` on.
+    cell : int
     crossings : Crossings
         Its ``runs`` are written.
 
@@ -198,36 +211,42 @@ def find_runs(cols, rows, before, crossings):
     -------
     n : int
     """
-    runs = crossings.runs
-    n = 0
+    runs, steps, number, cross = crossings.runs, crossings.steps, crossings.number, crossings.cross
+    n = -1
     base = 0
+    here = 0  # of the run that goes on
+    first = 0
     for c in range(cols):
-        base += crossings.steps[c]
-        crossings.steps[c] = 0
-        k = crossings.number[c]
-        crossings.number[c] = 0
-        row = crossings.row[c]
-        change = crossings.change[c]
-        k = _sort(row, change, k, rows, crossings.level)
+        base += steps[c]
+        steps[c] = 0
+        k = number[c]
+        number[c] = 0
+        if k == 0 and base == here and n >= 0:
+            continue  # all of it goes on
+        at = cell + c * rows
+        k = _sort(cross, c, k, rows, crossings.level)
         count = base
-        first = before[c * rows]
+        first = before[at]
         for q in range(k + 1):
-            end = before[c * rows + row[q]] if q < k else before[(c + 1) * rows]
-            if end > first:
-                if n > 0 and runs[n - 1, 2] == count:
-                    runs[n - 1, 1] = end  # goes on from the column before
-                else:
-                    runs[n, 0], runs[n, 1], runs[n, 2] = first, end, count
-                    n += 1
-                first = end
+            r, m = rows, 0
             if q < k:
-                count += change[q]
-    crossings.steps[cols] = 0
-    return n
+                r, m = _unpack(cross[c, q])
+            end = before[at + r]
+            if end > first and (n < 0 or count != here):
+                if n >= 0:
+                    runs[n, 1] = first
+                n += 1
+                runs[n, 0] = first
+                runs[n, 2] = here = count
+            first = max(first, end)
+            count += m
+    steps[cols] = 0
+    runs[n, 1] = before[cell + cols * rows]
+    return n + 1
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _meets(u0, v0, u1, v1, bu, bv, w, h, hull):
+def _meets(u0, v0, u1, v1, bu, bv, w, h, hull, i):
     """Tell whether a rim misses the rectangle, lies beside the samples in it, or may meet them."""
     if (
         (v0 > h + bv and v1 > h + bv) or (v0 < -bv and v1 < -bv)
@@ -241,26 +260,38 @@ def _meets(u0, v0, u1, v1, bu, bv, w, h, hull):
     if abs(across) > abs(dv) * a + abs(du) * b + slack:
         return _MISSES
     b = bu + bv + 1e-6
-    if max(u0 + v0, u1 + v1) < hull[0] - b or min(u0 + v0, u1 + v1) > hull[1] + b:
+    if max(u0 + v0, u1 + v1) < hull[i, 0] - b or min(u0 + v0, u1 + v1) > hull[i, 1] + b:
         return _BESIDE
-    if max(u0 - v0, u1 - v1) < hull[2] - b or min(u0 - v0, u1 - v1) > hull[3] + b:
+    if max(u0 - v0, u1 - v1) < hull[i, 2] - b or min(u0 - v0, u1 - v1) > hull[i, 3] + b:
         return _BESIDE
     least, most = np.inf, -np.inf
     for q in range(4, 20, 2):
-        side = dv * (hull[q] - u0) - du * (hull[q + 1] - v0)
+        side = dv * (hull[i, q] - u0) - du * (hull[i, q + 1] - v0)
         least, most = min(least, side), max(most, side)
-    far = hull[20] * (abs(du) + abs(dv)) + abs(dv) * bu + abs(du) * bv
+    far = hull[i, 20] * (abs(du) + abs(dv)) + abs(dv) * bu + abs(du) * bv
     return _BESIDE if least > far or most < -far else _MEETS
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
+def _four(rows, i, k):
+    """Return four numbers of a row, from the k-th on."""
+    return rows[i, k], rows[i, k + 1], rows[i, k + 2], rows[i, k + 3]
+
+
+@njit(cache=True, nogil=True, inline="always")
 def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
     """
     Throw the edges between a patch and the sun onto it, and add where faces pass through it.
 
     Gives their number, 0 if none meets the samples, or -1 where rays must be asked.
     """
-    b, f, p, hull = bins.basis[s], patches.frame[i], patches.place[i], patches.hull[i]
+    b0, b1, b2 = bins.basis[s, 0], bins.basis[s, 1], bins.basis[s, 2]
+    b3, b4, b5 = bins.basis[s, 3], bins.basis[s, 4], bins.basis[s, 5]
+    b6, b7, b8 = bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8]
+    p = patches.place
+    f0, f1, f2, f3 = _four(patches.frame, i, 0)
+    f4, f5, f6, f7 = _four(patches.frame, i, 4)
+    f8, f9, f10, f11 = _four(patches.frame, i, 8)
     tau = patches.tau[i]
     w, h = patches.size[i, 0] - 1.0, patches.size[i, 1] - 1.0
     gx, gy, scale = bins.grid[s, 0], bins.grid[s, 1], bins.grid[s, 2]
@@ -268,20 +299,20 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
     stamp, rims = work.stamp, work.rims
     # The patch's rectangle in light space: its bins, and how far it is from the sun.
     xa, xb = (
-        (b[0] * p[3] + b[1] * p[4] + b[2] * p[5]) * w,
-        (b[0] * p[6] + b[1] * p[7] + b[2] * p[8]) * h,
+        (b0 * p[i, 3] + b1 * p[i, 4] + b2 * p[i, 5]) * w,
+        (b0 * p[i, 6] + b1 * p[i, 7] + b2 * p[i, 8]) * h,
     )
     ya, yb = (
-        (b[3] * p[3] + b[4] * p[4] + b[5] * p[5]) * w,
-        (b[3] * p[6] + b[4] * p[7] + b[5] * p[8]) * h,
+        (b3 * p[i, 3] + b4 * p[i, 4] + b5 * p[i, 5]) * w,
+        (b3 * p[i, 6] + b4 * p[i, 7] + b5 * p[i, 8]) * h,
     )
     za, zb = (
-        (b[6] * p[3] + b[7] * p[4] + b[8] * p[5]) * w,
-        (b[6] * p[6] + b[7] * p[7] + b[8] * p[8]) * h,
+        (b6 * p[i, 3] + b7 * p[i, 4] + b8 * p[i, 5]) * w,
+        (b6 * p[i, 6] + b7 * p[i, 7] + b8 * p[i, 8]) * h,
     )
-    x = b[0] * p[0] + b[1] * p[1] + b[2] * p[2] - gx
-    y = b[3] * p[0] + b[4] * p[1] + b[5] * p[2] - gy
-    z = b[6] * p[0] + b[7] * p[1] + b[8] * p[2]
+    x = b0 * p[i, 0] + b1 * p[i, 1] + b2 * p[i, 2] - gx
+    y = b3 * p[i, 0] + b4 * p[i, 1] + b5 * p[i, 2] - gy
+    z = b6 * p[i, 0] + b7 * p[i, 1] + b8 * p[i, 2]
     slack = 1e-5 + (1e-6 + 4.0 * tau) * scale
     i0 = clamp((x + min(xa, 0.0) + min(xb, 0.0)) * scale - slack, cols)
     i1 = clamp((x + max(xa, 0.0) + max(xb, 0.0)) * scale + slack, cols)
@@ -300,17 +331,17 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
                 if stamp[o] == look:
                     continue
                 stamp[o] = look
-                e = ends[bins.edge[c]]
-                ha = f[8] * e[0] + f[9] * e[1] + f[10] * e[2] + f[11]
-                hb = f[8] * e[3] + f[9] * e[4] + f[10] * e[5] + f[11]
+                e = bins.edge[c]
+                ha = f8 * ends[e, 0] + f9 * ends[e, 1] + f10 * ends[e, 2] + f11
+                hb = f8 * ends[e, 3] + f9 * ends[e, 4] + f10 * ends[e, 5] + f11
                 if ha <= tau and hb <= tau:
                     continue
                 ha = 0.0 if abs(ha) <= tau else ha
                 hb = 0.0 if abs(hb) <= tau else hb
-                ua = f[0] * e[0] + f[1] * e[1] + f[2] * e[2] + f[3]
-                va = f[4] * e[0] + f[5] * e[1] + f[6] * e[2] + f[7]
-                ub = f[0] * e[3] + f[1] * e[4] + f[2] * e[5] + f[3]
-                vb = f[4] * e[3] + f[5] * e[4] + f[6] * e[5] + f[7]
+                ua = f0 * ends[e, 0] + f1 * ends[e, 1] + f2 * ends[e, 2] + f3
+                va = f4 * ends[e, 0] + f5 * ends[e, 1] + f6 * ends[e, 2] + f7
+                ub = f0 * ends[e, 3] + f1 * ends[e, 4] + f2 * ends[e, 5] + f3
+                vb = f4 * ends[e, 3] + f5 * ends[e, 4] + f6 * ends[e, 5] + f7
                 if ha < 0.0:
                     ua, va = cut_edge(ua, va, ha, ub, vb, hb, True)
                     ha = 0.0
@@ -318,7 +349,7 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
                     ub, vb = cut_edge(ua, va, ha, ub, vb, hb, True)
                     hb = 0.0
                 ua, va, ub, vb = ua - ha * su, va - ha * sv, ub - hb * su, vb - hb * sv
-                how = _meets(ua, va, ub, vb, bu, bv, w, h, hull)
+                how = _meets(ua, va, ub, vb, bu, bv, w, h, patches.hull, i)
                 if how == _MISSES:
                     continue
                 n_meeting += how == _MEETS
@@ -326,15 +357,16 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
                 rims[n, 4] = bins.change[c]
                 n += 1
     for c in range(patches.cut_start[i], patches.cut_start[i + 1]):
-        m, g = patches.cut_normal[c], patches.cuts[c]
-        how = _meets(g[0], g[1], g[2], g[3], bu, bv, w, h, hull)
+        ua, va, ub, vb = _four(patches.cuts, c, 0)
+        how = _meets(ua, va, ub, vb, bu, bv, w, h, patches.hull, i)
         if how == _MISSES:
             continue
-        side = m[0] * b[6] + m[1] * b[7] + m[2] * b[8]
+        m0, m1, m2 = get(patches.cut_normal, c)
+        side = m0 * b6 + m1 * b7 + m2 * b8
         if abs(side) < _EDGE_ON:
             return -1
         n_meeting += how == _MEETS
-        rims[n, :4] = g
+        rims[n, 0], rims[n, 1], rims[n, 2], rims[n, 3] = ua, va, ub, vb
         rims[n, 4] = 1.0 if side > 0.0 else -1.0
         n += 1
     return n if n_meeting > 0 else 0

@@ -1,38 +1,38 @@
 """Bounding volume hierarchy over casting faces, for rays of any origin."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 
 __all__ = ["DEEPEST", "FaceTree", "make_face_tree"]
 
-DEEPEST = 128
+DEEPEST = 1024
 """Nodes that a search keeps waiting, at most."""
 TOUCH = 2.0**-46
 """
 Of the largest coordinate: within so much of a plane a point lies on it. A sample of a face is
 off its plane by some 2^-50 of it.
 """
-_LEAF = 4
 _BINS = 16
 _BALANCED = 48  # below this depth nodes are halved, so that no search keeps more waiting
 
 
-@dataclass(frozen=True, eq=False)
-class FaceTree:
+class FaceTree(NamedTuple):
     """
     Bounding volume hierarchy over casting faces, for rays of any origin.
 
     Parameters
     ----------
-    boxes : (n_nodes, 6) float64
-        Lowest and highest corner, a little enlarged.
-    links : (n_nodes, 2) int32
-        First child (the second follows it) and -1, or first face and number of faces.
+    boxes : (n_nodes, 6, LANES) float32
+        Of a node's children: lowest x, y, z and highest x, y, z, a little enlarged; a place
+        without a child is never met.
+    links : (n_nodes, LANES) int32
+        The children: a node, or a face's complement (``~face``, below 0).
     corners : (n_faces, 9) float64
         In the tree's order.
     ids : (n_faces, 3) int32
@@ -42,7 +42,7 @@ class FaceTree:
         tells at these coordinates [m].
     """
 
-    boxes: NDArray[np.float64]
+    boxes: NDArray[np.float32]
     links: NDArray[np.int32]
     corners: NDArray[np.float64]
     ids: NDArray[np.int32]
@@ -63,19 +63,20 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     corners = caster.vertices[ids]
     low, high = corners.min(1), corners.max(1)
     order = np.arange(len(kept))
-    boxes = np.zeros((max(2 * len(kept), 1), 6))
-    links = np.zeros((max(2 * len(kept), 1), 2), np.int32)
-    nodes = _build(low, high, (low + high) / 2, order, boxes, links)
+    halves = np.zeros((max(2 * len(kept), 1), 6))
+    children = np.zeros(len(halves), np.int32)
+    _halve(low, high, (low + high) / 2, order, halves, children)
     most = np.abs(corners).max(initial=0.0)
-    margin = 1e-9 * (1.0 + most)
-    touch = np.full((len(kept), 1), TOUCH * max(most, farthest))
-    boxes = boxes[:nodes] + margin * np.array([-1, -1, -1, 1, 1, 1])
+    touch = TOUCH * max(most, farthest)
+    # A ray that is tried again is lifted over faces on which its point lies: see ``hidden``.
+    margin = 1e-9 * (1.0 + most) + max(2.0**-19, 2.0**10 * touch)
+    boxes, links = _join(halves, children, margin)
     return FaceTree(
         boxes,
-        links[:nodes].copy(),
+        links,
         corners[order].reshape(-1, 9),
         np.ascontiguousarray(ids[order]),
-        np.hstack([(planes[kept] / length[kept, None])[order], touch]),
+        np.hstack([(planes[kept] / length[kept, None])[order], np.full((len(kept), 1), touch)]),
     )
 
 
@@ -99,17 +100,21 @@ def _clear(box):
 
 
 @njit(cache=True, nogil=True)
-def _build(low, high, middle, order, boxes, links):
-    """Split by the surface area heuristic over bins; reorder ``order``; give the nodes."""
+def _halve(low, high, middle, order, boxes, children):
+    """
+    Split faces in two by the surface area heuristic over bins, down to one; reorder ``order``.
+
+    Fills in each node's box and the first of its two children, or the complement of its face.
+    """
     n = order.size
     if n == 0:
-        return 1
+        return
     bins = np.empty((_BINS, 6))
     filled = np.empty(_BINS, np.int64)
     right = np.empty(_BINS)
     box = np.empty(6)
     spread = np.empty(6)
-    work = np.empty((2 * n, 4), np.int64)  # node, first, end, depth
+    work = np.empty((DEEPEST, 4), np.int64)  # node, first, end, depth
     work[0, 0], work[0, 1], work[0, 2], work[0, 3] = 0, 0, n, 0
     waiting = 1
     nodes = 1
@@ -126,8 +131,8 @@ def _build(low, high, middle, order, boxes, links):
             if spread[k + 3] - spread[k] > spread[axis + 3] - spread[axis]:
                 axis = k
         width = spread[axis + 3] - spread[axis]
-        if end - first <= _LEAF:
-            links[node, 0], links[node, 1] = first, end - first
+        if end - first == 1:
+            children[node] = ~first
             continue
         cut = first
         if width > 0.0 and depth < _BALANCED:
@@ -162,7 +167,7 @@ def _build(low, high, middle, order, boxes, links):
                     cut += 1
         if cut in (first, end):
             cut = (first + end) // 2  # all in one place
-        links[node, 0], links[node, 1] = nodes, -1
+        children[node] = nodes
         for child in range(2):
             work[waiting + child, 0] = nodes + child
             work[waiting + child, 1] = cut if child else first
@@ -170,4 +175,52 @@ def _build(low, high, middle, order, boxes, links):
             work[waiting + child, 3] = depth + 1
         waiting += 2
         nodes += 2
-    return nodes
+
+
+@njit(cache=True, nogil=True)
+def _join(halves, children, margin):
+    """Give each node up to LANES children: its children's children, the largest boxes first."""
+    some = np.zeros(LANES, np.int64)
+    source = np.zeros(1 + halves.shape[0] // 2, np.int64)
+    boxes = np.zeros((0, 6, LANES), np.float32)
+    links = np.zeros((0, LANES), np.int32)
+    for write in range(2):
+        nodes, at = 1, 0
+        while at < nodes:
+            n = 1
+            some[0] = source[at]
+            while n < LANES:
+                largest, best = -1.0, -1
+                for q in range(n):
+                    if children[some[q]] > 0 and _area(halves[some[q]]) > largest:
+                        largest, best = _area(halves[some[q]]), q
+                if best < 0:
+                    break
+                some[n] = children[some[best]] + 1
+                some[best] = children[some[best]]
+                n += 1
+            for q in range(n):
+                child = children[some[q]]
+                if child > 0:
+                    source[nodes] = some[q]
+                    child = nodes
+                    nodes += 1
+                if write and child != 0:
+                    links[at, q] = child
+                    for k in range(3):
+                        boxes[at, k, q] = _round(halves[some[q], k] - margin, -np.inf)
+                        boxes[at, 3 + k, q] = _round(halves[some[q], 3 + k] + margin, np.inf)
+            at += 1
+        if not write:
+            boxes = np.zeros((nodes, 6, LANES), np.float32)
+            boxes[:, :3] = np.inf
+            boxes[:, 3:] = -np.inf
+            links = np.zeros((nodes, LANES), np.int32)
+    return boxes, links
+
+
+@njit(cache=True, nogil=True)
+def _round(x, toward):
+    """Round to float32, toward -inf or inf."""
+    y = np.float32(x)
+    return np.nextafter(y, np.float32(toward)) if (y - x) * toward < 0.0 else y

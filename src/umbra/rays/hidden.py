@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from umbra.machine import use_threads
 from umbra.rays.face_tree import DEEPEST, FaceTree
+from umbra.rays.lanes import find_lowest, meet_boxes
 
-__all__ = ["find_hidden", "find_hidden_from", "is_hidden"]
+__all__ = ["find_hidden", "find_hidden_from", "get", "is_hidden"]
 
 _ASIDE = 2.0**-24
 """How far beside its point a ray starts where rounding could tell either way [m], ..."""
@@ -28,7 +29,8 @@ _LIFT = 16.0 * _ASIDE
 """Above a face on which its point lies it starts higher: there the surface's side decides."""
 _STEEP = 0.125  # cosine; faces that are steeper to a surface are not left by going above it
 _ROUNDING = 2.0**-48  # of a product of two lengths
-_TINY = 1e-200
+_TINY = 1e-30  # of a direction: its inverse is still a float32
+_COARSE = 2.0**-22  # of a coordinate: more than float32 loses of it
 _NO, _YES, _UNSURE = 0, 1, 2
 _BLOCK = 64  # points that a thread takes at a time
 
@@ -65,11 +67,7 @@ def find_hidden(
     """
     masks = np.zeros((len(suns), len(points)), np.uint8)
     use_threads(threads)
-    t = tree
-    _find(
-        points, normals, np.ascontiguousarray(suns), t.boxes, t.links, t.corners, t.ids,
-        t.normals, attached, masks,
-    )  # fmt: skip
+    _find(points, normals, np.ascontiguousarray(suns), tree, attached, masks)
     return masks
 
 
@@ -97,123 +95,123 @@ def find_hidden_from(
     """
     masks = np.zeros((len(lights), len(points)), np.uint8)
     use_threads(threads)
-    t = tree
-    _find_from(
-        points, normals, np.ascontiguousarray(lights), t.boxes, t.links, t.corners, t.ids,
-        t.normals, masks,
-    )  # fmt: skip
+    _find_from(points, normals, np.ascontiguousarray(lights), tree, masks)
     return masks
 
 
+@njit(cache=True, nogil=True, inline="always")
+def get(rows, i):
+    """Return three numbers of a row as a tuple, which costs less than a view."""
+    return rows[i, 0], rows[i, 1], rows[i, 2]
+
+
 @njit(cache=True, nogil=True)
-def is_hidden(p, n, d, boxes, links, corners, ids, normals, last, light=None):
+def is_hidden(p, n, d, tree, stack, last, light=None):
     """
-    Find a face between a point and the light, in the tree's order; -1 where there is none.
+    Find a face between a point and the light; -1 where there is none.
 
     ``p`` is the point, ``n`` its surface's normal toward the viewer, ``d`` the direction toward the
-    light, ``last`` a face to try first (negative for none); ``light``, if any, a lamp (4,) with
-    w = 1, beyond which nothing hides. The rest are arrays of a ``FaceTree``.
+    light (tuples of three), ``tree`` a ``FaceTree``, ``stack`` room for DEEPEST int32, ``last`` a
+    face to try first (negative for none); ``light``, if any, a lamp's place, beyond which nothing
+    hides.
     """
-    if last >= 0 and _hides(last, p, n, d, corners, ids, normals, light) == _YES:
+    if last >= 0 and _hides(last, p, n, d, tree, light) == _YES:
         return last
-    face, is_sure = _search(p, n, d, boxes, links, corners, ids, normals, light)
+    face, is_sure = _search(p, n, d, tree, stack, light)
     if is_sure:
         return face
-    scale = max(1.0, 2.0 * normals[0, 3] / _ABOVE)
-    q = np.empty(3)
-    _step_aside(p, n, scale, q)
-    face, _ = _search(q, n, d, boxes, links, corners, ids, normals, light, p, scale)
+    scale = max(1.0, 2.0 * tree.normals[0, 3] / _ABOVE)
+    face, _ = _search(_step_aside(p, n, scale), n, d, tree, stack, light, p, scale)
     return face
 
 
 @njit(cache=True, nogil=True)
-def _step_aside(p, n, scale, q):
+def _step_aside(p, n, scale):
     """Find the place a hair above a surface and beside the point, to the east and north."""
-    is_free = not n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.0
-    along = 0.0 if is_free else n[0] + 0.618 * n[1] + 0.382 * n[2]
-    for k, east in ((0, 1.0), (1, 0.618), (2, 0.382)):
-        up = 0.0 if is_free else n[k]
-        q[k] = p[k] + scale * (_ABOVE * up + _ASIDE * (east - along * up))
+    x, y, z = n
+    if not x * x + y * y + z * z > 0.0:  # NaN: the point has no surface
+        x, y, z = 0.0, 0.0, 0.0
+    along = x + 0.618 * y + 0.382 * z
+    return (
+        p[0] + scale * (_ABOVE * x + _ASIDE * (1.0 - along * x)),
+        p[1] + scale * (_ABOVE * y + _ASIDE * (0.618 - along * y)),
+        p[2] + scale * (_ABOVE * z + _ASIDE * (0.382 - along * z)),
+    )
 
 
 @njit(cache=True, nogil=True)
-def _search(p, n, d, boxes, links, corners, ids, normals, light, point=None, scale=0.0):
+def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
     """
     Find a face that hides the sun; tell whether the answer is sure.
 
     ``p`` is where the ray starts: the point, or ``scale`` hairs beside ``point``.
     """
     inverse = (_invert(d[0]), _invert(d[1]), _invert(d[2]))
-    stack = np.empty(DEEPEST, np.int32)
+    sides = (
+        0 if inverse[0] > 0.0 else 3,
+        1 if inverse[1] > 0.0 else 4,
+        2 if inverse[2] > 0.0 else 5,
+    )
+    # Boxes are asked in float32: the ray starts a little early, and ends a little late.
+    x = np.copysign(_COARSE * p[0], d[0])
+    y = np.copysign(_COARSE * p[1], d[1])
+    z = np.copysign(_COARSE * p[2], d[2])
+    start = (np.float32(p[0] + x), np.float32(p[1] + y), np.float32(p[2] + z))
+    end = (np.float32(p[0] - x), np.float32(p[1] - y), np.float32(p[2] - z))
     stack[0] = 0
-    size = 1 if ids.shape[0] > 0 else 0
+    size = 1
     is_sure = True
     while size > 0:
         size -= 1
-        node = stack[size]
-        near = 0.0
-        far = np.inf
-        for k in range(3):
-            a = (boxes[node, k] - p[k]) * inverse[k]
-            b = (boxes[node, k + 3] - p[k]) * inverse[k]
-            near = max(near, min(a, b))
-            far = min(far, max(a, b))
-        if near > far * (1.0 + 1e-12):
-            continue
-        first = links[node, 0]
-        count = links[node, 1]
-        if count < 0:
-            stack[size] = first
-            stack[size + 1] = first + 1
-            size += 2
-            continue
-        for f in range(first, first + count):
-            answer = _hides(f, p, n, d, corners, ids, normals, light, point, scale)
+        node = np.int64(stack[size])
+        met = meet_boxes(tree.boxes, node, sides, start, end, inverse)
+        while met != 0:
+            child = np.int64(tree.links[node, find_lowest(met)])
+            met &= met - 1
+            if child >= 0:
+                stack[size] = child
+                size += 1
+                continue
+            answer = _hides(~child, p, n, d, tree, light, point, scale)
             if answer == _YES:
-                return f, True
+                return ~child, True
             if answer == _UNSURE:
                 is_sure = False
-    return -1, is_sure
+    return np.int64(-1), is_sure
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _invert(x):
-    """Return 1 / x, or a finite number as large for 0, which no box's corner makes NaN."""
-    if abs(x) < _TINY:
-        return 1.0 / _TINY if x >= 0.0 else -1.0 / _TINY
-    return 1.0 / x
+    """Return 1 / x in float32, or a finite number as large for 0, which no box makes NaN."""
+    return np.float32(1.0 / x if abs(x) > _TINY else np.copysign(1.0 / _TINY, x))
 
 
 @njit(cache=True, nogil=True)
-def _hides(f, p, n, d, corners, ids, normals, light=None, point=None, scale=0.0):
+def _hides(f, p, n, d, tree, light, point=None, scale=0.0):
     """Tell whether a face lies between a point and the sun, or that rounding would decide."""
-    c = corners[f]
-    m = normals[f]
-    touch = m[3]
-    if light is None:
-        at_light = m[0] * d[0] + m[1] * d[1] + m[2] * d[2]
-    else:
-        at_light = _height(light[0], light[1], light[2], c, m)
-    x, y, z = p[0], p[1], p[2]
-    if point is not None and abs(_height(point[0], point[1], point[2], c, m)) <= touch:
+    m = get(tree.normals, f)
+    touch = tree.normals[f, 3]
+    c = get(tree.corners, f)
+    at_light = _dot(m, d) if light is None else _height(light, c, m)
+    if point is not None and abs(_height(point, c, m)) <= touch:
         up = scale * _LIFT
         if n[0] == n[0]:  # not NaN: the point has a surface
-            x, y, z = x + up * n[0], y + up * n[1], z + up * n[2]
-    height = _height(x, y, z, c, m)
+            p = (p[0] + up * n[0], p[1] + up * n[1], p[2] + up * n[2])
+    height = _height(p, c, m)
     is_on = point is None and abs(height) <= touch
     if is_on:
-        above = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
+        above = _dot(m, n)
         if above * at_light > 0.0 and abs(above) > _STEEP:
             return _NO  # the surface itself, or one that goes on from it
     elif not height * at_light < 0.0:
         return _NO
-    ax, ay, az = c[0] - x, c[1] - y, c[2] - z
-    bx, by, bz = c[3] - x, c[4] - y, c[5] - z
-    ex, ey, ez = c[6] - x, c[7] - y, c[8] - z
-    i, j, k = ids[f, 0], ids[f, 1], ids[f, 2]
-    ab, ab_error = _side(ax, ay, az, bx, by, bz, d, i < j, touch)
-    bc, bc_error = _side(bx, by, bz, ex, ey, ez, d, j < k, touch)
-    ca, ca_error = _side(ex, ey, ez, ax, ay, az, d, k < i, touch)
+    a = (c[0] - p[0], c[1] - p[1], c[2] - p[2])
+    b = (tree.corners[f, 3] - p[0], tree.corners[f, 4] - p[1], tree.corners[f, 5] - p[2])
+    e = (tree.corners[f, 6] - p[0], tree.corners[f, 7] - p[1], tree.corners[f, 8] - p[2])
+    i, j, k = get(tree.ids, f)
+    ab, ab_error = _side(a, b, d, i < j, touch)
+    bc, bc_error = _side(b, e, d, j < k, touch)
+    ca, ca_error = _side(e, a, d, k < i, touch)
     if point is not None:
         left = (ab >= 0.0) == (i < j)
         is_inside = left == ((bc >= 0.0) == (j < k)) and left == ((ca >= 0.0) == (k < i))
@@ -229,72 +227,76 @@ def _hides(f, p, n, d, corners, ids, normals, light=None, point=None, scale=0.0)
     return _YES
 
 
-@njit(cache=True, nogil=True)
-def _height(x, y, z, c, m):
+@njit(cache=True, nogil=True, inline="always")
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _height(p, c, m):
     """Return how high a place lies above a face's plane [m]."""
-    return m[0] * (x - c[0]) + m[1] * (y - c[1]) + m[2] * (z - c[2])
+    return m[0] * (p[0] - c[0]) + m[1] * (p[1] - c[1]) + m[2] * (p[2] - c[2])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _turn(side, forward):
     return side if forward else -side
 
 
-@njit(cache=True, nogil=True)
-def _side(ux, uy, uz, vx, vy, vz, d, forward, touch):
+@njit(cache=True, nogil=True, inline="always")
+def _side(u, v, d, forward, touch):
     """Tell on which side of the edge u to v a ray passes, from its lower vertex, and its error."""
-    if not forward:
-        ux, uy, uz, vx, vy, vz = vx, vy, vz, ux, uy, uz
-    side = d[0] * (uy * vz - uz * vy) + d[1] * (uz * vx - ux * vz) + d[2] * (ux * vy - uy * vx)
-    u, v = abs(ux) + abs(uy) + abs(uz), abs(vx) + abs(vy) + abs(vz)
-    return side, touch * (u + v) + _ROUNDING * u * v
+    a, b = (u, v) if forward else (v, u)
+    side = (
+        d[0] * (a[1] * b[2] - a[2] * b[1])
+        + d[1] * (a[2] * b[0] - a[0] * b[2])
+        + d[2] * (a[0] * b[1] - a[1] * b[0])
+    )
+    one, two = abs(u[0]) + abs(u[1]) + abs(u[2]), abs(v[0]) + abs(v[1]) + abs(v[2])
+    return side, touch * (one + two) + _ROUNDING * one * two
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _find(points, normals, suns, boxes, links, corners, ids, face_normals, attached, masks):
-    n = points.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            p = points[i]
-            m = normals[i]
+def _find(points, normals, suns, tree, attached, masks):
+    count = points.shape[0]
+    for block in prange((count + _BLOCK - 1) // _BLOCK):
+        stack = np.zeros(DEEPEST, np.int32)
+        for i in range(block * _BLOCK, min(count, (block + 1) * _BLOCK)):
+            p, n = get(points, i), get(normals, i)
             last = -1  # what hid the sun before mostly still does
             for s in range(suns.shape[0]):
-                d = suns[s]
-                if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] <= 0.0:
+                d = get(suns, s)
+                if _dot(n, d) <= 0.0:
                     masks[s, i] = attached
                     continue
-                face = is_hidden(p, m, d, boxes, links, corners, ids, face_normals, last)
+                face = is_hidden(p, n, d, tree, stack, last)
                 if face >= 0:
                     masks[s, i] = 1
                     last = face
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _find_from(points, normals, lights, boxes, links, corners, ids, face_normals, masks):
-    n = points.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        d = np.empty(3)
-        for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            p = points[i]
-            m = normals[i]
+def _find_from(points, normals, lights, tree, masks):
+    count = points.shape[0]
+    for block in prange((count + _BLOCK - 1) // _BLOCK):
+        stack = np.zeros(DEEPEST, np.int32)
+        for i in range(block * _BLOCK, min(count, (block + 1) * _BLOCK)):
+            p, n = get(points, i), get(normals, i)
             last = -1
             for s in range(lights.shape[0]):
-                light = lights[s]
-                length = 0.0
-                for k in range(3):
-                    d[k] = light[k] - light[3] * p[k]
-                    length += d[k] * d[k]
+                light, w = get(lights, s), lights[s, 3]
+                d = (light[0] - w * p[0], light[1] - w * p[1], light[2] - w * p[2])
+                length = np.sqrt(_dot(d, d))
                 if length == 0.0:
                     continue
-                for k in range(3):
-                    d[k] /= np.sqrt(length)
-                if m[0] * d[0] + m[1] * d[1] + m[2] * d[2] <= 0.0:
+                d = (d[0] / length, d[1] / length, d[2] / length)
+                if _dot(n, d) <= 0.0:
                     masks[s, i] = 1
                     continue
-                if light[3] == 0.0:
-                    face = is_hidden(p, m, d, boxes, links, corners, ids, face_normals, last)
+                if w == 0.0:
+                    face = is_hidden(p, n, d, tree, stack, last)
                 else:
-                    face = is_hidden(p, m, d, boxes, links, corners, ids, face_normals, last, light)
+                    face = is_hidden(p, n, d, tree, stack, last, light)
                 if face >= 0:
                     masks[s, i] = 1
                     last = face

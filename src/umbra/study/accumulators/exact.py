@@ -17,7 +17,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from umbra.rays.hidden import is_hidden
+from umbra.rays.face_tree import DEEPEST
+from umbra.rays.hidden import get, is_hidden
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.hours import DayIntervals
 from umbra.study.accumulators.intervals import (
@@ -144,8 +145,8 @@ class ExactIntervals(DayIntervals):
             tree, places = self._run.tiles[k].tree, self._run.tiles[0].places
             _advance(
                 before, mask, times[i - 1], times[i], self._lights.paths[i],  # type: ignore[attr-defined]
-                self._tolerance, places.points, places.normals, tree.boxes, tree.links,
-                tree.corners, tree.ids, tree.normals, self.arrays.results.min_spell, state,
+                self._tolerance, places.points, places.normals, tree,
+                self.arrays.results.min_spell, state,
             )  # fmt: skip
         self._before[k] = mask
 
@@ -251,32 +252,33 @@ def _begin(mask, at, state):
 
 @njit(cache=True, nogil=True, parallel=True)
 def _advance(
-    before, after, start, end, path, tolerance, points, normals,
-    boxes, links, corners, ids, face_normals, least, state,
+    before, after, start, end, path, tolerance, points, normals, tree, least, state
 ):  # fmt: skip
     """Go from one instant to the next: where the receiver changed, solve when."""
     cells = before.size
     steps = path.shape[0] - 1
     for block in prange((cells + 255) // 256):
-        d = np.empty(3)
+        stack = np.zeros(DEEPEST, np.int32)
         for c in range(block * 256, min(cells, (block + 1) * 256)):
             if before[c] == after[c]:
                 continue
             low = start
             high = end
-            n = normals[c]
+            p, n = get(points, c), get(normals, c)
             last = -1
             while high - low > tolerance:
                 middle = low + (high - low) // 2
                 at = steps * ((middle - start) / (end - start))
                 k = min(np.int64(at), steps - 1)
-                for j in range(3):
-                    d[j] = path[k, j] + (at - k) * (path[k + 1, j] - path[k, j])
+                a, b, part = get(path, k), get(path, k + 1), at - k
+                d = (
+                    a[0] + part * (b[0] - a[0]),
+                    a[1] + part * (b[1] - a[1]),
+                    a[2] + part * (b[2] - a[2]),
+                )
                 is_dark = n[0] * d[0] + n[1] * d[1] + n[2] * d[2] <= 0.0
                 if not is_dark:
-                    face = is_hidden(
-                        points[c], n, d, boxes, links, corners, ids, face_normals, last
-                    )
+                    face = is_hidden(p, n, d, tree, stack, last)
                     is_dark = face >= 0
                     if is_dark:
                         last = face

@@ -1,0 +1,81 @@
+"""Eight boxes against a ray at a time, in the processor's vector instructions."""
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+__all__ = ["LANES", "find_lowest", "meet_boxes"]
+
+LANES = 8
+_LONG, _SHORT = ir.IntType(64), ir.IntType(32)
+_VECTOR = ir.VectorType(ir.FloatType(), LANES)
+_SLACK = 1.00001
+"""Of a distance along the ray: more than float32 loses of it."""
+
+
+@intrinsic
+def meet_boxes(
+    _: Any, boxes: Any, node: Any, sides: Any, start: Any, end: Any, inverse: Any
+) -> Any:  # numpydoc ignore=RT01
+    """
+    Find which of a node's boxes a ray may meet, one bit for each, the first box lowest.
+
+    Parameters
+    ----------
+    boxes : (n_nodes, 6, LANES) float32
+        Lowest x, y, z and highest x, y, z of each box.
+    node : int64
+    sides : (3,) int64
+        The rows of ``boxes`` where the ray enters: 0 or 3, 1 or 4, 2 or 5.
+    start, end : (3,) float32
+        Where the ray starts, for the sides where it enters and where it leaves.
+    inverse : (3,) float32
+        1 / direction, finite.
+    """
+    three = types.UniTuple(types.float32, 3)
+    signature = types.int64(boxes, types.int64, types.UniTuple(types.int64, 3), three, three, three)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array, node, sides, start, end, inverse = arguments
+        data = context.make_array(signature.args[0])(context, builder, array).data
+        first = builder.gep(data, [builder.mul(node, _LONG(6 * LANES))])
+
+        def spread(three: Any, k: int) -> Any:
+            one = builder.insert_element(
+                _VECTOR(ir.Undefined), builder.extract_value(three, k), _SHORT(0)
+            )
+            zeros = ir.Constant(ir.VectorType(_SHORT, LANES), [0] * LANES)
+            return builder.shuffle_vector(one, _VECTOR(ir.Undefined), zeros)
+
+        def meet(row: Any, place: Any, k: int) -> Any:
+            """Find how far along the ray each box's side lies."""
+            at = builder.gep(first, [builder.mul(row, _LONG(LANES))])
+            side = builder.load(builder.bitcast(at, _VECTOR.as_pointer()), align=4)
+            return builder.fmul(builder.fsub(side, spread(place, k)), spread(inverse, k))
+
+        def choose(how: str, a: Any, b: Any) -> Any:
+            return builder.select(builder.fcmp_ordered(how, a, b), a, b)
+
+        near = ir.Constant(_VECTOR, [0.0] * LANES)
+        far = ir.Constant(_VECTOR, [float("inf")] * LANES)
+        for k in range(3):
+            row = builder.extract_value(sides, k)
+            near = choose(">", meet(row, start, k), near)
+            far = choose("<", meet(builder.sub(_LONG(3 + 2 * k), row), end, k), far)
+        far = builder.fmul(far, ir.Constant(_VECTOR, [_SLACK] * LANES))
+        bits = builder.bitcast(builder.fcmp_ordered("<=", near, far), ir.IntType(LANES))
+        return builder.zext(bits, _LONG)
+
+    return signature, generate
+
+
+@intrinsic
+def find_lowest(_: Any, bits: Any) -> Any:  # numpydoc ignore=RT01
+    """Find the lowest bit that is set, of at least one (int64)."""
+
+    def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+        return builder.cttz(arguments[0], ir.IntType(1)(1))
+
+    return types.int64(types.int64), generate
