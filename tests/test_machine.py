@@ -76,3 +76,21 @@ def test_the_process_own_limits_count(name):
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert 1e9 < float(done.stdout) <= 3e9
+
+
+LOAD = """
+import sys
+from umbra.machine import load_compiler
+load_compiler()
+assert "numba" in sys.modules and "scipy.linalg" not in sys.modules
+import numba
+assert numba.njit(lambda n: n + 1)(1) == 2
+import scipy.linalg
+assert scipy.linalg.det([[2.0]]) == 2
+load_compiler()  # of what is loaded nothing is taken away
+assert sys.modules["scipy.linalg"] is scipy.linalg
+"""
+
+
+def test_the_compiler_loads_without_linear_algebra_which_can_be_loaded_later():
+    subprocess.run([sys.executable, "-c", LOAD], check=True)

@@ -13,6 +13,7 @@ from support.shapes import box
 
 import umbra
 from umbra.study import run_study
+from umbra.writers.painter import Painter
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
 SMALL = {"date": "2026-03-21", "every": "1h", "extent": (-5, -5, 5, 5), "cell": 0.5}
@@ -90,6 +91,33 @@ def test_pictures_are_the_commands(study, tmp_path):
         np.testing.assert_array_equal(np.asarray(here), np.asarray(there))
     drawn.save(tmp_path / "profile.png")
     assert (tmp_path / "profile.png").read_bytes() == drawn.png
+
+
+def test_one_picture_is_drawn_alone(study, monkeypatch):
+    drawn = []
+    for name in ("draw_hours", "draw_profile"):
+        whole = getattr(Painter, name)
+
+        def draw(*args, whole=whole, name=name, **options):
+            drawn.append(name)
+            return whole(*args, **options)
+
+        monkeypatch.setattr(Painter, name, draw)
+    study.plot()
+    assert drawn == ["draw_hours"]
+    study.profile()
+    assert drawn == ["draw_hours", "draw_profile"]
+
+
+def test_pictures_can_be_left_out(study, tmp_path):
+    (path,) = study.write(tmp_path / "out", pictures=False)
+    assert path.name == "study.nc"
+    assert [one.name for one in (tmp_path / "out").iterdir()] == ["study.nc"]
+    names = {one.name for one in study.write(tmp_path / "sheet", pictures=False, sheet=True)}
+    assert names == {"study.nc", "sheet.png"}
+    with pytest.raises(umbra.InputError, match="svg' asks for pictures") as error:
+        study.write(tmp_path / "none", "svg", pictures=False)
+    assert error.value.option == "write"
 
 
 def test_a_report_is_one_page(study, tmp_path):

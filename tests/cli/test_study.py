@@ -130,6 +130,14 @@ def test_json_is_one_object_on_stdout(study, tmp_path):
     assert found["mean_shadow_hours"] == pytest.approx(float(result.shadow_hours.mean()))
 
 
+def test_without_pictures_the_result_and_its_options_are_written(study, tmp_path):
+    written = [tmp_path / "out" / name for name in ("study.nc", "study.toml")]
+    assert study(*HALF_DAY, "--no-pictures", "--json").json()["files"] == list(map(str, written))
+    assert "pictures = false" in written[1].read_text().splitlines()
+    refused = study(*HALF_DAY, "--no-pictures", "--write", "svg").refusal()
+    assert "--write svg asks for pictures, which are left out" in refused
+
+
 @pytest.mark.parametrize(
     ("save", "name"),
     [

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from umbra.errors import InputError
 from umbra.scene.exchange import import_package
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
@@ -120,7 +119,7 @@ class ShadowStudy:
         **picture
             ``show``: 'shadow' (default) or 'sun'; ``title``, ``subtitle``.
         """
-        return self._draw(("hours", "points"), picture)
+        return self._draw("hours", picture)
 
     def profile(self, **picture: Any) -> DrawnSheet:
         """
@@ -136,17 +135,13 @@ class ShadowStudy:
         InputError
             If the receivers are single points: they have no profile.
         """
-        return self._draw(("profile",), picture)
+        return self._draw("profile", picture)
 
-    def _draw(self, names: tuple[str, ...], picture: dict[str, Any]) -> DrawnSheet:
-        with TemporaryDirectory() as folder:
-            paths = {path.stem: path for path in self.write(folder, **picture)}
-            found = [name for name in names if name in paths]
-            if not found:
-                drawn = ", ".join(stem for stem, path in paths.items() if path.suffix == ".png")
-                msg = f"such receivers have no picture '{names[0]}'; they have {drawn}"
-                raise InputError(msg)
-            return DrawnSheet(paths[found[0]].read_bytes())
+    def _draw(self, name: str, picture: dict[str, Any]) -> DrawnSheet:
+        from umbra.writers.folder import Outputs  # noqa: PLC0415
+        from umbra.writers.folder.write import draw_one  # noqa: PLC0415
+
+        return DrawnSheet(draw_one(self.result, name, Outputs(**picture), self.options))
 
     def report(self, path: str | Path, **picture: Any) -> Path:
         """
@@ -177,6 +172,7 @@ class ShadowStudy:
         *formats: str,
         report: bool = False,
         sheet: bool = False,
+        pictures: bool = True,
         rules: str | Path | None = None,
         show: Literal["shadow", "sun"] = "shadow",
         at: Sequence[str] = (),
@@ -197,6 +193,8 @@ class ShadowStudy:
             Also ``report.html``.
         sheet : bool
             Also ``sheet.png``: plan and four elevations.
+        pictures : bool
+            ``hours.png``, ``profile.png`` and other maps.
         rules : path, optional
             Also ``verdicts.csv`` by this rule file.
         show : {'shadow', 'sun'}
@@ -219,8 +217,8 @@ class ShadowStudy:
         from umbra.writers.folder.write import write_study  # noqa: PLC0415
 
         outputs = Outputs(
-            formats=formats, report=report, sheet=sheet, rules=rules, show=show, at=at,
-            title=title, subtitle=subtitle,
+            formats=formats, report=report, sheet=sheet, pictures=pictures, rules=rules,
+            show=show, at=at, title=title, subtitle=subtitle,
         )  # fmt: skip
         return write_study(self.result, folder, outputs, self.options)
 

@@ -40,7 +40,7 @@ class Painter:
     Where no process can be started, or it ends before its time, this one draws. Leaving the
     ``with`` block waits for the pictures and raises the first error among them; leaving it by an
     exception ends the child at once. Each picture is written with every one of the ``endings``,
-    whichever its path has.
+    whichever its path has; without any there is no child, and nothing can be drawn.
     """
 
     def __init__(self, endings: Sequence[str] = ("png",)) -> None:
@@ -49,7 +49,7 @@ class Painter:
         self._futures: list[Job] = []
         self._is_ending = False
         self._child: subprocess.Popen[bytes] | None = None
-        if sys.executable:
+        if sys.executable and endings:
             with suppress(OSError):
                 self._child = subprocess.Popen(
                     make_command(CHILD), cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE

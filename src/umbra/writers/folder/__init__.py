@@ -60,6 +60,10 @@ class Outputs:
         default=(),
         metavar="HH:MM,...",
     )
+    pictures: bool = _pictures(
+        "flag", "Whether hours.png, profile.png and other maps are drawn.", default=True,
+        flag="--pictures/--no-pictures",
+    )  # fmt: skip
     report: bool = _files(
         "flag", "Also write report.html: a report on one page, with a slider through the day.",
         default=False,
@@ -85,6 +89,10 @@ class Outputs:
     def __post_init__(self) -> None:
         check_types(self)
         object.__setattr__(self, "formats", _read_formats(self.formats))
+        if len(self.formats) > len(self.files) and not self.endings:
+            drawn = ",".join(name for name in self.formats if name in DRAWN)
+            msg = f"write='{drawn}' asks for pictures, which are left out; choose one of both"
+            raise InputError(msg, option="write", formats=self.formats)
         if isinstance(self.rules, (str, Path)):
             from umbra.study.rules import read_rules  # noqa: PLC0415
 
@@ -99,7 +107,9 @@ class Outputs:
 
     @property
     def endings(self) -> tuple[str, ...]:
-        """Endings of the pictures' files."""
+        """Endings of the pictures' files; none where nothing is drawn."""
+        if not self.pictures and not self.sheet:
+            return ()
         return ("png", *(name for name in self.formats if name in DRAWN))
 
     @property
@@ -156,6 +166,7 @@ class FolderJob:
     options: "StudyOptions"
     painter: "Painter"
     say: "Callable[[str], object]"  # called with each line that the user should read
+    only: str | None = None  # the one picture that is drawn: 'hours' or 'profile'
 
     @property
     def scene(self) -> "Scene":

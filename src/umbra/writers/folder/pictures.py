@@ -7,7 +7,7 @@ The sun lost to a proposal is a map, too: hours lost, hatched where too few are 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,29 +126,41 @@ def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
 
 @dataclass(frozen=True, eq=False)
 class Sheets:
-    """Pictures that are being drawn."""
+    """What the pictures of a raster show."""
 
     plan: Plan  # of the hours
     preview: Preview  # of the first day
-    names: list[str]  # of the files
+
+    @classmethod
+    def of(cls, job: FolderJob) -> Self:
+        """Describe the hours; if anything is drawn, also how surfaces look."""
+        study = job.study
+        preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
+        plan = describe(job, preview, range(len(study.period.days)))
+        if job.outputs.endings and not study.kind.is_level:
+            from umbra.writers.edges import find_appearance  # noqa: PLC0415
+
+            plan = replace(plan, appearance=find_appearance(study, find_map_size(plan)))
+        return cls(plan, preview)
 
 
-def draw_pictures(job: FolderJob) -> Sheets:
-    """Draw the hours and the profile; for a few dates also of each date."""
-    study = job.study
-    preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
-    plan = describe(job, preview, range(len(study.period.days)))
-    if not study.kind.is_level:
-        from umbra.writers.edges import find_appearance  # noqa: PLC0415
+def draw_pictures(job: FolderJob, sheets: Sheets) -> list[str]:
+    """
+    Draw the hours and the profile; for a few dates also of each date.
 
-        plan = replace(plan, appearance=find_appearance(study, find_map_size(plan)))
-    shown, named = find_maps(study, plan)
-    _draw_hours(job, "hours.png", named, shown, Scale.of(job).what)
+    Returns the names of the files.
+    """
+    if job.only != "profile":
+        shown, named = find_maps(job.study, sheets.plan)
+        _draw_hours(job, "hours.png", named, shown, Scale.of(job).what)
+    if job.only != "hours":
+        _draw_profiles(job, sheets)
+    if job.only is not None:
+        return [f"{job.only}.png"]
     names = ["hours.png", "profile.png"]
-    if "hours_lost" in study.more:
-        names += draw_lost(job, plan, preview)
-    names += _draw_days(job, plan, preview)
-    return Sheets(plan, preview, names)
+    if "hours_lost" in job.study.more:
+        names += draw_lost(job, sheets.plan, sheets.preview)
+    return names + _draw_each_date(job, sheets)
 
 
 def _make_map(
@@ -161,27 +173,33 @@ def _make_map(
     return DayMap(hours, tell_dates(study), remark, **more)
 
 
-def _draw_days(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
-    """Draw the profile with a map for each date; for a few dates also pictures of each."""
-    study, at = job.study, job.outputs.at
-    days, steps = study.period.days, [choose_stamps(each, at) for each in study.period.steps]
-    if len(days) == 1:
-        _draw_profile(job, "profile.png", plan, [(0, steps[0], preview)])
-        return []
+def _draw_profiles(job: FolderJob, sheets: Sheets) -> None:
+    """Draw the profile, with a map for each of several dates."""
+    study, plan = job.study, sheets.plan
+    steps = [choose_stamps(each, job.outputs.at) for each in study.period.steps]
+    if len(steps) == 1:
+        _draw_profile(job, "profile.png", plan, [(0, steps[0], sheets.preview)])
+        return
     shown = choose_panels(study)
     longest = round(LONGEST / math.sqrt(len(shown)))
     views = [(k, steps[k], make_preview(study, longest, steps[k])) for k in shown]
     first = views[0][2]
     whole = replace(plan, x=first.x, y=first.y, building_height=first.heights)  # type: ignore[arg-type]
     _draw_profile(job, "profile.png", name_shown(whole, study), views)
-    dates = split_dates(study)
+
+
+def _draw_each_date(job: FolderJob, sheets: Sheets) -> list[str]:
+    """Draw the hours and the profile of each of a few dates; return the names of the files."""
+    study, dates = job.study, split_dates(job.study)
     names: list[str] = []
     if not 1 < len(dates) <= MOST_DAYS:
         return names
-    for k, (day, one) in enumerate(zip(days, dates, strict=True)):
-        of_day = preview if k == 0 else make_preview(study, steps=steps[k])
-        own = replace(describe(job, of_day, range(k, k + 1)), appearance=plan.appearance)
-        _draw_profile(job, f"profile_{day}.png", own, [(k, steps[k], of_day)])
+    for k, (day, one) in enumerate(zip(study.period.days, dates, strict=True)):
+        stamps = choose_stamps(study.period.steps[k], job.outputs.at)
+        of_day = sheets.preview if k == 0 else make_preview(study, steps=stamps)
+        own = describe(job, of_day, range(k, k + 1))
+        own = replace(own, appearance=sheets.plan.appearance)
+        _draw_profile(job, f"profile_{day}.png", own, [(k, stamps, of_day)])
         _draw_hours(job, f"hours_{day}.png", own, [one])
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
@@ -225,8 +243,8 @@ def draw_surfaces(job: FolderJob) -> list[str]:
     site, options = job.study.site, job.options
     azimuth = 215 if site.latitude >= 0 else 325
     options = options.ask_hours(f"{azimuth}/{_TILT}")
-    seen = run(job.scene, site, options)
-    return draw_pictures(replace(job, study=seen, options=options)).names
+    job = replace(job, study=run(job.scene, site, options), options=options)
+    return draw_pictures(job, Sheets.of(job))
 
 
 def draw_plan_of_points(job: FolderJob) -> list[str]:

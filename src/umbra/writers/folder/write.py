@@ -3,22 +3,23 @@
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from umbra.errors import write_for_shell
+from umbra.errors import InputError, write_for_shell
 from umbra.study import Study, StudyOptions, split_dates, tell_dates
 from umbra.sun import find_daylight
 from umbra.writers.atomic import replace_results
 from umbra.writers.folder import FolderJob, Outputs
 from umbra.writers.folder.pictures import (
+    Sheets,
     describe_points,
     draw_pictures,
     draw_plan_of_points,
     draw_surfaces,
 )
-from umbra.writers.folder.sheet import draw_sheet
 from umbra.writers.netcdf import write_netcdf
 from umbra.writers.plan import Plan, Show, name_hours
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from umbra.writers.painter import Painter
     from umbra.writers.report.markup import Pin, Table
 
-__all__ = ["fill_folder", "sum_up", "write_study"]
+__all__ = ["draw_one", "fill_folder", "sum_up", "write_study"]
 
 RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
 
@@ -55,6 +56,46 @@ def write_study(
     return [Path(folder) / name for name in (*first, *more)]
 
 
+def draw_one(study: Study, name: str, outputs: Outputs, options: StudyOptions) -> bytes:
+    """
+    Draw one picture of a study.
+
+    Parameters
+    ----------
+    study : Study or PointStudy
+    name : {'hours', 'profile'}
+        Of points, the hours are their map.
+    outputs : Outputs
+    options : StudyOptions
+        Of the study.
+
+    Returns
+    -------
+    png : bytes
+
+    Raises
+    ------
+    InputError
+        If there is no such picture of these receivers.
+    """
+    is_map = not study.kind.is_raster and study.samples is None
+    if is_map and name != "hours":
+        msg = f"such receivers have no picture '{name}'; they have points"
+        raise InputError(msg)
+    from umbra.writers.painter import Painter  # noqa: PLC0415  (it starts a child)
+
+    with TemporaryDirectory() as folder:
+        with Painter() as painter:
+            job = FolderJob(
+                study, Path(folder), outputs, options, painter, lambda _line: None, only=name
+            )
+            if study.kind.is_raster:
+                names = draw_pictures(job, Sheets.of(job))
+            else:
+                names = _draw_points(job)
+        return (Path(folder) / names[0]).read_bytes()
+
+
 def fill_folder(
     study: Study,
     folder: Path,
@@ -76,11 +117,13 @@ def fill_folder(
 
 def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write a plan or a view; return the names of the pictures and of further files."""
-    study = job.study
-    sheets = draw_pictures(job)
-    pictures = sheets.names
-    if job.outputs.sheet:
-        pictures = [*pictures, *draw_sheet(job, sheets.plan)]
+    study, outputs = job.study, job.outputs
+    sheets = Sheets.of(job)
+    pictures = draw_pictures(job, sheets) if outputs.pictures else []
+    if outputs.sheet:
+        from umbra.writers.folder.sheet import draw_sheet  # noqa: PLC0415  (it loads matplotlib)
+
+        pictures += draw_sheet(job, sheets.plan)
     if "assumption" in study.facts:
         job.say(f"note: {study.facts['assumption']}")
     elif study.kind.is_level and sheets.preview.has_terrain(job.scene.bounds()):
@@ -97,8 +140,13 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     """Write surfaces or points; return the names of the pictures and of further files."""
     study = job.study
     write_netcdf(job.folder / RESULT, study.variables(), study.facts)
-    draw = draw_plan_of_points if study.samples is None else draw_surfaces
-    return draw(job), _write_more(job, describe_points(job))
+    pictures = _draw_points(job) if job.outputs.pictures else []
+    return pictures, _write_more(job, describe_points(job))
+
+
+def _draw_points(job: FolderJob) -> list[str]:
+    """Draw surfaces as they are seen, or points on a plan; return the names of the pictures."""
+    return draw_plan_of_points(job) if job.study.samples is None else draw_surfaces(job)
 
 
 def _write_more(job: FolderJob, plan: Plan) -> list[str]:
