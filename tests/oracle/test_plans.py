@@ -116,6 +116,31 @@ def test_more_layers_than_int16_holds(way):
     assert not counts[2].any()
 
 
+@pytest.mark.parametrize("layers", [127, 128, 255, 256, 257, 511, 512, 65_536])
+def test_layers_that_wrap_around_in_few_bits(layers):
+    caster = make_caster(*stack_of_triangles(layers))
+    grid = Grid(-6.0, -5.0, 1.1, 1.3, 12, 9)
+    check_steps(PlaneSweep(caster, grid, 0.0), layers)
+
+
+@pytest.mark.parametrize("layers", [255, 256, 257, 512])
+def test_layers_that_begin_in_cells_of_their_own(layers):
+    # No cell is crossed by many edges, but the middle lies under all boxes.
+    half = 2 + 0.03 * np.arange(layers)
+    mesh = merge(*(box((-w, -w, 5 + w), (w, w, 5.01 + w)) for w in half))
+    grid = Grid(-0.02, -22.01, 0.02, 0.02, 3, 2201)
+    check_steps(PlaneSweep(make_caster(*mesh), grid, 0.0), layers)
+
+
+def check_steps(sweep, layers):
+    suns = np.array([(0.001, 0.002, 1), (0.0, 0.001, 1)])
+    counts = sweep.counts(suns)
+    assert counts.max() == layers
+    steps = np.zeros(counts.shape[1:], np.int32)
+    sweep.add_steps(suns, steps)
+    np.testing.assert_array_equal(steps, (counts > 0).sum(0))
+
+
 def test_deep_suns_do_not_disturb_the_others_in_a_batch():
     mesh = stack_of_triangles(40_000)
     caster = make_caster(*mesh)

@@ -15,7 +15,7 @@ import numpy as np
 from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.sweep import Sweep, overflows
+from umbra.cpu.sweep import Sweep, bound_counts
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
@@ -69,6 +69,8 @@ class HeightFieldSweep(Sweep):
     slopes : Slopes
         Cells in attached shadow count as in shadow in ``add_steps`` and ``masks``.
     """
+
+    narrow = np.int16
 
     def __init__(
         self,
@@ -234,7 +236,8 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
                     if rest <= 0:
                         break
                     at = base + gy * r + gx * c
-    return overflows(load, deepest, level)
+    limit = 32_767 if level.itemsize == 2 else 2_147_483_647
+    return bound_counts(load, deepest, limit) > limit
 
 
 @njit(cache=True, nogil=True, boundscheck=False)

@@ -14,13 +14,15 @@ import numpy as np
 from numba import get_thread_id, njit, prange
 from numpy.typing import NDArray
 
-from umbra.cpu.sweep import Sweep, overflows
+from umbra.cpu.sweep import Sweep, bound_counts
 from umbra.scene.derived import derive
 from umbra.scene.grid import ASIDE, Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes
 
 __all__ = ["PlaneSweep", "clip_above"]
+
+_WRAPPED = 255  # count up to which 8 bits that wrap around are 0 only for 0
 
 
 def clip_above(caster: Caster, height: float) -> Caster:
@@ -108,6 +110,8 @@ class PlaneSweep(Sweep):
     threads : int
     """
 
+    narrow = np.int8
+
     def __init__(self, caster: Caster, grid: Grid, height: float, threads: int = 1) -> None:
         def cut() -> tuple[Caster, NDArray[np.float64]]:
             clipped = derive(caster, "clip", height, lambda: clip_above(caster, height))
@@ -194,13 +198,15 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
     """
     Add each edge's multiplicity where columns cross it.
 
-    Gives the first row that may hold a crossing, the one after the last, and whether
-    counts could not fit.
+    Gives the first row that may hold a crossing, the one after the last, and the largest
+    count that a cell may have; -1 if a crossing's own does not fit in ``diff``.
     """
     rows = diff.shape[0] - 1
     cols = diff.shape[1]
     top = np.float64(rows)
     deepest = 0
+    half = np.int64(1) << (8 * diff.itemsize - 1)
+    spill = np.int64(0)
     lowest, highest = top, 0.0
     for q in range(codes.size):
         code = codes[q]
@@ -221,10 +227,19 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
         if c0 >= c1:
             continue
         rise = (y1 - y0) / (x1 - x0)
-        for c in range(c0, c1):
-            y = y0 + (c - x0) * rise
-            r = np.int64(np.ceil(min(max(y, 0.0), top)))
-            diff[r, c] += m
+        # Most edges lie within the raster, where no row needs to be clamped.
+        if min(y0, y1) >= 0.0 and max(y0, y1) <= top - 1.0:
+            for c in range(c0, c1):
+                r = np.int64(np.ceil(y0 + (c - x0) * rise))
+                held = diff[r, c] + m
+                diff[r, c] = held
+                spill |= held + half
+        else:
+            for c in range(c0, c1):
+                r = np.int64(np.ceil(min(max(y0 + (c - x0) * rise, 0.0), top)))
+                held = diff[r, c] + m
+                diff[r, c] = held
+                spill |= held + half
         lowest = min(lowest, y0, y1)
         highest = max(highest, y0, y1)
         load[c0] += abs(m)
@@ -233,13 +248,18 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
     # A row more on both sides than rounding can reach.
     first = np.int64(max(lowest - 1.0, 0.0))
     last = np.int64(min(highest + 2.0, top))
-    return first, last, overflows(load, deepest, diff)
+    # A closed chain leaves a column with the count it came with: half its crossings count up.
+    depth = bound_counts(load, deepest, 2 * _WRAPPED) // 2
+    return first, last, depth if 0 <= spill < 2 * half else -1
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _sum_steps(diff, first, last, level, out):
-    """Sum up the columns over some rows; add 1 to every cell in shadow; leave ``diff`` at 0."""
-    level[:] = 0
+    """
+    Sum up the columns over some rows; add 1 to every cell in shadow; leave ``diff`` at 0.
+
+    Sums may wrap around: only 0 must be told from all others.
+    """
     for r in range(first, last):
         d = diff[r]
         o = out[r]
@@ -250,9 +270,9 @@ def _sum_steps(diff, first, last, level, out):
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _sum_counts(diff, first, last, level, out):
+def _sum_counts(diff, first, last, out):
     """Sum up the columns over some rows into ``out``, which is 0; leave ``diff`` at 0."""
-    level[:] = 0
+    level = np.zeros(diff.shape[1], np.int32)
     for r in range(first, last):
         d = diff[r]
         o = out[r]
@@ -275,15 +295,15 @@ def _sweep(ends, weight, codes, starts, slope, which, diff, out, counts, too_dee
         t = get_thread_id()
         s = which[q]
         mine = codes[starts[s] : starts[s + 1]]
-        load = np.zeros(diff.shape[2] + 1, np.int64)
-        level = np.zeros_like(diff[t, 0])
-        first, last, is_too_deep = _scatter(
-            ends, weight, mine, slope[s, 0], slope[s, 1], diff[t], load
-        )
-        if is_too_deep:
+        cols = diff.shape[2]
+        load = np.zeros(cols + 1, np.int64)
+        first, last, depth = _scatter(ends, weight, mine, slope[s, 0], slope[s, 1], diff[t], load)
+        if depth < 0:
             too_deep[s] = True
             diff[t, :, :] = 0
         elif keep:
-            _sum_counts(diff[t], first, last, level, counts[s])
+            _sum_counts(diff[t], first, last, counts[s])
+        elif depth <= _WRAPPED:
+            _sum_steps(diff[t], first, last, np.zeros(cols, np.int8), out[t])
         else:
-            _sum_steps(diff[t], first, last, level, out[t])
+            _sum_steps(diff[t], first, last, np.zeros(cols, np.int32), out[t])

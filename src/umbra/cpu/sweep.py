@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from typing import ClassVar
 
 import numpy as np
 from numba import njit, prange
@@ -12,18 +13,17 @@ from umbra.scene.grid import Grid
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import Silhouettes, find_silhouettes
 
-__all__ = ["Sweep", "overflows"]
+__all__ = ["Sweep", "bound_counts"]
 
 
 @njit(cache=True, nogil=True)
-def overflows(load, deepest, counts):
+def bound_counts(load, deepest, limit):
     """
-    Tell whether counts could exceed what their type holds, and clear ``load``.
+    Return a bound of all counts, and clear ``load``.
 
-    Only if ``deepest``, the sum of all multiplicities, is too much is it worth summing up
+    Only if ``deepest``, the sum of all multiplicities, exceeds the limit is it worth summing up
     ``load``: what begins (+) and ends (-) at each row or column.
     """
-    limit = 32_767 if counts.itemsize == 2 else 2_147_483_647
     if deepest > limit:
         deepest = 0
         held = 0
@@ -31,7 +31,7 @@ def overflows(load, deepest, counts):
             held += load[i]
             deepest = max(deepest, held)
     load[:] = 0
-    return deepest > limit
+    return deepest
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
@@ -55,6 +55,9 @@ class Sweep(ABC):
         In the caster's frame.
     threads : int
     """
+
+    narrow: ClassVar[type[np.signedinteger]]
+    """Type of a sun's counts before they are added up, while it is wide enough."""
 
     def __init__(self, caster: Caster, grid: Grid, threads: int = 1) -> None:
         self.caster, self.grid, self.threads = caster, grid, threads
@@ -143,8 +146,8 @@ class Sweep(ABC):
         out: NDArray,
         counts: NDArray,
     ) -> None:
-        # A sun whose counts int16 might not hold is counted anew in int32.
-        deep = self._run(found, suns, which, out, counts, np.int16)
+        # A sun whose counts the narrow type might not hold is counted anew in int32.
+        deep = self._run(found, suns, which, out, counts, self.narrow)
         if deep.any():
             self._run(found, suns, np.flatnonzero(deep), out, counts, np.int32)
 
