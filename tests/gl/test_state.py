@@ -8,7 +8,7 @@ from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
 
 # OpenGL's own initial values (3.3 core, tables 6.12 to 6.23).
-ENABLES = {0x0B71, 0x0B90, 0x0C11, 0x0B44, 0x0BE2, 0x864F, 0x3000, 0x8037}
+ENABLES = {0x0B71, 0x0B90, 0x0C11, 0x0B44, 0x0BE2, 0x864F, 0x3000, 0x8037, 0x8E51}
 VALUES = {
     0x0B74: 0x0201,  # depth function: less
     0x0B72: 1,  # depth mask
@@ -33,6 +33,7 @@ BUSY = Pass(
     depth_clamp=True,
     clip_near=True,
     polygon_offset=(1.0, 2.0),
+    sample=0,
 )
 
 

@@ -18,6 +18,7 @@ from umbra.gl.geometry import FIRST_UNIT, Geometry
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.programs import Program, Programs
 from umbra.gl.resources import Indices
+from umbra.gl.samples import draw_samples
 from umbra.gl.state import Pass, State, Stencil, one_sided
 from umbra.gl.target import SharedDepthTarget, Target
 
@@ -84,7 +85,7 @@ class VolumeCounter:
             Programs(device, "volume.vert.glsl", fragment)
             for fragment in ("nothing.frag.glsl", "count.frag.glsl")
         )
-        self._mark = Program(device, "picture.vert.glsl", "mask.frag.glsl")
+        self._mark = Programs(device, "picture.vert.glsl", "mask.frag.glsl")
         self._floats = SharedDepthTarget(device, "r32f")
 
     def count(
@@ -110,7 +111,8 @@ class VolumeCounter:
             floats = self.count_in_floats(state, target, plan)
             target.use()
             state.clear(stencil=0)
-            mark_shadow(state, self._mark, floats, counts=0)
+            floats.bind(0)
+            draw_samples(state, _MARK, self._mark, (), floats.samples, counts=0)
             return
         start = plan.start & 0xFF
         if start or not is_clear:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TEXTURE_2D", "Functions"]
+__all__ = ["TEXTURE_2D", "TEXTURE_2D_MULTISAMPLE", "Functions"]
 
-TEXTURE_2D = 0x0DE1
+TEXTURE_2D, TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 
 # One letter an argument: enum or unsigned, integer, size, float, double, boolean, pointer.
 _KINDS = {
@@ -64,6 +64,7 @@ _ARGUMENTS = {
     "GetFramebufferAttachmentParameteriv": "eeep",
     "GetIntegerv": "ep",
     "GetQueryObjectui64v": "eep",
+    "GetTexLevelParameteriv": "eiep",
     "IsBuffer": "e",
     "IsEnabled": "e",
     "IsFramebuffer": "e",
@@ -75,12 +76,15 @@ _ARGUMENTS = {
     "ReadBuffer": "e",
     "ReadPixels": "iiiieep",
     "RenderbufferStorage": "eeii",
+    "RenderbufferStorageMultisample": "eieii",
+    "SampleMaski": "ee",
     "Scissor": "iiii",
     "StencilFuncSeparate": "eeie",
     "StencilMask": "e",
     "StencilOpSeparate": "eeee",
     "TexBuffer": "eee",
     "TexImage2D": "eiiiiieep",
+    "TexImage2DMultisample": "eieiib",
     "TexParameteri": "eei",
     "Uniform1f": "if",
     "Uniform1i": "ii",
@@ -138,6 +142,12 @@ class Functions:
         values = np.zeros(max(count, 4), np.int32)
         self.GetIntegerv(name, values.ctypes.data)
         return values[:count].tolist()
+
+    def level_integer(self, kind: int, name: int) -> int:
+        """Ask for a property of the bound texture's first level."""
+        value = np.zeros(1, np.int32)
+        self.GetTexLevelParameteriv(kind, 0, name, value.ctypes.data)
+        return int(value[0])
 
     def floats(self, name: int, count: int = 1) -> list[float]:
         """Ask for floating-point state."""

@@ -81,6 +81,11 @@ class Projection:
         return self.asked if self.camera.is_perspective else self.camera
 
     @property
+    def sees_all(self) -> bool:
+        """Whether nothing reaches before the near plane, so that nothing is cut open."""
+        return self.camera.near > self.asked.near
+
+    @property
     def clip_matrix(self) -> NDArray[np.float64]:
         """The matrix as shaders take it: depth -w to w, or reversed w to 0."""
         if not self.reverses_depth:

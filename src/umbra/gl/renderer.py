@@ -27,6 +27,7 @@ from umbra.gl.plan import Statistics, VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_scissor
 from umbra.gl.resources import Timers
+from umbra.gl.samples import Averaging, split_samples
 from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
@@ -121,6 +122,7 @@ class Renderer(DeviceUser):
         with self.device.current():
             self._build(scene)
             self.shading, self.lamps = Shading(self.device), Lamps(self.device)
+            self.averaging = Averaging(self.device)
         self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[VolumePlan] = []
@@ -173,6 +175,7 @@ class Renderer(DeviceUser):
         *,
         shadows: bool = True,
         soft: str = "samples",
+        samples: int = 1,
     ) -> NDArray[np.uint8]:
         """
         Draw a picture and read it back.
@@ -188,13 +191,15 @@ class Renderer(DeviceUser):
             Count them at all.
         soft : str
             Of ``umbra.methods.SOFT``: for soft shadows.
+        samples : int
+            Of each pixel, which smooth edges; at least so many.
 
         Returns
         -------
         rgb : (rows, cols, 3) uint8
             sRGB; row 0 is the top.
         """
-        self.draw(camera, lights, method, shadows=shadows, soft=soft)
+        self.draw(camera, lights, method, shadows=shadows, soft=soft, samples=samples)
         return self.read()
 
     @on_device
@@ -208,6 +213,7 @@ class Renderer(DeviceUser):
         soft: str = "samples",
         mask_scale: int = 1,
         mask_filter: str = "joint",
+        samples: int = 1,
     ) -> None:
         """
         Draw a picture into ``targets.picture``; parameters as in ``render``.
@@ -215,27 +221,31 @@ class Renderer(DeviceUser):
         Where no light has a size, hard shadows may be counted in ``mask_scale`` times fewer
         columns and rows, and enlarged by a filter of ``upsampling``.
         """
-        targets = self._find_targets(camera.size)
-        projection = self.projection = self.planner.project(camera)
         middles = [light.light if isinstance(light, AreaLight) else light for light in lights]
         softened = self.soft.select(lights if shadows else middles, soft)
         if mask_scale > 1 and shadows and not softened.areas:
             softened = self.small.select(middles, method, mask_scale, mask_filter)
+        # A counter that is made now measures the device, with a state of its own.
+        counter, method = self.masks.choose(method, self.counter)
+        in_one = counter is self.counter and not softened.areas
+        each, offsets = split_samples(self.device, samples, in_one=in_one)
+        targets = self.targets = PictureTargets.fit(
+            self.targets, self.device, camera.size, self.accumulate, each
+        )
         at_once = (
             len(lights) <= 1
             and self.accumulate != "rgba8"
             and not self.surfaces.has_transparent
             and not softened.areas
         )
-        # A counter that is made now measures the device, with a state of its own.
-        counter, method = self.masks.choose(method, self.counter)
         with State(self.device) as state:
-            if at_once:
-                self._draw_at_once(state, targets, projection, middles, counter, method, shadows)
-            else:
-                self._draw_in_turn(
-                    state, targets, projection, middles, counter, method, shadows, softened
-                )
+            for projection in self.averaging.take(state, targets, camera, offsets, self.planner):
+                self.projection = projection
+                given = (targets, projection, middles, counter, method, shadows)
+                if at_once:
+                    self._draw_at_once(state, *given)
+                else:
+                    self._draw_in_turn(state, *given, softened)
 
     @on_device
     def read(self) -> NDArray[np.uint8]:
@@ -285,12 +295,12 @@ class Renderer(DeviceUser):
         origin, camera = self.scene.origin, projection.camera
         lamps = [self.lamps.make(light, projection, origin, find_exposure(1)) for light in lights]
         scissors = [find_scissor(camera, origin, light) for light in lights]
-        target = targets.both if lights and shadows else targets.picture
+        target = targets.both if lights and shadows else targets.drawn
         with self._timed("surfaces"):
             target.begin(state)
             lamp = lamps[0] if lamps else None
             self.surfaces.draw_at_once(
-                state, projection, self.ground, lamp, cull=self._may_cull(projection)
+                state, projection, self.ground, lamp, cull=projection.sees_all
             )
             self.shading.draw_sky(state, target)
         self.device.gl.Flush()  # a device in software draws while volumes are planned
@@ -302,7 +312,7 @@ class Renderer(DeviceUser):
             with self._timed("shadows"):
                 counter.count(state, target, plan, is_clear=True)
             with self._timed("light"):
-                targets.picture.use()
+                targets.drawn.use()
                 self.shading.darken(state, targets.both, scissor)
 
     def _draw_in_turn(
@@ -327,7 +337,7 @@ class Renderer(DeviceUser):
         if self.surfaces.has_transparent:
             with self._timed("transparent"):
                 self.surfaces.draw_transparent(state, projection)
-        targets.picture.use()
+        targets.drawn.use()
         with self._timed("finish"):
             self.shading.finish(state, targets.light)
 
@@ -340,7 +350,7 @@ class Renderer(DeviceUser):
         surface.begin(state)
         for place in (LIGHT, PLACE):
             surface.clear_color(0.0, place=place)
-        cull = self._may_cull(self.projection)
+        cull = self.projection.sees_all
         self.surfaces.draw(state, self.projection, self.ground, cull=cull)
 
     def _add_lights(
@@ -377,23 +387,10 @@ class Renderer(DeviceUser):
         self.plans = plans
         return plans
 
-    @staticmethod
-    def _may_cull(projection: Projection) -> bool:
-        """Tell whether nothing reaches before the near plane, so that nothing is cut open."""
-        return projection.camera.near > projection.asked.near
-
-    def _find_targets(self, size: tuple[int, int]) -> PictureTargets:
-        if self.targets is None or self.targets.size != tuple(size):
-            if self.targets is not None:
-                self.targets.release()
-            self.targets = PictureTargets(
-                self.device, (int(size[0]), int(size[1])), self.accumulate
-            )
-        return self.targets
-
     def _timed(self, name: str) -> AbstractContextManager[None]:
         """Measure a pass where someone asks for it."""
         return nullcontext() if self.timers is None else self.timers.measure(name)
 
     def _list_held(self) -> Iterable[Any]:
-        return self.targets, self.shading, self.lamps, *self._list_of_scene()
+        yield from (self.targets, self.shading, self.lamps, self.averaging)
+        yield from self._list_of_scene()

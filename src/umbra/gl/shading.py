@@ -16,6 +16,7 @@ from umbra.gl.context import Device, release_all
 from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Texture
+from umbra.gl.samples import draw_samples
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import ALBEDO, DARK, PLACE, Target
 from umbra.scene import Light
@@ -34,11 +35,15 @@ class Lamp:
     uniforms: dict[str, object]
     slide: Texture | None
 
-    def set(self, program: Program) -> None:
-        """Tell a program that includes ``lamp.glsl``."""
+    def bind(self) -> None:
+        """Put the picture that it projects, if any, where programs look for it."""
         if self.slide is not None:
             self.slide.bind(_SLIDE)
-        program.set(slide=_SLIDE, **self.uniforms)
+
+    def set(self, program: Program) -> None:
+        """Tell a program that includes ``lamp.glsl``."""
+        self.bind()
+        program.set(**self.uniforms)
 
 
 class Lamps:
@@ -55,6 +60,7 @@ class Lamps:
         place = light.local(origin)
         place[:3] -= place[3] * projection.eye
         uniforms: dict[str, object] = {
+            "slide": _SLIDE,
             "lamp": place,
             "lamp_color": exposure * np.array(light.color),
             "attenuation": np.array(light.attenuation),
@@ -134,19 +140,18 @@ class Shading:
             shares.bind(_SHARES)
             needs = (*needs, "HAS_SHARE")
         how = Pass(color_write=True, blend="add", scissor=scissor)
-        state.use(how if shares is not None else replace(how, stencil=lit))
-        program = self._light.find(*needs)
-        lamp.set(program)
-        program.set(places=_PLACES, albedos=_ALBEDOS, shares=_SHARES, **find_rays(projection))
-        program.draw(3)
+        lamp.bind()
+        draw_samples(
+            state, how if shares is not None else replace(how, stencil=lit), self._light, needs,
+            surface.samples, places=_PLACES, albedos=_ALBEDOS, shares=_SHARES,
+            **lamp.uniforms, **find_rays(projection),
+        )  # fmt: skip
 
     def finish(self, state: State, lit: Target) -> None:
         """Turn the light in ``lit`` over the sky into sRGB, in the target in use."""
-        state.use(Pass(color_write=True))
         lit.bind(0)
-        program = self._finish.find()
-        program.set(light=0, **_describe_sky(lit))
-        program.draw(3)
+        how = Pass(color_write=True)
+        draw_samples(state, how, self._finish, (), lit.samples, light=0, **_describe_sky(lit))
 
     def draw_sky(self, state: State, both: Target) -> None:
         """Fill with sky what nothing was drawn to of the target in use."""
@@ -162,13 +167,10 @@ class Shading:
         Before: the picture is in use, all lit, and the stencil counts shadows, but outside the
         scissor. After: where the stencil is not 0 it shows what ``both`` has in shadow.
         """
-        state.use(
-            Pass(color_write=True, scissor=scissor, stencil=Stencil(test="notequal", reference=0))
-        )
+        shadow = Stencil(test="notequal", reference=0)
+        how = Pass(color_write=True, scissor=scissor, stencil=shadow)
         both.bind(0, DARK)
-        program = self._dark.find()
-        program.set(dark=0)
-        program.draw(3)
+        draw_samples(state, how, self._dark, (), both.samples, dark=0)
 
     def release(self) -> None:
         """Free the programs."""

@@ -31,6 +31,7 @@ _LOWER_LEFT, _BOTH_WAYS, _ZERO_TO_ONE = 0x8CA1, 0x935E, 0x935F  # clip control
 _REVERSED = {"less": "greater", "lequal": "gequal", "greater": "less", "gequal": "lequal"}
 _FRONT, _BACK, _BOTH = 0x0404, 0x0405, 0x0408
 _DEPTH_TEST, _STENCIL_TEST, _SCISSOR_TEST, _CULL_FACE = 0x0B71, 0x0B90, 0x0C11, 0x0B44
+_SAMPLE_MASK, _ALL_SAMPLES = 0x8E51, 0xFFFFFFFF
 _BLEND, _DEPTH_CLAMP, _DEPTH_BOUNDS, _CLIP_NEAR, _OFFSET = 0x0BE2, 0x864F, 0x8890, 0x3000, 0x8037
 
 
@@ -88,6 +89,8 @@ class Pass:
         Only where the depth, from 0 near to 1, is between; needs ``Device.has_depth_bounds``.
     polygon_offset : (float, float), optional
         Slope factor and units.
+    sample : int, optional
+        Draw into this sample of each pixel alone.
     """
 
     depth_test: str | None = None
@@ -101,6 +104,7 @@ class Pass:
     clip_near: bool = False
     depth_bounds: tuple[float, float] | None = None
     polygon_offset: tuple[float, float] | None = None
+    sample: int | None = None
 
 
 DEFAULT = Pass(depth_write=True, color_write=True)
@@ -175,6 +179,7 @@ class State:
         gl.ClearDepth(1.0)
         gl.ClearStencil(0)
         gl.PolygonOffset(0.0, 0.0)
+        gl.SampleMaski(0, _ALL_SAMPLES)
         self._set_stencil(Stencil())
         gl.Disable(_STENCIL_TEST)
         self._control_clip(_BOTH_WAYS)
@@ -260,6 +265,11 @@ class State:
         if offset is not None:
             sign = -1.0 if self._device.reverses_depth else 1.0
             self._device.gl.PolygonOffset(sign * offset[0], sign * offset[1])
+
+    def _set_sample(self, sample: int | None) -> None:
+        self._switch(_SAMPLE_MASK, sample is not None)
+        if sample is not None:
+            self._device.gl.SampleMaski(0, 1 << sample)
 
 
 def one_sided(stencil: Stencil, side: str) -> Stencil:

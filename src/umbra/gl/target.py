@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError, UmbraError
 from umbra.gl.context import Device
-from umbra.gl.functions import TEXTURE_2D
+from umbra.gl.functions import TEXTURE_2D, TEXTURE_2D_MULTISAMPLE
 from umbra.gl.state import DEFAULT, Pass, State
 
 __all__ = [
@@ -44,7 +44,7 @@ _FRAMEBUFFER, _RENDERBUFFER = 0x8D40, 0x8D41
 _DEPTH24_STENCIL8, _DEPTH32F_STENCIL8 = 0x88F0, 0x8CAD
 _DEPTH_STENCIL_ATTACHMENT, _COLOR = 0x821A, 0x8CE0
 _COMPLETE = 0x8CD5
-_STENCIL_SIZE = 0x8217
+_STENCIL_SIZE, _TEXTURE_SAMPLES = 0x8217, 0x9106
 
 
 class Target:
@@ -62,6 +62,9 @@ class Target:
         Share that one's depth and stencil rather than have them.
     shows : (Target, int), optional
         Draw into that one's attachment of this place rather than into colours of its own.
+    samples : int
+        Of each pixel; those of ``depth_of`` where that is given. What has several cannot be
+        read, only fetched by shaders sample by sample.
 
     Raises
     ------
@@ -78,6 +81,7 @@ class Target:
         colors: tuple[str, ...] = ("rgba16f",),
         depth_of: "Target | None" = None,
         shows: "tuple[Target, int] | None" = None,
+        samples: int = 1,
     ) -> None:
         gl = device.gl
         if shows is not None:
@@ -93,6 +97,7 @@ class Target:
         self.colors: tuple[str, ...] = tuple(colors)
         self._device = device
         self.depth_of = depth_of
+        self.samples: int = samples if depth_of is None else depth_of.samples
         self._owns_colors = shows is None
         self.framebuffer = device.make("Framebuffer")
         gl.BindFramebuffer(_FRAMEBUFFER, self.framebuffer)
@@ -102,7 +107,7 @@ class Target:
             else [shows[0].textures[shows[1]]]
         )
         for place, texture in enumerate(self.textures):
-            gl.FramebufferTexture2D(_FRAMEBUFFER, _COLOR + place, TEXTURE_2D, texture, 0)
+            gl.FramebufferTexture2D(_FRAMEBUFFER, _COLOR + place, self._texture_kind, texture, 0)
         self._depth: int = self._add_depth() if depth_of is None else depth_of._depth
         gl.FramebufferRenderbuffer(
             _FRAMEBUFFER, _DEPTH_STENCIL_ATTACHMENT, _RENDERBUFFER, self._depth
@@ -119,10 +124,21 @@ class Target:
             )
             raise UmbraError(msg, status=status)
 
+    @property
+    def _texture_kind(self) -> int:
+        return TEXTURE_2D if self.samples == 1 else TEXTURE_2D_MULTISAMPLE
+
     def _add_texture(self, name: str) -> int:
         gl = self._device.gl
         internal, layout, kind, _, _ = FORMATS[name]
         texture = self._device.make("Texture")
+        if self.samples > 1:
+            gl.BindTexture(TEXTURE_2D_MULTISAMPLE, texture)
+            gl.TexImage2DMultisample(TEXTURE_2D_MULTISAMPLE, self.samples, internal, *self.size, 1)
+            # A driver may give more than it is asked for; all attachments have as many.
+            self.samples = gl.level_integer(TEXTURE_2D_MULTISAMPLE, _TEXTURE_SAMPLES)
+            gl.BindTexture(TEXTURE_2D_MULTISAMPLE, 0)
+            return texture
         gl.BindTexture(TEXTURE_2D, texture)
         for parameter in (0x2800, 0x2801):
             gl.TexParameteri(TEXTURE_2D, parameter, 0x2600)  # nearest
@@ -137,7 +153,10 @@ class Target:
         depth = self._device.make("Renderbuffer")
         gl.BindRenderbuffer(_RENDERBUFFER, depth)
         form = _DEPTH32F_STENCIL8 if self._device.reverses_depth else _DEPTH24_STENCIL8
-        gl.RenderbufferStorage(_RENDERBUFFER, form, *self.size)
+        if self.samples > 1:
+            gl.RenderbufferStorageMultisample(_RENDERBUFFER, self.samples, form, *self.size)
+        else:
+            gl.RenderbufferStorage(_RENDERBUFFER, form, *self.size)
         gl.BindRenderbuffer(_RENDERBUFFER, 0)
         return depth
 
@@ -160,7 +179,7 @@ class Target:
 
     def bind(self, unit: int, place: int = 0) -> None:
         """Let shaders find a colour attachment at a texture unit."""
-        self._device.gl.bind_texture(unit, self.textures[place])
+        self._device.gl.bind_texture(unit, self.textures[place], self._texture_kind)
 
     def begin(self, state: State, *values: float, depth: float = 1.0) -> None:
         """Use the target; clear depth and stencil, and fill the first attachment with values."""
@@ -278,13 +297,17 @@ class PictureTargets:
         Columns and rows.
     accumulate : {'rgba16f', 'rgba8'}
         How light is summed up.
+    samples : int
+        Of each pixel, in all but ``picture``.
 
     Attributes
     ----------
     both : Target
         The picture as where its only light reaches, and as in shadow.
+    drawn : Target
+        The first of these alone.
     picture : Target
-        The first of these alone, which is what is shown in the end.
+        What is shown in the end: the same, or the mean of its samples.
     surface, light : Target
         What is seen, and the light on it so far; made when first asked for.
     """
@@ -292,12 +315,39 @@ class PictureTargets:
     device: Device
     size: tuple[int, int]
     accumulate: str = "rgba16f"
+    samples: int = 1
     both: Target = field(init=False)
-    picture: Target = field(init=False)
+    drawn: Target = field(init=False)
 
     def __post_init__(self) -> None:
-        self.both = Target(self.device, self.size, ("rgba8", "rgba8"))
-        self.picture = Target(self.device, self.size, depth_of=self.both, shows=(self.both, LIT))
+        self.both = Target(self.device, self.size, ("rgba8", "rgba8"), samples=self.samples)
+        self.drawn = Target(self.device, self.size, depth_of=self.both, shows=(self.both, LIT))
+
+    @classmethod
+    def fit(
+        cls,
+        held: "PictureTargets | None",
+        device: Device,
+        size: tuple[int, int],
+        accumulate: str,
+        samples: int,
+    ) -> "PictureTargets":
+        """Return the targets that are held if they fit; else release them and make others."""
+        if held is not None:
+            if (held.size, held.samples) == (tuple(size), samples):
+                return held
+            held.release()
+        return cls(device, (int(size[0]), int(size[1])), accumulate, samples)
+
+    @cached_property
+    def picture(self) -> Target:
+        """What is shown in the end."""
+        return self.drawn if self.samples == 1 else Target(self.device, self.size, ("rgba8",))
+
+    @cached_property
+    def sum(self) -> Target:
+        """Linear colours of samples, added up."""
+        return Target(self.device, self.size, ("rgba16f",), depth_of=self.picture)
 
     @cached_property
     def surface(self) -> Target:
@@ -313,10 +363,10 @@ class PictureTargets:
 
     def release(self) -> None:
         """Free them."""
-        for name in ("light", "surface", "picture", "both"):
-            target = self.__dict__.get(name)
-            if target is not None:
-                target.release()
+        names = ("sum", "light", "surface", "picture", "drawn", "both")
+        held = [self.__dict__[name] for name in names if name in self.__dict__]
+        for target in dict.fromkeys(held):
+            target.release()
 
 
 def find_surface_formats(accumulate: str) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from umbra.window.events import Events
 from umbra.window.file import load_view, save_view
 from umbra.window.handles import GRIP
 from umbra.window.hud import PictureArea, draw_handles, draw_help, draw_scale, draw_statistics
-from umbra.window.painter import DrawnView, Pacing, ViewPainter
+from umbra.window.painter import SMOOTH, DrawnView, Pacing, ViewPainter
 from umbra.window.panel import PanelState, draw_panel
 from umbra.window.screen import Screen
 from umbra.window.view import ViewState
@@ -132,9 +132,10 @@ class Viewer:
         return PictureArea((left, 0.0), (width - left, float(height)), pixels / max(width, 1))
 
     def _choose(self) -> tuple[Any, ...]:
-        """Give what the picture depends on: view, size and step."""
+        """Give what the picture depends on: view, size, step, samples a pixel."""
         moves = self.controls.is_moving or self._is_panel_held
-        return self.events.view, self.events.frame.pixels, self._pacing.choose_step(moves)
+        view, pixels = self.events.view, self.events.frame.pixels
+        return view, pixels, self._pacing.choose_step(moves), 1 if moves else SMOOTH
 
     def _is_stale(self) -> bool:
         return self._shown != self._choose()
@@ -171,11 +172,14 @@ class Viewer:
 
     def _paint(self, wanted: tuple[Any, ...]) -> None:
         """Draw the scene into the painter's target."""
-        view, (cols, rows), step = wanted
+        view, (cols, rows), step, samples = wanted
         size = (max(cols // step, 1), max(rows // step, 1))
-        self._drawn = self.painter.draw(view, size, times=self.panel.statistics, shrink=step)
+        self._drawn = self.painter.draw(
+            view, size, times=self.panel.statistics, shrink=step, samples=samples
+        )
         self.panel.warnings = self._drawn.warnings
-        self._pacing.note(step, self._drawn.spent)
+        if samples == 1:
+            self._pacing.note(step, self._drawn.spent)
         self._shown = wanted
 
     def _put_picture(self) -> None:
@@ -228,7 +232,7 @@ class Viewer:
 
     def _shoot(self) -> Path:
         """Write the picture, at whole resolution, without panel and handles."""
-        wanted = (self.events.view, self.events.frame.pixels, 1)
+        wanted = (self.events.view, self.events.frame.pixels, 1, SMOOTH)
         if self._shown != wanted:
             self._paint(wanted)
         path, number = self.picture, 1

@@ -22,7 +22,7 @@ from umbra.soft import find_method
 from umbra.window.overlays import Overlays
 from umbra.window.view import ViewState
 
-__all__ = ["SAMPLES", "DrawnView", "Pacing", "ViewPainter"]
+__all__ = ["SAMPLES", "SMOOTH", "DrawnView", "Pacing", "ViewPainter"]
 
 
 @dataclass
@@ -51,6 +51,9 @@ class Pacing:
 
 SAMPLES = 32
 """Points of each light in a window."""
+
+SMOOTH = 4
+"""Samples of each pixel while nothing moves."""
 
 _TEXTURE_2D, _RGBA8, _RGBA, _BYTE, _UNPACK = 0x0DE1, 0x8058, 0x1908, 0x1401, 0x0CF5
 
@@ -115,13 +118,20 @@ class ViewPainter:
 
     @on_device
     def draw(
-        self, view: ViewState, size: tuple[int, int], *, times: bool = True, shrink: float = 1.0
+        self,
+        view: ViewState,
+        size: tuple[int, int],
+        *,
+        times: bool = True,
+        shrink: float = 1.0,
+        samples: int = 1,
     ) -> DrawnView:
         """
         Draw a view and wait until it is there.
 
         ``times`` measures each pass. Where the picture will be enlarged by ``shrink``, lines
-        are thinner by as much.
+        are thinner by as much. OpenGL smooths edges by several ``samples`` a pixel, but not below
+        overlays, which show the pixels' centres.
         """
         start = time.perf_counter()
         self._warnings.clear()
@@ -140,6 +150,7 @@ class ViewPainter:
             self.renderer.draw(
                 camera, lights, view.method, soft=view.soft,
                 mask_scale=view.mask_scale, mask_filter=view.mask_filter,
+                samples=1 if view.overlays else samples,
             )  # fmt: skip
         statistics = {} if is_apart else dict(zip(shining, self.renderer.statistics, strict=True))
         highest = 0

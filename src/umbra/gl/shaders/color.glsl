@@ -17,3 +17,8 @@ vec3 encode(vec3 light) {
                   - 1.40273628) * root + 1.51795092) * root - 0.04010961;
     return mix(high, 12.92 * light, lessThanEqual(light, vec3(0.0031308)));
 }
+
+vec3 decode(vec3 shown) {
+    vec3 high = pow((shown + 0.055) / 1.055, vec3(2.4));
+    return mix(high, shown / 12.92, lessThanEqual(shown, vec3(0.04045)));
+}

@@ -1,9 +1,11 @@
 // The picture as it is in shadow.
 
-uniform sampler2D dark;
+#include "samples.glsl"
+
+uniform PICTURE dark;
 
 layout(location = 0) out vec4 color;
 
 void main() {
-    color = texelFetch(dark, ivec2(gl_FragCoord.xy), 0);
+    color = texelFetch(dark, ivec2(gl_FragCoord.xy), which);
 }

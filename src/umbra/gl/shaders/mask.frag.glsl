@@ -1,9 +1,11 @@
 // Let pass where the count is not 0: the stencil then marks what is in shadow.
 
-uniform sampler2D counts;
+#include "samples.glsl"
+
+uniform PICTURE counts;
 
 void main() {
-    if (texelFetch(counts, ivec2(gl_FragCoord.xy), 0).r == 0.0) {
+    if (texelFetch(counts, ivec2(gl_FragCoord.xy), which).r == 0.0) {
         discard;
     }
 }
