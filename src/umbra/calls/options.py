@@ -312,6 +312,8 @@ class ViewOptions:
         "size", "Size of the window; default: 1280x800.", default=(1280, 800), count=2
     )
     threads: int | None = _threads()
+    animation: int | str | None = option("any", flag=None)
+    time: float | None = option("number", unit="s", flag=None)
     view: Any = _window(
         "file", "A saved view to start with, and the file to save views in.", metavar="FILE.json"
     )
@@ -340,6 +342,7 @@ class ViewOptions:
 
     def make_view(self, scene: "Scene", site: "Site | None", size: tuple[int, int]) -> "ViewState":
         """Make the view to begin with, in a picture of columns and rows."""
+        from umbra.scene.making import find_animations  # noqa: PLC0415
         from umbra.sun.local_time import parse_date  # noqa: PLC0415
         from umbra.window.file import load_view  # noqa: PLC0415
         from umbra.window.view import make_view  # noqa: PLC0415
@@ -348,6 +351,10 @@ class ViewOptions:
         view = make_view(scene, size, site=site, date=date, minutes=self._find_minutes(site))
         if self.view is not None:
             view = load_view(Path(self.view), view.lights)
+        if self.animation is not None or self.time is not None:
+            found = find_animations(scene, 0 if self.animation is None else self.animation)
+            chosen = "all" if len(found) > 1 else scene.animations.index(found[0])
+            view = replace(view, animation=chosen, time=self.time or 0.0)
         if self.device is not None:
             view = view.choose_device(self.device)
         if self.method is not None:

@@ -35,6 +35,8 @@ def show(  # noqa: PLR0913  (each option by its name)
     device: str | None = None,
     size: tuple[int, int] = (1280, 800),
     threads: int | None = None,
+    animation: int | str | None = None,
+    time: float | None = None,
     view: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
 ) -> Picture | None:
@@ -64,6 +66,11 @@ def show(  # noqa: PLR0913  (each option by its name)
         Of the window or the picture.
     threads : int, optional
         All cores by default.
+    animation : int or str, optional
+        Which of the scene's animations is shown: its number, its name, or ``"all"``. It plays
+        in a window unless ``time`` is given.
+    time : float, optional
+        Where in the animation the view begins [s]; of the first one by default.
     view : path, optional
         A view that was saved in a window, to begin with.
     out : path, optional
@@ -120,6 +127,7 @@ def open_window(
         instead=instead,
         ground=options.find_ground(scene),
         threads=options.threads or count_cores(),
+        animates=options.animation is not None and options.time is None,
         picture=Path(options.out or f"{stem}.png"),
         view_file=Path(options.view or f"{stem}.view.json"),
     )
@@ -141,6 +149,8 @@ def _is_notebook() -> bool:
 
 def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     """Draw the picture that the window would begin with."""
+    from umbra.window.motion import Motion  # noqa: PLC0415
+
     view = options.make_view(scene, site, options.size)
     sizes = [
         view.lamp_radius if one.is_point else view.sun_radius for one in view.shining().values()
@@ -149,7 +159,7 @@ def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     drawing = RenderOptions(
         ground=options.find_ground(scene),
         method=options.method or "auto",
-        device=options.device or (view.device if view.mask_scale > 1 else DEFAULT),  # type: ignore[arg-type]
+        device=options.device or (view.device if view.mask_scale > 1 else DEFAULT),
         soft=soft,
         light_size=() if soft is None else sizes,
         layer_length=view.layer_length if soft == "weng" else Softness.length,
@@ -160,6 +170,8 @@ def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     )
     said: list[str] = []
     camera = view.viewpoint.camera(options.size)
+    motion = Motion(scene)
+    view, scene = motion.follow(view), motion.pose(view)
     picture = draw_picture(scene, camera, list(view.shining().values()), drawing, said.append)
     for text in said:
         warnings.warn(text, stacklevel=3)

@@ -152,9 +152,9 @@ def canopy_options(command: Callable) -> Callable:
     )
 
 
-def read_model(files: Sequence[str], canopy: Sequence[str] = ()) -> "Scene":
+def read_model(files: Sequence[str], canopy: Sequence[str] = (), *, poses: bool = True) -> "Scene":
     """
-    Read files with a command's options, and pose them if a time is given.
+    Read files with a command's options, and pose them if a time is given and this is wanted.
 
     Raises
     ------
@@ -165,13 +165,13 @@ def read_model(files: Sequence[str], canopy: Sequence[str] = ()) -> "Scene":
 
     values = {name: one for name, one in read_values().items() if name not in _SITE}
     time, animation = values.pop("time"), values.pop("animation")
-    if animation is not None and time is None:
+    if animation is not None and time is None and poses:
         msg = f"--animation {animation} is posed at a time; give --time S too"
         raise InputError(msg)
     up, is_cached = values.pop("up_axis"), not values.pop("no_cache")
     scene = read(*files, up=up, canopy=canopy, cache=is_cached, **values)
     scene = replace(scene, notes=tuple(map(write_for_shell, scene.notes)))
-    if time is None:
+    if time is None or not poses:
         return scene
     from umbra.scene import pose  # noqa: PLC0415
 

@@ -1,5 +1,6 @@
 """``umbra view``: look at a model in a window, its lights and its shadows."""
 
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -48,8 +49,9 @@ def command(
 
     lat, lon, tz = (read_values()[name] for name in ("lat", "lon", "tz"))
     given["ground"] = False if no_ground else given["ground"]
-    chosen = take_record(ViewOptions, given)
-    scene = read_model(files)
+    moved = {name: read_values()[name] for name in ("animation", "time")}
+    chosen = replace(take_record(ViewOptions, given), **moved)
+    scene = read_model(files, poses=False)
     places = ((lat, scene.latitude), (lon, scene.longitude))
     is_known = all(typed is not None or said is not None for typed, said in places)
     is_asked = any(value is not None for value in (lat, lon, tz, chosen.date, chosen.at))

@@ -17,7 +17,7 @@ from umbra.scene.mesh import Mesh, Part
 from umbra.scene.rig import Animation, RigBinding
 from umbra.scene.scene import Scene
 
-__all__ = ["make_scene", "move_parts", "place_light", "place_part", "pose"]
+__all__ = ["find_animations", "make_scene", "move_parts", "place_light", "place_part", "pose"]
 
 Placed = tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]]
 
@@ -203,7 +203,7 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
     if not np.isfinite(time):
         msg = f"the time of a pose must be finite; got {time} s"
         raise InputError(msg, time=time)
-    chosen = _find_animations(scene, animation)
+    chosen = find_animations(scene, animation)
     rigs = {id(part.binding.rig): part.binding.rig for part in scene.parts if part.binding}
     rigs |= {id(light.binding.rig): light.binding.rig for light in scene.lights if light.binding}
     placed = {
@@ -257,7 +257,8 @@ def place_light(light: Light, binding: RigBinding, places: NDArray[np.float64]) 
     return replace(light, position=place[:, 3])
 
 
-def _find_animations(scene: Scene, animation: int | str) -> tuple[Animation, ...]:
+def find_animations(scene: Scene, animation: int | str) -> tuple[Animation, ...]:
+    """Find what ``pose`` means by an animation: its number or name, or ``all``; raises as it."""
     found = scene.animations
     if not found:
         msg = "the scene has no animation; export the file with it, or leave the time out"

@@ -62,6 +62,8 @@ class Viewer:
         Where screenshots go; further ones get a number.
     view_file : Path
         Where views are saved and loaded.
+    animates : bool
+        Whether the view's animation plays at once.
     """
 
     def __init__(
@@ -75,6 +77,7 @@ class Viewer:
         threads: int = 1,
         picture: Path,
         view_file: Path,
+        animates: bool = False,
     ) -> None:
         self.screen, self.picture, self._images_of = screen, picture, view.lights
         self.panel = PanelState(title, str(view_file))
@@ -87,7 +90,10 @@ class Viewer:
         self._is_panel_held = False
         frame = self._find_frame()
         grip = GRIP * screen.unit * frame.scale
-        self.controls = Controls(scene.bounds(), frame.pixels, grip)
+        motion = self.painter.motion
+        self.controls = Controls(
+            scene.bounds(), frame.pixels, grip, animates=animates, motion=motion
+        )
         self.events = Events(screen.window, view, self.controls, frame)
         screen.start_gui()
 
@@ -153,6 +159,7 @@ class Viewer:
             events.view = draw_panel(events.view, self.panel, self.controls, size)
         self._is_panel_held = imgui.is_any_item_active() and imgui.is_mouse_down(0)
         self._obey()
+        events.view = self.painter.motion.follow(events.view)
         if self._is_stale():
             self._paint(self._choose())
         view = events.view
@@ -221,7 +228,9 @@ class Viewer:
             save_view(file, self.events.view)
             self.panel.message = f"saved {file}"
         elif command == "load":
-            self.events.view = load_view(file, self._images_of)
+            view = load_view(file, self._images_of)
+            self.painter.motion.find_duration(view)  # refuses an animation of another model
+            self.events.view = view
             self.panel.message = f"loaded {file}"
         elif command == "panel":
             self._has_panel = not self._has_panel

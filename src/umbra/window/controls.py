@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.scene import point_light
 from umbra.window.handles import GRIP, Pixel, drag, find_handles, pick, place_lamp
+from umbra.window.motion import Motion
 from umbra.window.view import OVERLAYS, ViewState, frame_bounds
 
 __all__ = ["KEYS", "Controls"]
@@ -19,6 +20,7 @@ KEYS = {
     "W A S D": "walk; E and Q up and down",
     "Space": "play through the day",
     "Left, Right": "a quarter of an hour; Shift: a minute",
+    "T": "play the animation",
     "1 2 3 4": "volumes, cases, edges, counts",
     "M": "the next method",
     "G": "the other device",
@@ -72,6 +74,10 @@ class Controls:
         Whether time passes.
     speed : float
         Minutes of the clock a second.
+    animates : bool
+        Whether the scene's animation plays.
+    motion : Motion, optional
+        The scene's animations.
     commands : list of str
         What was asked for besides another view: ``screenshot``, ``save``, ``load``,
         ``panel``, ``help``, ``quit``. Whoever does it takes it off the list.
@@ -82,6 +88,8 @@ class Controls:
     grip: float = GRIP
     plays: bool = False
     speed: float = 60.0
+    animates: bool = False
+    motion: Motion | None = None
     commands: list[str] = field(default_factory=list)
     _drag: _Drag | None = None
     _held: set[str] = field(default_factory=set)
@@ -89,12 +97,12 @@ class Controls:
     @property
     def is_moving(self) -> bool:
         """Whether something is dragged, walks or plays."""
-        return self._drag is not None or self.plays or bool(self._held)
+        return self._drag is not None or self.needs_time
 
     @property
     def needs_time(self) -> bool:
         """Whether the view changes without further events."""
-        return self.plays or bool(self._held)
+        return self.plays or self.animates or bool(self._held)
 
     def press(self, view: ViewState, button: str, at: Pixel, *, shift: bool = False) -> ViewState:
         """
@@ -166,6 +174,7 @@ class Controls:
             "space": lambda: self._play_or_pause(view),
             "left": lambda: replace(view, sun=view.sun.pass_time(-minutes)),
             "right": lambda: replace(view, sun=view.sun.pass_time(minutes)),
+            "t": lambda: self._animate_or_pause(view),
             "m": view.next_method,
             "g": view.next_device,
             "h": view.next_soft,
@@ -183,6 +192,10 @@ class Controls:
         self.plays = not self.plays
         return view
 
+    def _animate_or_pause(self, view: ViewState) -> ViewState:
+        self.animates = not self.animates and self.motion is not None and self.motion.has_any
+        return view
+
     def release_key(self, key: str) -> None:
         """Let a key go."""
         self._held.discard(key)
@@ -193,7 +206,7 @@ class Controls:
         self._drag = None
 
     def advance(self, view: ViewState, seconds: float) -> ViewState:
-        """Let time pass: walk and play."""
+        """Let time pass: walk, play the day and the animation."""
         if self._held and view.viewpoint.walks:
             held = self._held
             stride = _WALK * float(np.linalg.norm(np.ptp(self.bounds, axis=0))) * seconds
@@ -203,4 +216,6 @@ class Controls:
             view = replace(view, viewpoint=view.viewpoint.walk(ahead, right, up))
         if self.plays:
             view = replace(view, sun=view.sun.play(self.speed * seconds))
+        if self.animates and self.motion is not None:
+            view = self.motion.advance(view, seconds)
         return view

@@ -19,6 +19,7 @@ from umbra.gl.target import PictureTargets
 from umbra.methods import Softness
 from umbra.scene import Scene
 from umbra.soft import find_method
+from umbra.window.motion import Motion
 from umbra.window.overlays import Overlays
 from umbra.window.view import ViewState
 
@@ -113,6 +114,7 @@ class ViewPainter:
             scene, ground, device=device, softness=Softness(samples=SAMPLES), warn=warn
         )
         self.overlays = Overlays(self.renderer)
+        self.motion = Motion(scene)
         self.timers = Timers(device)
         self._counter: FrameCounter | None = None
 
@@ -135,6 +137,7 @@ class ViewPainter:
         """
         start = time.perf_counter()
         self._warnings.clear()
+        self._move(self.motion.pose(view))
         shining = view.shining()
         camera = view.viewpoint.camera(size)
         self.renderer.timers = self.timers if times else None
@@ -181,6 +184,16 @@ class ViewPainter:
         self.timers.release()
         self.overlays.release()
         self.renderer.release()
+
+    def _move(self, scene: Scene) -> None:
+        """Take a pose of the scene; overlays are made anew where its geometry is."""
+        if scene is self.scene:
+            return
+        geometry, self.scene, self._counter = self.renderer.geometry, scene, None
+        self.renderer.move(scene)
+        if self.renderer.geometry is not geometry:
+            self.overlays.release()
+            self.overlays = Overlays(self.renderer)
 
     def _targets(self) -> PictureTargets:
         assert self.renderer.targets is not None

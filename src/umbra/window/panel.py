@@ -15,6 +15,7 @@ from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.daylight import DAY, Sun, find_rise
 from umbra.window.hud import grow
+from umbra.window.motion import Motion
 from umbra.window.overlays import CASES, EDGES, VOLUMES
 from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, ViewState
 
@@ -76,6 +77,9 @@ def draw_panel(
     for name, draw in (("Sun", _draw_sun), ("Lights", _draw_lights)):
         imgui.separator_text(name)
         view = draw(view, controls)
+    if controls.motion is not None and controls.motion.has_any:
+        imgui.separator_text("Animation")
+        view = _draw_animation(view, controls, controls.motion)
     imgui.separator_text("Counting")
     view = _draw_counting(view)
     imgui.separator_text("Soft shadows")
@@ -146,6 +150,25 @@ def _draw_angles(sun: Sun) -> Sun:
     if max(abs(azimuth - sun.azimuth), abs(altitude - sun.altitude)) > _STILL:
         sun = replace(sun, azimuth=azimuth, altitude=altitude)
     return sun
+
+
+def _draw_animation(view: ViewState, controls: Controls, motion: Motion) -> ViewState:
+    width = imgui.ImVec2(grow(70), 0)
+    if imgui.button("Pause##animation" if controls.animates else "Play##animation", width):
+        view = controls.press_key(view, "t")
+    imgui.same_line()
+    imgui.set_next_item_width(-1)
+    values = [*motion.choices.values()]
+    place = values.index(view.animation) if view.animation in values else 0
+    changed, place = imgui.combo("##animation", place, [*motion.choices])
+    if changed:
+        view = replace(view, animation=values[place], time=0.0)
+    duration = motion.find_duration(view)
+    if duration > 0:
+        _label(f"{view.time:.2f} s of {duration:.3g}")
+        changed, time = imgui.slider_float("##moment", view.time, 0.0, duration, " ")
+        view = replace(view, time=time) if changed else view
+    return view
 
 
 def _draw_lights(view: ViewState, controls: Controls) -> ViewState:

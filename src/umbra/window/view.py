@@ -199,6 +199,10 @@ class ViewState:
         On gl hard shadows are counted in so many times fewer columns and rows.
     mask_filter : {'joint', 'bilinear', 'nearest'}
         How such a mask is laid over the picture.
+    animation : int or str, optional
+        Which of the scene's animations is shown: its number, its name or ``all``.
+    time : float
+        Of that animation [s].
     """
 
     viewpoint: Viewpoint
@@ -215,6 +219,8 @@ class ViewState:
     layer_gap: float = Softness.gap
     mask_scale: int = 1
     mask_filter: str = "joint"
+    animation: int | str | None = None
+    time: float = 0.0
 
     def __post_init__(self) -> None:
         if self.device not in METHODS:
