@@ -78,6 +78,17 @@ def test_the_process_own_limits_count(name):
     assert 1e9 < float(done.stdout) <= 3e9
 
 
+LAYER = """
+import umbra.machine, numba
+@numba.njit(parallel=True)
+def count(n):
+    total = 0
+    for k in numba.prange(n):
+        total += k
+    return total
+count(8)
+print(numba.threading_layer())
+"""
 LOAD = """
 import sys
 from umbra.machine import load_compiler
@@ -94,3 +105,16 @@ assert sys.modules["scipy.linalg"] is scipy.linalg
 
 def test_the_compiler_loads_without_linear_algebra_which_can_be_loaded_later():
     subprocess.run([sys.executable, "-c", LOAD], check=True)
+
+
+def test_threads_by_tbb_are_found_in_another_environment_too(tmp_path):
+    if (
+        "TBB"
+        not in subprocess.run(
+            [sys.executable, "-c", LAYER], capture_output=True, text=True, check=True
+        ).stdout.upper()
+    ):
+        pytest.skip("oneTBB is not installed")
+    code = f"import sys; sys.prefix = {str(tmp_path)!r}\n{LAYER}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "tbb"

@@ -171,14 +171,22 @@ def _load_tbb() -> None:
     """
     Load oneTBB where pip put it, so that numba finds it among its threading layers.
 
-    numba asks the system's loader, which does not look into virtual environments, and
-    falls back to OpenMP: that one spins while it waits, which on a busy machine makes
-    two threads several times slower than one.
+    numba asks the system's loader, which does not look into environments, and falls back to
+    OpenMP: that one spins while it waits, which on a busy machine makes two threads several
+    times slower than one. pip puts it into the environment's folder ``lib``; of a package
+    installed for one user, or in another environment on the path, the list of its files tells.
     """
-    library = Path(sys.prefix) / "lib" / "libtbb.so.12"
-    if library.exists():
-        with suppress(OSError):
-            ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
+    name = "libtbb.so.12"
+    library = Path(sys.prefix) / "lib" / name
+    if sys.platform == "linux" and not library.exists():
+        from importlib.metadata import PackageNotFoundError, files  # noqa: PLC0415  (15 ms)
+
+        with suppress(PackageNotFoundError):
+            library = next(
+                (Path(file.locate()) for file in files("tbb") or () if file.name == name), library
+            )
+    with suppress(OSError):
+        ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
 
 
 _load_tbb()
