@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from PIL import Image
 
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.command import command
@@ -31,7 +32,8 @@ def test_one_object_says_times_and_errors():
             assert abs(wedges["bias"]) <= wedges["l1"]
             assert min(wedges["pixels"], weng["pixels"], hard["pixels"]) > 100
             # Wedges are nearly exact; layers outside the hard shadow only darken.
-            assert wedges["l1"] < 0.01
+            assert wedges["l1"] < 0.002
+            assert 0.001 < row[where]["samples"]["l1"] < 0.006
             assert weng["l1"] > 0.1
             assert weng["bias"] < 0
         if found["gl_device"] is None:
@@ -47,8 +49,30 @@ def test_a_table_is_for_people():
     text = run()
     assert "too small to mean anything" in text
     lines = [line for line in text.splitlines() if line.startswith("|")]
-    assert len({line.count("|") for line in lines}) == 1
-    assert len(lines) == 2 + 2
+    rows, grid = lines[:4], lines[4:]
+    assert len({line.count("|") for line in rows}) == 1
+    assert len({line.count("|") for line in grid}) == 1
+    assert (len(grid), grid[0].count("gap")) == (2 + 5, 4)
+
+
+def test_figure_15_is_a_grid_of_lengths_and_gaps(tmp_path):
+    cells = json.loads(run("--json", "--pictures", str(tmp_path)))["figure_15"]
+    assert [(cell["length"], cell["gap"]) for cell in cells[:5]] == [
+        (1, 0.1), (1, 0.3), (1, 0.5), (1, 1.0), (2, 0.1),
+    ]  # fmt: skip
+    assert [cell["layers"] for cell in cells[8:12]] == [30, 10, 6, 3]
+    # A cube: 6 edges of the silhouette are 12 triangles of sides, 3 lit faces twice 6 of caps.
+    assert [cell["triangles"] for cell in cells[8:12]] == [24 * n for n in (31, 11, 7, 4)]
+    by_length = [
+        np.mean([cell["floor"]["l1"] for cell in cells[4 * k : 4 * k + 4]]) for k in range(5)
+    ]
+    assert sorted(by_length) == by_length
+    with Image.open(tmp_path / "weng_figure_15.png") as sheet:
+        assert sheet.size == (4 * 96, 5 * 72)
+        shades = np.array(sheet)
+    # Denser gaps have more shades.
+    counts = [len(np.unique(shades[168:216, 96 * k : 96 * k + 96])) for k in range(4)]
+    assert counts == sorted(counts, reverse=True)
 
 
 def test_errors_are_counted_where_either_is_in_penumbra():

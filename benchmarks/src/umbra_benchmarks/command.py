@@ -12,7 +12,7 @@ __all__ = ["command"]
 
 NAMES = (
     "study", "frame", "motion", "silhouette", "startup", "tools", "mcguire", "roettger", "wallner",
-    "weng",
+    "weng", "soft",
 )  # fmt: skip
 PEERS = ("ogre", "workbench")
 TOOLS = ("ladybug", "pybdshadow", "umep", "solweig")
@@ -69,7 +69,7 @@ def _parse_pythons(
 @click.option(
     "--pictures",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Save here what each side of gl frames draws.",
+    help="Save here what each side of gl frames draws, or weng's figure 15.",
 )
 @click.option(
     "--model",
@@ -102,15 +102,16 @@ def command(
 
     The papers' tables, run again: mcguire (what each of three cases draws, and frames
     by each method), roettger (shadow masks without a stencil), wallner (silhouettes
-    from trees), weng (soft shadows: time and error of three methods).
+    from trees), weng (soft shadows: time and error by triangles, length and gap).
+    soft finds the error of each method of soft shadows by rays, in scenes that overlap.
     """
     if device == "gl" and name != "frame":
         msg = f"{name} has no gl device; frame has one"
         raise click.UsageError(msg)
     known = TOOLS if name == "tools" else PEERS if device == "gl" else ()
     strangers = ({*peers} | {*pythons}) - {*known, "none"}
-    if pictures is not None and device == "cpu":
-        msg = "--pictures is for frame --device gl"
+    if pictures is not None and device == "cpu" and name != "weng":
+        msg = "--pictures is for frame --device gl, and for weng"
         raise click.UsageError(msg)
     if strangers or (peers and not known):
         first = min(strangers, default="")
