@@ -14,6 +14,7 @@ from support.shapes import sheet
 import umbra
 from umbra.calls.options import CameraOptions, RenderOptions, ViewOptions
 from umbra.cli import main
+from umbra.methods import Softness
 from umbra.options import list_options
 
 TABLE = sheet([(-1, -1, 4), (1, -1, 4), (1, 1, 4), (-1, 1, 4)])
@@ -130,6 +131,10 @@ def test_signatures_are_those_of_the_records(call, record, own):
     [
         ({"layer_gap": 0.5}, "layer_gap= is for scaled layers; add soft='weng'"),
         ({"layer_gap": 0, "soft": "weng"}, "layer_length=2.5 and layer_gap=0 do not make 1 to"),
+        ({"light_samples": 16}, "light_samples= is for soft='samples' or soft='complexity'"),
+        ({"light_samples": 16, "soft": "wedges"}, "light_samples= is for soft='samples'"),
+        ({"light_samples": 5000, "soft": "samples"}, "at most 4,096 samples; got 5,000"),
+        ({"light_samples": 0, "soft": "complexity"}, "light_samples must be at least 1"),
         ({"layer_length": "far"}, "layer_length is a number"),
         ({"light_size": ("big",), "soft": "weng"}, "light_size is a number"),
         ({"light_size": {}, "soft": "weng", "device": 1}, "not one of auto, cpu, gl"),
@@ -139,6 +144,23 @@ def test_slips_in_softness_are_told(scene, options, words):
     with pytest.raises(umbra.InputError, match=words) as caught:
         umbra.render(scene, **options)
     assert caught.value.option in {*options, "layer_length"}  # which is told with the gap
+
+
+@pytest.mark.parametrize("soft", ["samples", "complexity"])
+def test_samples_of_lights_are_so_many(scene, soft):
+    camera = umbra.make_camera(
+        scene, eye=(0, 0, 10), target=(0, 0, 0), up=(0, 1, 0), size=(100, 75)
+    )
+    more = {"ground": 0, "soft": soft, "light_size": 0.5, "arrays": True, "lights": (0, 0, 8, 1)}
+    four = umbra.render(scene, camera, light_samples=4, **more).visibility[0]
+    if soft == "samples":
+        assert {*np.unique(four)} == {0, 0.25, 0.5, 0.75, 1}
+    usual = Softness().samples if soft == "samples" else Softness().spots
+    shown = [
+        umbra.render(scene, camera, **more, **n).visibility[0]
+        for n in ({}, {"light_samples": usual})
+    ]
+    np.testing.assert_array_equal(*shown)
 
 
 def test_length_and_gap_of_layers_make_the_picture(scene):

@@ -30,7 +30,7 @@ _camera = partial(option, heading="Camera")
 _lights = partial(option, heading="Lights")
 _counting = partial(option, heading="Counting")
 _window = partial(option, heading="Window")
-_MOST_SAMPLES = 64
+_MOST_SAMPLES, _MOST_PLACES = 64, 4096
 _SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # a view like that of the whole model
 _DATE = "2026-03-21"  # whose clock changes say nothing of others
 
@@ -244,6 +244,12 @@ class RenderOptions:
         "direction degrees (default: 0.2665, the sun's).",
         default=(), is_repeated=True, metavar="R",
     )  # fmt: skip
+    light_samples: int | None = _lights(
+        "whole",
+        "Places on each light: shadows that samples average (default: 256), or spots at which "
+        "complexity counts casters (64).",
+        least=1, metavar="N",
+    )  # fmt: skip
     layer_length: float = _length()
     layer_gap: float = _gap()
     mask_scale: int = _mask_scale()
@@ -266,8 +272,10 @@ class RenderOptions:
         elif self.light_size:
             msg = "light_size= is for soft shadows; add soft='wedges'"
             raise InputError(msg)
+        if self.light_samples is not None:
+            self._check_places(self.light_samples)
         layers, usual = self.softness, Softness()
-        if layers != usual and self.soft != "weng":
+        if (layers.length, layers.gap) != (usual.length, usual.gap) and self.soft != "weng":
             name = "layer_length" if layers.length != usual.length else "layer_gap"
             msg = f"{name}= is for scaled layers; add soft='weng'"
             raise InputError(msg)
@@ -282,7 +290,20 @@ class RenderOptions:
     @property
     def softness(self) -> Softness:
         """How finely soft methods work."""
-        return Softness(length=self.layer_length, gap=self.layer_gap)
+        usual, n = Softness(), self.light_samples
+        return Softness(
+            samples=n or usual.samples, spots=n or usual.spots,
+            length=self.layer_length, gap=self.layer_gap,
+        )  # fmt: skip
+
+    def _check_places(self, places: int) -> None:
+        """Refuse places on lights where nothing takes so many."""
+        if self.soft not in {"samples", "complexity"}:
+            msg = "light_samples= is for soft='samples' or soft='complexity'"
+            raise InputError(msg, option="light_samples")
+        if places > _MOST_PLACES:
+            msg = f"a light has at most {_MOST_PLACES:,} samples; got {places:,}"
+            raise InputError(msg, option="light_samples")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -90,16 +90,16 @@ def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[True], ground: float | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
-    layer_length: float = ..., layer_gap: float = ..., mask_scale: int = ...,
-    mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
+    light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
+    mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
 ) -> Picture: ...  # fmt: skip
 @overload
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
     arrays: Literal[False] = ..., ground: float | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
-    layer_length: float = ..., layer_gap: float = ..., mask_scale: int = ...,
-    mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
+    light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
+    mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
 ) -> NDArray[np.uint8]: ...  # fmt: skip
 def render(  # noqa: PLR0913  (each option by its name)
     scene: Scene,
@@ -111,6 +111,7 @@ def render(  # noqa: PLR0913  (each option by its name)
     device: str = "auto",
     soft: str | None = None,
     light_size: float | Sequence[float] = (),
+    light_samples: int | None = None,
     layer_length: float = 2.5,
     layer_gap: float = 0.4,
     mask_scale: int = 1,
@@ -139,10 +140,13 @@ def render(  # noqa: PLR0913  (each option by its name)
     device : {'auto', 'cpu', 'gl'}
         ``'auto'`` is the CPU.
     soft : {'samples', 'wedges', 'complexity', 'weng'}, optional
-        Soft shadows, by samples of the light, penumbra wedges or scaled layers.
+        Soft shadows, by samples of the light, penumbra wedges, depth complexity or scaled layers.
     light_size : float or sequence of float
         Radius of all lights or of each, for soft shadows: of a point [m], of a direction
         [degrees]; 0.2665, the sun's, by default.
+    light_samples : int, optional
+        Places on each light: shadows that samples average, 256 by default, or spots at which
+        depth complexity is counted, 64.
     layer_length, layer_gap : float
         Of scaled layers: how far the widest goes, and from each to the next, in tenths of the
         silhouette's radius.
@@ -184,8 +188,8 @@ def render(  # noqa: PLR0913  (each option by its name)
     """
     options = RenderOptions(
         ground=ground, method=method, device=device, soft=soft, light_size=light_size,
-        layer_length=layer_length, layer_gap=layer_gap, mask_scale=mask_scale,
-        mask_filter=mask_filter, samples=samples, threads=threads,
+        light_samples=light_samples, layer_length=layer_length, layer_gap=layer_gap,
+        mask_scale=mask_scale, mask_filter=mask_filter, samples=samples, threads=threads,
     )  # fmt: skip
     check_scene(scene)
     if camera is not None and not isinstance(camera, Camera):
