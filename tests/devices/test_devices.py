@@ -105,7 +105,7 @@ class Toy(CountingDevice):
     def open_tiles(self, casters):
         return self.tiles
 
-    def open_frames(self, scene, ground=None, *, threads=1, warn=lambda _: None):
+    def open_frames(self, scene, ground=None, **_):
         raise NotImplementedError
 
 

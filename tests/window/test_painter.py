@@ -5,10 +5,12 @@ from functools import partial
 
 import numpy as np
 import pytest
+from support.shapes import box
 
 import umbra
 from umbra.cpu.frame import FrameCounter
 from umbra.scene import Mesh, Part, make_scene, point_light
+from umbra.window.handles import find_part
 from umbra.window.overlays import find_colors, find_top
 from umbra.window.painter import ViewPainter
 from umbra.window.view import METHODS, SOFT, SUN, make_view
@@ -188,3 +190,55 @@ def test_a_lamp_among_many_instances(device):
     assert drawn.statistics[0].shells == 9
     assert 27 <= drawn.edges <= 36
     painter.release()
+
+
+@pytest.mark.parametrize("no_cast", [{0}, {1}, {0, 1}])
+def test_parts_that_cast_nothing_are_still_seen(painter, tower, no_cast):
+    view = make_view(tower, SIZE)
+    painter.draw(view, SIZE)
+    whole = painter.read().astype(int)
+    still = view.choose_casters({0, 1} - no_cast, 2)
+    drawn = painter.draw(still, SIZE)
+    assert drawn.statistics[SUN].shells == 2 - len(no_cast)
+    of_gl = painter.read().astype(int)
+    camera, lights = view.viewpoint.camera(SIZE), [*view.shining().values()]
+    names = [tower.parts[number].name for number in no_cast]
+    render = partial(umbra.render, tower, camera, lights, ground=0.0, no_cast=names, samples=1)
+    assert (np.abs(of_gl - render(device="gl")).max(2) > 1).mean() < 0.001
+    assert (np.abs(of_gl - render()).max(2) > 3).mean() < 0.01
+    assert (np.abs(of_gl - whole).max(2) > 10).mean() > 0.001
+    painter.draw(still.next_device(), SIZE)
+    assert (np.abs(painter.read() - render()).max(2) > 1).mean() < 0.001
+    painter.draw(view, SIZE)
+    np.testing.assert_array_equal(painter.read(), whole)
+
+
+def test_components_are_told_apart(device):
+    boxes = [box((3 * n, 0, 0), (3 * n + 1, 1, 1 + n)) for n in range(2)]
+    vertices, faces = box((6, 0, 0), (7, 1, 1))
+    meshes = [*boxes, (vertices, faces[2:])]  # without its floor
+    scene = make_scene([Part(str(n), "", Mesh(*mesh)) for n, mesh in enumerate(meshes)])
+    painter = ViewPainter(device, scene, 0.0)
+    view = make_view(scene, SIZE)
+    painter.draw(view, SIZE)
+    plain = painter.read().astype(int)
+    drawn = painter.draw(view.toggle("components"), SIZE)
+    assert drawn.components == (2, 1)
+    camera = view.viewpoint.camera(SIZE)
+    part = FrameCounter(scene, ground=0.0).see(camera)[1].part
+    colors = [painter.read()[part == n].mean(0) - plain[part == n].mean(0) for n in range(3)]
+    assert colors[2][0] > max(colors[0][0], colors[1][0]) + 10  # what is open is red
+    assert np.abs(colors[0] - colors[1]).max() > 10
+    assert (np.abs(painter.read() - plain).max(2) > 8)[part < 0].mean() < 0.02
+    assert painter.draw(view.toggle_cast(2).toggle("components"), SIZE).components == (2, 0)
+    assert painter.draw(view, SIZE).components is None
+    painter.release()
+
+
+def test_the_part_under_a_pixel_is_found(tower):
+    camera = make_view(tower, SIZE).viewpoint.camera(SIZE)
+    part = FrameCounter(tower, ground=0.0).see(camera)[1].part
+    for number in range(2):
+        row, col = np.argwhere(part == number).mean(0).round().astype(int)
+        assert find_part(tower, camera, (col, row)) == part[row, col] == number
+    assert find_part(tower, camera, (1, 1)) is None

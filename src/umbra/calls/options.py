@@ -30,6 +30,7 @@ _camera = partial(option, heading="Camera")
 _lights = partial(option, heading="Lights")
 _counting = partial(option, heading="Counting")
 _window = partial(option, heading="Window")
+_casters = partial(option, heading="Casters")
 _MOST_SAMPLES, _MOST_PLACES = 64, 4096
 _SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # a view like that of the whole model
 _DATE = "2026-03-21"  # whose clock changes say nothing of others
@@ -46,6 +47,12 @@ def _tell_methods() -> str:
     return "; ".join(texts) + "."
 
 
+_cast = partial(
+    _casters, "patterns", "Only these parts cast shadows: names or kinds; repeatable.", default=()
+)
+_no_cast = partial(
+    _casters, "patterns", "These parts cast no shadows: names or kinds; repeatable.", default=()
+)
 _ground = partial(_counting, "length", unit="m", metavar="Z")
 _threads = partial(
     _counting, "whole", "Number of threads; default: all cores.", least=1, metavar="N"
@@ -226,6 +233,8 @@ class RenderOptions:
         If an option is wrong, or is not for the others.
     """
 
+    cast: Sequence[str] = _cast()
+    no_cast: Sequence[str] = _no_cast()
     ground: float | None = _ground("Add a ground plane at this height [m].")
     method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
     device: str = _counting(
@@ -333,6 +342,8 @@ class ViewOptions:
         "size", "Size of the window; default: 1280x800.", default=(1280, 800), count=2
     )
     threads: int | None = _threads()
+    cast: Sequence[str] = _cast()
+    no_cast: Sequence[str] = _no_cast()
     animation: int | str | None = option("any", flag=None)
     time: float | None = option("number", unit="s", flag=None)
     view: Any = _window(
@@ -376,6 +387,8 @@ class ViewOptions:
             found = find_animations(scene, 0 if self.animation is None else self.animation)
             chosen = "all" if len(found) > 1 else scene.animations.index(found[0])
             view = replace(view, animation=chosen, time=self.time or 0.0)
+        if self.cast or self.no_cast:
+            view = view.choose_casters(scene.select(self.cast, self.no_cast), len(scene.parts))
         if self.device is not None:
             view = view.choose_device(self.device)
         if self.method is not None:

@@ -88,7 +88,8 @@ class Picture:
 @overload
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
-    arrays: Literal[True], ground: float | None = ..., method: str = ...,
+    arrays: Literal[True], cast: str | Sequence[str] = ..., no_cast: str | Sequence[str] = ...,
+    ground: float | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
     mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
@@ -96,7 +97,8 @@ def render(
 @overload
 def render(
     scene: Scene, camera: Camera | None = ..., lights: SomeLights = ..., *,
-    arrays: Literal[False] = ..., ground: float | None = ..., method: str = ...,
+    arrays: Literal[False] = ..., cast: str | Sequence[str] = ...,
+    no_cast: str | Sequence[str] = ..., ground: float | None = ..., method: str = ...,
     device: str = ..., soft: str | None = ..., light_size: float | Sequence[float] = ...,
     light_samples: int | None = ..., layer_length: float = ..., layer_gap: float = ...,
     mask_scale: int = ..., mask_filter: str = ..., samples: int = ..., threads: int | None = ...,
@@ -106,6 +108,8 @@ def render(  # noqa: PLR0913  (each option by its name)
     camera: Camera | None = None,
     lights: SomeLights = (),
     *,
+    cast: str | Sequence[str] = (),
+    no_cast: str | Sequence[str] = (),
     ground: float | None = None,
     method: str = "auto",
     device: str = "auto",
@@ -132,6 +136,8 @@ def render(  # noqa: PLR0913  (each option by its name)
     lights : Light, (n, 4) float, or a sequence of either
         Of ``(x, y, z, w)`` w = 1 is a point [m], w = 0 a direction toward the light. By
         default the file's own, or one from the upper left; ``umbra.sun_light`` is the sun.
+    cast, no_cast : str or sequence of str
+        Shell patterns of the parts that cast, or do not; others are only seen.
     ground : float, optional
         z of a plane that is drawn and receives shadows [m].
     method : str
@@ -187,9 +193,10 @@ def render(  # noqa: PLR0913  (each option by its name)
     >>> image = umbra.render(scene, lights=sun)
     """
     options = RenderOptions(
-        ground=ground, method=method, device=device, soft=soft, light_size=light_size,
-        light_samples=light_samples, layer_length=layer_length, layer_gap=layer_gap,
-        mask_scale=mask_scale, mask_filter=mask_filter, samples=samples, threads=threads,
+        cast=cast, no_cast=no_cast, ground=ground, method=method, device=device, soft=soft,
+        light_size=light_size, light_samples=light_samples, layer_length=layer_length,
+        layer_gap=layer_gap, mask_scale=mask_scale, mask_filter=mask_filter, samples=samples,
+        threads=threads,
     )  # fmt: skip
     check_scene(scene)
     if camera is not None and not isinstance(camera, Camera):
@@ -204,7 +211,12 @@ def render(  # noqa: PLR0913  (each option by its name)
 
 
 def draw_picture(
-    scene: Scene, camera: Camera, lights: Sequence[Light], options: RenderOptions, warn: Warn
+    scene: Scene,
+    camera: Camera,
+    lights: Sequence[Light],
+    options: RenderOptions,
+    warn: Warn,
+    casters: list[int] | None = None,
 ) -> Picture:
     """
     Draw a picture; without lights the scene's own shine, or one from the upper left.
@@ -217,6 +229,8 @@ def draw_picture(
     options : RenderOptions
     warn : callable
         Told, in a line, what is wrong with the view or the method.
+    casters : list of int, optional
+        Indices of the parts that cast; by default those of the options.
     """
     from umbra.calls.samples import PictureLights, average_colors  # noqa: PLC0415
     from umbra.cpu.shade import encode, shade  # noqa: PLC0415
@@ -227,7 +241,10 @@ def draw_picture(
     sized = size_lights(shining, options.light_size) if options.soft is not None else []  # type: ignore[arg-type]
     threads = options.threads or count_cores()
     device, said = find_device(options.device), _SaidOnce(warn)
-    with device.open_frames(scene, options.ground, threads=threads, warn=said) as counter:
+    if casters is None and (options.cast or options.no_cast):
+        casters = scene.select(options.cast, options.no_cast)
+    frames = device.open_frames(scene, options.ground, casters=casters, threads=threads, warn=said)
+    with frames as counter:
         view, frame = counter.see(camera)
         _warn_of_view(scene, camera, frame, threads, warn)
         shadows = PictureLights(counter, shining, sized, options)

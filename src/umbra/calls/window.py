@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,8 @@ def show(  # noqa: PLR0913  (each option by its name)
     device: str | None = None,
     size: tuple[int, int] = (1280, 800),
     threads: int | None = None,
+    cast: str | Sequence[str] = (),
+    no_cast: str | Sequence[str] = (),
     animation: int | str | None = None,
     time: float | None = None,
     view: str | os.PathLike[str] | None = None,
@@ -66,6 +69,8 @@ def show(  # noqa: PLR0913  (each option by its name)
         Of the window or the picture.
     threads : int, optional
         All cores by default.
+    cast, no_cast : str or sequence of str
+        Patterns of the parts that cast, or do not; others are only seen.
     animation : int or str, optional
         Which of the scene's animations is shown: its number, its name, or ``"all"``. It plays
         in a window unless ``time`` is given.
@@ -172,7 +177,9 @@ def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     camera = view.viewpoint.camera(options.size)
     motion = Motion(scene)
     view, scene = motion.follow(view), motion.pose(view)
-    picture = draw_picture(scene, camera, list(view.shining().values()), drawing, said.append)
+    casters = sorted(set(range(len(scene.parts))) - view.no_cast)
+    lights = list(view.shining().values())
+    picture = draw_picture(scene, camera, lights, drawing, said.append, casters)
     for text in said:
         warnings.warn(text, stacklevel=3)
     if options.out is not None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-HEADINGS = ("Camera", "Lights", "Site", "Reading", "Counting", "Files")
+HEADINGS = ("Camera", "Lights", "Casters", "Site", "Reading", "Counting", "Files")
 
 
 @click.command("render", cls=SectionedCommand, headings=HEADINGS)

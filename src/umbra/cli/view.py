@@ -17,7 +17,7 @@ from umbra.cli.reading import (
 
 __all__ = ["command"]
 
-HEADINGS = ("Window", "Site", "Lights", "Counting", "Reading")
+HEADINGS = ("Window", "Site", "Lights", "Casters", "Counting", "Reading")
 
 
 @click.command("view", cls=SectionedCommand, headings=HEADINGS)

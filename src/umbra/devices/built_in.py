@@ -41,13 +41,14 @@ class CpuDevice(CountingDevice):
         scene: "Scene",
         ground: float | None = None,
         *,
+        casters: list[int] | None = None,
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
     ) -> AbstractContextManager[FrameCounts]:
         """Begin counting in frames of a scene, see `CountingDevice`."""
         from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
 
-        return nullcontext(FrameCounter(scene, ground=ground, threads=threads, warn=warn))
+        return nullcontext(FrameCounter(scene, casters, ground, threads, warn))
 
 
 class _GlTiles(TileCounters):
@@ -119,10 +120,11 @@ class GlDevice(CountingDevice):
         scene: "Scene",
         ground: float | None = None,
         *,
+        casters: list[int] | None = None,
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
     ) -> AbstractContextManager[FrameCounts]:
         """Begin counting in frames of a scene, see `CountingDevice`; threads are OpenGL's own."""
         from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
 
-        return GlFrameCounter(scene, ground=ground, warn=warn)
+        return GlFrameCounter(scene, casters, ground, warn=warn)

@@ -113,6 +113,7 @@ class CountingDevice(ABC):
         scene: "Scene",
         ground: float | None = None,
         *,
+        casters: list[int] | None = None,
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
     ) -> AbstractContextManager[FrameCounts]:
@@ -124,6 +125,8 @@ class CountingDevice(ABC):
         scene : Scene
         ground : float, optional
             z of a plane that receives shadows, in the model's own coordinates [m].
+        casters : list of int, optional
+            Indices of the parts that cast; all by default.
         threads : int
         warn : callable
             Told, in a line, where a forced method is wrong for a view.

@@ -23,7 +23,7 @@ from umbra.scene import Scene
 from umbra.window.controls import Controls
 from umbra.window.events import Events
 from umbra.window.file import load_view, save_view
-from umbra.window.handles import GRIP
+from umbra.window.handles import GRIP, find_part
 from umbra.window.hud import PictureArea, draw_handles, draw_help, draw_scale, draw_statistics
 from umbra.window.painter import SMOOTH, DrawnView, Pacing, ViewPainter
 from umbra.window.panel import PanelState, draw_panel
@@ -156,7 +156,8 @@ class Viewer:
         self.screen.begin()
         if frame.corner[0] > 0:
             size = (frame.corner[0], frame.size[1])
-            events.view = draw_panel(events.view, self.panel, self.controls, size)
+            parts = self.painter.scene.parts
+            events.view = draw_panel(events.view, self.panel, self.controls, size, parts)
         self._is_panel_held = imgui.is_any_item_active() and imgui.is_mouse_down(0)
         self._obey()
         events.view = self.painter.motion.follow(events.view)
@@ -222,7 +223,9 @@ class Viewer:
 
     def _do(self, command: str) -> None:
         file = Path(self.panel.view_file)
-        if command == "screenshot":
+        if command == "cast":
+            self._toggle_cast()
+        elif command == "screenshot":
             self.panel.message = f"saved {self._shoot()}"
         elif command == "save":
             save_view(file, self.events.view)
@@ -238,6 +241,18 @@ class Viewer:
             self._has_help = not self._has_help
         elif command == "quit":
             glfw.set_window_should_close(self.screen.window, True)
+
+    def _toggle_cast(self) -> None:
+        """Let the part under the mouse cast, or no longer."""
+        events, scene = self.events, self.painter.scene
+        camera = events.view.viewpoint.camera(events.frame.pixels)
+        part = find_part(scene, camera, events.frame.to_pixel(events.mouse))
+        if part is None or not events.is_over_picture():
+            self.panel.message = "point at a part with the mouse, then press X"
+            return
+        view = events.view = events.view.toggle_cast(part)
+        casts = "casts no shadow" if part in view.no_cast else "casts"
+        self.panel.message = f"{scene.parts[part].name} {casts}"
 
     def _shoot(self) -> Path:
         """Write the picture, at whole resolution, without panel and handles."""

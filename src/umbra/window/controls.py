@@ -22,6 +22,8 @@ KEYS = {
     "Left, Right": "a quarter of an hour; Shift: a minute",
     "T": "play the animation",
     "1 2 3 4": "volumes, cases, edges, counts",
+    "5": "components, and which are open",
+    "X": "the part under the mouse casts, or not",
     "M": "the next method",
     "G": "the other device",
     "H": "hard shadows, or soft ones",
@@ -38,7 +40,7 @@ KEYS = {
 _TURN = 0.3  # degrees a pixel
 _LOOK = 0.15
 _WALK = 0.25  # of the model's diagonal a second
-_COMMANDS = {"p": "screenshot", "tab": "panel", "f1": "help"}
+_COMMANDS = {"p": "screenshot", "x": "cast", "tab": "panel", "f1": "help"}
 _WITH_CONTROL = {"s": "save", "o": "load", "q": "quit"}
 _WALKING = frozenset("wasdeq")
 
@@ -80,7 +82,7 @@ class Controls:
         The scene's animations.
     commands : list of str
         What was asked for besides another view: ``screenshot``, ``save``, ``load``,
-        ``panel``, ``help``, ``quit``. Whoever does it takes it off the list.
+        ``cast``, ``panel``, ``help``, ``quit``. Whoever does it takes it off the list.
     """
 
     bounds: NDArray[np.float64]

@@ -35,6 +35,7 @@ def to_json(view: ViewState) -> dict[str, Any]:
         "lights": [_describe(light) for light in view.lights],
         "overlays": sorted(view.overlays),
         **{name: getattr(view, name) for name in _CHOICES},
+        "no_cast": sorted(view.no_cast),
     }
 
 
@@ -75,6 +76,8 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
             place = name
             if name in described:
                 more[name] = read(described[name])
+        place = "no_cast"
+        more["no_cast"] = frozenset(map(int, described.get("no_cast", [])))
         place = "choices"
         return ViewState(viewpoint, sun, tuple(lights), overlays=overlays, **more)
     except KeyError as error:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.scene import Camera
+from umbra.rays.depth import rasterise_depth
+from umbra.scene import Camera, Scene
 from umbra.window.daylight import find_day
 from umbra.window.view import SUN, Viewpoint, ViewState
 
@@ -22,6 +23,7 @@ __all__ = [
     "drag",
     "find_dome",
     "find_handles",
+    "find_part",
     "find_path",
     "pick",
     "place_lamp",
@@ -36,6 +38,7 @@ GRIP = 14.0
 """How far from its middle a handle is held [pixels]."""
 
 _TIME_COST = 0.03  # [pixels per minute], so that a path that crosses itself is not left
+_PINHOLE = 0.01  # [degrees]: a view of one pixel
 _FLATTEST = 0.02  # a ray that falls less meets its level too far away
 
 
@@ -107,6 +110,16 @@ def pick(handles: list[Handle], at: Pixel, grip: float = GRIP) -> Handle | None:
     near = [(np.hypot(h.at[0] - at[0], h.at[1] - at[1]), n) for n, h in enumerate(handles)]
     reached = [each for each in near if each[0] <= grip]
     return handles[min(reached)[1]] if reached else None
+
+
+def find_part(scene: Scene, camera: Camera, at: Pixel) -> int | None:
+    """Find the part that a pixel shows; None if there is none."""
+    soup = scene.triangles()
+    ray = _find_ray(camera, at)
+    look = replace(camera, target=camera.eye + ray, up=camera.axes()[1], size=(1, 1), fov=_PINHOLE)
+    matrix, limits = look.matrix(scene.origin), look.key_range()
+    face = int(rasterise_depth(soup.vertices, soup.faces, matrix, (1, 1), limits).face[0, 0])
+    return int(soup.part[face]) if face >= 0 else None
 
 
 def place_lamp(

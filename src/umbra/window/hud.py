@@ -189,6 +189,9 @@ def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> No
             _write_row(name, value)
     if drawn.edges:
         _write_row("edges", f"{drawn.edges:,}")
+    if drawn.components is not None:
+        closed, opened = drawn.components
+        _write_row("components", f"{closed + opened:,}, {opened:,} open")
     imgui.end()
 
 

@@ -1,6 +1,7 @@
 """What is drawn over a picture to show how it came about: volumes, cases, edges, counts."""
 
 import operator
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,9 @@ from umbra.gl.volumes import BodyVolumes
 
 __all__ = [
     "CASES",
+    "COMPONENTS",
     "EDGES",
+    "OPEN",
     "PALETTE",
     "VOLUMES",
     "Overlays",
@@ -70,9 +73,17 @@ CASES = {
 VOLUMES = {Z_PASS: (0.98, 0.66, 0.20), Z_FAIL: (0.35, 0.45, 0.98), LIGHT_CAP: (0.20, 0.75, 0.38)}
 """sRGB of volumes by how they are counted."""
 
+COMPONENTS = (
+    (0.30, 0.60, 0.85), (0.35, 0.72, 0.45), (0.55, 0.50, 0.85), (0.25, 0.70, 0.72),
+    (0.62, 0.75, 0.30), (0.40, 0.55, 0.62), (0.75, 0.60, 0.85),
+)  # fmt: skip
+"""sRGB of closed components, in turn."""
+OPEN = (0.95, 0.35, 0.15)
+"""sRGB of components that are not closed."""
+
 EDGES = (1.0, 0.22, 0.30)
 
-_OPACITY = {"cases": 0.6, "volumes": 0.10, "edges": 1.0, "hidden": 0.22}
+_OPACITY = {"cases": 0.6, "components": 0.7, "volumes": 0.10, "edges": 1.0, "hidden": 0.22}
 _SOME = 1500  # triangles of volumes that have this opacity
 _EDGE_WIDTH = 1.3  # [pixels], to either side together
 _OVER = Pass(depth_test="lequal", color_write=True, blend="over")
@@ -80,6 +91,8 @@ _BEFORE = replace(_OVER, depth_test="less")
 _NEARER = replace(_OVER, polygon_offset=(-1.0, -2.0))
 _HIDDEN = replace(_OVER, depth_test="greater")
 _WHOLE = Pass(color_write=True)
+OPEN_GROUP = -1  # beside the places of COMPONENTS
+Tints = Mapping[int, tuple[float, float, float]]
 _ASIDE = np.array([0.45, -0.55, 0.70])
 
 
@@ -93,9 +106,10 @@ class Overlays:
         self._faces = Program(device, "surface.vert.glsl", "tint.frag.glsl")
         self._lines = Program(device, "edge.vert.glsl", "tint.frag.glsl")
         self._heat = Program(device, "picture.vert.glsl", "heat.frag.glsl")
-        self._by_case = Indices(device, 2 * renderer.geometry.n_points)
-        self._ranges: dict[int, tuple[int, int]] = {}
+        self._by_case = FaceGroups(renderer)
+        self._by_component = FaceGroups(renderer)
         self._case: bytes | None = None
+        self.n_components: tuple[int, int] | None = None
         self._edges: TextureBuffer | None = None
         self._edges_of: tuple[BodyVolumes, ...] = ()
         self.n_edges = 0
@@ -116,6 +130,8 @@ class Overlays:
         """
         highest = self.draw_counts(state, targets, plan) if "counts" in overlays else 0
         targets.picture.use()
+        if "components" in overlays:
+            self.draw_components(state, plan)
         if "cases" in overlays:
             self.draw_cases(state, plan)
         if "edges" in overlays:
@@ -140,15 +156,26 @@ class Overlays:
         """Colour casters by their case, in the target in use."""
         if self._case != plan.case.tobytes():
             self._case = plan.case.tobytes()
-            lists = list_faces_by_case(self._renderer, plan.case)
-            starts = np.cumsum([0, *(len(faces) for faces in lists.values())]).tolist()
-            self._ranges = {c: (s, len(lists[c])) for c, s in zip(lists, starts, strict=False)}
-            self._by_case.write(np.concatenate(list(lists.values())))
+            self._by_case.write(list_faces_by_case(self._renderer, plan.case))
+        self._draw_groups(state, plan, self._by_case, CASES, _OPACITY["cases"])
+
+    def draw_components(self, state: State, plan: VolumePlan) -> None:
+        """Colour the casters' components, in the target in use; those that are open alike."""
+        if self.n_components is None:
+            lists, self.n_components = list_faces_by_component(self._renderer)
+            self._by_component.write(lists)
+        tints = {OPEN_GROUP: OPEN, **dict(enumerate(COMPONENTS))}
+        self._draw_groups(state, plan, self._by_component, tints, _OPACITY["components"])
+
+    def _draw_groups(
+        self, state: State, plan: VolumePlan, groups: "FaceGroups", tints: Tints, opacity: float
+    ) -> None:
+        """Draw groups of faces, each in its colour, over the target in use."""
         self._set_up(self._faces, plan)
         state.use(_NEARER)
-        for case, (first, count) in self._ranges.items():
-            self._faces.set(tint=np.array([*CASES[case], _OPACITY["cases"]]))
-            self._by_case.draw(self._faces, first, count)
+        for number, (first, count) in groups.ranges.items():
+            self._faces.set(tint=np.array([*tints[number], opacity]))
+            groups.indices.draw(self._faces, first, count)
 
     def draw_edges(
         self, state: State, targets: PictureTargets, plan: VolumePlan, width: float = _EDGE_WIDTH
@@ -193,7 +220,8 @@ class Overlays:
 
     def release(self) -> None:
         """Free all that the overlays hold on the device."""
-        release_all(self._counter, self._faces, self._lines, self._heat, self._by_case)
+        release_all(self._counter, self._faces, self._lines, self._heat)
+        release_all(self._by_case.indices, self._by_component.indices)
         if self._edges is not None:
             self._edges.release()
         self._edges, self._edges_of = None, ()
@@ -201,6 +229,40 @@ class Overlays:
     def _set_up(self, program: Program, plan: VolumePlan) -> None:
         self._renderer.geometry.bind(program)
         program.set(**plan.uniforms(), is_cut=False)
+
+
+class FaceGroups:
+    """Vertex numbers of casting faces on the device, by group, so that each is one draw."""
+
+    def __init__(self, renderer: Renderer) -> None:
+        self.indices = Indices(renderer.device, 2 * renderer.geometry.n_points)
+        self.ranges: dict[int, tuple[int, int]] = {}
+
+    def write(self, lists: dict[int, NDArray[np.uint32]]) -> None:
+        """Upload the vertex numbers of each group."""
+        starts = np.cumsum([0, *(len(faces) for faces in lists.values())]).tolist()
+        self.ranges = {c: (s, len(lists[c])) for c, s in zip(lists, starts, strict=False)}
+        self.indices.write(np.concatenate(list(lists.values())))
+
+
+def list_faces_by_component(
+    renderer: Renderer,
+) -> tuple[dict[int, NDArray[np.uint32]], tuple[int, int]]:
+    """List the vertex numbers of casters by colour; count the closed components and the open."""
+    lists: dict[int, list[NDArray[np.uint32]]] = {n: [] for n in range(-1, len(COMPONENTS))}
+    n_closed = n_open = 0
+    for body in renderer.planner.bodies:
+        component, is_closed = body.caster.component, body.caster.is_closed
+        corners = 2 * body.caster.faces.astype(np.uint32)
+        for first in body.first.tolist():
+            colors = (np.cumsum(is_closed) + n_closed) % len(COMPONENTS)
+            found = np.where(is_closed, colors, OPEN_GROUP)[component]
+            n_closed, n_open = n_closed + int(is_closed.sum()), n_open + int((~is_closed).sum())
+            for number, faces in lists.items():
+                faces.append((corners[found == number] + np.uint32(2 * first)).ravel())
+    empty = np.zeros(0, np.uint32)
+    whole = {number: np.concatenate([empty, *faces]) for number, faces in lists.items()}
+    return whole, (n_closed, n_open)
 
 
 def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, NDArray[np.uint32]]:
@@ -215,7 +277,8 @@ def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, 
             for number, faces in lists.items():
                 faces.append((corners[found == number] + np.uint32(2 * first)).ravel())
             first_shell += body.n_shells
-    return {number: np.concatenate(faces) for number, faces in lists.items()}
+    empty = np.zeros(0, np.uint32)
+    return {number: np.concatenate([empty, *faces]) for number, faces in lists.items()}
 
 
 def list_edges(volumes: tuple[BodyVolumes, ...]) -> NDArray[np.int32]:

@@ -78,6 +78,8 @@ class DrawnView:
         The highest count in the picture, if counts were asked for.
     edges : int
         Silhouette edges, if they were asked for.
+    components : (int, int), optional
+        Closed ones and open ones that cast, if they were asked for.
     warnings : tuple of str
     """
 
@@ -87,6 +89,7 @@ class DrawnView:
     statistics: dict[int, Statistics] = field(default_factory=dict)
     highest: int = 0
     edges: int = 0
+    components: tuple[int, int] | None = None
     warnings: tuple[str, ...] = ()
 
 
@@ -109,14 +112,25 @@ class ViewPainter:
     ) -> None:
         self.device, self.scene, self.ground, self.threads = device, scene, ground, threads
         self._warnings: list[str] = []
-        warn: Callable[[str], object] = self._warnings.append
-        self.renderer = Renderer(
-            scene, ground, device=device, softness=Softness(samples=SAMPLES), warn=warn
-        )
-        self.overlays = Overlays(self.renderer)
+        self._no_cast: frozenset[int] = frozenset()
+        self._begin()
         self.motion = Motion(scene)
         self.timers = Timers(device)
+
+    def _begin(self) -> None:
+        """Prepare the scene with the parts that cast."""
+        warn: Callable[[str], object] = self._warnings.append
+        self.renderer = Renderer(
+            self.scene, self.ground, casters=self._list_casters(), device=self.device,
+            softness=Softness(samples=SAMPLES), warn=warn,
+        )  # fmt: skip
+        self.overlays = Overlays(self.renderer)
         self._counter: FrameCounter | None = None
+
+    def _list_casters(self) -> list[int] | None:
+        """List the parts that cast; None for all."""
+        parts = range(len(self.scene.parts))
+        return [n for n in parts if n not in self._no_cast] if self._no_cast else None
 
     @on_device
     def draw(
@@ -137,7 +151,7 @@ class ViewPainter:
         """
         start = time.perf_counter()
         self._warnings.clear()
-        self._move(self.motion.pose(view))
+        self._move(self.motion.pose(view), view.no_cast)
         shining = view.shining()
         camera = view.viewpoint.camera(size)
         self.renderer.timers = self.timers if times else None
@@ -170,6 +184,7 @@ class ViewPainter:
             statistics=statistics,
             highest=highest,
             edges=self.overlays.n_edges if "edges" in view.overlays else 0,
+            components=self.overlays.n_components if "components" in view.overlays else None,
             warnings=tuple(self._warnings),
         )
 
@@ -185,8 +200,13 @@ class ViewPainter:
         self.overlays.release()
         self.renderer.release()
 
-    def _move(self, scene: Scene) -> None:
-        """Take a pose of the scene; overlays are made anew where its geometry is."""
+    def _move(self, scene: Scene, no_cast: frozenset[int]) -> None:
+        """Take a pose of the scene, and what casts; overlays are made anew where geometry is."""
+        if no_cast != self._no_cast:
+            self.scene, self._no_cast = scene, no_cast
+            self.overlays.release()
+            self.renderer.release()
+            self._begin()
         if scene is self.scene:
             return
         geometry, self.scene, self._counter = self.renderer.geometry, scene, None
@@ -214,7 +234,11 @@ class ViewPainter:
         """Count and shade a picture on the CPU."""
         if self._counter is None:
             self._counter = FrameCounter(
-                self.scene, ground=self.ground, threads=self.threads, warn=self._warnings.append
+                self.scene,
+                self._list_casters(),
+                ground=self.ground,
+                threads=self.threads,
+                warn=self._warnings.append,
             )
         counter, camera = self._counter, view.viewpoint.camera(size)
         lights = list(view.shining().values())

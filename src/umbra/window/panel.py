@@ -1,6 +1,7 @@
 """The panel beside the picture: every choice of a view, as Dear ImGui's widgets."""
 
 import datetime as dt
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -10,20 +11,25 @@ from imgui_bundle import imgui
 from umbra.devices import DEVICES
 from umbra.errors import InputError
 from umbra.methods import MASK_FILTERS, MASK_SCALES
-from umbra.scene import Light
+from umbra.scene import Light, Part
 from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.daylight import DAY, Sun, find_rise
 from umbra.window.hud import grow
-from umbra.window.motion import Motion
-from umbra.window.overlays import CASES, EDGES, VOLUMES
+from umbra.window.model_panel import draw_animation, draw_parts
+from umbra.window.overlays import CASES, COMPONENTS, EDGES, OPEN, VOLUMES
 from umbra.window.view import METHODS, OVERLAYS, SOFT, SUN, ViewState
+from umbra.window.widgets import DIM, WARNING, draw_key, put_label, say
 
 __all__ = ["PanelState", "draw_panel"]
 
-_LABELS = {"volumes": "Volumes", "cases": "Cases", "edges": "Silhouettes", "counts": "Counts"}
-_WARNING = imgui.ImVec4(1.0, 0.72, 0.35, 1.0)
-_DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
+_LABELS = {
+    "volumes": "Volumes",
+    "cases": "Cases",
+    "edges": "Silhouettes",
+    "counts": "Counts",
+    "components": "Components",
+}
 _STILL = 1e-3  # [degrees]
 _SPEEDS = {"15 min/s": 15.0, "1 h/s": 60.0, "3 h/s": 180.0}
 _LOG = imgui.SliderFlags_.logarithmic.value
@@ -47,6 +53,8 @@ class PanelState:
         What happened last.
     warnings : tuple of str
         About the picture.
+    pattern : str
+        Of the names, kinds or layers of the parts that are listed.
     """
 
     title: str
@@ -54,10 +62,15 @@ class PanelState:
     statistics: bool = True
     message: str = ""
     warnings: tuple[str, ...] = ()
+    pattern: str = ""
 
 
 def draw_panel(
-    view: ViewState, state: PanelState, controls: Controls, size: tuple[float, float]
+    view: ViewState,
+    state: PanelState,
+    controls: Controls,
+    size: tuple[float, float],
+    parts: Sequence[Part] = (),
 ) -> ViewState:
     """
     Draw the panel at the left rim of the window; give the view as its widgets changed it.
@@ -79,7 +92,7 @@ def draw_panel(
         view = draw(view, controls)
     if controls.motion is not None and controls.motion.has_any:
         imgui.separator_text("Animation")
-        view = _draw_animation(view, controls, controls.motion)
+        view = draw_animation(view, controls, controls.motion)
     imgui.separator_text("Counting")
     view = _draw_counting(view)
     imgui.separator_text("Soft shadows")
@@ -87,14 +100,18 @@ def draw_panel(
     imgui.separator_text("Show")
     view = _draw_overlays(view)
     _, state.statistics = imgui.checkbox("Statistics", state.statistics)
+    if imgui.collapsing_header(
+        f"Parts that cast: {len(parts) - len(view.no_cast)} of {len(parts)}"
+    ):
+        view, state.pattern = draw_parts(view, state.pattern, parts)
     imgui.separator_text("Camera")
     view = _draw_camera(view, controls)
     imgui.separator_text("View")
     _draw_file(state, controls)
     for warning in state.warnings:
-        _say(warning, _WARNING)
+        say(warning, WARNING)
     if state.message:
-        _say(state.message, _DIM)
+        say(state.message, DIM)
     imgui.end()
     return view
 
@@ -125,50 +142,31 @@ def _draw_sun(view: ViewState, controls: Controls) -> ViewState:
 def _draw_clock(sun: Sun, site: Site) -> Sun:
     first = dt.date(sun.date.year, 1, 1)
     days = (dt.date(sun.date.year, 12, 31) - first).days
-    _label(f"{sun.date.day} {sun.date:%b %Y}")
+    put_label(f"{sun.date.day} {sun.date:%b %Y}")
     changed, day = imgui.slider_int("##date", (sun.date - first).days, 0, days, " ")
     if changed:
         sun = replace(sun, date=first + dt.timedelta(days=day))
-    _label(sun.clock())
+    put_label(sun.clock())
     changed, minutes = imgui.slider_float("##time", sun.minutes, 0.0, DAY - 1.0, " ")
     if changed:
         sun = replace(sun, minutes=float(round(minutes)))
     azimuth, altitude = sun.place()
-    imgui.text_colored(_DIM, f"azimuth {azimuth:.1f}°, altitude {altitude:.1f}°")
+    imgui.text_colored(DIM, f"azimuth {azimuth:.1f}°, altitude {altitude:.1f}°")
     rise = find_rise(site, sun.date)
     up = f"up {rise[0]} to {rise[1]}" if rise else ("up all day" if altitude > 0 else "never up")
-    imgui.text_colored(_DIM, f"{up}, {site.zone}")
+    imgui.text_colored(DIM, f"{up}, {site.zone}")
     return sun
 
 
 def _draw_angles(sun: Sun) -> Sun:
-    _label(f"azimuth {sun.azimuth:.0f}°")
+    put_label(f"azimuth {sun.azimuth:.0f}°")
     _, azimuth = imgui.slider_float("##azimuth", sun.azimuth, 0.0, 359.9, " ")
-    _label(f"altitude {sun.altitude:.0f}°")
+    put_label(f"altitude {sun.altitude:.0f}°")
     _, altitude = imgui.slider_float("##altitude", sun.altitude, 1.0, 90.0, " ")
     # A slider rounds to float32: what is not moved stays as it is.
     if max(abs(azimuth - sun.azimuth), abs(altitude - sun.altitude)) > _STILL:
         sun = replace(sun, azimuth=azimuth, altitude=altitude)
     return sun
-
-
-def _draw_animation(view: ViewState, controls: Controls, motion: Motion) -> ViewState:
-    width = imgui.ImVec2(grow(70), 0)
-    if imgui.button("Pause##animation" if controls.animates else "Play##animation", width):
-        view = controls.press_key(view, "t")
-    imgui.same_line()
-    imgui.set_next_item_width(-1)
-    values = [*motion.choices.values()]
-    place = values.index(view.animation) if view.animation in values else 0
-    changed, place = imgui.combo("##animation", place, [*motion.choices])
-    if changed:
-        view = replace(view, animation=values[place], time=0.0)
-    duration = motion.find_duration(view)
-    if duration > 0:
-        _label(f"{view.time:.2f} s of {duration:.3g}")
-        changed, time = imgui.slider_float("##moment", view.time, 0.0, duration, " ")
-        view = replace(view, time=time) if changed else view
-    return view
 
 
 def _draw_lights(view: ViewState, controls: Controls) -> ViewState:
@@ -211,7 +209,7 @@ def _draw_light(light: Light) -> Light:
         if changed:
             light = replace(light, position=np.append(place, 1.0))
     strength = max(*light.color, 1e-3)
-    _label(f"strength {strength:.2f}")
+    put_label(f"strength {strength:.2f}")
     changed, wanted = imgui.slider_float("##strength", strength, 0.02, 4.0, " ")
     if changed:
         red, green, blue = (value * wanted / strength for value in light.color)
@@ -245,7 +243,7 @@ def _draw_counting(view: ViewState) -> ViewState:
     changed, place = imgui.combo("##method", methods.index(view.method), list(methods))
     view = view.choose_method(methods[place]) if changed else view
     if DEVICES[view.device].enlarges_masks and view.soft == "none":
-        _label("mask")
+        put_label("mask")
         shares = {"whole": 1, "half": 2, "quarter": 4}
         place = MASK_SCALES.index(view.mask_scale)
         imgui.set_next_item_width(grow(72))
@@ -272,12 +270,12 @@ def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
         return _draw_layers(view)
     lights = view.shining().values()
     if any(not light.is_point for light in lights):
-        _label(f"sun {view.sun_radius:.2g}°")
+        put_label(f"sun {view.sun_radius:.2g}°")
         changed, radius = imgui.slider_float("##sun size", view.sun_radius, 0.05, 5.0, " ", _LOG)
         view = replace(view, sun_radius=radius) if changed else view
     if any(light.is_point for light in lights):
         most = 0.1 * float(np.linalg.norm(np.ptp(controls.bounds, axis=0))) or 1.0
-        _label(f"lamps {view.lamp_radius:.2g} m")
+        put_label(f"lamps {view.lamp_radius:.2g} m")
         changed, radius = imgui.slider_float(
             "##lamp size", view.lamp_radius, 0.01 * most, most, " ", _LOG
         )
@@ -290,12 +288,12 @@ def _draw_layers(view: ViewState) -> ViewState:
     layers = view.soften(1).layers
     for name, most in (("layer_length", 6.0), ("layer_gap", 2.0)):
         value = getattr(view, name)
-        _label(f"{name.removeprefix('layer_')} {value:.2f}")
+        put_label(f"{name.removeprefix('layer_')} {value:.2f}")
         changed, wanted = imgui.slider_float(f"##{name}", value, 0.05, most, " ")
         if changed:
             with suppress(InputError):
                 view = replace(view, **{name: round(wanted, 2)})  # type: ignore[arg-type]
-    imgui.text_colored(_DIM, f"{layers} layers, in tenths of the radius")
+    imgui.text_colored(DIM, f"{layers} layers, in tenths of the radius")
     return view
 
 
@@ -307,28 +305,16 @@ def _draw_overlays(view: ViewState) -> ViewState:
         if changed:
             view = view.toggle(overlay)
     if "cases" in view.overlays:
-        _draw_key([(f"case {n}" if n else "none", CASES[n]) for n in (1, 2, 3, 0)])
+        draw_key([(f"case {n}" if n else "none", CASES[n]) for n in (1, 2, 3, 0)])
     if "volumes" in view.overlays:
-        _draw_key([("z-pass", VOLUMES["z_pass"]), ("z-fail", VOLUMES["z_fail"]),
+        draw_key([("z-pass", VOLUMES["z_pass"]), ("z-fail", VOLUMES["z_fail"]),
                    ("light cap", VOLUMES["light_cap"])])  # fmt: skip
+    if "components" in view.overlays:
+        draw_key([("open", OPEN), ("closed", COMPONENTS[0]), ("", COMPONENTS[1]),
+                   ("", COMPONENTS[2])])  # fmt: skip
     if "edges" in view.overlays:
-        _draw_key([("silhouette edges", EDGES)])
+        draw_key([("silhouette edges", EDGES)])
     return view
-
-
-def _draw_key(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
-    """Draw colours and what they mean in a row."""
-    for place, (label, color) in enumerate(entries):
-        if place:
-            imgui.same_line(0, grow(12))
-        at, side = imgui.get_cursor_screen_pos(), imgui.get_text_line_height() * 0.7
-        low = imgui.ImVec2(at.x, at.y + 0.2 * side)
-        high = imgui.ImVec2(at.x + side, at.y + 1.2 * side)
-        tint = imgui.get_color_u32(imgui.ImVec4(*color, 1.0))
-        imgui.get_window_draw_list().add_rect_filled(low, high, tint, 2.0)
-        imgui.dummy(imgui.ImVec2(side, side))
-        imgui.same_line(0, 5)
-        imgui.text_colored(_DIM, label)
 
 
 def _draw_camera(view: ViewState, controls: Controls) -> ViewState:
@@ -339,7 +325,7 @@ def _draw_camera(view: ViewState, controls: Controls) -> ViewState:
         imgui.same_line()
     if imgui.button("Frame", imgui.ImVec2(-1, 0)):
         view = controls.press_key(view, "f")
-    _label(f"lens {viewpoint.fov:.0f}°")
+    put_label(f"lens {viewpoint.fov:.0f}°")
     changed, fov = imgui.slider_float("##fov", viewpoint.fov, 10.0, 110.0, " ")
     if changed:
         view = replace(view, viewpoint=replace(view.viewpoint, fov=float(np.clip(fov, 5, 150))))
@@ -357,17 +343,3 @@ def _draw_file(state: PanelState, controls: Controls) -> None:
             imgui.same_line()
         if imgui.button(label, imgui.ImVec2(share * width or -1, 0)):
             controls.commands.append(command)
-
-
-def _label(text: str) -> None:
-    """Write at the left; the next widget has the rest of the row."""
-    imgui.align_text_to_frame_padding()
-    imgui.text(text)
-    imgui.same_line(grow(104))
-    imgui.set_next_item_width(-1)
-
-
-def _say(text: str, color: imgui.ImVec4) -> None:
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_colored(color, text)
-    imgui.pop_text_wrap_pos()

@@ -5,6 +5,7 @@ Its viewpoint is an orbit around a point, or a walk; each move gives another rec
 """
 
 import datetime as dt
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -41,7 +42,7 @@ Point = tuple[float, float, float]
 SUN = -1
 """Stands for the sun where lights are numbered."""
 
-OVERLAYS = ("volumes", "cases", "edges", "counts")
+OVERLAYS = ("volumes", "cases", "edges", "counts", "components")
 METHODS: dict[str, tuple[str, ...]] = {
     device.name: device.methods.hard for device in DEVICES.values()
 }
@@ -203,6 +204,8 @@ class ViewState:
         Which of the scene's animations is shown: its number, its name or ``all``.
     time : float
         Of that animation [s].
+    no_cast : frozenset of int
+        Numbers of the parts that cast no shadow.
     """
 
     viewpoint: Viewpoint
@@ -221,6 +224,7 @@ class ViewState:
     mask_filter: str = "joint"
     animation: int | str | None = None
     time: float = 0.0
+    no_cast: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
         if self.device not in METHODS:
@@ -275,6 +279,14 @@ class ViewState:
     def toggle(self, overlay: str) -> "ViewState":
         """Show an overlay, or no longer."""
         return replace(self, overlays=self.overlays ^ {overlay})
+
+    def choose_casters(self, casters: Iterable[int], parts: int) -> "ViewState":
+        """Let some of so many parts cast, and no others."""
+        return replace(self, no_cast=frozenset(range(parts)).difference(casters))
+
+    def toggle_cast(self, part: int) -> "ViewState":
+        """Let a part cast, or no longer."""
+        return replace(self, no_cast=self.no_cast ^ {part})
 
     def choose_method(self, method: str) -> "ViewState":
         """Count by a method."""

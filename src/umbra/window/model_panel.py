@@ -1,0 +1,71 @@
+"""The panel's sections about the model: its animations, and its parts, which cast or not."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from imgui_bundle import imgui
+
+from umbra.scene import Part
+from umbra.window.controls import Controls
+from umbra.window.hud import grow
+from umbra.window.motion import Motion
+from umbra.window.view import ViewState
+from umbra.window.widgets import DIM, put_label
+
+__all__ = ["draw_animation", "draw_parts"]
+
+_LISTED = 8  # parts at a time
+
+
+def draw_animation(view: ViewState, controls: Controls, motion: Motion) -> ViewState:
+    """Draw which animation is shown, and its time; playing goes to ``controls``."""
+    width = imgui.ImVec2(grow(70), 0)
+    if imgui.button("Pause##animation" if controls.animates else "Play##animation", width):
+        view = controls.press_key(view, "t")
+    imgui.same_line()
+    imgui.set_next_item_width(-1)
+    values = [*motion.choices.values()]
+    place = values.index(view.animation) if view.animation in values else 0
+    changed, place = imgui.combo("##animation", place, [*motion.choices])
+    if changed:
+        view = replace(view, animation=values[place], time=0.0)
+    duration = motion.find_duration(view)
+    if duration > 0:
+        put_label(f"{view.time:.2f} s of {duration:.3g}")
+        changed, time = imgui.slider_float("##moment", view.time, 0.0, duration, " ")
+        view = replace(view, time=time) if changed else view
+    return view
+
+
+def draw_parts(view: ViewState, pattern: str, parts: Sequence[Part]) -> tuple[ViewState, str]:
+    """
+    Draw the list of parts, those that a pattern matches, each with a box to cast or not.
+
+    Give the view, and the pattern as it was typed.
+    """
+    imgui.set_next_item_width(-1)
+    _, typed = imgui.input_text_with_hint("##pattern", "name, kind or layer", pattern)
+    word = typed.strip()
+    pattern = word if any(sign in word for sign in "*?[") else f"*{word}*"
+    listed = [n for n, part in enumerate(parts) if not word or part.matches(pattern)]
+    casting = set(range(len(parts))) - view.no_cast
+    for label, chosen in (
+        ("cast", casting.union(listed)), ("cast not", casting.difference(listed)),
+        ("alone", set(listed)),
+    ):  # fmt: skip
+        if imgui.small_button(label):
+            view = view.choose_casters(chosen, len(parts))
+        imgui.same_line()
+    imgui.text_colored(DIM, f"{len(listed)} listed")
+    height = imgui.get_frame_height_with_spacing() * (min(max(len(listed), 1), _LISTED) + 0.5)
+    imgui.begin_child("parts", imgui.ImVec2(-1, height))
+    clipper = imgui.ListClipper()
+    clipper.begin(len(listed))
+    while clipper.step():
+        for number in listed[clipper.display_start : clipper.display_end]:
+            name = parts[number].name or parts[number].kind or "part"
+            changed, _ = imgui.checkbox(f"{name}##{number}", number not in view.no_cast)
+            view = view.toggle_cast(number) if changed else view
+    clipper.end()
+    imgui.end_child()
+    return view, typed

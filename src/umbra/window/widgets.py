@@ -1,0 +1,40 @@
+"""Small widgets that the panels share."""
+
+from imgui_bundle import imgui
+
+from umbra.window.hud import grow
+
+__all__ = ["DIM", "WARNING", "draw_key", "put_label", "say"]
+
+WARNING = imgui.ImVec4(1.0, 0.72, 0.35, 1.0)
+DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
+
+
+def put_label(text: str) -> None:
+    """Write at the left; the next widget has the rest of the row."""
+    imgui.align_text_to_frame_padding()
+    imgui.text(text)
+    imgui.same_line(grow(104))
+    imgui.set_next_item_width(-1)
+
+
+def say(text: str, color: imgui.ImVec4) -> None:
+    """Write lines as wide as the panel."""
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_colored(color, text)
+    imgui.pop_text_wrap_pos()
+
+
+def draw_key(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
+    """Draw colours and what they mean in a row."""
+    for place, (label, color) in enumerate(entries):
+        if place:
+            imgui.same_line(0, grow(12))
+        at, side = imgui.get_cursor_screen_pos(), imgui.get_text_line_height() * 0.7
+        low = imgui.ImVec2(at.x, at.y + 0.2 * side)
+        high = imgui.ImVec2(at.x + side, at.y + 1.2 * side)
+        tint = imgui.get_color_u32(imgui.ImVec4(*color, 1.0))
+        imgui.get_window_draw_list().add_rect_filled(low, high, tint, 2.0)
+        imgui.dummy(imgui.ImVec2(side, side))
+        imgui.same_line(0, 5)
+        imgui.text_colored(DIM, label)
