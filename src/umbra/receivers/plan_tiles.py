@@ -118,7 +118,8 @@ class PlanTile:
     @property
     def relief(self) -> NDArray[np.float64]:
         """Heights above the ground, 0 on it, (rows, cols) float64 [m]."""
-        return np.maximum(self.surface.heights - self.model.ground, 0.0)
+        relief = self.surface.heights - self.model.ground
+        return np.maximum(relief, 0.0, out=relief)
 
     @property
     def drawn_heights(self) -> NDArray[np.float64]:

@@ -64,6 +64,8 @@ def measure(text: str, size: float, weight: str = "normal") -> float:
 
 def wrap(text: str, size: float, width: float, weight: str = "normal") -> list[str]:
     """Break a text into lines no wider than ``width`` [inch]: between its parts if it can be."""
+    if text and measure(text, size, weight) <= width:
+        return [text]
     lines: list[str] = []
     for line in _join(text.split(" · "), " · ", size, width, weight):
         lines += _join(line.split(" "), " ", size, width, weight)

@@ -6,7 +6,6 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageFilter
 
 from umbra.writers.pixels import resample
 
@@ -57,15 +56,23 @@ class Appearance:
         """Return the cells of a raster that edges run through, so that no contour crosses them."""
         # A contour is smoothed over two pixels each way, and would run along the edge itself.
         # Jumps are marked on both their sides, creases on one.
-        jumps, creases = (
-            np.asarray(Image.fromarray(edges).filter(ImageFilter.MaxFilter(width)), np.float32)
-            for edges, width in ((self.jumps, 5), (self.creases, 7))
-        )
-        return resample(np.maximum(jumps, creases), shape) > 0.2 * 255
+        near = np.maximum(_spread(self.jumps, 2), _spread(self.creases, 3))
+        return resample(near.astype(np.float32), shape) > 0.2 * 255
 
     def find_shade(self, size: tuple[int, int]) -> NDArray[np.float32]:
         """Return the depth of shade at each pixel of a picture, (rows, cols) in [0, 1]."""
         return np.float32(1) - resample(self.shade.astype(np.float32), size) / np.float32(255)
+
+
+def _spread(values: NDArray[np.uint8], reach: int) -> NDArray[np.uint8]:
+    """Return the greatest value within so many pixels each way."""
+    for _ in range(2):  # along the columns, then turned along the rows
+        padded = np.pad(values, ((reach, reach), (0, 0)))
+        values = padded[: len(values)]
+        for shift in range(1, 2 * reach + 1):
+            values = np.maximum(values, padded[shift : shift + len(values)])
+        values = np.ascontiguousarray(values.T)
+    return values
 
 
 def draw_appearance(

@@ -24,6 +24,7 @@ TURNS = ((0, 0.0), (45, 0.03), (-45, 0.03), (90, 0.12), (-90, 0.12), (135, 0.2),
 AMONG_OTHERS, OVER_OTHERS, OVER_A_ROOF = 0.3, 0.3, 1.0
 
 Lines = list[NDArray[np.float64]]
+_Box = tuple[float, float, float, float]  # x0, y0, x1, y1 [inch]
 
 
 def rule_shadows(panel: Panel, outlines: Mapping[int, Lines]) -> None:
@@ -67,7 +68,7 @@ class _TipFinder:
         self, panel: Panel, outlines: Mapping[int, Lines], roofs: NDArray[np.bool_] | None
     ) -> None:
         self.box = x, y, w, h = panel.map_box
-        self.taken: list[NDArray[np.float64]] = []  # boxes (x0, y0, x1, y1)
+        self.taken: list[_Box] = []
         size = (max(1, round(h / COARSE)), max(1, round(w / COARSE)))
         self.roofs = np.zeros(size, bool) if roofs is None else resample(roofs, size) > ROOF
         self.points = {}
@@ -92,43 +93,35 @@ class _TipFinder:
         if not len(points) or not np.isfinite(length):
             return None
         away = away / length if length > 0 else np.array([0.0, 1.0])
-        half = np.array([measure(text, LABEL) / 2 + 0.02, LABEL / 72 * 0.6 + 0.01])
-        best: tuple[float, NDArray, NDArray] | None = None
+        half = (measure(text, LABEL) / 2 + 0.02, LABEL / 72 * 0.6 + 0.01)
+        shifts = _list_shifts(away, half)
+        best: tuple[float, float, float, float, float] | None = None
         reach = points @ away
         points, reach = self._thin(points, reach)
         others = [near for other, near in self.runs_by.items() if other != stamp]
         crowded = np.any(others, 0) if others else np.zeros_like(self.roofs)
         crowd = crowded[self._find_pixels(points)]
-        for tip, back, is_crowded in zip(points, reach[0] - reach, crowd, strict=True):
+        for (x, y), back, is_crowded in zip(
+            points.tolist(), (reach[0] - reach).tolist(), crowd.tolist(), strict=True
+        ):
             least = back + AMONG_OTHERS * is_crowded
             if best is not None and back >= best[0]:
                 break
-            for (degrees, cost), (gap, more) in product(TURNS, GAPS):
-                if best is not None and least + cost + more >= best[0]:
+            for right, up, cost in shifts:
+                if best is not None and least + cost >= best[0]:
                     continue
-                turn = np.radians(degrees)
-                way = np.array(
-                    [
-                        away[0] * np.cos(turn) - away[1] * np.sin(turn),
-                        away[0] * np.sin(turn) + away[1] * np.cos(turn),
-                    ]
-                )
-                middle = tip + way * (np.min(half / np.maximum(np.abs(way), 1e-9)) + gap)
-                label = np.concatenate([middle - half, middle + half])
-                if self._is_free(label, tip):
+                label = _find_box(x + right, y + up, *half)
+                if self._is_free(label, _find_box(x, y, DOT, DOT)):
                     window = self._find_window(label)
-                    total = least + cost + more + OVER_A_ROOF * self.roofs[window].any()
+                    total = least + cost + OVER_A_ROOF * self.roofs[window].any()
                     total += OVER_OTHERS * float(crowded[window].mean())
                     if best is None or total < best[0]:
-                        best = (total, tip, middle)
+                        best = (total, x, y, x + right, y + up)
         if best is None:
             return None
-        _, tip, middle = best
-        self.taken += [
-            np.concatenate([middle - half, middle + half]),
-            np.concatenate([tip - DOT, tip + DOT]),
-        ]
-        return tip, middle
+        _, x, y, middle_x, middle_y = best
+        self.taken += [_find_box(middle_x, middle_y, *half), _find_box(x, y, DOT, DOT)]
+        return np.array([x, y]), np.array([middle_x, middle_y])
 
     def _thin(self, points: NDArray, reach: NDArray) -> tuple[NDArray, NDArray]:
         """Return the farthest point of each pixel, the farthest first."""
@@ -145,20 +138,40 @@ class _TipFinder:
         row = ((points[:, 1] - y) / h * rows).astype(np.intp)
         return np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)
 
-    def _is_free(self, label: NDArray, tip: NDArray) -> bool:
+    def _is_free(self, label: _Box, dot: _Box) -> bool:
         """Return whether a label lies on the map, and it and its dot are clear of all before."""
         x, y, w, h = self.box
-        if (label[:2] < (x + 0.02, y + 0.02)).any() or (
-            label[2:] > (x + w - 0.02, y + h - 0.02)
-        ).any():
+        x0, y0, x1, y1 = label
+        if x0 < x + 0.02 or y0 < y + 0.02 or x1 > x + w - 0.02 or y1 > y + h - 0.02:
             return False
-        dot = np.concatenate([tip - DOT, tip + DOT])
         return not any(
-            (box[:2] < taken[2:]).all() and (taken[:2] < box[2:]).all()
+            left < taken[2] and low < taken[3] and taken[0] < right and taken[1] < high
             for taken in self.taken
-            for box in (label, dot)
+            for left, low, right, high in (label, dot)
         )
 
-    def _find_window(self, label: NDArray) -> tuple[slice, slice]:
-        (low, high), (left, right) = self._find_pixels(label.reshape(2, 2))
+    def _find_window(self, label: _Box) -> tuple[slice, slice]:
+        (low, high), (left, right) = self._find_pixels(np.array(label).reshape(2, 2))
         return slice(low, high + 1), slice(left, right + 1)
+
+
+def _find_box(x: float, y: float, half_width: float, half_height: float) -> _Box:
+    return x - half_width, y - half_height, x + half_width, y + half_height
+
+
+def _list_shifts(
+    away: NDArray[np.float64], half: tuple[float, float]
+) -> list[tuple[float, float, float]]:
+    """List where a label's middle may lie from its dot (right, up) [inch], and what that costs."""
+    shifts = []
+    for (degrees, cost), (gap, more) in product(TURNS, GAPS):
+        turn = np.radians(degrees)
+        way = np.array(
+            [
+                away[0] * np.cos(turn) - away[1] * np.sin(turn),
+                away[0] * np.sin(turn) + away[1] * np.cos(turn),
+            ]
+        )
+        right, up = way * (np.min(np.array(half) / np.maximum(np.abs(way), 1e-9)) + gap)
+        shifts.append((float(right), float(up), cost + more))
+    return shifts
