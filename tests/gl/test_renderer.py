@@ -50,8 +50,9 @@ def render(device, scene, camera=CAMERA, lights=(), ground=0.0, **options):
 def shade_on_cpu(scene, camera, lights, ground=0.0):
     counter = FrameCounter(scene, ground=ground)
     view, frame = counter.see(camera)
-    lit = [frame.lit(counter.count(view, camera, light), light) for light in lights]
-    return shade(scene, frame, lights, lit, view)
+    counts = [counter.count(view, camera, light) for light in lights]
+    lit = [frame.lit(count, light) for count, light in zip(counts, lights, strict=True)]
+    return shade(scene, frame, lights, lit, view, counts)
 
 
 def count_differences(one, two, tolerance=1):

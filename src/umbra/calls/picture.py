@@ -253,7 +253,7 @@ def draw_picture(
             colors = average_colors(scene, camera, shadows, (view, frame, seen))
             draw: Callable[[], NDArray[np.uint8]] = partial(encode, colors)
         else:
-            draw = partial(shade, scene, frame, shining, seen.reached, view)
+            draw = partial(shade, scene, frame, shining, seen.reached, view, seen.counts, sized)
     return Picture(
         scene,
         camera,

@@ -137,7 +137,8 @@ def average_colors(
         Linear RGB.
     """
     view, frame, seen = middle
-    colors = find_colors(scene, frame, lights.lights, seen.reached, view)
+    sizes = lights.sized
+    colors = find_colors(scene, frame, lights.lights, seen.reached, view, seen.counts, sizes)
     edges = _find_textured(scene, frame)
     if not lights.is_sharp:
         edges |= _find_steps(seen.reached)
@@ -153,8 +154,8 @@ def average_colors(
                 differs |= (one != 0) != (two != 0)
         some = DepthBuffer(looked.key, np.where(differs, looked.face, NOTHING))
         frame = lights.counter.locate(some, other)
-        reached = lights.find(some, frame, other, counts).reached
-        shown = find_colors(scene, frame, lights.lights, reached, some)
+        found = lights.find(some, frame, other, counts)
+        shown = find_colors(scene, frame, lights.lights, found.reached, some, found.counts, sizes)
         more[differs] += shown[differs] - colors[differs]
     return colors + more / samples
 

@@ -11,11 +11,14 @@ from umbra.scene import Light, Material, Part, Scene
 from umbra.scene.camera import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 from umbra.scene.material import sample
 from umbra.scene.mesh import transform_points
+from umbra.soft import AreaLight
 
-__all__ = ["encode", "find_colors", "find_surfaces", "shade"]
+__all__ = ["encode", "find_colors", "find_reached", "find_surfaces", "shade"]
 
 
 _LINEAR = 0.0031308  # below, sRGB is a straight line
+_NO_SIZE = 1e-12  # sine of a light's angular radius
+_ALIKE = 0.99999  # cosine between a face's normal and a smooth one that is the same
 
 
 def shade(
@@ -24,6 +27,8 @@ def shade(
     lights: Sequence[Light],
     lit: Sequence[NDArray],
     view: DepthBuffer | None = None,
+    counts: Sequence[NDArray[np.integer]] | None = None,
+    areas: Sequence[AreaLight] = (),
 ) -> NDArray[np.uint8]:
     """
     Shade the visible surface by Lambert's cosine law.
@@ -45,6 +50,11 @@ def shade(
     view : DepthBuffer, optional
         Of the frame; without it neither textures, vertex colours nor smooth normals
         show.
+    counts : sequence of (rows, cols) int, optional
+        Shadow counts of each light, or of its middle: with them the terminator of smooth normals
+        is smooth, see ``find_reached``.
+    areas : sequence of AreaLight
+        The lights with their sizes, where ``lit`` are shares of soft shadows.
 
     Returns
     -------
@@ -56,7 +66,7 @@ def shade(
     InputError
         If a texture cannot be decoded (which).
     """
-    return encode(find_colors(scene, frame, lights, lit, view))
+    return encode(find_colors(scene, frame, lights, lit, view, counts, areas))
 
 
 def find_colors(
@@ -65,6 +75,8 @@ def find_colors(
     lights: Sequence[Light],
     lit: Sequence[NDArray],
     view: DepthBuffer | None = None,
+    counts: Sequence[NDArray[np.integer]] | None = None,
+    areas: Sequence[AreaLight] = (),
 ) -> NDArray[np.float64]:
     """Find the linear RGB that ``shade`` shows, (rows, cols, 3); parameters as there."""
     rows, cols = frame.part.shape
@@ -74,18 +86,65 @@ def find_colors(
     albedo, normal = find_surfaces(scene, frame, view)
     position = frame.position[seen]
     energy = np.repeat(AMBIENT * (0.75 + 0.25 * normal[:, 2:]), 3, 1)
+    is_smooth = np.einsum("ij,ij->i", normal, frame.normal[seen]) < _ALIKE
     exposure = find_exposure(len(lights))
-    for light, reached in zip(lights, lit, strict=True):
+    for number, (light, reached) in enumerate(zip(lights, lit, strict=True)):
         way = light.position[:3] - light.position[3] * position
         away = np.maximum(np.linalg.norm(way, axis=1), np.finfo(np.float64).tiny)
         cosine = np.einsum("ij,ij->i", normal, way) / away
-        amount = exposure * reached[seen] * np.maximum(cosine, 0.0)
+        share = reached[seen]
+        if counts is not None:
+            facing = np.einsum("ij,ij->i", frame.normal[seen], way) / away
+            sine = areas[number].radius / (away if light.is_point else 1.0) if areas else 0.0
+            share = find_reached(share, counts[number][seen], facing, cosine, sine, is_smooth)
+        amount = exposure * share * np.maximum(cosine, 0.0)
         energy += amount[:, None] * light.find_intensity(position)
     energy[np.array([material.is_unlit for material in materials])[part]] = 1.0
     fade = np.linspace(0, 1, rows)[:, None, None]
     linear = np.broadcast_to((1 - fade) * SKY + fade * np.array(HORIZON), (rows, cols, 3)).copy()
     linear[seen] = albedo * energy + np.array([material.emission for material in materials])[part]
     return linear
+
+
+def find_reached(
+    share: NDArray,
+    count: NDArray[np.integer],
+    facing: NDArray[np.float64],
+    smooth: NDArray[np.float64],
+    sine: NDArray[np.float64] | float,
+    is_smooth: NDArray[np.bool_],
+) -> NDArray[np.float64]:
+    """
+    Find what share of a light smooth surfaces show, so that their terminator has no teeth.
+
+    Past the terminator of the faces, up to that of the smooth normals, a face is in the shadow
+    of its own body alone where the count is 1: it is lit, and Lambert's cosine fades it out.
+    Before it a soft share lacks the part of the light that is below the face's own horizon:
+    the share is of what is above it.
+
+    Parameters
+    ----------
+    share : (n,) bool or float
+        Of the light that reaches the faces as they are.
+    count : (n,) int
+        Shadow volumes that hold the point.
+    facing, smooth : (n,) float64
+        Cosines between the way to the light and the normals of face and surface.
+    sine : (n,) float64 or float
+        Of the light's angular radius.
+    is_smooth : (n,) bool
+        Whether both normals differ at all.
+
+    Returns
+    -------
+    share : (n,) float64
+        As it was where the normals are one.
+    """
+    turned = (facing <= 0) & (smooth > 0)
+    above = np.clip(facing / np.maximum(sine, _NO_SIZE), -1.0, 1.0)
+    rise = 0.5 + (above * np.sqrt(1 - above**2) + np.arcsin(above)) / np.pi
+    whole = np.where(is_smooth, np.minimum(share / np.maximum(rise, 0.5), 1.0), share)
+    return np.where(turned & is_smooth, (count == 0) | (count == 1), whole)
 
 
 def encode(linear: NDArray[np.float64]) -> NDArray[np.uint8]:

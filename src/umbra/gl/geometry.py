@@ -106,6 +106,15 @@ def _combine(arrays: Sequence[NDArray]) -> tuple[tuple[int, ...], NDArray[np.flo
     return tuple(places[id(array)] for array in arrays), vertices
 
 
+def find_posed(groups: Sequence[Group], before: Scene, after: Scene) -> list[Group] | None:
+    """Find the groups of another pose, none if no mesh bends; None if it must be built anew."""
+    if not moves_as_wholes(before, after, groups):
+        return None
+    if all(a.mesh is b.mesh for a, b in zip(before.parts, after.parts, strict=True)):
+        return []
+    return pose_groups(groups, after)
+
+
 def pose_groups(groups: Sequence[Group], scene: Scene) -> list[Group] | None:
     """
     Find the groups of a scene of the same parts, some of which bend.

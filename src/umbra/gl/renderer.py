@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
-from umbra.gl.geometry import Geometry, Group, moves_as_wholes, pose_groups
+from umbra.gl.geometry import Geometry, find_posed
 from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.small import SmallMasks
@@ -137,11 +137,10 @@ class Renderer(DeviceUser):
         Parts that move as a whole only get another transform, and only their volumes are
         made anew. Where a mesh bends, its points and normals are written over those of its last
         pose, and its planes are found anew: the silhouette is that of the mesh in the picture.
-        Which faces meet is kept, unless corners part: then the geometry of the scene is made
-        anew.
+        Which faces meet is kept, unless corners part: then all geometry is made anew.
         """
-        groups = self._find_posed(scene)
-        if groups is None:
+        groups = find_posed(self.geometry.groups, self.scene, scene)
+        if groups is None or (groups and not self.planner.can_bend(groups)):
             bodies = self.planner.bodies
             release_all(*self._list_of_scene())
             self._build(scene, bodies)
@@ -157,15 +156,6 @@ class Renderer(DeviceUser):
             )
             solid = None if same else self._find_solid(scene)
             self.surfaces.bend(scene, solid)
-
-    def _find_posed(self, scene: Scene) -> list[Group] | None:
-        """Give the groups of a pose, none if no mesh bends; None if it must be built anew."""
-        if not moves_as_wholes(self.scene, scene, self.geometry.groups):
-            return None
-        if all(a.mesh is b.mesh for a, b in zip(self.scene.parts, scene.parts, strict=True)):
-            return []
-        groups = pose_groups(self.geometry.groups, scene)
-        return groups if groups is not None and self.planner.can_bend(groups) else None
 
     def render(
         self,
@@ -292,9 +282,8 @@ class Renderer(DeviceUser):
         shadows: bool,
     ) -> None:
         """Draw surfaces in one light, or none, and in its shadow; then choose."""
-        origin, camera = self.scene.origin, projection.camera
+        origin = self.scene.origin
         lamps = [self.lamps.make(light, projection, origin, find_exposure(1)) for light in lights]
-        scissors = [find_scissor(camera, origin, light) for light in lights]
         target = targets.both if lights and shadows else targets.drawn
         with self._timed("surfaces"):
             target.begin(state)
@@ -306,14 +295,16 @@ class Renderer(DeviceUser):
         self.device.gl.Flush()  # a device in software draws while volumes are planned
         if not shadows:
             return
-        for plan, scissor in zip(self._plan(projection, lights, method), scissors, strict=True):
+        for plan, light in zip(self._plan(projection, lights, method), lights, strict=True):
+            scissor = find_scissor(projection.camera, origin, light)
             if scissor is not None and 0 in scissor[2:]:
                 continue
             with self._timed("shadows"):
                 counter.count(state, target, plan, is_clear=True)
             with self._timed("light"):
                 targets.drawn.use()
-                self.shading.darken(state, targets.both, scissor)
+                spares = self._spares_turned(counter, plan)
+                self.shading.darken(state, targets.both, scissor, spares_turned=spares)
 
     def _draw_in_turn(
         self,
@@ -377,14 +368,27 @@ class Renderer(DeviceUser):
             with self._timed("light"):
                 targets.light.use()
                 lamp = self.lamps.make(light, projection, origin, exposure)
-                self.shading.add_light(state, targets.surface, projection, lamp, scissor, shares)
+                given = (state, targets.surface, projection, lamp, scissor)
+                if plan is None or not self._spares_turned(counter, plan):
+                    self.shading.add_light(*given, shares)
+                    continue
+                extent = None if shares is None else softened.areas[number].radius
+                self.shading.add_light(*given, shares, extent)
+                if shares is not None:
+                    counter.count(state, targets.light, plan)
+                    targets.light.use()
+                self.shading.add_turned(*given, least=1 if shares is None else 0)
+
+    def _spares_turned(self, counter: Counts, plan: VolumePlan) -> bool:
+        """Tell whether the stencil will hold counts, and something has smooth normals."""
+        in_stencil = plan.statistics.counts_in != "float" and counter is self.counter
+        return in_stencil and self.surfaces.has_normals
 
     def _plan(
         self, projection: Projection, lights: Sequence[Light], method: str
     ) -> list[VolumePlan]:
         plans = self.planner.plan(projection, lights, method, choices=self.choices, warn=self.warn)
-        self.statistics = [plan.statistics for plan in plans]
-        self.plans = plans
+        self.plans, self.statistics = plans, [plan.statistics for plan in plans]
         return plans
 
     def _timed(self, name: str) -> AbstractContextManager[None]:

@@ -18,7 +18,7 @@ from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Texture
 from umbra.gl.samples import draw_samples
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.target import ALBEDO, DARK, PLACE, Target
+from umbra.gl.target import ALBEDO, DARK, FACE, PLACE, Target
 from umbra.scene import Light
 from umbra.scene.camera import HORIZON, SKY
 
@@ -100,7 +100,8 @@ class Lamps:
         self._slides = {}
 
 
-_PLACES, _ALBEDOS, _SHARES = range(3)  # texture units
+_PLACES, _ALBEDOS, _SHARES, _FACES = range(4)  # texture units
+_IN_SHADOW = Stencil(test="notequal", reference=0)
 _BEHIND = Pass(depth_test="lequal", color_write=True)
 
 Scissor = tuple[int, int, int, int]
@@ -124,6 +125,7 @@ class Shading:
         lamp: Lamp,
         scissor: Scissor | None = None,
         shares: Target | None = None,
+        extent: float | None = None,
     ) -> None:
         """
         Add what a light gives where the stencil is 0, or as much of it as a share says.
@@ -131,19 +133,53 @@ class Shading:
         Before: the light target is in use and, if there are no shares, its stencil counts
         shadows. After: it holds the light's contribution, too; the stencil is as before. The
         light reaches nothing outside the scissor. The first attachment of ``shares`` holds what
-        part of the light reaches each pixel, 0 to 1.
+        part of the light reaches each pixel, 0 to 1; with the ``extent`` of the light, its radius,
+        what is turned from it is left to ``add_turned``.
         """
-        lit, needs = Stencil(test="equal", reference=0), lamp.needs
-        surface.bind(_PLACES, PLACE)
-        surface.bind(_ALBEDOS, ALBEDO)
-        if shares is not None:
+        needs, how = lamp.needs, Pass(color_write=True, blend="add", scissor=scissor)
+        if shares is None:
+            how = replace(how, stencil=Stencil(test="equal", reference=0))
+        else:
             shares.bind(_SHARES)
-            needs = (*needs, "HAS_SHARE")
-        how = Pass(color_write=True, blend="add", scissor=scissor)
+            needs += ("HAS_SHARE",) if extent is None else ("HAS_SHARE", "SPARES_TURNED")
+        self._draw_light(state, how, surface, projection, lamp, needs, extent or 0.0)
+
+    def add_turned(
+        self,
+        state: State,
+        surface: Target,
+        projection: Projection,
+        lamp: Lamp,
+        scissor: Scissor | None = None,
+        *,
+        least: int,
+    ) -> None:
+        """
+        Add what a light gives to faces that are turned from it, but whose smooth normals are not.
+
+        Before: the light target is in use, its stencil counts shadows. After: such faces are lit
+        where the stencil is from ``least``, 0 or 1, to 1: their own body alone shades them.
+        """
+        once = Stencil(test="equal" if least else "gequal", reference=1)
+        how = Pass(color_write=True, blend="add", scissor=scissor, stencil=once)
+        self._draw_light(state, how, surface, projection, lamp, (*lamp.needs, "IS_TURNED"))
+
+    def _draw_light(
+        self,
+        state: State,
+        how: Pass,
+        surface: Target,
+        projection: Projection,
+        lamp: Lamp,
+        needs: tuple[str, ...],
+        extent: float = 0.0,
+    ) -> None:
+        for unit, place in ((_PLACES, PLACE), (_ALBEDOS, ALBEDO), (_FACES, FACE)):
+            surface.bind(unit, place)
         lamp.bind()
         draw_samples(
-            state, how if shares is not None else replace(how, stencil=lit), self._light, needs,
-            surface.samples, places=_PLACES, albedos=_ALBEDOS, shares=_SHARES,
+            state, how, self._light, needs, surface.samples,
+            places=_PLACES, albedos=_ALBEDOS, faces=_FACES, shares=_SHARES, extent=extent,
             **lamp.uniforms, **find_rays(projection),
         )  # fmt: skip
 
@@ -160,17 +196,29 @@ class Shading:
         program.set(**_describe_sky(both))
         program.draw(3)
 
-    def darken(self, state: State, both: Target, scissor: Scissor | None = None) -> None:
+    def darken(
+        self,
+        state: State,
+        both: Target,
+        scissor: Scissor | None = None,
+        *,
+        spares_turned: bool = False,
+    ) -> None:
         """
         Show what is in shadow as such.
 
         Before: the picture is in use, all lit, and the stencil counts shadows, but outside the
-        scissor. After: where the stencil is not 0 it shows what ``both`` has in shadow.
+        scissor. After: where the stencil is not 0 it shows what ``both`` has in shadow; with
+        ``spares_turned`` not where it is 1 on faces that are turned from the light, but whose
+        smooth normals are not: their own body alone shades them.
         """
-        shadow = Stencil(test="notequal", reference=0)
-        how = Pass(color_write=True, scissor=scissor, stencil=shadow)
         both.bind(0, DARK)
+        deep = Stencil(test="less", reference=1) if spares_turned else _IN_SHADOW
+        how = Pass(color_write=True, scissor=scissor, stencil=deep)
         draw_samples(state, how, self._dark, (), both.samples, dark=0)
+        if spares_turned:
+            how = replace(how, stencil=Stencil(test="equal", reference=1))
+            draw_samples(state, how, self._dark, ("SPARES_TURNED",), both.samples, dark=0)
 
     def release(self) -> None:
         """Free the programs."""

@@ -216,6 +216,11 @@ class SurfaceRenderer:
         """Whether anything lets what lies behind shine through."""
         return any(batch.material.is_transparent for batch in self._batches)
 
+    @property
+    def has_normals(self) -> bool:
+        """Whether anything has smooth normals."""
+        return any("HAS_NORMALS" in batch.has for batch in self._batches)
+
     def draw(
         self, state: State, projection: Projection, ground: float | None, *, cull: bool = False
     ) -> None:

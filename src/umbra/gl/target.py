@@ -19,6 +19,7 @@ from umbra.gl.state import DEFAULT, Pass, State
 __all__ = [
     "ALBEDO",
     "DARK",
+    "FACE",
     "FORMATS",
     "LIGHT",
     "LIT",
@@ -278,8 +279,8 @@ class SharedDepthTarget:
         self.target = None
 
 
-LIGHT, PLACE, ALBEDO = range(3)
-"""Attachments of a surface target: light so far, normal with depth key, reflectance."""
+LIGHT, PLACE, ALBEDO, FACE = range(4)
+"""Attachments of a surface target: light, normal and depth key, reflectance, the face's normal."""
 
 LIT, DARK = range(2)
 """Attachments where the only light is drawn at once: the picture in it, and in its shadow."""
@@ -371,4 +372,4 @@ class PictureTargets:
 
 def find_surface_formats(accumulate: str) -> tuple[str, ...]:
     """Give the formats of a surface target's attachments; light is summed in ``accumulate``."""
-    return accumulate, "rgba32f", "rgba8"
+    return accumulate, "rgba32f", "rgba8", "rgba16f"

@@ -246,18 +246,19 @@ class ViewPainter:
         seen, frame = counter.see(camera)
         marks.append(time.perf_counter())
         lit: list[NDArray]
-        if view.soft == "none":
-            counts = [counter.count(seen, camera, light, view.method) for light in lights]
+        counts = [counter.count(seen, camera, light, view.method) for light in lights]
+        areas = [] if view.soft == "none" else view.size_lights()
+        if not areas:
             lit = [frame.lit(n, light) for n, light in zip(counts, lights, strict=True)]
         else:
             find, none = find_method(view.soft), np.zeros(frame.part.shape, np.int32)
             more = view.soften(SAMPLES).select(view.soft)
             lit = [
                 find(counter, seen, frame, camera, area, **more) * frame.lit(none, area.light)
-                for area in view.size_lights()
+                for area in areas
             ]
         marks.append(time.perf_counter())
-        picture = shade(self.scene, frame, lights, lit, seen)
+        picture = shade(self.scene, frame, lights, lit, seen, counts, areas)
         marks.append(time.perf_counter())
         spent = 1e3 * np.diff(marks)
         passes |= dict(zip(("see", "count", "shade"), spent.tolist(), strict=True))

@@ -1,4 +1,4 @@
-// The picture as it is in shadow.
+// The picture as it is in shadow; SPARES_TURNED: but where its alpha is 0.
 
 #include "samples.glsl"
 
@@ -8,4 +8,9 @@ layout(location = 0) out vec4 color;
 
 void main() {
     color = texelFetch(dark, ivec2(gl_FragCoord.xy), which);
+#ifdef SPARES_TURNED
+    if (color.a < 0.5) {
+        discard;
+    }
+#endif
 }

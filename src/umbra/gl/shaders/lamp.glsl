@@ -12,6 +12,26 @@ uniform vec2 cone;           // cosine of the half angle; 1 / (what the inner an
 uniform sampler2D slide;
 uniform vec3 slide_right, slide_up;  // over the tangent of the half angle
 
+// Toward the lamp, of any length.
+vec3 find_way(vec3 place) {
+#ifdef IS_POINT
+    return lamp.xyz - place;
+#else
+    return lamp.xyz;
+#endif
+}
+
+bool is_smooth(vec3 normal, vec3 flat_normal) {
+    return dot(normal, flat_normal) < 0.99999;
+}
+
+// Whether a face is turned from the lamp whose smooth normal is not: near the terminator its own
+// body alone shades it no more than the smooth surface would.
+bool is_turned(vec3 place, vec3 normal, vec3 flat_normal) {
+    vec3 way = find_way(place);
+    return dot(flat_normal, way) <= 0.0 && dot(normal, way) > 0.0 && is_smooth(normal, flat_normal);
+}
+
 // What reaches a white surface; its place is relative to the eye.
 vec3 find_lamplight(vec3 place, vec3 normal) {
     vec3 tint = lamp_color;

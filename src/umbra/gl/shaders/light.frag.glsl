@@ -1,4 +1,7 @@
 // What one light adds where it reaches, or as much of it as a share says (HAS_SHARE).
+//
+// IS_TURNED: only to what is turned from it but for its smooth normal. SPARES_TURNED: to all else,
+// without the share that the face itself hides below its horizon.
 
 #include "color.glsl"
 #include "picture.glsl"
@@ -7,16 +10,43 @@
 
 uniform PICTURE places;      // normals and depth keys
 uniform PICTURE albedos;
+uniform PICTURE faces;       // their own normals
 uniform sampler2D shares;    // what part of the light reaches each pixel
+uniform float extent;        // radius of the light, of a directional one as a sine
 
 layout(location = 0) out vec4 added;
+
+// What part of a disc is above the horizon, where its middle is so many radii above.
+float find_rise(float above) {
+    float x = clamp(above, -1.0, 1.0);
+    return 0.5 + (x * sqrt(1.0 - x * x) + asin(x)) / 3.14159265;
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 seen = texelFetch(places, pixel, which);
-    vec3 lamplight = find_lamplight(find_seen(gl_FragCoord.xy, seen.w), seen.xyz);
+    vec3 place = find_seen(gl_FragCoord.xy, seen.w);
+    vec3 lamplight = find_lamplight(place, seen.xyz);
 #ifdef HAS_SHARE
     lamplight *= texelFetch(shares, pixel, 0).r;
+#endif
+#if defined(IS_TURNED) || defined(SPARES_TURNED)
+    vec3 flat_normal = texelFetch(faces, pixel, which).xyz, way = find_way(place);
+    bool turned = is_turned(place, seen.xyz, flat_normal);
+#ifdef IS_TURNED
+    if (!turned) {
+        discard;
+    }
+#else
+    if (turned) {
+        discard;
+    }
+    if (is_smooth(seen.xyz, flat_normal)) {
+        vec3 visible = texelFetch(shares, pixel, 0).rrr;
+        float rise = find_rise(dot(flat_normal, way) / max(extent, 1e-6));
+        lamplight *= min(1.0 / max(rise, 0.5), 1.0 / max(visible.r, 1e-6));
+    }
+#endif
 #endif
     vec3 albedo = unpack(texelFetch(albedos, pixel, which).rgb);
     added = seen.w == 0.0 ? vec4(0.0) : vec4(lamplight * albedo, 0.0);

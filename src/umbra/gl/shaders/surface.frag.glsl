@@ -51,18 +51,15 @@ void main() {
     reflectance *= tint;
 #endif
 
-#ifdef IS_SOUND
-    vec3 seen_normal = normalize(normal);
-#else
     // The side that is seen counts, however the face is wound: x to the right and y upward turn
     // about what points to the eye.
-    vec3 flat_normal = cross(dFdx(at), dFdy(at));
+    vec3 flat_normal = normalize(cross(dFdx(at), dFdy(at)));
     vec3 seen_normal = flat_normal;
-#ifdef HAS_NORMALS
-    seen_normal = dot(normal, normal) > 0.0 ? normal : flat_normal;
+#ifdef IS_SOUND
+    seen_normal = normalize(normal);
+#elif defined(HAS_NORMALS)
+    seen_normal = dot(normal, normal) > 0.0 ? normalize(normal) : flat_normal;
     seen_normal *= dot(seen_normal, flat_normal) < 0.0 ? -1.0 : 1.0;
-#endif
-    seen_normal = normalize(seen_normal);
 #endif
 
 #ifdef IS_TRANSPARENT
@@ -72,10 +69,10 @@ void main() {
     float depth = dot(at, forward);
     float key = is_perspective ? 1.0 / depth : -depth;
 #ifdef IS_UNLIT
-    store(vec3(0.0), emission + reflectance, at, seen_normal, key);
+    store(vec3(0.0), emission + reflectance, at, seen_normal, flat_normal, key);
 #else
     vec3 sky = vec3(ambient * (0.75 + 0.25 * seen_normal.z));
-    store(reflectance, emission + reflectance * sky, at, seen_normal, key);
+    store(reflectance, emission + reflectance * sky, at, seen_normal, flat_normal, key);
 #endif
 #endif
 }
