@@ -18,10 +18,13 @@ from umbra.machine import use_threads
 from umbra.volume import silhouette
 from umbra.volume.adjacency import make_caster
 from umbra.volume.dual_tree import make_dual_tree
-from umbra.volume.hextree import make_hextree
 from umbra.volume.silhouette import find_silhouette_edges, find_silhouettes, prepare_tree
 
 TREES = ["tree", "hextree"]
+
+
+def make_hextree(caster, depth=4):
+    return borrow("hextree").make_hextree(caster, depth)
 
 
 def find_codes(caster, lights, method):
@@ -35,7 +38,8 @@ def find_codes(caster, lights, method):
 
 def check(caster, lights, method):
     """Demand the very codes of brute force."""
-    found = find_codes(caster, lights, method)
+    tree = make_hextree(caster) if method == "hextree" else method
+    found = find_codes(caster, lights, tree)
     expected = find_codes(caster, lights, "brute")
     assert len(found) == len(expected) == len(lights)
     for light, mine, theirs in zip(lights, found, expected):
@@ -277,8 +281,8 @@ def test_a_tree_is_built_for_lights_that_keep_coming(monkeypatch):
     monkeypatch.setattr(silhouette, "_EDGES", 10)
     monkeypatch.setattr(silhouette, "_SHORT", 2)
     built = []
-    make = silhouette._MAKERS["tree"]
-    monkeypatch.setitem(silhouette._MAKERS, "tree", lambda c: built.append(1) or make(c))
+    make = silhouette.make_dual_tree
+    monkeypatch.setattr(silhouette, "make_dual_tree", lambda c: built.append(1) or make(c))
     gc.collect()
     before = len(silhouette._kept)
     caster = make_caster(*city(3))
@@ -309,9 +313,9 @@ def test_a_tree_is_built_for_thousands_of_lights_and_short_silhouettes(
     caster = make_caster(model.vertices, model.faces)
     suns = np.append(np.random.default_rng(0).normal(size=(364, 3)), np.zeros((364, 1)), 1)
     list(find_silhouettes(caster, suns[:200]))  # fewer than are worth it
-    assert not silhouette._look_up(caster).trees
+    assert silhouette._look_up(caster).tree is None
     check(caster, suns, "auto")
-    assert bool(silhouette._look_up(caster).trees) == sparse
+    assert (silhouette._look_up(caster).tree is not None) == sparse
     check(caster, suns[:100], "auto")
 
 
@@ -328,7 +332,7 @@ def test_a_tree_is_built_once_enough_lights_have_come(monkeypatch, sparse, at_on
     for first in range(0, 20 * at_once, at_once):
         some = suns[np.arange(first, first + at_once) % len(suns)]
         check(caster, some, "auto")
-        had.append(bool(silhouette._look_up(caster).trees))
+        had.append(silhouette._look_up(caster).tree is not None)
     # Few at once cost twice as much: the seventh 8 have cost 112 of 99, three days of 33 all.
     calls = (7 if at_once == 8 else 3) if sparse else 20
     assert had == [False] * calls + [True] * (20 - calls)
@@ -360,7 +364,7 @@ def test_a_tree_can_be_prepared():
 
 def test_no_tree_where_silhouettes_are_long(monkeypatch):
     monkeypatch.setattr(silhouette, "_EDGES", 10)
-    monkeypatch.setitem(silhouette._MAKERS, "tree", None)
+    monkeypatch.setattr(silhouette, "make_dual_tree", None)
     caster = make_caster(*soup(np.random.default_rng(0)))
     for _ in range(8):
         assert len(find_codes(caster, [[0.1, 0.2, 1, 0]], "auto")[0]) == len(caster.edges)

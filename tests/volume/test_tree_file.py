@@ -12,11 +12,9 @@ from umbra.scene import Mesh, Part, make_scene
 from umbra.volume import silhouette
 from umbra.volume.adjacency import make_caster
 from umbra.volume.dual_tree import make_dual_tree
-from umbra.volume.hextree import make_hextree
 from umbra.volume.silhouette import find_silhouettes, prepare_tree
 from umbra.volume.tree_file import open_tree, read_tree, write_tree
 
-MAKERS = {"tree": make_dual_tree, "hextree": make_hextree}
 SUN = np.array([[0.3, 0.2, 0.5, 0]])
 
 
@@ -25,19 +23,17 @@ def find(caster, method):
     return np.sort(found.codes[: found.starts[1]])
 
 
-@pytest.mark.parametrize("kind", MAKERS)
 @pytest.mark.parametrize("name", ["house and fence", "jumble", "one box"])
-def test_a_stored_tree_answers_as_the_one_it_was(tmp_path, name, kind):
+def test_a_stored_tree_answers_as_the_one_it_was(tmp_path, name):
     caster = make_caster(*SCENES[name]())
-    tree = MAKERS[kind](caster)
+    tree = make_dual_tree(caster)
     write_tree(tmp_path / "a.npz", caster, tree)
     assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
     again = make_caster(*SCENES[name]())  # as another process would make it
     read = read_tree(tmp_path / "a.npz", again)
-    assert type(read) is type(tree)
     np.testing.assert_array_equal(read.find(again, SUN[0]), tree.find(caster, SUN[0]))
-    assert prepare_tree(again, kind, read) is read
-    np.testing.assert_array_equal(find(again, kind), find(again, "brute"))
+    assert prepare_tree(again, read) is read
+    np.testing.assert_array_equal(find(again, "tree"), find(again, "brute"))
 
 
 def test_an_opened_caster_has_the_same_tree(tmp_path):
@@ -97,7 +93,7 @@ def test_a_scene_finds_its_tree_again(tmp_path, monkeypatch):
     first = open_tree(path, make_counter().caster, say=told.append)
     assert "there is no such file; built" in told[-1]
     counter = make_counter()
-    monkeypatch.setattr(silhouette, "_MAKERS", {})  # nothing can be built any more
+    monkeypatch.setattr(silhouette, "make_dual_tree", None)  # nothing can be built any more
     tree = open_tree(path, counter.caster, say=told.append)
     assert "read the tree of 288 edges" in told[-1]
     np.testing.assert_array_equal(tree.boxes, first.boxes)
@@ -115,9 +111,6 @@ def test_a_scene_that_changed_has_its_tree_built_anew(tmp_path):
         read_tree(path, changed).find(changed, SUN[0]), find(changed, "brute")
     )
     assert prepare_tree(changed) is tree
-    open_tree(path, changed, "hextree", say=told.append)
-    assert "holds a tree; built" in told[-1]
-    assert type(read_tree(path, changed)).__name__ == "Hextree"
 
 
 def test_trees_of_other_versions_are_replaced_and_other_files_are_not(tmp_path):

@@ -7,7 +7,7 @@ tree gains over the first is what it gains for frames, and over the second for s
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 
 from umbra.machine import use_threads
 from umbra.volume.adjacency import Caster, make_caster
-from umbra.volume.silhouette import find_silhouettes, prepare_tree
+from umbra.volume.dual_tree import make_dual_tree
+from umbra.volume.duals import Tree
+from umbra.volume.silhouette import find_silhouettes
+from umbra_benchmarks.hextree import make_hextree
 from umbra_benchmarks.measure import Contender, run_in_turn, timed
 from umbra_benchmarks.report import BenchmarkRun, Report, Row, name_version
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
@@ -55,22 +58,24 @@ def bench_silhouette(run: BenchmarkRun) -> Report:
         run.say(name)
         model = make()
         caster = make_caster(model.vertices, model.faces)
-        facts = {"edges": len(caster.edges), "build_ms": _build(caster, run.threads)}
-        rows.append(_compare_one(name, caster, model, suns[16], vtk, vtk_mark, run, facts))
-        rows += _compare_sweeps(name, caster, suns, brute_mark, run, facts)
+        trees, build_ms = _build(caster, run.threads)
+        facts = {"edges": len(caster.edges), "build_ms": build_ms}
+        rows.append(_compare_one(name, caster, model, suns[16], vtk, vtk_mark, run, facts, trees))
+        rows += _compare_sweeps(name, caster, suns, brute_mark, run, facts, trees)
     return Report(run, "silhouette", "other", rows)
 
 
-def _build(caster: Caster, threads: int) -> dict[str, float]:
-    """Build trees, and tell how long each took [ms]."""
+def _build(caster: Caster, threads: int) -> tuple[dict[str, Tree], dict[str, float]]:
+    """Build trees; return them, and how long each took [ms]."""
     use_threads(threads)
+    trees: dict[str, Tree] = {}
     milliseconds = {}
-    for method in ("tree", "hextree"):
-        prepare_tree(replace(caster, edge_faces=caster.edge_faces.copy()), method)  # compiles
+    for name, make in (("tree", make_dual_tree), ("hextree", make_hextree)):
+        make(caster)  # compiles
         begun = time.perf_counter()
-        prepare_tree(caster, method)
-        milliseconds[method] = 1e3 * (time.perf_counter() - begun)
-    return milliseconds
+        trees[name] = make(caster)
+        milliseconds[name] = 1e3 * (time.perf_counter() - begun)
+    return trees, milliseconds
 
 
 def _compare_one(
@@ -82,17 +87,18 @@ def _compare_one(
     mark: float | None,
     run: BenchmarkRun,
     facts: dict[str, Any],
+    trees: dict[str, Tree],
 ) -> Row:
     """Compare the tree with VTK, or numpy, for one light."""
     reference = _Numpy(caster, sun[None])
     rival = reference if vtk is None else _Vtk(vtk, model, sun[None])
     peer = f"numpy {name_version('numpy')}" if vtk is None else f"vtk {name_version('vtk')}"
-    search = {n: _search(caster, sun[None], n, "tree") for n in (1, run.threads)}
+    search = {n: _search(caster, sun[None], n, trees["tree"]) for n in (1, run.threads)}
     timings = run_in_turn(
         {"ours": search[1], "peer": timed(rival.run), "threads": search[run.threads]}, run.repeat
     )
     (expected,) = reference.run()
-    (codes,) = _list_codes(caster, sun[None], "tree")
+    (codes,) = _list_codes(caster, sun[None], trees["tree"])
     differ = len(np.setxor1d(codes >> 2, expected))
     if isinstance(rival, _Vtk):
         differ += abs(rival.count_edges() - len(expected))
@@ -110,9 +116,10 @@ def _compare_sweeps(
     mark: float | None,
     run: BenchmarkRun,
     facts: dict[str, Any],
+    trees: dict[str, Tree],
 ) -> list[Row]:
     """Compare the ways to find many suns' silhouettes with each other, all in turn."""
-    methods = {"tree": "tree", "hextree": "hextree", "brute force, 64 at once": "brute"}
+    methods: dict[str, str | Tree] = {**trees, "brute force, 64 at once": "brute"}
     contenders = {
         f"{way} {n}": _search(caster, suns, n, method)
         for way, method in methods.items()
@@ -143,7 +150,9 @@ def _compare_sweeps(
     return rows
 
 
-def _search(caster: Caster, suns: NDArray[np.float64], threads: int, method: str) -> Contender:
+def _search(
+    caster: Caster, suns: NDArray[np.float64], threads: int, method: str | Tree
+) -> Contender:
     def search() -> None:
         use_threads(threads)
         for _ in find_silhouettes(caster, suns, method):
@@ -152,7 +161,9 @@ def _search(caster: Caster, suns: NDArray[np.float64], threads: int, method: str
     return timed(search)
 
 
-def _list_codes(caster: Caster, suns: NDArray[np.float64], method: str) -> list[NDArray[np.int32]]:
+def _list_codes(
+    caster: Caster, suns: NDArray[np.float64], method: str | Tree
+) -> list[NDArray[np.int32]]:
     """Return the codes of each light."""
     codes = []
     for _, found in find_silhouettes(caster, suns, method):

@@ -7,7 +7,7 @@ models of one's own can be measured beside them.
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -18,7 +18,10 @@ from numpy.typing import NDArray
 from umbra.machine import use_threads
 from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster
-from umbra.volume.silhouette import find_silhouettes, prepare_tree
+from umbra.volume.dual_tree import make_dual_tree
+from umbra.volume.duals import Tree
+from umbra.volume.silhouette import find_silhouettes
+from umbra_benchmarks.hextree import make_hextree
 from umbra_benchmarks.measure import Timing, counted, run_in_turn
 from umbra_benchmarks.report import (
     BenchmarkReport,
@@ -33,7 +36,7 @@ from umbra_benchmarks.towers import make_lattice_tower, make_office_tower
 __all__ = ["Searched", "Wallner", "bench_wallner"]
 
 _WAYS = ("as printed", "brute", "hextree", "tree")
-_TREES = ("hextree", "tree")
+_TREES: dict[str, Callable[[Caster], Tree]] = {"hextree": make_hextree, "tree": make_dual_tree}
 
 
 class Printed(NamedTuple):
@@ -253,13 +256,14 @@ def _measure(
     name: str, printed: Printed | None, caster: Caster, suns: NDArray[np.float64], repeat: int
 ) -> Searched:
     use_threads(1)
-    build, trees = {}, {}
-    for way in _TREES:
-        prepare_tree(replace(caster, edge_faces=caster.edge_faces.copy()), way)  # compiles
+    build: dict[str, float] = {}
+    trees: dict[str, Tree] = {}
+    for way, make in _TREES.items():
+        make(caster)  # compiles
         begun = time.process_time()
-        trees[way] = prepare_tree(caster, way)
+        trees[way] = make(caster)
         build[way] = time.process_time() - begun
-    searches = {way: _make_search(caster, way) for way in _WAYS}
+    searches = {way: _make_search(caster, trees.get(way, way)) for way in _WAYS}
     contenders = {way: counted(partial(_ask_all, search, suns)) for way, search in searches.items()}
     contenders["64 at once"] = counted(lambda: list(find_silhouettes(caster, suns, "brute")))
     times = {
@@ -289,7 +293,9 @@ def _measure(
     )
 
 
-def _make_search(caster: Caster, way: str) -> Callable[[NDArray[np.float64]], NDArray[np.int32]]:
+def _make_search(
+    caster: Caster, way: str | Tree
+) -> Callable[[NDArray[np.float64]], NDArray[np.int32]]:
     """Make what finds the silhouette of one sun, as codes."""
     if way == "as printed":
         room = np.zeros(len(caster.edges) + 1, np.int32)

@@ -15,9 +15,9 @@ sees its light move.
 """
 
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -26,10 +26,9 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.volume.adjacency import Caster
-from umbra.volume.dual_tree import make_dual_tree
+from umbra.volume.dual_tree import DualTree, make_dual_tree
 from umbra.volume.duals import WIDTH, Plane, Segments, Tree, sift_block
 from umbra.volume.facing import LIGHTS_AT_ONCE, Silhouettes, ask_every_edge
-from umbra.volume.hextree import make_hextree
 
 __all__ = [
     "METHODS",
@@ -40,8 +39,7 @@ __all__ = [
     "prepare_tree",
 ]
 
-METHODS = ("auto", "brute", "tree", "hextree")
-_MAKERS: dict[str, Callable[[Caster], Tree]] = {"tree": make_dual_tree, "hextree": make_hextree}
+METHODS = ("auto", "brute", "tree")
 # Crossovers, measured on towns, towers and boulders. Building takes 0.2 us an edge, a lone
 # light 3 ns an edge by brute force, one of 8 twice and one of 64 once 0.4 ns; by the tree
 # 50 ns for each edge that it finds.
@@ -63,7 +61,7 @@ class _Kept:
     lone_lights: int = 0  # with short silhouettes, found by brute force
     lights: int = 0  # the same of lights that came together; if few, counted twice
     are_shorter: bool | None = None  # whether silhouettes are; None: not yet seen
-    trees: dict[str, Tree] = field(default_factory=dict)
+    tree: DualTree | None = None
 
 
 _kept: dict[int, _Kept] = {}
@@ -71,7 +69,7 @@ _kept: dict[int, _Kept] = {}
 
 
 def find_silhouettes(
-    caster: Caster, lights: NDArray[np.float64], method: str = "auto"
+    caster: Caster, lights: NDArray[np.float64], method: str | Tree = "auto"
 ) -> Iterator[tuple[slice, Silhouettes]]:
     """
     Find the silhouette edges for many lights, some lights at a time.
@@ -81,9 +79,10 @@ def find_silhouettes(
     caster : Caster
     lights : (n_lights, 4) float64
         Homogeneous, in the caster's frame.
-    method : {'auto', 'brute', 'tree', 'hextree'}
+    method : {'auto', 'brute', 'tree'} or Tree
         A tree is built when first needed, and kept as long as the caster and the casters
-        opened from it. If silhouettes are short, ``auto`` builds a tree for the fourth
+        opened from it; any other tree of the caster may be given. If silhouettes are short,
+        ``auto`` builds a tree for the fourth
         single light, or after enough lights in groups to pay for it; it uses a tree that
         exists already; else it tests every edge.
 
@@ -124,22 +123,20 @@ def find_silhouettes(
         yield slice(first, first + len(batch)), Silhouettes(codes, starts)
 
 
-def prepare_tree(caster: Caster, method: str = "tree", tree: Tree | None = None) -> Tree:
+def prepare_tree(caster: Caster, tree: DualTree | None = None) -> DualTree:
     """
     Build a tree ahead of the first light, or return the tree that exists or is given.
 
     ``find_silhouettes`` uses it from then on.
     """
     kept = _look_up(caster)
-    if tree is not None:
-        kept.trees[method] = tree
-    elif method not in kept.trees:
-        kept.trees[method] = _MAKERS[method](caster)
-    return kept.trees[method]
+    if tree is not None or kept.tree is None:
+        kept.tree = tree or make_dual_tree(caster)
+    return kept.tree
 
 
 def find_silhouette_edges(
-    caster: Caster, light: NDArray[np.float64], method: str = "auto"
+    caster: Caster, light: NDArray[np.float64], method: str | Tree = "auto"
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """
     Find the silhouette of one light (4,), in the caster's frame, as edges with multiplicities.
@@ -162,22 +159,24 @@ def find_silhouette_edges(
     return np.where(sums[:, None] > 0, edges, edges[:, ::-1]).astype(np.int32), np.abs(sums)
 
 
-def _choose(caster: Caster, lights: NDArray[np.float64], method: str) -> Tree | None:
+def _choose(caster: Caster, lights: NDArray[np.float64], method: str | Tree) -> Tree | None:
     """Return the tree to search; None for brute force."""
+    if isinstance(method, Tree):
+        return method
     if method not in METHODS:
         msg = f"there is no method '{method}' for silhouettes; there are {', '.join(METHODS)}"
         raise InputError(msg, method=method)
     if method != "auto":
-        return None if method == "brute" else prepare_tree(caster, method)
+        return None if method == "brute" else prepare_tree(caster)
     n_edges = len(caster.edges)
     if n_edges < _EDGES or not len(lights):
         return None
     kept = _look_up(caster)
-    is_there = "tree" in kept.trees
+    is_there = kept.tree is not None
     if len(lights) == 1:
         is_due = is_there or kept.lone_lights >= _LONE_LIGHTS - 1
-    elif is_there and kept.are_shorter is None:
-        n_found = len(_search(kept.trees["tree"], caster, lights[0]))
+    elif kept.tree is not None and kept.are_shorter is None:
+        n_found = len(_search(kept.tree, caster, lights[0]))
         is_due = kept.are_shorter = n_found * _SHORTER <= n_edges
     else:
         is_due = bool(kept.are_shorter) and (is_there or kept.lights >= _MANY_LIGHTS)
@@ -200,7 +199,7 @@ def _think_again(caster: Caster, found: Silhouettes, n_lights: int, done: int) -
         return None
     kept.lights += n_asked * (2 if n_lights <= _FEW else 1)
     left = n_lights - done
-    is_worth = "tree" in kept.trees or kept.lights + left >= _MANY_LIGHTS
+    is_worth = kept.tree is not None or kept.lights + left >= _MANY_LIGHTS
     return prepare_tree(caster) if left and is_worth else None
 
 

@@ -10,7 +10,6 @@ import hashlib
 import os
 import zipfile
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -19,24 +18,21 @@ import numpy as np
 from umbra.errors import InputError
 from umbra.volume.adjacency import Caster
 from umbra.volume.dual_tree import DualTree
-from umbra.volume.duals import Fit, Segments, Tree
-from umbra.volume.hextree import Hextree
+from umbra.volume.duals import Fit, Segments
 from umbra.volume.silhouette import prepare_tree
 
 __all__ = ["open_tree", "read_tree", "write_tree"]
 
-_KINDS: dict[str, type[Tree]] = {"tree": DualTree, "hextree": Hextree}
 _NAME = "umbra tree"
-_FORMAT = f"{_NAME} 2"
+_FORMAT = f"{_NAME} 3"
 
 
 def open_tree(
     path: str | os.PathLike[str],
     caster: Caster,
-    method: str = "tree",
     *,
     say: Callable[[str], object] = lambda _: None,
-) -> Tree:
+) -> DualTree:
     """
     Take the tree of a caster from a file ``.npz``, or build it and store it there.
 
@@ -55,49 +51,41 @@ def open_tree(
     reason = "there is no such file"
     if target.exists():
         arrays = _load(target)
-        reason = _find_fault(arrays, caster, method)
+        reason = _find_fault(arrays, caster)
         if not reason:
             say(f"{path}: read the tree of {len(caster.edges):,} edges")
-            return prepare_tree(caster, method, _unpack(arrays))
-    tree = prepare_tree(caster, method)
+            return prepare_tree(caster, _unpack(arrays))
+    tree = prepare_tree(caster)
     write_tree(target, caster, tree)
     say(f"{path}: {reason}; built the tree of {len(caster.edges):,} edges and stored it")
     return tree
 
 
-def write_tree(path: str | os.PathLike[str], caster: Caster, tree: Tree) -> None:
+def write_tree(path: str | os.PathLike[str], caster: Caster, tree: DualTree) -> None:
     """Store a caster's tree as ``.npz``; an old file is replaced when the new one is complete."""
     target = Path(path)
-    segments = tree.segments
-    own = {f.name: getattr(tree, f.name) for f in fields(tree) if f.name != "segments"}  # type: ignore[arg-type]
+    fit, segments = tree.segments.fit, tree.segments
     unfinished = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         with unfinished.open("wb") as file:
             np.savez(
-                file,
-                format=_FORMAT,
-                kind=next(kind for kind, made in _KINDS.items() if isinstance(tree, made)),
-                digest=_digest(caster),
-                centre=segments.fit.centre,
-                reach=segments.fit.reach,
-                always=segments.always,
-                numbers=segments.numbers,
-                blocks=segments.blocks,
-                **own,
-            )
+                file, format=_FORMAT, digest=_digest(caster), centre=fit.centre, reach=fit.reach,
+                always=segments.always, numbers=segments.numbers, blocks=segments.blocks,
+                boxes=tree.boxes, starts=tree.starts,
+            )  # fmt: skip
         unfinished.replace(target)
     finally:
         unfinished.unlink(missing_ok=True)
 
 
-def read_tree(path: str | os.PathLike[str], caster: Caster) -> Tree:
+def read_tree(path: str | os.PathLike[str], caster: Caster) -> DualTree:
     """
     Read the tree of a caster that was stored.
 
     `InputError` if the file is missing, damaged, no tree, or that of another caster.
     """
     arrays = _load(Path(path))
-    fault = _find_fault(arrays, caster, str(arrays.get("kind")))
+    fault = _find_fault(arrays, caster)
     if fault:
         msg = f"{path} {fault}; remove the file"
         raise InputError(msg, path=path)
@@ -119,23 +107,19 @@ def _load(path: Path) -> dict[str, Any]:
     return arrays
 
 
-def _find_fault(arrays: dict[str, Any], caster: Caster, method: str) -> str:
+def _find_fault(arrays: dict[str, Any], caster: Caster) -> str:
     """Return why the arrays are not this caster's tree; nothing if they are."""
     if str(arrays["format"]) != _FORMAT:
         return "holds a tree of another version of umbra"
-    if str(arrays["kind"]) != method:
-        return f"holds a {arrays['kind']}"
     if str(arrays["digest"]) != _digest(caster):
         return "holds the tree of another model, or of this one before it changed"
     return ""
 
 
-def _unpack(arrays: dict[str, Any]) -> Tree:
-    kind = _KINDS[str(arrays["kind"])]
-    own: dict[str, Any] = {f.name: arrays[f.name] for f in fields(kind) if f.name != "segments"}  # type: ignore[arg-type]
+def _unpack(arrays: dict[str, Any]) -> DualTree:
     fit = Fit(arrays["centre"], float(arrays["reach"]))
     segments = Segments(fit, arrays["always"], arrays["numbers"], arrays["blocks"])
-    return kind(segments=segments, **own)  # type: ignore[call-arg]
+    return DualTree(segments, arrays["boxes"], arrays["starts"])
 
 
 def _digest(caster: Caster) -> str:

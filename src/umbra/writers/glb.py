@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.scene.material import find_linear
 from umbra.study import Study, tell_dates
 from umbra.writers.pixels import shade_ramp
 
@@ -28,7 +29,6 @@ MOST_GROUND = 400
 """Cells along the longer side of the ground."""
 GREY = (0.80, 0.80, 0.80)
 _LEVEL = 0.1  # z of a unit normal from which a face is seen well from above
-_TOE = 0.04045  # below which sRGB is linear
 _FLAT = 1e-6  # above the ground something stands [m]
 _NEAR = 0.35  # a cell's height this near a surface's is its own [m]
 
@@ -237,10 +237,9 @@ def _sample(study: Study, corners: NDArray[np.float64], most: float) -> NDArray[
 
 def _find_colors(hours: NDArray[np.float32], most: float) -> NDArray[np.float32]:
     """Colour hours as the sheet does, in linear light as glTF wants vertex colours."""
-    ramp = shade_ramp().astype(np.float32)
-    linear = np.where(ramp <= _TOE, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
+    linear = find_linear(shade_ramp())
     share = np.nan_to_num(hours) / max(most, 1e-9)
-    colors = linear[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
+    colors = linear[np.clip(share * (len(linear) - 1) + 0.5, 0, len(linear) - 1).astype(np.intp)]
     colors[np.isnan(hours)] = GREY
     return colors.astype(np.float32)
 

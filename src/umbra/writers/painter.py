@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
+from functools import partialmethod
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
@@ -55,24 +56,12 @@ class Painter:
                     make_command(CHILD), cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE
                 )
 
-    def draw_hours(self, path: Path, *args: Any, **options: Any) -> Job:
-        """Have ``hours.make_hours_sheet`` drawn."""
-        return self._submit("hours.make_hours_sheet", path, *args, **options)
-
     def draw_profile(
         self, path: Path, plan: Plan, days: Sequence[DayShadows], **options: Any
     ) -> Job:
         """Have ``profile.make_profile_sheet`` drawn; takes all shadows here."""
         packed = [replace(day, shadows=PackedMasks(day.shadows)) for day in days]
         return self._submit("profile.make_profile_sheet", path, plan, packed, **options)
-
-    def draw_points(self, path: Path, *args: Any) -> Job:
-        """Have ``point_map.make_points_sheet`` drawn."""
-        return self._submit("point_map.make_points_sheet", path, *args)
-
-    def draw_elevations(self, path: Path, *args: Any, **options: Any) -> Job:
-        """Have ``elevations.make_elevations_sheet`` drawn."""
-        return self._submit("elevations.make_elevations_sheet", path, *args, **options)
 
     def wait(self) -> None:
         """Wait until every picture is a complete file."""
@@ -86,6 +75,10 @@ class Painter:
             future = self._thread.submit(self._call, job)
             self._futures.append(future)
         return future
+
+    draw_hours = partialmethod(_submit, "hours.make_hours_sheet")
+    draw_points = partialmethod(_submit, "point_map.make_points_sheet")
+    draw_elevations = partialmethod(_submit, "elevations.make_elevations_sheet")
 
     def _call(self, job: tuple[str, Path, tuple, dict]) -> None:
         """Hand a job to the child and wait for its answer; without a child, do it here."""

@@ -6,7 +6,6 @@ import gzip
 import io
 import os
 import re
-import zoneinfo
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.study import Study, split_dates
 from umbra.study.attributes import is_sum
+from umbra.sun.clock import Stamps
 
 __all__ = [
     "find_columns",
@@ -109,25 +109,23 @@ def write_instants(
 ) -> None:
     """Write a line for each step: its clock times, the sun, and any area in shadow [m²]."""
     period = study.period
-    zone = zoneinfo.ZoneInfo(study.site.zone)
 
-    def local(microseconds: int) -> str:
-        instant = np.datetime64(microseconds, "us").item()
-        return instant.replace(tzinfo=zoneinfo.ZoneInfo("UTC")).astimezone(zone).isoformat()
+    def tell(instants: NDArray) -> list[str]:
+        stamps = Stamps(stamps=instants.astype("datetime64[us]"), zone=study.site.zone)
+        return [when.isoformat() for when in stamps.local()]
 
-    columns = ["from", "to", "judged_at", "judged_at_utc", "hours", "sun_altitude", "sun_azimuth"]
-    rows = []
-    middles = period.instants.astype("datetime64[us]").astype(np.int64).tolist()
-    for k, (start, end, middle) in enumerate(
-        zip(period.starts.tolist(), period.ends.tolist(), middles, strict=True)
-    ):
-        utc = np.datetime_as_string(np.datetime64(middle, "us"), unit="ms", timezone="UTC")
-        row: list[object] = [
-            local(start), local(end), local(middle), utc,
-            f"{period.hours[k]:.6g}", f"{study.sun.altitude[k]:.4f}", f"{study.sun.azimuth[k]:.4f}",
-        ]  # fmt: skip
-        rows.append(row if areas is None else [*row, f"{areas[k]:.10g}"])
-    write_table(path, columns if areas is None else [*columns, "shadow_area_m2"], rows)
+    columns = {
+        "from": tell(period.starts),
+        "to": tell(period.ends),
+        "judged_at": tell(period.instants),
+        "judged_at_utc": np.datetime_as_string(period.instants, "ms", timezone="UTC").tolist(),
+        "hours": [f"{hours:.6g}" for hours in period.hours],
+        "sun_altitude": [f"{angle:.4f}" for angle in study.sun.altitude],
+        "sun_azimuth": [f"{angle:.4f}" for angle in study.sun.azimuth],
+    }
+    if areas is not None:
+        columns["shadow_area_m2"] = [f"{area:.10g}" for area in areas]
+    write_table(path, list(columns), zip(*columns.values(), strict=True))
 
 
 def write_samples(folder: Path, study: Study) -> list[str]:

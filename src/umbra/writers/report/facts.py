@@ -1,7 +1,5 @@
 """Assumptions of a study, for readers who do not know umbra."""
 
-import datetime as dt
-import zoneinfo
 from collections.abc import Sequence
 
 import numpy as np
@@ -131,12 +129,7 @@ def _tell_days(study: Study) -> str:
 
 
 def _tell_daylight_saving(study: Study) -> str:
-    zone = zoneinfo.ZoneInfo(study.site.zone)
-    stamps = np.concatenate([steps.stamps for steps in study.period.steps])
-    states = {
-        bool(dt.datetime.fromtimestamp(t, dt.UTC).astimezone(zone).dst())
-        for t in stamps.astype("datetime64[s]").astype(np.int64).tolist()
-    }
+    states = {bool(when.dst()) for steps in study.period.steps for when in steps.local()}
     if states == {True, False}:
         return "in force for a part of the period; times are clock times"
     return "in force: times are clock times" if states == {True} else "not in force"

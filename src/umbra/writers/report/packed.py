@@ -3,7 +3,6 @@
 import base64
 import datetime as dt
 import zlib
-import zoneinfo
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from umbra.study import Study
 from umbra.study.lights import Period
 from umbra.study.timeline import Instants
+from umbra.sun.clock import Stamps
 from umbra.writers.pixels import shade_ramp
 
 __all__ = [
@@ -87,25 +87,15 @@ def _make_steps(
     """Return the times of each shown step [s since 1970, UTC], clock, and sun."""
     begins, ends = period.starts[which], period.ends[last]
     middles = period.instants.astype("datetime64[us]").astype(np.int64)[which]
-    day = period.day_of_step
-    zone = zoneinfo.ZoneInfo(period.site.zone)
-    local = [
-        dt.datetime.fromtimestamp(t, dt.UTC).astimezone(zone)
-        for t in (middles / _MICROSECONDS).tolist()
-    ]
-    offsets = [when.utcoffset() or dt.timedelta() for when in local]
-    names = [when.tzname() or "" for when in local]
-    clock = [
-        name if name.isalpha() else f"UTC{when.isoformat()[-6:]}"
-        for name, when in zip(names, local, strict=True)
-    ]
+    clock = Stamps(stamps=middles.view("datetime64[us]"), zone=period.site.zone)
+    offsets = [when.utcoffset() or dt.timedelta() for when in clock.local()]
     return {
         "start": _seconds(begins),
         "end": _seconds(ends),
         "mid": _seconds(middles),
-        "day": day[which].tolist(),
+        "day": period.day_of_step[which].tolist(),
         "offset": [offset.total_seconds() for offset in offsets],
-        "name": clock,
+        "name": clock.abbreviations(),
         "altitude": np.round(period.sun.altitude[which], 3).tolist(),
         "azimuth": np.round(period.sun.azimuth[which], 3).tolist(),
         "up": period.sun.is_up[which].astype(int).tolist(),

@@ -33,51 +33,53 @@ def _find_arrays(study: Study) -> dict[str, NDArray]:
 def _list_parts(study: Study, most: int) -> Table:
     arrays = _find_arrays(study)
     area = arrays["part_area"]
-    which = _choose(area, most)
-    never = _find_share_without(study, arrays["surface_part"][arrays["surface_of_sample"]], area)
-    count = np.bincount(arrays["surface_part"], minlength=len(area))
-    rows = [
-        (
-            str(arrays["part"][k]),
-            round(float(area[k]), 1),
-            int(count[k]),
-            *_round_hours(arrays, "part", k),
-            round(float(never[k]), 1),
-        )
-        for k in which
-    ]
-    columns = ("part", "area [m²]", "surfaces", *_HOURS, "never in the sun [%]")
-    return Table("Part by part", columns, rows, _tell(len(area), len(which)), "part", which)
+    columns = {
+        "part": arrays["part"].tolist(),
+        "area [m²]": _round(area, 1),
+        "surfaces": np.bincount(arrays["surface_part"], minlength=len(area)).tolist(),
+    }
+    owner = arrays["surface_part"][arrays["surface_of_sample"]]
+    columns |= _find_hours(study, arrays, "part", owner)
+    return _make_table("part", columns, area, most)
 
 
 def _list_surfaces(study: Study, most: int) -> Table:
     arrays = _find_arrays(study)
-    area = arrays["surface_area"]
-    which = _choose(area, most)
-    never = _find_share_without(study, arrays["surface_of_sample"], area)
-    azimuth, tilt = np.round(arrays["surface_azimuth"], 1), np.round(arrays["surface_tilt"], 1)
-    rows = [
-        (
-            str(arrays["part"][arrays["surface_part"][k]]),
-            str(arrays["surface_kind"][k]),
-            None if np.isnan(azimuth[k]) else float(azimuth[k]),
-            float(tilt[k]),
-            round(float(area[k]), 1),
-            *_round_hours(arrays, "surface", k),
-            round(float(never[k]), 1),
-        )
-        for k in which
-    ]
-    columns = (
-        "part", "kind", "faces [°]", "tilt [°]", "area [m²]", *_HOURS, "never in the sun [%]",
-    )  # fmt: skip
-    note = "Faces: azimuth from true north. Tilt: 0 level, 90 upright. " + _tell(
-        len(area), len(which)
-    )
-    return Table("Surface by surface", columns, rows, note, "surface", which)
+    area, azimuth = arrays["surface_area"], _round(arrays["surface_azimuth"], 1)
+    columns = {
+        "part": arrays["part"][arrays["surface_part"]].tolist(),
+        "kind": arrays["surface_kind"].tolist(),
+        "faces [°]": [None if np.isnan(angle) else angle for angle in azimuth],
+        "tilt [°]": _round(arrays["surface_tilt"], 1),
+        "area [m²]": _round(area, 1),
+    }
+    columns |= _find_hours(study, arrays, "surface", arrays["surface_of_sample"])
+    note = "Faces: azimuth from true north. Tilt: 0 level, 90 upright. "
+    return _make_table("surface", columns, area, most, note)
 
 
-_HOURS = ("mean sun [h]", "least [h]", "most [h]")
+def _find_hours(
+    study: Study, arrays: dict[str, NDArray], what: str, owner: NDArray[np.integer]
+) -> dict[str, list]:
+    """Return the hours of sun of parts or surfaces, and the shares that never have sun."""
+    names = {"mean": "mean sun [h]", "least": "least [h]", "most": "most [h]"}
+    hours = {title: _round(arrays[f"{what}_{name}_sun_hours"], 2) for name, title in names.items()}
+    area = arrays[f"{what}_area"]
+    dark = np.bincount(owner, arrays["area"] * (study.sun_hours <= NEVER), len(area))
+    never = 100 * dark / np.maximum(area, 1e-12)
+    return hours | {"never in the sun [%]": _round(never, 1)}
+
+
+def _make_table(
+    what: str, columns: dict[str, list], area: NDArray[np.float64], most: int, note: str = ""
+) -> Table:
+    """Make the table of all parts or surfaces, or of the largest, in their order."""
+    which = np.sort(np.argsort(-area, kind="stable")[:most]).tolist()
+    rows = [tuple(values[k] for values in columns.values()) for k in which]
+    if len(which) < len(area):
+        note += f"The {len(which):,} largest of {len(area):,}; study.nc and the tables as CSV "
+        note += "files have all."
+    return Table(f"{what} by {what}".capitalize(), tuple(columns), rows, note, what, which)
 
 
 def _list_points(study: Study, most: int) -> Table:
@@ -127,25 +129,5 @@ def _read_clock(instant: np.datetime64, zone: zoneinfo.ZoneInfo, with_date: bool
     return f"{utc.astimezone(zone):{'%Y-%m-%d ' if with_date else ''}%H:%M}"
 
 
-def _round_hours(arrays: dict[str, NDArray], what: str, k: int) -> list[float]:
-    keys = (f"{what}_{name}_sun_hours" for name in ("mean", "least", "most"))
-    return [round(float(arrays[key][k]), 2) for key in keys]
-
-
-def _find_share_without(
-    study: Study, owner: NDArray[np.integer], area: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the share of each that never has sun [%]."""
-    each = np.asarray(study.more["area"][1])
-    dark = np.bincount(owner, each * (study.sun_hours <= NEVER), len(area))
-    return 100 * dark / np.maximum(area, 1e-12)
-
-
-def _choose(area: NDArray[np.float64], most: int) -> list[int]:
-    """Return all rows, or the largest, in their order."""
-    return np.sort(np.argsort(-area, kind="stable")[:most]).tolist()
-
-
-def _tell(count: int, shown: int) -> str:
-    where = "study.nc and the tables as CSV files have all."
-    return f"The {shown:,} largest of {count:,}; {where}" if shown < count else ""
+def _round(values: NDArray, digits: int) -> list[float]:
+    return np.round(values.astype(np.float64), digits).tolist()

@@ -8,7 +8,6 @@ the centres of the cells in shadow. Clipper2 resolves the loops on a lattice of 
 millionth of a metre.
 """
 
-import datetime as dt
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -48,14 +47,11 @@ Polygon = list[Ring]
 
 
 @dataclass(frozen=True, eq=False)
-class Outline:
+class Outline(Moment):
     """The shadow on the ground at one instant."""
 
-    instant: dt.datetime  # UTC
-    local: dt.datetime  # by the site's clock
-    altitude: float  # of the sun [degrees]
-    azimuth: float
-    # rings of each: counter-clockwise, then holes, clockwise; none is closed [m]
+    # rings of each, in the model's own coordinates [m]: the outer one, counter-clockwise, then its
+    # holes, clockwise; no corner is repeated
     polygons: list[Polygon]
 
 
@@ -81,13 +77,8 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
         moments = find_moments(study, every=EVERY, most=MOST)
     for moment in moments:
         polygons = resolve_shadow(sweep.caster, moment.direction, ground, (low, high))
-        yield Outline(
-            moment.instant,
-            moment.local,
-            moment.altitude,
-            moment.azimuth,
-            [[ring + shift for ring in polygon] for polygon in polygons],
-        )
+        shifted = [[ring + shift for ring in polygon] for polygon in polygons]
+        yield Outline(**vars(moment), polygons=shifted)
 
 
 def resolve_shadow(
