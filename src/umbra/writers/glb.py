@@ -10,6 +10,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from umbra.scene.material import find_linear
 from umbra.study import Study, tell_dates
 from umbra.writers.pixels import shade_ramp
 
-__all__ = ["Glb", "make_legend", "turn_up", "write_model_glb"]
+__all__ = ["Glb", "list_corners", "turn_up", "write_model_glb"]
 
 _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
 _TYPES = {"f": 5126, "B": 5121, "I": 5125}
@@ -50,6 +51,18 @@ class Glb:
         self.materials: list[dict[str, object]] = []
         self.more: dict[str, object] = {}
         self.asset = {"version": "2.0", "generator": generator, "extras": extras}
+
+    @classmethod
+    def of_study(cls, study: Study, origin: NDArray[np.float64], most: float) -> Self:
+        """Begin the file of a study about an origin (3,) [m]; ``most`` hours end the scale."""
+        extras = {
+            "origin": np.asarray(origin, np.float64).tolist(),
+            "crs": study.facts.get("crs"),
+            "date": tell_dates(study),
+            "hours_of_darkest": most,
+            "legend": _make_legend(most),
+        }
+        return cls(f"umbra {study.facts['umbra_version']}", extras)
 
     def add_material(self, *, lit: bool = True, **more: object) -> int:
         """
@@ -190,7 +203,12 @@ def _colored(name: str, corners: NDArray[np.float64], colors: NDArray | None) ->
     flat = corners.reshape(-1, 3)
     if colors is None:
         colors = np.broadcast_to(np.array(GREY, np.float32), flat.shape)
-    return _Mesh(name, flat, colors, np.arange(len(flat), dtype=np.uint32).reshape(-1, 3))
+    return _Mesh(name, flat, colors, list_corners(flat))
+
+
+def list_corners(points: NDArray) -> NDArray[np.uint32]:
+    """Return faces (n, 3) whose corners are their own, of points (3 n, 3)."""
+    return np.arange(len(points), dtype=np.uint32).reshape(-1, 3)
 
 
 def _divide(corners: NDArray[np.float64], side: float) -> NDArray[np.float64]:
@@ -275,15 +293,7 @@ def _write(
     bounds = np.concatenate([[mesh.positions.min(0), mesh.positions.max(0)] for mesh in meshes])
     middle = np.round((bounds.min(0) + bounds.max(0)) / 2)
     middle[2] = _find_ground(study)
-    shift = [*(middle[:2] + origin), study.ground]
-    extras = {
-        "origin": [float(v) for v in shift],
-        "crs": study.facts.get("crs"),
-        "date": tell_dates(study),
-        "hours_of_darkest": most,
-        "legend": make_legend(most),
-    }
-    glb = Glb(f"umbra {study.facts['umbra_version']}", extras)
+    glb = Glb.of_study(study, np.array([*(middle[:2] + origin), study.ground]), most)
     material = glb.add_material(lit=False)
     for mesh in meshes:
         colors = np.full((len(mesh.positions), 4), 255, np.uint8)
@@ -293,7 +303,7 @@ def _write(
     glb.write(path)
 
 
-def make_legend(up_hours: float) -> list[dict[str, object]]:
+def _make_legend(up_hours: float) -> list[dict[str, object]]:
     """Return the colours of hours in shadow at even steps, sRGB in hex."""
     ramp = np.rint(shade_ramp() * 255).astype(int)
     return [

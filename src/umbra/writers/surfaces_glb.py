@@ -14,8 +14,8 @@ from PIL import Image
 from scipy.ndimage import distance_transform_edt
 
 from umbra.receivers.samples import Samples
-from umbra.study import Study, tell_dates
-from umbra.writers.glb import Glb, make_legend, turn_up
+from umbra.study import Study
+from umbra.writers.glb import Glb, list_corners, turn_up
 from umbra.writers.pixels import shade_ramp
 
 __all__ = ["FacadeLayout", "lay_out_facades", "write_surfaces_glb"]
@@ -91,16 +91,7 @@ def write_surfaces_glb(
     picture, corner, scale = _draw(layout, study.shadow_hours / max(most, 1e-9))
     middle = np.round(scene.bounds().mean(0)) - scene.origin
     middle[2] = scene.bounds()[0, 2] - scene.origin[2]
-    glb = Glb(
-        f"umbra {study.facts['umbra_version']}",
-        {
-            "origin": (scene.origin + middle).tolist(),
-            "crs": study.facts.get("crs"),
-            "date": tell_dates(study),
-            "hours_of_darkest": most,
-            "legend": make_legend(most),
-        },
-    )
+    glb = Glb.of_study(study, scene.origin + middle, most)
     stream = io.BytesIO()
     picture.save(stream, "PNG", optimize=True)
     texture = {"index": glb.add_texture(stream.getvalue())}
@@ -115,20 +106,15 @@ def write_surfaces_glb(
         points = turn_up((samples.corners[mine] - middle).reshape(-1, 3))
         if len(points):
             glb.add_mesh(
-                name, _count_up(points), colored, _tell(study, k), POSITION=points,
+                name, list_corners(points), colored, _tell(study, k), POSITION=points,
                 TEXCOORD_0=np.ascontiguousarray(where[mine].reshape(-1, 2), "<f4"),
             )  # fmt: skip
     rest = soup.vertices[soup.faces[~np.isin(soup.part, samples.part)]]
     if len(rest):
         points = turn_up((rest - middle).reshape(-1, 3))
         grey = glb.add_material(baseColorFactor=_GREY)
-        glb.add_mesh("not sampled", _count_up(points), grey, POSITION=points)
+        glb.add_mesh("not sampled", list_corners(points), grey, POSITION=points)
     glb.write(path)
-
-
-def _count_up(points: NDArray) -> NDArray[np.uint32]:
-    """Return faces whose corners are their own, (n, 3)."""
-    return np.arange(len(points), dtype=np.uint32).reshape(-1, 3)
 
 
 def _tell(study: Study, part: int) -> dict[str, object]:
