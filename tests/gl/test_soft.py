@@ -11,6 +11,7 @@ from umbra.cpu.shade import shade
 from umbra.errors import InputError
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.renderer import Renderer
+from umbra.gl.soft.complexity import find_digits
 from umbra.gl.soft.weng import ScaledLayers
 from umbra.methods import SOFT, Softness
 from umbra.rays.depth import GROUND
@@ -102,15 +103,16 @@ def test_edges_that_come_near_to_what_is_seen_keep_their_digits(device, town):
     assert count_apart(found * faces, theirs * faces, view, theirs_view) <= 6
 
 
+@pytest.mark.parametrize("method", ["wedges", "complexity"])
 @pytest.mark.parametrize("shift", [0.0, 1e-6, -1e-6])
-def test_where_the_middle_is_just_hidden_half_is_seen(device, shift):
+def test_where_the_middle_is_just_hidden_half_is_seen(device, shift, method):
     # The plate's edges end over the middles of pixels, where count and edge may disagree.
     reach = 1.0 + shift
     corners = [(-reach, -reach), (reach, -reach), (reach, reach), (-reach, reach)]
     plate = make_scene([part(sheet([(x, y, 2.0) for x, y in corners]))])
     camera = Camera((0, 0, 1.9), (0, 0, 0), up=(0, 1, 0), size=(161, 161), height=4.025, near=1e-3)
     noon = ball_light(directional_light((0, 0, 1)), 5.0)
-    _, (found,) = find_on_gl(device, plate, camera, [noon], "wedges")
+    _, (found,) = find_on_gl(device, plate, camera, [noon], method)
     # Columns are 0.025 m apart: the edge at 1 m is 40 from the middle one.
     for line in (found[60:101, 120], found[60:101, 40], found[40, 60:101], found[120, 60:101]):
         np.testing.assert_allclose(line, 0.5, atol=0.01)
@@ -147,7 +149,34 @@ def test_no_layer_falls_on_its_own_caster(device):
     assert ((found < 1) & hard)[~own].sum() > 100
 
 
-def test_instances_grow_each_about_its_own_middle(device):
+@pytest.mark.parametrize(("layers", "spots", "digits"), [(8, 300, 4), (30, 150, 3), (300, 64, 2)])
+def test_spots_are_counted_in_so_many_digits_and_passes(device, layers, spots, digits):
+    heights = 1 + 3 * np.arange(layers) / layers
+    plates = [
+        sheet([(-1 + 0.4 * z, -1, z), (1, -1, z), (1, 1, z), (-1 + 0.4 * z, 1, z)]) for z in heights
+    ]
+    scene = make_scene([part(merge(*plates))])
+    camera = Camera((-5, -6, 0.9), (0, 0, 0), size=SIZE)
+    lights = [ball_light(point_light((2, 1, 9)), 0.6), LIGHTS["panel"], LIGHTS["sun"]]
+    softness = Softness(spots=spots)
+    with GlFrameCounter(scene, ground=0.0, device=device) as counter:
+        view, _ = counter.see(camera)
+        found = counter.find_visibility(view, camera, lights, "complexity", softness)
+        plans = counter.soft.choose("complexity")._plans
+        assert {find_digits(plan.statistics.deepest) for plan in plans} == {digits}
+    counter = FrameCounter(scene, ground=0.0)
+    theirs_view, frame = counter.see(camera)
+    theirs = counter.find_visibility(theirs_view, camera, lights, "complexity", softness)
+    floor = frame.part == GROUND
+    for one, other in zip(found, theirs, strict=True):
+        assert ((other > 0) & (other < 1))[floor].sum() > 40
+        same = view.face == theirs_view.face
+        # A spot that an edge passes within rounding may be on either side of it.
+        assert (np.abs(one - other)[same & floor] > 1.5 / spots).sum() <= 6
+
+
+@pytest.mark.parametrize("method", ["weng", "complexity"])
+def test_instances_grow_each_about_its_own_middle(device, method):
     turn = np.array([[0.8, -0.6, 0, 0], [0.6, 0.8, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
     transforms = [turn.copy() for _ in range(4)]
     for number, transform in enumerate(transforms):
@@ -159,12 +188,12 @@ def test_instances_grow_each_about_its_own_middle(device):
     scene = make_scene([*parts, part(box((-9, 5, 0), (9, 6, 4)), "wall")])
     camera = Camera((-2, -16, 12), (0, 2, 0), size=SIZE)
     lights = [ball_light(point_light((-3, -9, 9)), 0.5), LIGHTS["sun"]]
-    view, found = find_on_gl(device, scene, camera, lights, "weng")
+    view, found = find_on_gl(device, scene, camera, lights, method)
     counter = FrameCounter(scene, ground=0.0)
     for light, ours in zip(lights, found, strict=True):
-        theirs_view, theirs = find_on_cpu(counter, camera, light, "weng")
+        theirs_view, theirs = find_on_cpu(counter, camera, light, method)
         inside = ((theirs > 0) & (theirs < 1)).sum()
-        assert inside > 400
+        assert inside > 100
         assert count_apart(ours, theirs, view, theirs_view) <= 0.02 * inside
 
 
@@ -210,7 +239,7 @@ def test_layers_beyond_255_are_counted_in_floats(device):
     view, (found,) = find_on_gl(device, scene, camera, [noon], "weng")
     _, theirs = find_on_cpu(FrameCounter(scene, ground=0.0), camera, noon, "weng")
     floor = view.face == GROUND
-    assert ((theirs > 0) & (theirs < 1))[floor].sum() > 100
+    assert ((theirs > 0) & (theirs < 1))[floor].sum() > 40
     assert (theirs == 0)[floor].sum() > 300
     assert (np.abs(found - theirs) > 0.02)[floor].sum() <= 12
 

@@ -187,7 +187,6 @@ def find_edges(
     planes = planes / np.where(size > 0, size, 1.0)[:, None]
     side = planes @ place
     sure = np.where(np.abs(side) > 1.0001 * radius, np.sign(side), np.nan)
-    sure[size == 0] = 0.0
     turn = np.where(caster.turn, -1.0, 1.0)
     one, two = caster.edge_faces.T
     kept = np.flatnonzero(~(sure[one] == turn * sure[two]))

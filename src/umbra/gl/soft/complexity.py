@@ -26,7 +26,7 @@ from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
 from umbra.soft.complexity import find_edges, make_spots
 
-__all__ = ["SpotCounts"]
+__all__ = ["SpotCounts", "find_digits"]
 
 _PICTURES = 7  # of counts drawn at once; with what edges take 8, which every driver can
 _DIGITS = {4: 64, 3: 256, 2: 4096, 1: 1 << 24}  # base by digits of a float, which holds 2^24
@@ -73,7 +73,7 @@ class SpotCounts:
         sums, shares = self._sums.over(target), self._shares.over(target)
         _clear(state, sums)
         spots = make_spots(self._lights[number], self._n_spots)
-        digits = _find_digits(plan.statistics.deepest)
+        digits = find_digits(plan.statistics.deepest)
         most = 4 * digits * _PICTURES
         for first in range(0, len(spots), most):
             some = spots[first : first + most]
@@ -134,9 +134,9 @@ class SpotCounts:
         self._counts = {}
 
 
-def _find_digits(deepest: int) -> int:
+def find_digits(deepest: int) -> int:
     """Find how many counts a float may hold: on the way to the last edge they may be doubled."""
-    return next((n for n, base in _DIGITS.items() if 4 * deepest < base), 1)
+    return next((n for n, base in _DIGITS.items() if 4 * deepest <= base), 1)
 
 
 def _clear(state: State, target: Target) -> None:
