@@ -164,9 +164,14 @@ class Body:
         """Shells of one instance."""
         return len(self.face_starts) - 1
 
+    @property
+    def is_still(self) -> bool:
+        """Whether it is a single instance in the scene's own frame."""
+        return len(self.groups) == 1 and self.groups[0].transform is None
+
     def lights(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
         """Take a light, relative to the scene's origin, into every instance's own frame, (n, 4)."""
-        if len(self.groups) == 1 and self.groups[0].transform is None:
+        if self.is_still:
             return light[None]
         repeated = np.broadcast_to(light[:, None], (len(self.groups), 4, 1))
         inside = np.linalg.solve(self.transforms, repeated)[..., 0].astype(np.float64)
@@ -175,7 +180,7 @@ class Body:
 
     def world_bounds(self) -> NDArray[np.float64]:
         """Give boxes around the shells of all instances, (n_instances * n_shells, 2, 3)."""
-        if len(self.groups) == 1 and self.groups[0].transform is None:
+        if self.is_still:
             return self.bounds
         if self._world_bounds is None:
             self._world_bounds = move_boxes(self.transforms, self.bounds).reshape(-1, 2, 3)

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from umbra.gl.projection import Projection
 from umbra.gl.volumes import BodyVolumes
-from umbra.volume.bounds import can_end_at_floor, find_visible_parts, sort_boxes
-from umbra.volume.placement import dark_cap_is_fan, find_placement, find_placements
-from umbra.volume.regions import find_near_rectangle, make_regions
+from umbra.volume.bounds import can_end_at_floor, find_visible_parts
+from umbra.volume.box_tree import BoxTree
+from umbra.volume.placement import Placements, find_placement, find_placements
+from umbra.volume.regions import Regions, find_near_rectangle, make_regions
 
 __all__ = [
     "LIGHT_CAP",
@@ -95,7 +96,7 @@ class Selection:
 
 def select(
     volumes: list[BodyVolumes],
-    bounds: NDArray[np.float64],
+    tree: BoxTree,
     projection: Projection,
     origin: NDArray[np.float64],
     source: NDArray[np.float64],
@@ -113,8 +114,8 @@ def select(
     Parameters
     ----------
     volumes : list of BodyVolumes
-    bounds : (n_shells, 2, 3) float64
-        Relative to the origin [m].
+    tree : BoxTree
+        Of the shells' boxes (n_shells, 2, 3), relative to the origin [m].
     projection : Projection
         Cases are those of the near rectangle at which it clips volumes.
     origin : (3,) float64
@@ -136,58 +137,76 @@ def select(
     -------
     selection : Selection
     """
-    n, camera, clipping = len(bounds), projection.camera, projection.clipping
+    n, camera, clipping = len(tree.bounds), projection.camera, projection.clipping
+    nothing = np.zeros(n, np.bool_)
+    none = Selection(nothing.view(np.int8), *[nothing] * 6)
     if scissor is not None and not (scissor[2:] > scissor[:2]).all():
-        nothing = np.zeros(n, np.bool_)
-        return Selection(nothing.astype(np.int8), *[nothing] * 6)
+        return none
     # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
     above = bool((find_near_rectangle(clipping, origin)[:, 2] > floor).all())
     may_cut = choices.cut and above
-    is_cut = can_end_at_floor(bounds, source) if may_cut else np.zeros(n, np.bool_)
-    sides = light_cap = dark_cap = np.ones(n, np.bool_)
+    end = floor if may_cut else None
+    sides = np.ones(n, np.bool_)
     if choices.cull:
-        parts = find_visible_parts(
-            bounds,
-            source,
-            camera,
-            origin,
-            scissor=scissor,
-            floor=floor if may_cut else None,
-            reach=reach,
+        sides = tree.find_seen(
+            source, camera, origin, scissor=scissor, floor=end, reach=reach, cone=cone
         )
-        sides, light_cap, dark_cap = parts.volume, parts.light_cap, parts.dark_cap
-        if cone is not None:  # what is not in it shadows nothing that is
-            sides = sides & ~sort_boxes(cone, bounds)[0]
-    is_fan = np.zeros(n, np.bool_)
-    is_fan[sides] = dark_cap_is_fan(bounds[sides], source) & choices.fans
-    dark_cap = sides & (dark_cap | ~is_fan)
-    # At infinity a directional light's volumes end in one point, and parallel rays too.
-    dark_cap = dark_cap & (is_cut | (bool(source[3]) and camera.is_perspective))
-
-    regions = make_regions(clipping, source, origin, scissor, margin=MARGIN)
     seen = np.flatnonzero(sides)
-    placements = find_placements(bounds[seen], regions)
-    case, needs_cap = np.zeros(n, np.int8), np.zeros(n, np.bool_)
-    case[seen], needs_cap[seen] = placements.case, placements.needs_light_cap
-    left = _FACES_ASKED if choices.ask_triangles and method != "z-fail" else 0
-    for number in seen[placements.undecided]:
-        each, instance, shell = _find(volumes, int(number))
-        faces = each.casting(instance, shell)
-        left -= each.body.face_starts[shell + 1] - each.body.face_starts[shell]
+    if not len(seen):
+        return none
+    # From here on only of what is seen.
+    bounds = tree.bounds[seen]
+    is_cut = can_end_at_floor(bounds, source) if may_cut else nothing[seen]
+    regions = make_regions(clipping, source, origin, scissor, margin=MARGIN)
+    placements = find_placements(bounds, regions)
+    case, needs_cap = placements.case, placements.needs_light_cap
+    if choices.ask_triangles and method != "z-fail":
+        _ask_triangles(volumes, seen, placements, regions)
+    fails = {"z-pass": nothing[seen], "z-fail": ~nothing[seen]}.get(method, case > 1)
+    is_fan = placements.dark_cap_is_fan & choices.fans
+    light_cap, dark_cap = fails.copy(), fails.copy()
+    if choices.cull and fails.any():
+        parts = find_visible_parts(
+            bounds[fails], source, camera, origin, scissor=scissor, floor=end, reach=reach
+        )
+        light_cap[fails] = parts.light_cap
+        dark_cap[fails] = parts.dark_cap
+    dark_cap |= fails & ~is_fan
+    # At infinity a directional light's volumes end in one point, and parallel rays too.
+    dark_cap &= is_cut | (bool(source[3]) and camera.is_perspective)
+    if method in ("auto", "mcguire"):
+        light_cap &= needs_cap
+    whole = [_spread(sides, part) for part in (dark_cap, light_cap, fails, is_cut, is_fan)]
+    return Selection(_spread(sides, case), sides, *whole)
+
+
+def _spread(chosen: NDArray[np.bool_], values: NDArray) -> NDArray:
+    """Put the values of what is chosen in their places among all, where 0 is for the rest."""
+    whole = np.zeros(len(chosen), values.dtype)
+    whole[chosen] = values
+    return whole
+
+
+def _ask_triangles(
+    volumes: list[BodyVolumes], seen: NDArray[np.intp], placements: Placements, regions: Regions
+) -> None:
+    """Place the shells that bounds left undecided by their triangles, as long as there are few."""
+    left = _FACES_ASKED
+    for place in np.flatnonzero(placements.undecided).tolist():
+        each, instance, shell = _find(volumes, int(seen[place]))
+        body = each.body
+        left -= int(body.face_starts[shell + 1] - body.face_starts[shell])
         if left < 0:
             break
         found = find_placement(
-            (each.body.caster.vertices, each.body.caster.faces[faces]),
+            (body.caster.vertices, body.caster.faces[each.casting(instance, shell)]),
             regions=regions,
-            transform=each.body.transforms[instance],
-            bounds=each.body.bounds[shell],
+            transform=None if body.is_still else body.transforms[instance],
+            bounds=body.bounds[shell],
         )
-        case[number], needs_cap[number] = found.case, found.needs_light_cap
-
-    z_fail = {"z-pass": np.zeros(n, np.bool_), "z-fail": sides}.get(method, case > 1)
-    if method in ("auto", "mcguire"):
-        light_cap = light_cap & needs_cap
-    return Selection(case, sides, dark_cap & z_fail, light_cap & z_fail, z_fail, is_cut, is_fan)
+        placements.case[place], placements.needs_light_cap[place] = (
+            found.case, found.needs_light_cap,
+        )  # fmt: skip
 
 
 def _find(volumes: list[BodyVolumes], number: int) -> tuple[BodyVolumes, int, int]:

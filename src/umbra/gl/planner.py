@@ -41,6 +41,7 @@ from umbra.gl.volumes import BodyVolumes, gather
 from umbra.machine import count_cores, use_threads
 from umbra.methods import METHODS
 from umbra.scene import Camera, Light, Part, Scene
+from umbra.volume.box_tree import BoxTree
 from umbra.volume.scissor import find_cone_planes
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Planner", "Statistics", "VolumePlan"]
@@ -128,6 +129,10 @@ class Planner:
     def _measure(self) -> None:
         boxes = [body.world_bounds() for body in self.bodies]
         self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
+        if self._has_moved:
+            self.tree.fit(self.bounds)
+        else:
+            self.tree = BoxTree(self.bounds)
         whole = self._whole = self._find_whole()
         low = min(whole[0, 2], np.inf if self.ground is None else self.ground)
         self.floor = low - _BELOW * max(float(np.ptp(whole, axis=0).max()), 0.1)
@@ -244,7 +249,7 @@ class Planner:
             if light.axis is not None:
                 cone = find_cone_planes(source[:3], light.axis, light.half_angle)
         selection = select(
-            kept.volumes, self.bounds, projection, origin, source, method=method, choices=choices,
+            kept.volumes, self.tree, projection, origin, source, method=method, choices=choices,
             floor=self.floor, reach=reach, cone=cone, scissor=corners,
         )  # fmt: skip
         if method == "z-pass" and (selection.case > 1).any():

@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["Caster", "make_caster", "make_planes", "weld_vertices"]
+__all__ = ["Caster", "make_caster", "make_planes", "sort_along_curve", "weld_vertices"]
 
 
 @njit(cache=True, nogil=True)
@@ -154,7 +154,7 @@ def make_caster(
         & (welded[:, 2] != welded[:, 0])
     )
     source = np.flatnonzero(whole).astype(np.int32)
-    source = source[_sort_along_curve(vertices, welded[source])]
+    source = source[sort_along_curve(vertices[welded[source, 0]])]
     welded = np.ascontiguousarray(welded[source])
     objects = np.zeros(len(source), np.int32) if group is None else group[source]
 
@@ -328,15 +328,15 @@ def _fill_planes(vertices, faces, planes):
         planes[3, f] = -(nx * x + ny * y + nz * z)
 
 
-def _sort_along_curve(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.intp]:
-    """Order faces along a Morton curve, so that neighbours lie near in memory."""
-    if len(faces) < 2:
-        return np.arange(len(faces))
-    corner = np.ascontiguousarray(vertices[faces[:, 0]].T)
+def sort_along_curve(points: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Order points (n, 3) along a Morton curve, so that neighbours lie near in memory."""
+    if len(points) < 2:
+        return np.arange(len(points))
+    corner = np.ascontiguousarray(points.T)
     low = corner.min(1, keepdims=True)
     cell = max(float((corner.max(1, keepdims=True) - low).max()), 1e-300) / 1023.0
     grid = ((corner - low) / cell).astype(np.uint32)
-    code = np.zeros(len(faces), np.uint32)
+    code = np.zeros(len(points), np.uint32)
     for axis in range(3):
         code |= _spread_bits(grid[axis]) << np.uint32(2 - axis)
     return np.argsort(code, kind="stable")

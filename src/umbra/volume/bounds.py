@@ -25,10 +25,12 @@ __all__ = [
     "can_end_at_floor",
     "end_at_floor",
     "find_box_points",
+    "find_far_plane",
     "find_shadow_points",
     "find_visible_parts",
     "is_in_range",
     "is_outside",
+    "is_seen",
     "move_boxes",
     "sort_boxes",
 ]
@@ -222,19 +224,44 @@ def _is_beyond(plane, points):
 
 
 @njit(cache=True, nogil=True)
+def is_seen(box, light, planes, floor, reach, points):
+    """
+    Tell whether a box (2, 3) is in a light's range and its shadow volume beyond no plane (k, 4).
+
+    The box is asked first, and thrown only if it is beyond a plane itself: mostly it is not.
+    ``points`` (16, 4) are written to; else as in ``find_visible_parts``.
+    """
+    if _find_distance(box, light) > reach:
+        return False
+    is_thrown = False
+    for k in range(planes.shape[0]):
+        highest = planes[k, 3]
+        for axis in range(3):
+            highest += max(planes[k, axis] * box[0, axis], planes[k, axis] * box[1, axis])
+        if highest >= 0.0:
+            continue
+        if not is_thrown:
+            _throw(box, light, floor, reach, points)
+            is_thrown = True
+        if _is_beyond(planes[k], points[8:]):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def _find_parts(bounds, light, planes, far, floor, reach, parts):
     """Write whether the volume, the light cap and the dark cap of each box may be in view."""
     points, ends, feet = np.zeros((16, 4)), np.zeros((16, 4)), np.zeros((8, 4))
     for i in range(bounds.shape[0]):
         box = bounds[i]
-        if _find_distance(box, light) > reach:
+        if not is_seen(box, light, planes, floor, reach, points):
             continue
-        _throw(box, light, floor, reach, points)
-        is_seen = not _is_beyond(far, points)
-        for plane in planes:
-            is_seen = is_seen and not _is_beyond(plane, points)
-        if not is_seen:
+        if not is_seen(box, light, far, floor, reach, points):
             continue
+        for k in range(8):
+            for axis in range(3):
+                points[k, axis] = box[k >> axis & 1, axis]
+            points[k, 3] = 1.0
         # What of the box lies below the floor stays where it is: without its section there the
         # hull would miss the throw from just above it.
         _throw(box, light, floor, np.inf, ends)
@@ -284,11 +311,20 @@ def find_visible_parts(
     """
     bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     planes = find_view_planes(camera, origin, scissor)
-    far = np.array([0.0, 0.0, 0.0, 1.0])
-    if np.isfinite(camera.far):
-        # No visible point is farther, but faces there still count behind visible ones.
-        far = np.append(-planes[0, :3], camera.far - camera.near - planes[0, 3])
+    far = find_far_plane(camera, planes)[None]
     parts = np.zeros((3, len(bounds)), np.bool_)
     end = np.nan if floor is None else float(floor)
     _find_parts(bounds, light, planes, far, end, float(reach), parts)
     return VisibleParts(*parts)
+
+
+def find_far_plane(camera: Camera, planes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Find the inward far plane (4,) that goes with the planes of a view.
+
+    No visible point is farther, but faces there still count behind visible ones. Everything is
+    inside where there is no far plane.
+    """
+    if np.isinf(camera.far):
+        return np.array([0.0, 0.0, 0.0, 1.0])
+    return np.append(-planes[0, :3], camera.far - camera.near - planes[0, 3])

@@ -19,12 +19,12 @@ Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M3, M5 a
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import Caster
 from umbra.volume.bounds import find_box_points, is_outside, sort_boxes
-from umbra.volume.facing import find_sides
 from umbra.volume.regions import Regions, make_regions
 
 __all__ = [
@@ -209,9 +209,6 @@ def _away(points: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np
     return away
 
 
-_AT_ONCE = 8192  # vertices or triangles looked at in one go
-
-
 @dataclass(frozen=True, eq=False)
 class CastingFaces:
     """Tells which faces cast: lit ones of closed components, all of open ones not edge-on."""
@@ -219,13 +216,11 @@ class CastingFaces:
     caster: Caster | None
     light: NDArray[np.float64]
 
-    def among(self, faces: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Return the faces among the given ones that cast."""
+    def list_facts(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Give planes, components and which are closed; none where all faces cast."""
         if self.caster is None:
-            return faces
-        side = find_sides(self.caster.planes[:, faces], self.light)
-        is_closed = self.caster.is_closed[self.caster.component[faces]]
-        return faces[(side > 0) | ((side < 0) & ~is_closed)]
+            return np.zeros((4, 0)), np.zeros(0, np.int32), np.zeros(0, np.bool_)
+        return self.caster.planes, self.caster.component, self.caster.is_closed
 
 
 def any_meets(
@@ -238,58 +233,88 @@ def any_meets(
     """
     Return whether any casting triangle, or its throw to infinity, meets a region.
 
-    Outcodes of the vertices decide most; the rest is clipped, in terms of its corners'
-    distances from ``planes`` (k, 4), inward and in the frame of the vertices. With ``away``, a
-    homogeneous light, the triangles' throw to infinity is tested instead.
+    Triangles beyond one of the ``planes`` (k, 4), inward and in the frame of the vertices, are
+    passed over; the rest is clipped. With ``away``, a homogeneous light, the triangles' throw to
+    infinity is tested instead.
     """
-    values = np.zeros((len(planes), len(vertices)))
-    codes = np.zeros(len(vertices), np.uint8)  # a bit for each plane that it is beyond
-    for start in range(0, len(vertices), _AT_ONCE):  # so short that BLAS starts no threads
-        some = slice(start, start + _AT_ONCE)
-        if away is None:
-            values[:, some] = planes[:, :3] @ vertices[some].T + planes[:, 3:]
-        else:
-            values[:, some] = planes[:, :3] @ (away[3] * vertices[some] - away[:3]).T
-            # Directions have no size: widen by an angle instead.
-            values[:, some] += 1e-9 * np.abs(values[:, some]).max()
-        for plane, row in enumerate(values[:, some]):
-            codes[some] |= (row < 0).view(np.uint8) << np.uint8(plane)
-    a, b, c = np.ascontiguousarray(np.take(codes, faces).T)
-    near = np.flatnonzero((a & b & c) == 0)
-    for start in range(0, len(near), _AT_ONCE):  # often the first few have the answer
-        asked = casting.among(near[start : start + _AT_ONCE])
-        if not (a[asked].all() and b[asked].all() and c[asked].all()):
-            return True
-        if len(asked) and _any_survives(values.T[faces[asked]]):
+    thrown = np.zeros(4) if away is None else away
+    facts = casting.list_facts()
+    planes = np.ascontiguousarray(planes)
+    return bool(_any_meets(vertices, faces, planes, *facts, casting.light, thrown))
+
+
+@njit(cache=True, nogil=True)
+def _any_meets(vertices, faces, planes, sides, component, is_closed, light, away):
+    """Do what ``any_meets`` says; ``away`` of zeros asks the triangles as they stand."""
+    is_thrown = away[0] != 0.0 or away[1] != 0.0 or away[2] != 0.0 or away[3] != 0.0
+    n_planes = planes.shape[0]
+    slack = np.zeros(n_planes)
+    if is_thrown:  # directions have no size: widen by an angle instead
+        for k in range(n_planes):
+            slack[k] = 1e-9 * np.sqrt(planes[k, 0] ** 2 + planes[k, 1] ** 2 + planes[k, 2] ** 2)
+    room = 3 + n_planes
+    values, clipped = np.zeros((room, n_planes)), np.zeros((room, n_planes))
+    for face in range(faces.shape[0]):
+        is_beyond = False
+        for k in range(n_planes):
+            beyond = True
+            for corner in range(3):
+                point = vertices[faces[face, corner]]
+                if is_thrown:
+                    x = away[3] * point[0] - away[0]
+                    y = away[3] * point[1] - away[1]
+                    z = away[3] * point[2] - away[2]
+                    value = planes[k, 0] * x + planes[k, 1] * y + planes[k, 2] * z
+                    value += slack[k] * np.sqrt(x * x + y * y + z * z)
+                else:
+                    value = planes[k, 0] * point[0] + planes[k, 1] * point[1]
+                    value += planes[k, 2] * point[2] + planes[k, 3]
+                values[corner, k] = value
+                beyond &= value < 0.0
+            if beyond:
+                is_beyond = True
+                break
+        if is_beyond:
+            continue
+        if sides.shape[1]:
+            side = sides[0, face] * light[0] + sides[1, face] * light[1]
+            side += sides[2, face] * light[2]
+            side += sides[3, face] * light[3]
+            if not (side > 0.0 or (side < 0.0 and not is_closed[component[face]])):
+                continue
+        if _survives(values, clipped):
             return True
     return False
 
 
-def _any_survives(values: NDArray[np.float64]) -> bool:
+@njit(cache=True, nogil=True)
+def _survives(values, clipped):
     """
-    Clip triangles, given as their corners' distances from planes (n, 3, k); True if any is left.
+    Clip a triangle, given as its corners' distances from planes; tell if any is left.
 
-    All at once; distances are linear along an edge, so they are all the clipper needs.
+    Distances are linear along an edge, so they are all the clipper needs. Both arrays (3 + k, k)
+    are written to.
     """
-    n_corners = np.full(len(values), 3)
-    for plane in range(values.shape[2]):
-        here = np.arange(values.shape[1])
-        after = np.where(here + 1 < n_corners[:, None], here + 1, 0)
-        ahead = np.take_along_axis(values, after[..., None], 1)
-        start, end = values[..., plane], ahead[..., plane]
-        real = here < n_corners[:, None]
-        kept = real & (start >= 0)
-        cut = real & ((start >= 0) != (end >= 0))
-        along = np.divide(start, start - end, out=np.zeros_like(start), where=cut)
-        points = values + along[..., None] * (ahead - values)
-        points[..., plane] = 0.0
-        both = np.stack([values, points], 2).reshape(len(values), -1, values.shape[2])
-        emit = np.stack([kept, cut], 2).reshape(len(values), -1)
-        n_corners = emit.sum(1)
-        alive = n_corners > 0
-        if not alive.any():
+    n_planes, n = values.shape[1], 3
+    for plane in range(n_planes):
+        m = 0
+        for here in range(n):
+            ahead = here + 1 if here + 1 < n else 0
+            start, end = values[here, plane], values[ahead, plane]
+            if start >= 0.0:
+                for k in range(n_planes):
+                    clipped[m, k] = values[here, k]
+                m += 1
+            if (start >= 0.0) != (end >= 0.0):
+                along = start / (start - end)
+                for k in range(n_planes):
+                    clipped[m, k] = values[here, k] + along * (values[ahead, k] - values[here, k])
+                clipped[m, plane] = 0.0
+                m += 1
+        if m == 0:
             return False
-        order = np.argsort(~emit[alive], 1, kind="stable")[:, : values.shape[1] + 1]
-        values = np.take_along_axis(both[alive], order[..., None], 1)
-        n_corners = n_corners[alive]
+        n = m
+        for here in range(n):
+            for k in range(n_planes):
+                values[here, k] = clipped[here, k]
     return True

@@ -10,6 +10,7 @@ Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M6.
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
@@ -34,16 +35,30 @@ def find_near_rectangle(
     """
     cols, rows = camera.size
     left, top, right, bottom = (0, 0, cols, rows) if scissor is None else np.asarray(scissor)
-    across, up, forward = camera.axes()
+    axes = camera.axes()
     if camera.height is None:
         pixel = camera.near * 2.0 * np.tan(np.radians(camera.fov) / 2.0) / rows
     else:
         pixel = camera.height / rows
+    middle = camera.eye - np.asarray(origin, np.float64) + camera.near * axes[2]
+    corners = np.zeros((4, 3))
     # Corners of pixels, whose centres are whole numbers in the picture.
-    x = pixel * (np.array([left, left, right, right]) - 0.5 - camera.center[0])
-    y = pixel * (camera.center[1] + 0.5 - np.array([top, bottom, bottom, top]))
-    middle = camera.eye - np.asarray(origin, np.float64) + camera.near * forward
-    return middle + x[:, None] * across + y[:, None] * up
+    x, y = camera.center[0] + 0.5, camera.center[1] + 0.5
+    sides = (float(left - x), float(y - top), float(right - x), float(y - bottom))
+    _write_rectangle(middle, axes, pixel, sides, corners)
+    return corners
+
+
+@njit(cache=True, nogil=True)
+def _write_rectangle(middle, axes, pixel, sides, corners):
+    """Write the corners of a rectangle whose left, top, right and bottom are given in pixels."""
+    left, top, right, bottom = sides
+    for axis in range(3):
+        across, up = pixel * axes[0, axis], pixel * axes[1, axis]
+        corners[0, axis] = middle[axis] + left * across + top * up
+        corners[1, axis] = middle[axis] + left * across + bottom * up
+        corners[2, axis] = middle[axis] + right * across + bottom * up
+        corners[3, axis] = middle[axis] + right * across + top * up
 
 
 def find_view_planes(
@@ -57,17 +72,25 @@ def find_view_planes(
     infinity.
     """
     corners = find_near_rectangle(camera, origin, scissor)
-    forward = camera.axes()[2]
-    if camera.height is None:
-        rays = corners - (camera.eye - np.asarray(origin, np.float64))
-    else:
-        rays = np.broadcast_to(forward, (4, 3))
-    normals = np.cross(rays, np.roll(corners, -1, 0) - corners)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    # Corners run counter-clockwise seen from the eye, so ray x edge points outward.
-    normals = np.concatenate([forward[None], -normals])
-    on = np.concatenate([corners[:1], corners])
-    return np.column_stack([normals, -np.einsum("ij,ij->i", normals, on)])
+    planes = np.zeros((5, 4))
+    eye = camera.eye - np.asarray(origin, np.float64)
+    _write_view(corners, eye, camera.axes()[2], camera.is_perspective, planes)
+    return planes
+
+
+@njit(cache=True, nogil=True)
+def _write_view(corners, eye, forward, is_perspective, planes):
+    """Write the planes of ``find_view_planes``."""
+    planes[0, :3] = forward
+    planes[0, 3] = -(forward * corners[0]).sum()
+    for side in range(4):
+        here = corners[side]
+        ray = here - eye if is_perspective else forward
+        # Corners run counter-clockwise seen from the eye, so ray x edge points outward.
+        normal = np.cross(corners[(side + 1) % 4] - here, ray)
+        normal /= np.sqrt((normal * normal).sum())
+        planes[1 + side, :3] = normal
+        planes[1 + side, 3] = -(normal * here).sum()
 
 
 MARGIN = 1e-6
@@ -112,33 +135,52 @@ def occlusion_pyramid(
     """
     corners = find_near_rectangle(camera, origin, scissor)
     light = np.asarray(light, np.float64)
-    forward = camera.axes()[2]
+    planes = np.zeros((6, 4))
+    n = _write_pyramid(corners, camera.axes()[2], light, planes)
+    return planes[:n]
+
+
+@njit(cache=True, nogil=True)
+def _write_pyramid(corners, forward, light, planes):
+    """Write the planes of ``occlusion_pyramid``; give how many there are."""
     to_light = light[:3] - light[3] * corners
-    reach = np.abs(to_light).max()
-    edges = np.roll(corners, -1, 0) - corners
-    size = np.abs(edges).max()
-    rise = forward @ to_light[0]
-    limit = 1e-9 * max(reach, size) if light[3] else 1e-12 * reach
-    if abs(rise) > limit:
-        normals = np.cross(edges, to_light)
-        near = np.copysign(1.0, rise) * forward[None]
-    else:
-        normals = np.cross(edges, forward)
-        near = np.stack([forward, -forward])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    sound = length[:, 0] > 1e-12 * size * (reach if abs(rise) > limit else 1.0)
-    normals = normals[sound] / length[sound]
-    inner = np.einsum("ij,ij->i", normals, corners.mean(0) - corners[sound])
-    normals *= np.where(inner < 0, -1.0, 1.0)[:, None]
+    edges = np.zeros((4, 3))
+    for side in range(4):
+        edges[side] = corners[(side + 1) % 4] - corners[side]
+    reach, size = np.abs(to_light).max(), np.abs(edges).max()
+    rise = (forward * to_light[0]).sum()
+    limit = 1e-9 * max(reach, size) if light[3] != 0.0 else 1e-12 * reach
+    is_off = abs(rise) > limit  # the light is not in the near plane
+    planes[0, :3] = forward if rise > 0.0 or not is_off else -forward
+    n = 1
+    if not is_off:
+        planes[1, :3] = -forward
+        n = 2
+    middle = (corners[0] + corners[1] + corners[2] + corners[3]) / 4.0
+    for side in range(4):
+        normal = np.cross(edges[side], to_light[side] if is_off else forward)
+        length = np.sqrt((normal * normal).sum())
+        if length > 1e-12 * size * (reach if is_off else 1.0):
+            inner = (normal * (middle - corners[side])).sum()
+            planes[n, :3] = normal / (-length if inner < 0.0 else length)
+            n += 1
 
     # A plane is right if all that spans the pyramid is inside: move it until it is, and
     # leave it out if a directional light leads away through it.
-    normals = np.concatenate([near, normals])
-    spans = np.append(corners, light[None, :3] / light[3], 0) if light[3] else corners
-    planes = np.column_stack([normals, -(normals @ spans.T).min(1)])
-    if light[3] == 0:
-        planes = planes[normals @ light[:3] >= -1e-12 * reach]
-    return planes
+    m = 0
+    for k in range(n):
+        normal = planes[k, :3].copy()
+        lowest = np.inf
+        for corner in range(4):
+            lowest = min(lowest, (normal * corners[corner]).sum())
+        if light[3] != 0.0:
+            lowest = min(lowest, (normal * light[:3]).sum() / light[3])
+        elif (normal * light[:3]).sum() < -1e-12 * reach:
+            continue
+        planes[m, :3] = normal
+        planes[m, 3] = -lowest
+        m += 1
+    return m
 
 
 def make_regions(
@@ -158,7 +200,7 @@ def make_regions(
     light = np.asarray(light, np.float64)
     pyramid = occlusion_pyramid(camera, light, origin, scissor)
     view = find_view_planes(camera, origin, scissor)
-    slack = margin * np.abs(find_near_rectangle(camera, origin, scissor)).max()
+    slack = margin * float(np.abs(find_near_rectangle(camera, origin, scissor)).max())
     pyramid[:, 3] += slack
     view[:, 3] += slack
     return Regions(pyramid, view, light)

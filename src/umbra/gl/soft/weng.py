@@ -37,6 +37,7 @@ from umbra.scene import Light
 from umbra.soft import AreaLight
 from umbra.soft.weng import GAP, LENGTH, find_growth, find_opacities
 from umbra.volume.adjacency import make_planes
+from umbra.volume.box_tree import BoxTree
 
 __all__ = ["LightLayers", "ScaledLayers", "grow", "list_layers", "plan_layers"]
 
@@ -156,7 +157,7 @@ def list_layers(
     if choices.narrow:
         corners, _ = find_clip_range(projection.camera, origin, layers.source, light)
     selection = select(
-        layers.volumes, layers.bounds, projection, origin, layers.source, method="auto",
+        layers.volumes, BoxTree(layers.bounds), projection, origin, layers.source, method="auto",
         choices=replace(choices, ask_triangles=False), floor=floor, reach=reach, scissor=corners,
     )  # fmt: skip
     draws, lists = [], []
