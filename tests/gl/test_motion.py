@@ -7,7 +7,7 @@ import pytest
 from support.shapes import box, torus_knot
 
 from umbra.gl.renderer import Renderer
-from umbra.gl.volumes import _make_sides as make_sides
+from umbra.gl.sides import make_sides
 from umbra.scene import (
     Camera,
     Material,
@@ -123,7 +123,7 @@ def test_instances_that_keep_their_place_under_the_light_keep_their_sides(
         found.append(int(wanted.sum()))
         return original(volumes, wanted)
 
-    monkeypatch.setattr("umbra.gl.volumes._make_sides", spy)
+    monkeypatch.setattr("umbra.gl.volumes.make_sides", spy)
     shift = np.eye(4)
     shift[0, 3] = 1.5
     first, second, crate = still.parts

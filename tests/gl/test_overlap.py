@@ -7,7 +7,7 @@ from support.shapes import box, city, merge, moved, stack_of_triangles, staircas
 from umbra.gl import casters
 from umbra.gl.casters import make_bodies
 from umbra.gl.geometry import Geometry
-from umbra.gl.overlap import bound_count, find_most
+from umbra.gl.overlap import bound_boxes, bound_count, bound_nearby, find_most
 from umbra.gl.volumes import make_volumes
 from umbra.scene import make_scene
 
@@ -98,3 +98,36 @@ def test_shells_that_are_put_together_add_up_box_by_box(bound, monkeypatch, ligh
     rows = [moved(in_line(300, (0, 3, 4)), (30 * k, 0, 0)) for k in range(3)]
     assert 300 <= bound(merge(*rows), light) <= 305
     assert 1 <= bound(in_line(1000, (3, 0, 0)), SUN) <= 127
+
+
+def test_a_bound_of_a_lamp_holds_for_lamps_near_it(device):
+    # Two rows of boxes, one behind the other: from the middle a lamp sees one of each, aside more.
+    mesh = merge(*[moved(box((0, 0, 0), (1, 1, 1)), (1.2 * k, 5 * (k % 2), 0)) for k in range(200)])
+    geometry = Geometry(device, make_scene(*mesh))
+    (body,) = make_bodies(make_scene(*mesh), geometry)
+    geometry.release()
+    opened = np.zeros((1, len(body.caster.is_closed)), bool)
+    every = np.ones(200, bool)
+
+    def look(place, known, slack=2.0, drawn=every):
+        light = np.array([*place, 1.0])
+        volumes = [make_volumes(body, light, opened)]
+        return bound_nearby(volumes, body.bounds, light, drawn, known, slack)
+
+    first = look((120, -30, 0.5), None)
+    assert first.most < 200
+    assert look((120.5, -30.9, 0.5), first) is first
+    assert look((122.5, -30, 0.5), first) is not first  # too far away
+    near, rng = [], np.random.default_rng(1)
+    for _ in range(20):
+        way = rng.normal(size=3)
+        place = (120, -30, 0.5) + 1.15 * way / np.linalg.norm(way)
+        near.append(bound_boxes(body.bounds, first.weights, np.array([*place, 1.0])))
+    assert 1 < max(near) <= first.most
+    few = np.arange(200) < 20
+    some = look((120, -30, 0.5), None, drawn=few)
+    assert look((120.1, -30, 0.5), some, drawn=few) is some
+    more = look((120.1, -30, 0.5), some)  # others are drawn, too
+    assert more is not some
+    assert not some.counted.all()
+    assert more.counted.all()

@@ -303,10 +303,38 @@ def test_sides_of_some_shells_are_those_of_all(device, light):
         assert sorted(map(tuple, found)) == sorted(map(tuple, expected))
 
 
+@pytest.mark.parametrize("w", [0.0, 1.0], ids=["suns", "lamps"])
+def test_sides_of_several_lights_are_those_of_each(device, w):
+    # Level suns see sides of the boxes and sheets edge-on: those are asked for themselves.
+    sheets = [moved((np.array([(0, 0, 0), (1, 0, 0), (0, 1.5, 0)], float), np.array([(0, 1, 2)])),
+                    (3 * k, 9, 1)) for k in range(5)]  # fmt: skip
+    boxes = [moved(box((0, 0, 0), (1, 1, 2)), (2 * k, 3, 0)) for k in range(15)]
+    body = find_body(device, [*boxes, *sheets])
+    opened = np.zeros((3, len(body.caster.is_closed)), bool)
+    ways = np.array([(3, 1, 5), (1, 2, 0), (-9, 2, 4), (7, -20, 30), (0, 0, 1)])
+    lights = [np.append(way, w) for way in ways]
+    random = np.random.default_rng(4)
+    wanted = [random.random(60) < share for share in (1.0, 0.3, 0.0, 0.7, 0.1)]
+    together = [make_volumes(body, light, opened) for light in lights]
+    together[0].find(random.random(60) < 0.5)  # some are known already
+    held = replace(make_volumes(body, lights[3], opened), held=np.array([[1, 2]]))
+    together[3] = held
+    volumes.find_together([[each] for each in together], wanted)
+    for light, some, each in zip(lights, wanted, together, strict=True):
+        alone = make_volumes(body, light, opened)
+        if each is held:
+            alone = replace(alone, held=held.held)
+        found, expected = (
+            np.column_stack(one.sides_of(some)[::-1]).tolist() for one in (each, alone)
+        )
+        assert sorted(map(tuple, found)) == sorted(map(tuple, expected))
+        assert len(found) > 0 or not some.any()
+
+
 def test_nothing_is_made_of_what_no_light_reaches(planner, monkeypatch):
     asked = []
-    made = volumes._make_sides
-    monkeypatch.setattr(volumes, "_make_sides", lambda *a: asked.append(a[1].sum()) or made(*a))
+    made = volumes.make_sides
+    monkeypatch.setattr(volumes, "make_sides", lambda *a: asked.append(a[1].sum()) or made(*a))
     plans, projection = planner(merge(HOUSE, moved(HOUSE, (60, 0, 0)), moved(HOUSE, (-90, 0, 0))))
     (far,) = plans.plan(projection, [replace(point_light((300, 0, 20)), range=30.0)])
     assert not asked

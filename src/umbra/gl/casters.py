@@ -61,6 +61,10 @@ class Body:
         No ray meets two of its lit faces.
     first : (n_instances,) int64
         Number of each instance's first point.
+    size : float
+        The longest side of the mesh's box [m].
+    stretch : float
+        No length of the mesh is longer in the scene's frame than so many times.
     mirrored : (n_instances,) bool
     transforms : (n_instances, 4, 4) float64
         To the scene's frame.
@@ -89,6 +93,8 @@ class Body:
     is_convex: NDArray[np.bool_] = field(init=False)
     first: NDArray[np.int64] = field(init=False)
     mirrored: NDArray[np.bool_] = field(init=False)
+    stretch: float = field(init=False)
+    size: float = field(init=False)
     transforms: NDArray[np.float64] = field(init=False)
     most: NDArray[np.int64] = field(init=False)
     n_faces: NDArray[np.intp] = field(init=False)
@@ -114,6 +120,8 @@ class Body:
         """Move the instances (n, 4, 4), in the order of the groups."""
         self.transforms = transforms
         self.mirrored = find_mirrored(self.transforms)
+        lengths = np.sqrt((self.transforms[:, :3, :3] ** 2).sum((1, 2)))
+        self.stretch = 1.0 if self.is_still else float(lengths.max())
         self._world_bounds = None
 
     def _take(self, shape: Shape) -> None:
@@ -131,6 +139,8 @@ class Body:
             ],
             1,
         )
+        whole = self.bounds[:, 1].max(0) - self.bounds[:, 0].min(0)
+        self.size = float(whole.max())
         adds = np.where(self.is_convex, 1, self.n_faces)
         self.most = np.bincount(self.component_shell, adds, self.n_shells).astype(np.int64)
 
@@ -163,6 +173,11 @@ class Body:
     def n_shells(self) -> int:
         """Shells of one instance."""
         return len(self.face_starts) - 1
+
+    def list_faces(self, shells: NDArray[np.intp]) -> NDArray[np.intp]:
+        """List the faces of some shells."""
+        spans = zip(self.face_starts[shells], self.face_starts[shells + 1], strict=True)
+        return np.concatenate([self.faces[:0], *(self.faces[first:end] for first, end in spans)])
 
     @property
     def is_still(self) -> bool:

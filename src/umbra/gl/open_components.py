@@ -15,6 +15,7 @@ nearest to the lamp, and the ways to it and to corners that are near are found i
 Sides and caps are cut there alike, so volumes stay closed.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -28,8 +29,9 @@ from umbra.rays.holding import find_holders, find_near_faces
 from umbra.scene import Camera
 from umbra.scene.mesh import transform_points
 from umbra.volume.adjacency import Caster
+from umbra.volume.box_tree import BoxTree
 
-__all__ = ["Nearby", "find_held", "find_nearby", "find_opened", "find_start"]
+__all__ = ["Nearby", "find_held", "find_near", "find_nearby", "find_opened", "find_start"]
 
 _ATTEMPTS = 8
 _TILT = 1e-5  # a millimetre in a hundred metres
@@ -39,8 +41,34 @@ _REACH = 1e-3
 _MOST = 2000  # faces; of a finer mesh the nearest
 
 
+def find_near(
+    bodies: Sequence[Body], tree: BoxTree, light: NDArray[np.float64]
+) -> list[NDArray[np.intp]]:
+    """
+    Find the shells near a light (4,), relative to the scene's origin, on which all below depends.
+
+    Returns for each body instances and shells, (n, 2) int each; none under a directional light.
+    ``tree`` is of the boxes of all shells of all bodies.
+    """
+    nothing = np.zeros((0, 2), np.intp)
+    if light[3] == 0.0 or not bodies:
+        return [nothing for _ in bodies]
+    reach = _REACH * max(body.size * body.stretch for body in bodies)
+    found = tree.find_holding(light[:3] / light[3], reach)
+    lists, first = [], 0
+    for body in bodies:
+        end = first + body.n_shells * len(body.groups)
+        mine = found[np.searchsorted(found, first) : np.searchsorted(found, end)] - first
+        lists.append(np.stack(np.divmod(mine, body.n_shells), 1) if len(mine) else nothing)
+        first = end
+    return lists
+
+
 def find_held(
-    body: Body, origin: NDArray[np.float64], lights: NDArray[np.float64]
+    body: Body,
+    origin: NDArray[np.float64],
+    lights: NDArray[np.float64],
+    near: NDArray[np.intp],
 ) -> NDArray[np.intp]:
     """
     Find the faces of a body's instances that hold the light, and so cast nothing.
@@ -52,22 +80,22 @@ def find_held(
         Of the scene.
     lights : (n_instances, 4) float64
         In each instance's own frame.
+    near : (n, 2) int
+        Instances and shells near the light, of ``find_near``.
 
     Returns
     -------
     held : (n, 2) int
         Instance and face.
     """
-    if not lights[0, 3]:
-        return np.zeros((0, 2), np.intp)
-    low, high = body.bounds[:, 0].min(0), body.bounds[:, 1].max(0)
-    near = _hold(np.stack([low, high])[None], lights).any(1)
     held = []
-    for instance in np.flatnonzero(near):
+    for instance in np.unique(near[:, 0]).tolist():
         transform = body.transforms[instance]
         coarse = np.abs(origin) + np.abs(transform[:3, 3])  # what the model's coordinates add
         moved = np.abs(np.linalg.inv(transform[:3, :3])) @ coarse
-        faces = find_holders(body.caster, body.blocks, lights[instance], moved)
+        shells = near[near[:, 0] == instance, 1]
+        some = body.list_faces(shells)
+        faces = find_holders(body.caster, body.blocks, lights[instance], moved, some)
         held.append(np.stack([np.full(len(faces), instance), faces], 1))
     return np.concatenate([np.zeros((0, 2), np.intp), *held])
 
@@ -78,6 +106,7 @@ def find_opened(
     origin: NDArray[np.float64],
     lights: NDArray[np.float64],
     held: NDArray[np.intp],
+    near: NDArray[np.intp],
 ) -> NDArray[np.bool_]:
     """
     Find the components to open, (n_instances, n_components) bool.
@@ -85,13 +114,17 @@ def find_opened(
     Parameters as in ``find_held``, which gives ``held``.
     """
     opened = np.zeros((len(lights), len(body.caster.is_closed)), np.bool_)
+    if not len(near) and not body.any_inward:
+        return opened
     apex = camera.apex(origin)
     forward = camera.axes()[2]
-    if not lights[0, 3] and not body.any_inward:
-        return opened
-    suspected = body.is_inward | (body.caster.is_closed & _hold_components(body, lights))
-    for instance in np.flatnonzero(suspected.any(1)):
-        light, suspects = lights[instance], suspected[instance]
+    asked = range(len(lights)) if body.any_inward else np.unique(near[:, 0]).tolist()
+    for instance in asked:
+        light = lights[instance]
+        shells = near[near[:, 0] == instance, 1]
+        suspects = body.is_inward | (body.caster.is_closed & _hold_components(body, shells, light))
+        if not suspects.any():
+            continue
         transform = body.transforms[instance]
         eye = np.linalg.solve(transform, apex)
         eye[3] = apex[3]
@@ -106,21 +139,23 @@ def find_opened(
     return opened
 
 
-def _hold(bounds: NDArray[np.float64], lights: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which boxes hold which lights, (n_lights, n_boxes)."""
+def _hold(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which boxes (n, 2, 3) hold a lamp."""
     margin = 1e-6 * (bounds[:, 1] - bounds[:, 0]).max(1, keepdims=True)
-    places = lights[:, None, :3]
-    inside = (places >= bounds[:, 0] - margin) & (places <= bounds[:, 1] + margin)
-    return np.asarray(inside.all(2) & (lights[:, 3:] != 0))
+    place = light[:3]
+    inside = (place >= bounds[:, 0] - margin) & (place <= bounds[:, 1] + margin)
+    return np.asarray(inside.all(1))
 
 
-def _hold_components(body: Body, lights: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which components' boxes hold which lights, (n_lights, n_components)."""
-    found = np.zeros((len(lights), len(body.component_shell)), np.bool_)
-    near = np.asarray(_hold(body.bounds, lights).any(0))
-    if near.any():
-        some = np.flatnonzero(near[body.component_shell])
-        found[:, some] = _hold(body.component_bounds[some], lights)
+def _hold_components(
+    body: Body, shells: NDArray[np.intp], light: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Tell which components' boxes hold a lamp that is near some shells, (n_components,)."""
+    found = np.zeros(len(body.component_shell), np.bool_)
+    holding = shells[_hold(body.bounds[shells], light)]
+    if len(holding):
+        some = np.flatnonzero(np.isin(body.component_shell, holding))
+        found[some] = _hold(body.component_bounds[some], light)
     return found
 
 
@@ -269,29 +304,36 @@ class Nearby:
         return [(rim[0], a, b) for a, b in pairwise(rim[1:])]
 
 
-def find_nearby(volumes: list[BodyVolumes], light: NDArray[np.float64]) -> Nearby | None:
-    """Find what a light (4,), relative to the scene's origin, nearly touches; mostly nothing."""
-    if light[3] == 0.0:
-        return None
+def find_nearby(
+    volumes: list[BodyVolumes], light: NDArray[np.float64], near: list[NDArray[np.intp]]
+) -> Nearby | None:
+    """
+    Find what a light (4,), relative to the scene's origin, nearly touches; mostly nothing.
+
+    ``near`` are instances and shells of each body, of ``find_near``: only these are asked.
+    """
     points: list[NDArray[np.float64]] = []
     at_corner: dict[int, int] = {}
     on_edge: dict[tuple[int, int], int] = {}
     on_face: dict[tuple[int, ...], int] = {}
     met: set[int] = set()
-    for each in volumes:
+    for each, mine in zip(volumes, near, strict=True):
         body = each.body
-        low, high = body.bounds[:, 0].min(0), body.bounds[:, 1].max(0)
-        reach = _REACH * float((high - low).max())
-        inside = (each.lights[:, :3] > low - reach) & (each.lights[:, :3] < high + reach)
-        for instance in np.flatnonzero(inside.all(1)):
-            faces = find_near_faces(body.caster, body.blocks, each.lights[instance], reach)[:_MOST]
+        reach = _REACH * body.size
+        for instance in np.unique(mine[:, 0]).tolist():
+            some = body.list_faces(mine[mine[:, 0] == instance, 1])
+            faces = find_near_faces(body.caster, body.blocks, each.lights[instance], reach, some)[
+                :_MOST
+            ]
             if not len(faces):
                 continue
-            places = transform_points(body.transforms[instance], body.caster.vertices)
-            for corners in body.caster.faces[faces].tolist():
-                names = [int(body.first[instance]) + corner for corner in corners]
-                # From the light, so that what is near has all its digits.
-                ways = places[corners] - light[:3]
+            used, rows = np.unique(body.caster.faces[faces], return_inverse=True)
+            # From the light, so that what is near has all its digits.
+            apart = body.caster.vertices[used]
+            apart = transform_points(body.transforms[instance], apart) - light[:3]
+            numbers = body.first[instance] + used
+            for corners in rows.reshape(-1, 3):
+                names, ways = numbers[corners].tolist(), apart[corners]
                 _add_corners(names, ways, reach, at_corner, points)
                 _add_edges(names, ways, reach, on_edge, points)
                 _add_face(names, ways, reach, on_face, points)

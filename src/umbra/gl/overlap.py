@@ -7,6 +7,8 @@ bound it quickly. It changes only where the ray crosses the silhouette, so half 
 that cross a row of the light's view bound it, too; and so do boxes around faces.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -18,11 +20,12 @@ from umbra.scene.mesh import transform_points
 from umbra.volume.bounds import find_box_points
 from umbra.volume.facing import find_sides
 
-__all__ = ["bound_boxes", "bound_count", "find_most"]
+__all__ = ["KnownBound", "bound_boxes", "bound_count", "bound_nearby", "find_most"]
 
 _ROWS = 4096
 _SIGNED_MOST = 127  # counts so small may be read as signed bytes: no closer bound is of use
 _NO_BOUND = 1 << 62
+_CUBE = [np.roll(np.eye(3), k + 1, 1) * [[1], [1], [s]] for k in range(3) for s in (1, -1)]
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
@@ -64,11 +67,77 @@ def bound_count(
     return min(bound, _stack(points, faces, np.ones(len(faces), np.int64), light))
 
 
+@dataclass(frozen=True, eq=False)
+class KnownBound:
+    """
+    A bound that holds for all lamps near a place, so that one that moves need not be asked again.
+
+    Parameters
+    ----------
+    light : (4,) float64
+        Relative to the scene's origin.
+    slack : float
+        How far from there a lamp may be [m].
+    weights : (n_shells,) int64
+        What each shell can add, where it stands.
+    counted : (n_shells,) bool
+        Shells that the bound counts.
+    most : int
+        No count of these can be larger.
+    """
+
+    light: NDArray[np.float64]
+    slack: float
+    weights: NDArray[np.int64]
+    counted: NDArray[np.bool_]
+    most: int
+
+    def holds(
+        self, light: NDArray[np.float64], weights: NDArray[np.int64], drawn: NDArray[np.bool_]
+    ) -> bool:
+        """Tell whether it holds for a light and the shells that are drawn under it."""
+        apart = float(np.abs(light - self.light).sum())  # no less than the distance
+        return (
+            apart <= self.slack * light[3]
+            and not (drawn & ~self.counted).any()
+            and np.array_equal(weights, self.weights)
+        )
+
+
+def bound_nearby(
+    volumes: list[BodyVolumes],
+    bounds: NDArray[np.float64],
+    light: NDArray[np.float64],
+    drawn: NDArray[np.bool_],
+    known: KnownBound | None,
+    slack: float,
+) -> KnownBound:
+    """
+    Bound the shadow count of any point, for a light (4,) and if it can be for lamps near it.
+
+    Seen from a lamp that stands a little aside, boxes are boxes that stand a little aside: one
+    larger by ``slack`` [m] holds them all. ``bounds`` (n_shells, 2, 3) are of all shells,
+    relative to the scene's origin, as the light; ``known`` is what was known of the light
+    before, while nothing else moved.
+    """
+    most = [find_most(each.body, each.opened) for each in volumes]
+    weights = np.concatenate([np.zeros(0, np.int64), *most])
+    if known is not None and known.holds(light, weights, drawn):
+        return known
+    if slack > 0.0 and light[3] > 0.0:
+        counted = drawn if known is None else drawn | known.counted
+        boxes = bounds[counted] + np.array([[-slack], [slack]])
+        bound = bound_boxes(boxes, weights[counted], light)
+        if bound <= _SIGNED_MOST:
+            return KnownBound(light, slack, weights, counted, bound)
+    return KnownBound(light, 0.0, weights, drawn, bound_count(volumes, most, light, drawn))
+
+
 def bound_boxes(
     boxes: NDArray[np.float64], weights: NDArray[np.int64], light: NDArray[np.float64]
 ) -> int:
     """Bound the count of any point by boxes (n, 2, 3) around casters and what each can add (n,)."""
-    if weights.sum() <= STENCIL_MOST:
+    if weights.sum() <= _SIGNED_MOST:
         return int(weights.sum())
     corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
     shapes = np.arange(len(corners)).reshape(-1, 8)
@@ -223,16 +292,30 @@ def _stack(
         right /= np.linalg.norm(right)
         frames = [np.stack([right, np.cross(toward, right), toward])]
     else:  # the six sides of a cube around it
-        frames = [np.roll(np.eye(3), k + 1, 1) * [[1], [1], [s]] for k in range(3) for s in (1, -1)]
+        frames = _CUBE
     cells = int(np.clip(4 * np.sqrt(len(shapes)), 64, 1024))
-    boxes, owners = np.zeros((len(shapes), 4)), np.zeros(len(shapes), np.int64)
+    return int(_find_deepest(points, shapes, weights, light, np.array(frames), cells))
+
+
+@njit(cache=True, nogil=True)
+def _find_deepest(points, shapes, weights, light, frames, cells):
+    """Give the largest weight in one cell of the light's view, in any frame (3, 3) of some."""
+    boxes, owners = np.zeros((shapes.shape[0], 4)), np.zeros(shapes.shape[0], np.int64)
+    heap, column = np.zeros((cells + 1, cells + 1), np.int64), np.zeros(cells + 1, np.int64)
     deepest = 0
-    for frame in frames:
-        n = _flatten(points, shapes, light, np.ascontiguousarray(frame), boxes, owners)
-        if n:
-            heap = np.zeros((cells + 1, cells + 1), np.int64)
-            _pile(boxes[:n], weights[owners[:n]], heap)
-            deepest = max(deepest, int(heap.cumsum(0).cumsum(1).max()))
+    for number in range(frames.shape[0]):
+        n = _flatten(points, shapes, light, frames[number], boxes, owners)
+        if n == 0:
+            continue
+        heap[:] = 0
+        column[:] = 0
+        _pile(boxes[:n], weights[owners[:n]], heap)
+        for row in range(cells):
+            here = 0
+            for cell in range(cells):
+                column[cell] += heap[row, cell]
+                here += column[cell]
+                deepest = max(deepest, here)
     return deepest
 
 

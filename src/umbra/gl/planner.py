@@ -16,8 +16,13 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
 from umbra.gl.geometry import Geometry, Group
-from umbra.gl.open_components import Nearby, find_held, find_nearby, find_opened, find_start
-from umbra.gl.overlap import bound_count, find_most
+from umbra.gl.kept_light import KeptLight
+from umbra.gl.open_components import (
+    find_held,
+    find_near,
+    find_opened,
+    find_start,
+)
 from umbra.gl.plan import (
     LIGHT_CAP,
     Z_FAIL,
@@ -31,13 +36,14 @@ from umbra.gl.plan import (
 )
 from umbra.gl.projection import (
     Projection,
-    find_clip_range,
+    Rectangle,
+    find_clip_ranges,
     find_source,
     make_projection,
     turn_scissor,
 )
 from umbra.gl.resources import Indices
-from umbra.gl.volumes import BodyVolumes, gather
+from umbra.gl.volumes import BodyVolumes, find_together, gather
 from umbra.machine import count_cores, use_threads
 from umbra.methods import METHODS
 from umbra.scene import Camera, Light, Part, Scene
@@ -48,32 +54,6 @@ __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Planner", "Statistics", "Vo
 
 _BELOW = 0.002  # volumes end so much of the scene's size below the lowest receiver
 _FEW_FACES = 300_000  # one thread finds their silhouettes before a second is awake
-
-
-@dataclass(eq=False)
-class _LightCache:
-    """What is kept of one light between frames."""
-
-    volumes: list[BodyVolumes]
-    moves: int
-    nearby: Nearby | None
-    bounded: tuple[NDArray[np.bool_], int] | None = None
-
-    def find(self, drawn: NDArray[np.bool_]) -> None:
-        """Find the sides of the drawn shells (n,), where they are not known."""
-        offset = 0
-        for each in self.volumes:
-            n = each.body.n_shells * len(each.body.groups)
-            each.find(drawn[offset : offset + n])
-            offset += n
-
-    def bound(self, source: NDArray[np.float64], drawn: NDArray[np.bool_]) -> int:
-        """Bound the count of the drawn shells (n,), and of those drawn under it before."""
-        if self.bounded is None or (drawn & ~self.bounded[0]).any():
-            drawn = drawn if self.bounded is None else drawn | self.bounded[0]
-            most = [find_most(each.body, each.opened) for each in self.volumes]
-            self.bounded = drawn, bound_count(self.volumes, most, source, drawn)
-        return self.bounded[1]
 
 
 @dataclass(eq=False)
@@ -100,6 +80,8 @@ class Planner:
     bodies : list of Body
     bounds : (n_shells, 2, 3) float64
         Of the shells of all bodies, relative to the scene's origin [m].
+    tree : BoxTree
+        Of these boxes.
     indices : Indices
         The triangles of the last plans.
     floor : float
@@ -112,9 +94,10 @@ class Planner:
     casters: Sequence[int] | None = None
     ground: float | None = None
     before: Sequence[Body] = ()
-    _kept: list[_LightCache] = field(default_factory=list)
+    _kept: list[KeptLight] = field(default_factory=list)
     _last: tuple[bytes, list[VolumePlan]] | None = None
     _moves: int = 0
+    tree: BoxTree = field(init=False)
     _has_moved: bool = False
     _idle_boxes: dict[int, tuple[Part, NDArray[np.float64]]] = field(default_factory=dict)
 
@@ -217,81 +200,90 @@ class Planner:
         if self._last is None or self._last[0] != key or method == "z-pass":
             plans: list[VolumePlan] = []
             lists, nearby = [np.zeros(0, np.uint32)], [np.zeros((0, 2, 3))]
-            for number, light in enumerate(lights):
-                plans.append(
-                    self._plan(number, projection, light, method, choices, warn, lists, nearby)
+            origin = self.scene.origin
+            sources = np.array([find_source(light, origin) for light in lights]).reshape(-1, 4)
+            ranges = find_clip_ranges(projection.camera, origin, sources, lights)
+            chosen = [
+                self._choose(number, projection, light, source, corners, method, choices)
+                for number, (light, source, (corners, _)) in enumerate(
+                    zip(lights, sources, ranges, strict=True)
                 )
+            ]
             del self._kept[len(lights) :]
+            for selection in chosen:
+                self._warn(selection, method, warn)
+            find_together(
+                [kept.volumes for kept in self._kept], [selection.sides for selection in chosen]
+            )
+            for kept, selection, clip_range in zip(self._kept, chosen, ranges, strict=True):
+                clip = clip_range if choices.narrow else (None, None)
+                plans.append(self._plan(kept, projection, selection, clip, lists, nearby))
             points = np.concatenate(nearby)
             self.indices.write(np.concatenate(lists), points if len(points) else None)
             self._last = key, plans
         return self._last[1]
 
-    def _plan(
+    def _choose(
         self,
         number: int,
         projection: Projection,
         light: Light,
+        source: NDArray[np.float64],
+        corners: Rectangle | None,
         method: str,
         choices: VolumeOptions,
-        warn: Callable[[str], object],
-        lists: list[NDArray[np.uint32]],
-        nearby: list[NDArray[np.float64]],
-    ) -> VolumePlan:
-        """Plan one light, and add its triangles to the lists."""
-        camera, origin = projection.camera, self.scene.origin
-        source = find_source(light, origin)
+    ) -> Selection:
+        """Select what to draw of one light, and keep its volumes."""
         kept = self._keep(number, projection.asked, source)
-        reach = light.range if choices.narrow else np.inf
-        corners, depths, cone = None, None, None
-        if choices.narrow:
-            corners, depths = find_clip_range(camera, origin, source, light)
-            if light.axis is not None:
-                cone = find_cone_planes(source[:3], light.axis, light.half_angle)
-        selection = select(
-            kept.volumes, self.tree, projection, origin, source, method=method, choices=choices,
-            floor=self.floor, reach=reach, cone=cone, scissor=corners,
+        cone = None
+        if choices.narrow and light.axis is not None:
+            cone = find_cone_planes(source[:3], light.axis, light.half_angle)
+        return select(
+            kept.volumes, self.tree, projection, self.scene.origin, source, method=method,
+            choices=choices, floor=self.floor, reach=light.range if choices.narrow else np.inf,
+            cone=cone, scissor=corners if choices.narrow else None,
         )  # fmt: skip
+
+    @staticmethod
+    def _warn(selection: Selection, method: str, warn: Callable[[str], object]) -> None:
         if method == "z-pass" and (selection.case > 1).any():
             warn(
                 f"z-pass is wrong for this view: {int((selection.case > 1).sum())} casters stand "
                 "between the near plane and the light, and the eye cannot see their volumes "
                 "begin; use auto or z-fail"
             )
-        kept.find(selection.sides)
+
+    def _plan(
+        self,
+        kept: KeptLight,
+        projection: Projection,
+        selection: Selection,
+        clip_range: tuple[Rectangle | None, tuple[float, float] | None],
+        lists: list[NDArray[np.uint32]],
+        nearby: list[NDArray[np.float64]],
+    ) -> VolumePlan:
+        """Plan one light, and add its triangles to the lists."""
+        source, (corners, depths) = kept.source, clip_range
         draws: list[Draw] = []
         drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
-        place = sum(map(len, lists))
-        first = self.geometry.n_points + sum(map(len, nearby))
-        if kept.nearby is not None:
-            nearby.append(kept.nearby.points)
-        for name, is_cut, chosen in _list_draws(selection):
-            found = gather(
-                kept.volumes, name.split("_z_", maxsplit=1)[0], chosen,
-                is_quad=is_cut or source[3] > 0, is_fan=selection.is_fan,
-            )  # fmt: skip
-            if kept.nearby is not None:
-                found = kept.nearby.refine(found, first)
-            if len(found):
-                kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
-                draws.append(Draw(kind, is_cut, place, len(found)))
-                drawn[name] += len(found) // 3
-                place += len(found)
-                lists.append(found)
-        uncut = selection.sides & selection.z_fail & ~selection.is_cut
-        start, tilt = find_start(kept.volumes, camera, source, uncut)
-        cases = [int((selection.case == case).sum()) for case in (1, 2, 3)]
+        start, tilt, deepest = 0, np.zeros(2), 0
+        if selection.sides.any():
+            self._list(kept, selection, draws, drawn, lists, nearby)
+            uncut = selection.sides & selection.z_fail & ~selection.is_cut
+            start, tilt = find_start(kept.volumes, projection.camera, source, uncut)
+            deepest = kept.bound(source, self.bounds, selection.sides)
+        cases = np.bincount(selection.case, minlength=4).tolist()
         statistics = Statistics(
             shells=len(self.bounds),
             culled=int((~selection.sides).sum()),
             cut=int((selection.is_cut & selection.sides).sum()),
-            cases=(cases[0], cases[1], cases[2]),
+            cases=(cases[1], cases[2], cases[3]),
             sides=drawn["sides_z_pass"] + drawn["sides_z_fail"],
             sides_z_pass=drawn["sides_z_pass"],
             dark_caps=drawn["dark_cap"],
             light_caps=drawn["light_cap"],
             index_bytes=self.indices.dtype.itemsize * sum(draw.count for draw in draws),
-            deepest=kept.bound(source, selection.sides),
+            deepest=deepest,
         )
         return VolumePlan(
             projection=projection.tilted(tilt),
@@ -301,22 +293,52 @@ class Planner:
             start=start,
             case=selection.case,
             statistics=statistics,
-            scissor=None if corners is None else turn_scissor(corners, camera),
+            scissor=None if corners is None else turn_scissor(corners, projection.camera),
             depth_bounds=depths,
             selection=selection,
             volumes=tuple(kept.volumes),
         )
 
-    def _keep(self, number: int, camera: Camera, source: NDArray) -> _LightCache:
+    def _list(
+        self,
+        kept: KeptLight,
+        selection: Selection,
+        draws: list[Draw],
+        drawn: dict[str, int],
+        lists: list[NDArray[np.uint32]],
+        nearby: list[NDArray[np.float64]],
+    ) -> None:
+        """Add a light's triangles to the lists, and what to draw of them."""
+        touched = kept.touch(kept.source, selection.sides)
+        place = sum(map(len, lists))
+        first = self.geometry.n_points + sum(map(len, nearby))
+        if touched is not None:
+            nearby.append(touched.points)
+        for name, is_cut, chosen in _list_draws(selection):
+            found = gather(
+                kept.volumes, name.split("_z_", maxsplit=1)[0], chosen,
+                is_quad=is_cut or kept.source[3] > 0, is_fan=selection.is_fan,
+            )  # fmt: skip
+            if touched is not None:
+                found = touched.refine(found, first)
+            if len(found):
+                kind = {"sides_z_pass": Z_PASS, "light_cap": LIGHT_CAP}.get(name, Z_FAIL)
+                draws.append(Draw(kind, is_cut, place, len(found)))
+                drawn[name] += len(found) // 3
+                place += len(found)
+                lists.append(found)
+
+    def _keep(self, number: int, camera: Camera, source: NDArray) -> KeptLight:
         """Find a light's volumes; those of the last frame where nothing moved."""
         old = self._kept[number] if number < len(self._kept) else None
         faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
         use_threads(count_cores() if faces > _FEW_FACES else 1)
         volumes: list[BodyVolumes] = []
-        for index, body in enumerate(self.bodies):
+        near = find_near(self.bodies, self.tree, source)
+        for index, (body, mine) in enumerate(zip(self.bodies, near, strict=True)):
             lights = body.lights(source)
-            held = find_held(body, self.scene.origin, lights)
-            opened = find_opened(body, camera, self.scene.origin, lights, held)
+            held = find_held(body, self.scene.origin, lights, mine)
+            opened = find_opened(body, camera, self.scene.origin, lights, held, mine)
             last = old.volumes[index] if old is not None else None
             if last is not None and last.is_of(lights, opened):
                 volumes.append(last)
@@ -328,7 +350,9 @@ class Planner:
         same = old is not None and all(map(operator.is_, volumes, old.volumes))
         if old is not None and same and old.moves == self._moves:
             return old
-        kept = _LightCache(volumes, self._moves, find_nearby(volumes, source))
+        kept = KeptLight(source, volumes, self._moves, near)
+        if old is not None and old.moves == self._moves:
+            kept.follow(old, source)
         self._kept[number : number + 1] = [kept]
         return kept
 

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from umbra.rays.eye_count import BLOCK
-from umbra.volume.adjacency import Caster
+from umbra.volume.adjacency import Caster, make_planes
 
 __all__ = ["Shape", "find_welds", "measure_shape"]
 
@@ -48,7 +48,7 @@ class Shape:
 def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> Shape:
     """Measure a caster whose vertices are these, (n_vertices, 3) float64 in its own frame [m]."""
     n_faces, n_components = len(caster.faces), len(caster.is_closed)
-    planes = np.full((4, n_faces + 1), np.nan)
+    planes = make_planes(vertices, caster.faces)
     bounds = np.zeros((n_components, 2, 3))
     bounds[:, 0], bounds[:, 1] = np.inf, -np.inf
     blocks = np.zeros((-(-n_faces // BLOCK), 6))
@@ -66,7 +66,7 @@ def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> Shape:
 
 @njit(cache=True, nogil=True)
 def _measure_faces(vertices, faces, component, planes, bounds, blocks, volumes):
-    """Write planes, boxes and volumes face by face; give the vertices' largest coordinate."""
+    """Write boxes and volumes face by face; give the vertices' largest coordinate."""
     largest = 0.0
     for vertex in range(vertices.shape[0]):
         for axis in range(3):
@@ -82,16 +82,7 @@ def _measure_faces(vertices, faces, component, planes, bounds, blocks, volumes):
             bounds[owner, 1, axis] = max(bounds[owner, 1, axis], high)
             blocks[block, axis] = low if is_first else min(blocks[block, axis], low)
             blocks[block, 3 + axis] = high if is_first else max(blocks[block, 3 + axis], high)
-        ax, ay, az = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-        bx, by, bz = vertices[j, 0], vertices[j, 1], vertices[j, 2]
-        cx, cy, cz = vertices[k, 0], vertices[k, 1], vertices[k, 2]
-        ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        planes[0, face], planes[1, face], planes[2, face] = nx, ny, nz
-        planes[3, face] = -(nx * ax + ny * ay + nz * az)
-        volumes[owner] += (
-            ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-        )
+        volumes[owner] -= planes[3, face]
     return largest
 
 

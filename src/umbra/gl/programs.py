@@ -86,6 +86,7 @@ class Program:
             for name in self.handle
             if hasattr(self.handle[name], "write") and hasattr(self.handle[name], "location")
         }
+        self._given: dict[str, Any] = {}
         device.keep("program", self.handle.glo)
 
     def _explain(self, report: str, vertex: str, fragment: str) -> str:
@@ -106,14 +107,17 @@ class Program:
 
         Arrays are written as float32 (matrices in rows, as numpy has them); Python's whole
         numbers and truth values go to int, bool and sampler uniforms, its floats to float.
+        Numbers, and arrays that nobody can write to, are not given twice in a row.
         """
         gl = self._device.gl
         gl.UseProgram(self.handle.glo)
         for name, value in uniforms.items():
             member = self._members.get(name)
-            if member is None:
+            if member is None or value is self._given.get(name):
                 continue
-            if isinstance(value, np.ndarray):
+            is_array = isinstance(value, np.ndarray)
+            self._given[name] = None if is_array and value.flags.writeable else value
+            if is_array:
                 matrix = value.T if value.ndim == 2 and value.shape[0] == value.shape[1] else value
                 member.write(np.ascontiguousarray(matrix, np.float32).tobytes())
             elif isinstance(value, int):

@@ -5,7 +5,9 @@ A light of limited range, or a spot, can change only part of a picture: its *cli
 scissor and depth bounds.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +26,9 @@ __all__ = [
     "EDGE_ON",
     "Projection",
     "find_clip_range",
+    "find_clip_ranges",
     "find_rays",
-    "find_scissor",
+    "find_scissors",
     "find_source",
     "make_projection",
     "turn_scissor",
@@ -111,13 +114,28 @@ class Projection:
 
     def uniforms(self) -> dict[str, NDArray | float]:
         """Give the uniforms of ``place.glsl`` that depend on the camera alone."""
+        return self._uniforms
+
+    @cached_property
+    def _uniforms(self) -> dict[str, NDArray | float]:
         high = self.eye.astype(np.float32)
-        return {
-            "projection": self.clip_matrix,
+        arrays: dict[str, NDArray] = {
+            "projection": self.clip_matrix.astype(np.float32),
             "eye_high": high,
             "eye_low": (self.eye - high).astype(np.float32),
-            "before": self._find_before(),
         }
+        for array in arrays.values():
+            array.setflags(write=False)  # so a program need not be given them twice
+        return {**arrays, "before": self._find_before()}
+
+    @cached_property
+    def rays(self) -> dict[str, object]:
+        """The uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
+        found = _find_rays(self)
+        for array in found.values():
+            if isinstance(array, np.ndarray):
+                array.setflags(write=False)
+        return found
 
 
 def make_projection(
@@ -204,6 +222,10 @@ def _find_depths(
 
 def find_rays(projection: Projection) -> dict[str, object]:
     """Give the uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
+    return projection.rays
+
+
+def _find_rays(projection: Projection) -> dict[str, object]:
     camera = projection.camera
     right, up, forward = camera.axes()
     cols, rows = camera.size
@@ -221,41 +243,66 @@ def find_rays(projection: Projection) -> dict[str, object]:
     }
 
 
+Rectangle = NDArray[np.int64]
+"""Left, top, right, bottom [pixels], row 0 the top."""
+
+
 def find_clip_range(
     camera: Camera, origin: NDArray, source: NDArray, light: Light
-) -> tuple[NDArray[np.int64] | None, tuple[float, float] | None]:
+) -> tuple[Rectangle | None, tuple[float, float] | None]:
+    """Find what a light can change of a picture; as ``find_clip_ranges``."""
+    return find_clip_ranges(camera, origin, source[None], [light])[0]
+
+
+def find_clip_ranges(
+    camera: Camera, origin: NDArray, sources: NDArray, lights: Sequence[Light]
+) -> list[tuple[Rectangle | None, tuple[float, float] | None]]:
     """
-    Find what a light, by its range and cone, can change of a picture.
+    Find what lights, by their ranges and cones, can change of a picture.
 
     Parameters
     ----------
     camera : Camera
     origin : (3,) float64
         Of the scene.
-    source : (4,) float64
-        The light, relative to the origin.
-    light : Light
+    sources : (n, 4) float64
+        The lights, relative to the origin.
+    lights : sequence of Light
 
     Returns
     -------
-    corners : (4,) int64 or None
-        Left, top, right, bottom [pixels], row 0 the top; None where all is reached.
-    depths : (float, float) or None
-        Lowest and highest window depth, in perspective.
+    ranges : list of (corners, depths)
+        A rectangle, None where all of the picture is reached; lowest and highest window depth
+        (float, float), None where there is no range, or no perspective.
     """
-    reach = light.range
-    if source[3] == 0 or (np.isinf(reach) and light.axis is None):
-        return None, None
-    place = source[None, :3]
-    (corners,) = find_sphere_scissors(camera, place, [reach], origin)
-    if light.axis is not None:
-        cone = find_cone_scissor(camera, place[0], light.axis, light.half_angle, reach, origin)
-        corners = _meet(corners, cone)
-    if not camera.is_perspective or np.isinf(reach):
-        return corners, None
-    found = find_depth_bounds(camera, find_sphere_depths(camera, place, [reach], origin))
-    low, high = found.bounds[0].tolist()
-    return corners * ~found.is_empty[0], (low, high)
+    found: list[tuple[Rectangle | None, tuple[float, float] | None]] = [(None, None)] * len(lights)
+    some = [
+        number
+        for number, light in enumerate(lights)
+        if sources[number, 3] and (light.range < np.inf or light.axis is not None)
+    ]
+    if not some:
+        return found
+    places = sources[some, :3]
+    reaches = np.array([lights[number].range for number in some])
+    corners = find_sphere_scissors(camera, places, reaches, origin)
+    bounds = None
+    if camera.is_perspective:
+        depths = find_sphere_depths(camera, places, reaches, origin)
+        bounds = find_depth_bounds(camera, depths)
+    for row, number in enumerate(some):
+        light, mine = lights[number], corners[row]
+        if light.axis is not None:
+            cone = find_cone_scissor(
+                camera, places[row], light.axis, light.half_angle, light.range, origin
+            )
+            mine = _meet(mine, cone)
+        span = None
+        if bounds is not None and light.range < np.inf:
+            low, high = bounds.bounds[row].tolist()
+            mine, span = mine * ~bounds.is_empty[row], (low, high)
+        found[number] = mine, span
+    return found
 
 
 def _meet(one: NDArray[np.int64], two: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -270,7 +317,10 @@ def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, 
     return left, camera.size[1] - bottom, right - left, bottom - top
 
 
-def find_scissor(camera: Camera, origin: NDArray, light: Light) -> tuple[int, int, int, int] | None:
-    """Find the rectangle that a light's range reaches, as OpenGL has it; None: all."""
-    corners, _ = find_clip_range(camera, origin, light.local(origin), light)
-    return None if corners is None else turn_scissor(corners, camera)
+def find_scissors(
+    camera: Camera, origin: NDArray, lights: Sequence[Light]
+) -> list[tuple[int, int, int, int] | None]:
+    """Find the rectangles that lights' ranges reach, as OpenGL has them; None: all."""
+    sources = np.array([light.local(origin) for light in lights]).reshape(-1, 4)
+    ranges = find_clip_ranges(camera, origin, sources, lights)
+    return [None if corners is None else turn_scissor(corners, camera) for corners, _ in ranges]

@@ -25,7 +25,7 @@ from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.small import SmallMasks
 from umbra.gl.plan import Statistics, VolumeOptions, VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.projection import Projection, find_scissor
+from umbra.gl.projection import Projection, find_scissors
 from umbra.gl.resources import Timers
 from umbra.gl.samples import Averaging, split_samples
 from umbra.gl.shading import Lamps, Shading
@@ -284,19 +284,17 @@ class Renderer(DeviceUser):
         """Draw surfaces in one light, or none, and in its shadow; then choose."""
         origin = self.scene.origin
         lamps = [self.lamps.make(light, projection, origin, find_exposure(1)) for light in lights]
+        scissors = find_scissors(projection.camera, origin, lights)
         target = targets.both if lights and shadows else targets.drawn
         with self._timed("surfaces"):
             target.begin(state)
-            lamp = lamps[0] if lamps else None
-            self.surfaces.draw_at_once(
-                state, projection, self.ground, lamp, cull=projection.sees_all
-            )
+            lamp, cull = lamps[0] if lamps else None, projection.sees_all
+            self.surfaces.draw_at_once(state, projection, self.ground, lamp, cull=cull)
             self.shading.draw_sky(state, target)
         self.device.gl.Flush()  # a device in software draws while volumes are planned
         if not shadows:
             return
-        for plan, light in zip(self._plan(projection, lights, method), lights, strict=True):
-            scissor = find_scissor(projection.camera, origin, light)
+        for plan, scissor in zip(self._plan(projection, lights, method), scissors, strict=True):
             if scissor is not None and 0 in scissor[2:]:
                 continue
             with self._timed("shadows"):
@@ -355,8 +353,9 @@ class Renderer(DeviceUser):
         softened: SoftLights,
     ) -> None:
         origin, exposure = self.scene.origin, find_exposure(len(lights))
+        scissors = find_scissors(projection.camera, origin, lights)
         for number, (light, plan) in enumerate(zip(lights, plans, strict=True)):
-            scissor = find_scissor(projection.camera, origin, light)
+            scissor = scissors[number]
             if scissor is not None and 0 in scissor[2:]:
                 continue
             with self._timed("shadows"):

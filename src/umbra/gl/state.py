@@ -7,6 +7,7 @@ own defaults. Nobody else calls glEnable, glDepthFunc and their like.
 """
 
 from dataclasses import dataclass, fields, replace
+from operator import attrgetter
 from typing import Any
 
 from umbra.errors import UmbraError
@@ -107,6 +108,9 @@ class Pass:
     sample: int | None = None
 
 
+_NAMES = tuple(field.name for field in fields(Pass))
+_list_values = attrgetter(*_NAMES)
+
 DEFAULT = Pass(depth_write=True, color_write=True)
 """OpenGL's own initial state."""
 
@@ -135,10 +139,17 @@ class State:
         if wanted.depth_bounds is not None and not self._device.has_depth_bounds:
             msg = f"{self._device.renderer} has no depth bounds test; leave depth_bounds out"
             raise UmbraError(msg)
-        for one in fields(Pass):
-            value = getattr(wanted, one.name)
-            if self._now is None or value != getattr(self._now, one.name):
-                getattr(self, f"_set_{one.name}")(value)
+        if wanted is self._now:
+            return
+        values = _list_values(wanted)
+        if self._now is None:
+            changed = list(zip(_NAMES, values, strict=True))
+        else:
+            now = _list_values(self._now)
+            pairs = zip(_NAMES, values, now, strict=True)
+            changed = [(name, new) for name, new, old in pairs if new is not old and new != old]
+        for name, value in changed:
+            getattr(self, f"_set_{name}")(value)
         self._now = wanted
 
     def clear(

@@ -7,19 +7,19 @@ is the whole side where both far corners meet in one point at infinity, under a
 directional light.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.gl.sides import make_sides, make_sides_alike
 from umbra.volume.adjacency import Caster
 from umbra.volume.facing import find_sides
-from umbra.volume.silhouette import Silhouettes, find_silhouettes
 
-__all__ = ["BodyVolumes", "gather", "make_volumes"]
+__all__ = ["BodyVolumes", "find_together", "gather", "make_volumes"]
+
+_LARGE = 200_000  # edges; of larger meshes each light is asked for itself, by several threads
 
 FAR = np.uint32(1)
 """Added to a point's vertex number: its far end."""
@@ -79,7 +79,10 @@ class BodyVolumes:
         missing = wanted & ~self._found
         if not missing.any():
             return
-        sides, shell = _make_sides(self, missing)
+        self._add(*make_sides(self, missing), missing)
+
+    def _add(self, sides: NDArray[np.uint32], shell: NDArray[np.intp], found: NDArray) -> None:
+        """Take the sides of shells that were found."""
         if self._found.any():
             sides = np.concatenate([self._sides, sides])
             shell = np.concatenate([self._side_shell, shell])
@@ -87,7 +90,7 @@ class BodyVolumes:
             order = np.argsort(shell, kind="stable")
             sides, shell = sides[order], shell[order]
         self._sides, self._side_shell = sides, shell
-        self._found |= wanted
+        self._found = self._found | found
 
     def sides_of(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
         """Give the sides of the wanted shells, and the shell of each, ascending."""
@@ -181,9 +184,6 @@ class BodyVolumes:
         return (2 * corners).astype(np.uint32), chosen[owner]
 
 
-_FEW = 4  # of a mesh of which one edge in so many is wanted all are asked
-
-
 def make_volumes(
     body: Body,
     light: NDArray[np.float64],
@@ -198,145 +198,6 @@ def make_volumes(
     """
     held = np.zeros((0, 2), np.intp) if held is None else held
     return BodyVolumes(body, body.lights(light), opened, held)
-
-
-def _make_sides(
-    volumes: BodyVolumes, wanted: NDArray[np.bool_]
-) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-    """Find the silhouettes of wanted shells and make their sides; give their shells, too."""
-    body, opened, held = volumes.body, volumes.opened, volumes.held
-    sides: list[NDArray[np.uint32]] = [np.zeros((0, 6), np.uint32)]
-    shells: list[NDArray[np.intp]] = [np.zeros(0, np.intp)]
-    asked = wanted.reshape(-1, body.n_shells).any(1)
-    # Nearly always all instances open the same components, namely none.
-    kinds = opened[:1] if (opened == opened[:1]).all() else np.unique(opened, axis=0)
-    apart = np.bincount(held[:, 0], minlength=len(opened)) > 0
-    for kind in kinds:
-        alike = np.flatnonzero((opened == kind).all(1) & ~apart & asked)
-        if len(alike):
-            _add_sides(volumes, body.caster.opened(kind), alike, wanted, sides, shells)
-    for instance in np.flatnonzero(apart & asked):
-        caster = volumes.caster_of(int(instance)).opened(opened[instance])
-        _add_sides(volumes, caster, np.array([instance]), wanted, sides, shells)
-    return np.concatenate(sides), np.concatenate(shells)
-
-
-def _add_sides(
-    volumes: BodyVolumes,
-    caster: Caster,
-    alike: NDArray[np.intp],
-    wanted: NDArray[np.bool_],
-    sides: list[NDArray[np.uint32]],
-    shells: list[NDArray[np.intp]],
-) -> None:
-    """Add the sides of wanted shells of some instances, and their shells, to lists."""
-    body = volumes.body
-    for which, found in _find_silhouettes(volumes, caster, alike, wanted):
-        n = _count_sides(found.codes, found.starts, caster.weight)
-        side, shell = np.zeros((n, 6), np.uint32), np.zeros(n, np.intp)
-        n = _write_sides(
-            found.codes, found.starts, caster.edges, caster.weight, alike[which], body.first,
-            body.mirrored, body.edge_shell, body.n_shells, wanted, side, shell,
-        )  # fmt: skip
-        sides.append(side[:n])
-        shells.append(shell[:n])
-
-
-def _find_silhouettes(
-    volumes: BodyVolumes, caster: Caster, alike: NDArray[np.intp], wanted: NDArray[np.bool_]
-) -> Iterator[tuple[slice | NDArray[np.intp], Silhouettes]]:
-    """Find silhouettes of instances: of one mesh as a whole, or of wanted shells alone."""
-    body, lights = volumes.body, volumes.lights[alike]
-    mine = wanted.reshape(-1, body.n_shells)[alike]
-    n_edges = int((mine @ np.diff(body.edge_starts)).sum())
-    if len(alike) == 1 and n_edges * _FEW >= len(caster.edges):
-        yield from find_silhouettes(caster, lights)  # perhaps by a tree, or by many threads
-        return
-    codes, starts = np.zeros(n_edges + 1, np.int32), np.zeros(len(alike) + 1, np.int64)
-    is_flat = np.zeros(len(alike), np.bool_)
-    _list_codes(
-        mine, body.face_starts, body.faces, body.edge_starts, caster.edge_faces, caster.turn,
-        caster.planes, lights, bool(caster.is_closed.all()), codes, starts, is_flat,
-    )  # fmt: skip
-    yield slice(0, len(alike)), Silhouettes(codes, starts)
-    flat = np.flatnonzero(is_flat)
-    if len(flat):
-        for which, found in find_silhouettes(caster, lights[flat]):
-            yield flat[which], found
-
-
-@njit(cache=True, nogil=True)
-def _list_codes(
-    wanted, face_starts, faces, edge_starts, edge_faces, turn, planes, lights, all_closed, codes,
-    starts, is_flat,
-):  # fmt: skip
-    """
-    List the codes of the edges of wanted shells (n_lights, n_shells), light by light.
-
-    Sums are those of ``find_lit``, to the last bit. Where a light sees a face exactly edge-on
-    and not ``all_closed``, ``is_flat`` is set and nothing listed: open faces need more care.
-    """
-    n = 0
-    lit = np.zeros(planes.shape[1], np.uint8)
-    for k in range(lights.shape[0]):
-        x, y, z, w = lights[k, 0], lights[k, 1], lights[k, 2], lights[k, 3]
-        for shell in range(wanted.shape[1]):
-            if not wanted[k, shell]:
-                continue
-            for i in range(face_starts[shell], face_starts[shell + 1]):
-                face = faces[i]
-                side = planes[0, face] * x + planes[1, face] * y + planes[2, face] * z
-                side += planes[3, face] * w
-                lit[face] = side > 0.0
-                is_flat[k] |= side == 0.0 and not all_closed
-            for edge in range(edge_starts[shell], edge_starts[shell + 1]):
-                one, two = lit[edge_faces[edge, 0]], lit[edge_faces[edge, 1]]
-                codes[n] = np.int32(edge) << 2 | one
-                n += one ^ two ^ turn[edge]
-        if is_flat[k]:
-            n = starts[k]
-        starts[k + 1] = n
-
-
-@njit(cache=True, nogil=True)
-def _count_sides(codes, starts, weight):
-    """Count the sides of silhouette edges, as many as their multiplicities say."""
-    n = 0
-    for i in range(starts[0], starts[-1]):
-        n += abs(np.int64(weight[codes[i] >> 2]) >> (codes[i] >> 1 & 1))
-    return n
-
-
-@njit(cache=True, nogil=True)
-def _write_sides(
-    codes, starts, edges, weight, instances, first, mirrored, edge_shell, n_shells, wanted, sides,
-    shells,
-):  # fmt: skip
-    """Write two triangles for each side of a wanted shell, and the shell; give how many."""
-    n = 0
-    for k in range(instances.size):
-        instance = instances[k]
-        for i in range(starts[k], starts[k + 1]):
-            code = codes[i]
-            edge = code >> 2
-            owner = instance * n_shells + edge_shell[edge]
-            if not wanted[owner]:
-                continue
-            # Along the lit face for a positive multiplicity: the side goes back along it.
-            times = np.int64(weight[edge]) >> (code >> 1 & 1)
-            forward = ((times > 0) == ((code & 1) > 0)) != mirrored[instance]
-            a = np.uint32(2 * (first[instance] + edges[edge, 0 if forward else 1]))
-            b = np.uint32(2 * (first[instance] + edges[edge, 1 if forward else 0]))
-            for _ in range(abs(times)):
-                sides[n, 0] = b
-                sides[n, 1] = a
-                sides[n, 2] = a + 1
-                sides[n, 3] = b
-                sides[n, 4] = a + 1
-                sides[n, 5] = b + 1
-                shells[n] = owner
-                n += 1
-    return n
 
 
 def gather(
@@ -374,3 +235,32 @@ def gather(
             lists.append(found.ravel())
         offset += n
     return np.concatenate(lists)
+
+
+def find_together(volumes: list[list[BodyVolumes]], wanted: list[NDArray[np.bool_]]) -> None:
+    """
+    Find the sides of wanted shells (n_shells,) of several lights, those of one mesh together.
+
+    ``volumes`` are of the same bodies under each light. Where components are opened, or the
+    light lies on a face, each light is asked for itself; so it is of a large mesh.
+    """
+    offset = 0
+    for group in zip(*volumes, strict=True):
+        body = group[0].body
+        n = body.n_shells * len(body.groups)
+        missing = [
+            mine[offset : offset + n] & ~each._found
+            for mine, each in zip(wanted, group, strict=True)
+        ]
+        offset += n
+        alike = [
+            (each, mine)
+            for each, mine in zip(group, missing, strict=True)
+            if mine.any() and not len(each.held) and not each.opened.any()
+        ]
+        if len(alike) > 1 and len(body.caster.edges) < _LARGE:
+            for (each, mine), found in zip(alike, make_sides_alike(alike), strict=True):
+                if found is not None:
+                    each._add(*found, mine)
+        for each, mine in zip(group, missing, strict=True):
+            each.find(mine)

@@ -25,7 +25,11 @@ HOLDS = 2.0**-44
 
 
 def find_holders(
-    caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64], origin: ArrayLike
+    caster: Caster,
+    blocks: FaceBlocks,
+    light: NDArray[np.float64],
+    origin: ArrayLike,
+    among: NDArray[np.intp] | None = None,
 ) -> NDArray[np.intp]:
     """
     Find the faces that hold a light, ascending; none for a directional light.
@@ -39,6 +43,8 @@ def find_holders(
         Homogeneous, in the caster's frame.
     origin : (3,) float64
         Of that frame in the model's own coordinates, which are rounded there [m].
+    among : (n,) int, optional
+        Only these faces are asked.
     """
     if light[3] == 0.0:
         return np.zeros(0, np.intp)
@@ -46,30 +52,39 @@ def find_holders(
     world = float(np.abs(origin).max())
     coarse = world + float(np.abs(place).max())
     faces, apart, largest = _find_near(
-        caster, blocks, place, HOLDS * (coarse + np.abs(blocks.bounds).max(1))
+        caster, blocks, place, HOLDS * (coarse + np.abs(blocks.bounds).max(1)), among
     )
     size = np.maximum(largest, np.abs(place).max()) + world
-    return faces[apart <= HOLDS * size]
+    return np.sort(faces[apart <= HOLDS * size])
 
 
 def find_near_faces(
-    caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64], reach: float
+    caster: Caster,
+    blocks: FaceBlocks,
+    light: NDArray[np.float64],
+    reach: float,
+    among: NDArray[np.intp] | None = None,
 ) -> NDArray[np.intp]:
     """Find the faces within reach of a point light in the caster's frame, the nearest first."""
-    faces, apart, _ = _find_near(caster, blocks, light[:3] / light[3], np.array(reach))
+    faces, apart, _ = _find_near(caster, blocks, light[:3] / light[3], np.array(reach), among)
     order = np.argsort(apart, kind="stable")
     return faces[order[: np.count_nonzero(apart <= reach)]]
 
 
 def _find_near(
-    caster: Caster, blocks: FaceBlocks, place: NDArray[np.float64], margin: NDArray[np.float64]
+    caster: Caster,
+    blocks: FaceBlocks,
+    place: NDArray[np.float64],
+    margin: NDArray[np.float64],
+    among: NDArray[np.intp] | None,
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
     """Find the faces of blocks near a place, how far from it they are, and their coordinates."""
-    low, high = blocks.bounds[:, :3], blocks.bounds[:, 3:]
-    margin = margin[..., None]
-    near = ((place >= low - margin) & (place <= high + margin)).all(1)
-    faces = (np.flatnonzero(near)[:, None] * BLOCK + np.arange(BLOCK)).ravel()
-    faces = faces[faces < len(caster.faces)]
+    if among is None:
+        low, high = blocks.bounds[:, :3], blocks.bounds[:, 3:]
+        margin = margin[..., None]
+        near = ((place >= low - margin) & (place <= high + margin)).all(1)
+        among = (np.flatnonzero(near)[:, None] * BLOCK + np.arange(BLOCK)).ravel()
+    faces = among[among < len(caster.faces)]
     apart, largest = np.zeros((2, len(faces)))
     _measure(caster.vertices, caster.faces, faces, place, apart, largest)
     return faces, apart, largest

@@ -1,0 +1,54 @@
+"""What a planner keeps of a light from frame to frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.open_components import Nearby, find_nearby
+from umbra.gl.overlap import KnownBound, bound_nearby
+from umbra.gl.volumes import BodyVolumes
+
+__all__ = ["KeptLight"]
+
+_STEPS = 8  # of a lamp for which a bound is made to hold
+
+
+@dataclass(eq=False)
+class KeptLight:
+    """What is kept of one light between frames."""
+
+    source: NDArray[np.float64]
+    volumes: list[BodyVolumes]
+    moves: int
+    near: list[NDArray[np.intp]]
+    nearby: Nearby | None = None
+    touched: NDArray[np.bool_] | None = None
+    bounded: KnownBound | None = None
+    step: float = 0.0
+
+    def follow(self, old: "KeptLight", source: NDArray[np.float64]) -> None:
+        """Take what is known of a light that was near, and how far it came since."""
+        self.bounded = old.bounded
+        self.step = float(np.abs(source - old.source).sum())
+
+    def touch(self, source: NDArray[np.float64], drawn: NDArray[np.bool_]) -> Nearby | None:
+        """Find what the light nearly touches of the drawn shells, and of those drawn before."""
+        if self.touched is None or (drawn & ~self.touched).any():
+            self.touched = drawn if self.touched is None else drawn | self.touched
+            wanted, offset = [], 0
+            for each, near in zip(self.volumes, self.near, strict=True):
+                numbers = offset + near @ (each.body.n_shells, 1)
+                offset += each.body.n_shells * len(each.body.groups)
+                wanted.append(near[self.touched[numbers]])
+            self.nearby = find_nearby(self.volumes, source, wanted)
+        return self.nearby
+
+    def bound(
+        self, source: NDArray[np.float64], bounds: NDArray[np.float64], drawn: NDArray[np.bool_]
+    ) -> int:
+        """Bound the count of the drawn shells (n,), of the boxes of all (n, 2, 3)."""
+        self.bounded = bound_nearby(
+            self.volumes, bounds, source, drawn, self.bounded, _STEPS * self.step
+        )
+        return self.bounded.most
