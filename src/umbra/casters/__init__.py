@@ -30,7 +30,7 @@ _LEAP = 2024  # has every day
 
 @dataclass(frozen=True)
 class Season:
-    """Light that canopies let through, with leaves and without."""
+    """Light that canopies transmit, with leaves and without."""
 
     with_leaves: float  # share of the light, 0 to 1
     without: float

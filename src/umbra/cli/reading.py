@@ -100,7 +100,7 @@ def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
         _option(
             "--name-column",
             metavar="NAME",
-            help="Footprints: column of the names; default: the one that tells most apart.",
+            help="Footprints: column of the names; default: the one with the most different names.",
         ),
         _option(
             "--time",
@@ -145,7 +145,7 @@ def canopy_options(command: Callable) -> Callable:
             raster(
                 "--canopy-heights",
                 type=click.Choice(["above-ground", "absolute"]),
-                help="What the heights of a canopy raster are measured from; default: the ground.",
+                help="Zero of the heights in a canopy raster; default: the ground.",
             ),
         ],
         command,

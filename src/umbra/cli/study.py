@@ -99,8 +99,8 @@ option_file = click.option(
     is_eager=True,
     expose_value=False,
     callback=_read,
-    help=f"Take options from this TOML file, such as the {OPTIONS_FILE} of an earlier run; what "
-    "is typed comes first.",
+    help=f"Take options from this TOML file, such as the {OPTIONS_FILE} of an earlier run; "
+    "typed options take precedence.",
 )
 
 

@@ -79,7 +79,7 @@ def read(
     height_column, base_column : str, optional
         Of footprints [m]; by default a column that is called as heights are.
     name_column : str, optional
-        Of footprints: the column that names them; by default the one that tells most apart,
+        Of footprints: the column that names them; by default the one with the most different names,
         names before numbers.
     canopy : sequence of str
         Shell patterns of layers or files; height rasters that one matches are canopies

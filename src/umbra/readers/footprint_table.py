@@ -173,8 +173,8 @@ def name_features(table: FootprintTable, chosen: str | None = None) -> tuple[lis
     Name each row, no two alike, and note by which column.
 
     The first column in which all differ is taken: of names, the features' own ids, of ids.
-    If there is none, the one that tells most apart. Equal names are numbered, as in ``Tower (2)``;
-    a row that has none is called by its number in the file, from 1.
+    If there is none, the one with the most different values. Equal names are numbered, as in
+    ``Tower (2)``; a row that has none is called by its number in the file, from 1.
     """
     rows = np.unique(table.rings.feature).tolist()
     title, words = _choose(table, rows, chosen)

@@ -23,7 +23,7 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
     "in_shadow": {"long_name": "whether the cell is in shadow", "units": "1"},
     "canopy_hours": {"long_name": "hours behind canopies alone", "units": "h"},
     "canopy_transmissivity": {
-        "long_name": "share of the light that canopies let through",
+        "long_name": "share of the light that canopies transmit",
         "units": "1",
     },
     "under_canopy": {"long_name": "whether the cell is behind canopies alone", "units": "1"},

@@ -73,15 +73,15 @@ class StudyOptions:
         flag="--by-day/--sum",
     )
     refraction: Refraction = _time(
-        "choice", "The sun where it is seen (standard), or where it would be without air (none).",
+        "choice", "The sun's apparent position (standard), or its position without air (none).",
         default="standard", choices=("standard", "none"), attribute="refraction",
     )  # fmt: skip
     receivers: str = _receivers(
         "text",
-        "What the shadows fall on. auto: top where the model has ground of its own, else "
+        "Surface that receives the shadows. auto: top where the model has ground of its own, else "
         "ground; ground: a level plane; top: the topmost surface of the plan; an elevation from "
-        "north, east, south, west or an azimuth in degrees; camera: what is seen from --eye; "
-        "surfaces: walls and roofs, sampled; points: those of --points.",
+        "north, east, south, west or an azimuth in degrees; camera: the view from --eye; "
+        "surfaces: walls and roofs, sampled; points: the places in --points.",
         default="auto",
         metavar="WHAT",
     )
@@ -102,11 +102,11 @@ class StudyOptions:
     )  # fmt: skip
     names: Sequence[str] = _receivers("texts", default=(), flag=None, receivers=("points",))
     eye: Sequence[float] | None = _receivers(
-        "numbers", "Where the camera is [m].", unit="m", count=3, metavar="X,Y,Z",
+        "numbers", "Position of the camera [m].", unit="m", count=3, metavar="X,Y,Z",
         receivers=_CAMERA, attribute="eye", is_needed=True,
     )  # fmt: skip
     target: Sequence[float] | None = _receivers(
-        "numbers", "What the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z",
+        "numbers", "Point that the camera looks at [m].", unit="m", count=3, metavar="X,Y,Z",
         receivers=_CAMERA, attribute="target", is_needed=True,
     )  # fmt: skip
     fov: float = _receivers(
@@ -114,8 +114,8 @@ class StudyOptions:
         metavar="DEG", receivers=_CAMERA, attribute="fov_deg",
     )  # fmt: skip
     ground: float | None = _receivers(
-        "length", "Height of the ground [m]; default: the file's, or the base of the middle one of "
-        "its buildings.", unit="m", metavar="Z",
+        "length", "Height of the ground [m]; default: the file's, or the median base of its "
+        "buildings.", unit="m", metavar="Z",
     )  # fmt: skip
     extent: Sequence[float] | None = _receivers(
         "numbers", "Rectangle of the plan [m]; default: the model and its shadows.", unit="m",
@@ -136,14 +136,13 @@ class StudyOptions:
     )
     canopy: Sequence[str] = _casters(
         "patterns",
-        "Parts that let a share of the light through, such as trees: names, kinds or layers; "
+        "Parts that transmit a share of the light, such as trees: names, kinds or layers; "
         "repeatable.",
         default=(),
     )
     transmissivity: str | float | Sequence[float] | None = _casters(
         "any",
-        "Share of the light that canopies let through; ON:OFF with leaves and without; default: "
-        "0.03.",
+        "Share of the light that canopies transmit; ON:OFF with leaves and without; default: 0.03.",
         metavar="SHARE",
     )
     leaf_on: str | None = _casters(

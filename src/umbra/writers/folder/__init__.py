@@ -50,13 +50,13 @@ class Outputs:
     )
     subtitle: str | None = _pictures("text", "A line below the title.", metavar="TEXT")
     show: Literal["shadow", "sun"] = _pictures(
-        "choice", "Which hours pictures and lines of equal hours show; study.nc has both.",
+        "choice", "Hours in pictures and lines of equal hours; study.nc has both.",
         default="shadow", choices=("shadow", "sun"),
     )  # fmt: skip
     at: Sequence[str] = _pictures(
         "texts",
         "Clock times of the profile, films and outlines: 09:00,12:00,15:00; default: the profile "
-        "shows the ends of all steps, films round times as dense, outlines whole hours.",
+        "shows the ends of all steps, films round times, outlines whole hours.",
         default=(),
         metavar="HH:MM,...",
     )
