@@ -105,17 +105,8 @@ def is_in_range(
     A caster farther away throws its shadow where the light does not shine anyway. A directional
     light reaches everything.
     """
-    return np.asarray(_find_distances(bounds, np.asarray(light, np.float64)) <= reach)
-
-
-def _find_distances(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far boxes are from a light, (n,) float64; 0 for a directional light [m]."""
-    bounds = np.asarray(bounds, np.float64)
-    if light[3] == 0:
-        return np.zeros(len(bounds))
-    place = light[:3] / light[3]
-    apart = np.maximum(bounds[:, 0] - place, place - bounds[:, 1])
-    return np.asarray(np.sqrt((np.maximum(apart, 0.0) ** 2).sum(1)))
+    boxes, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
+    return np.array([_find_distance(box, light) <= reach for box in boxes], np.bool_)
 
 
 def can_end_at_floor(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
