@@ -25,6 +25,7 @@ from umbra.window.events import Events
 from umbra.window.file import load_view, save_view
 from umbra.window.handles import GRIP, find_part
 from umbra.window.hud import PictureArea, draw_handles, draw_help, draw_scale, draw_statistics
+from umbra.window.overlays import find_top
 from umbra.window.painter import SMOOTH, DrawnView, Pacing, ViewPainter
 from umbra.window.panel import PanelState, draw_panel
 from umbra.window.screen import Screen
@@ -169,7 +170,11 @@ class Viewer:
         )
         if self._drawn is not None:
             if "counts" in view.overlays and view.chosen in view.shining():
-                draw_scale(self._drawn.highest, frame)
+                title = "Shadow counts: volumes that hold a point"
+                draw_scale(title, find_top(self._drawn.highest), frame)
+            elif self._drawn.period:
+                hours = self._drawn.period
+                draw_scale(f"Hours of shadow, of {hours:.3g}", hours, frame, by_whole=False)
             has_room = frame.size[0] > _BOTH * self.screen.unit or not self._has_help
             if self.panel.statistics and has_room:
                 draw_statistics(self._drawn, view, frame)

@@ -22,7 +22,7 @@ KEYS = {
     "Left, Right": "a quarter of an hour; Shift: a minute",
     "T": "play the animation",
     "1 2 3 4": "volumes, cases, edges, counts",
-    "5": "components, and which are open",
+    "5 6 7": "components, profile, relief",
     "X": "the part under the mouse casts, or not",
     "M": "the next method",
     "G": "the other device",

@@ -1,6 +1,8 @@
 """The sun of a view: by date and clock at a site, or by its azimuth and altitude."""
 
 import datetime as dt
+import itertools
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from zoneinfo import ZoneInfo
@@ -8,10 +10,11 @@ from zoneinfo import ZoneInfo
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import InputError
 from umbra.scene import Light, directional_light
 from umbra.sun import Site, SunPath, find_sun
 
-__all__ = ["DAY", "Sun", "find_day", "find_rise"]
+__all__ = ["DAY", "Period", "Sun", "Suns", "find_day", "find_rise", "find_suns"]
 
 DAY = 24 * 60
 """Minutes of a day's clock."""
@@ -106,6 +109,50 @@ class Sun:
         azimuth = float(np.degrees(np.arctan2(unit[0], unit[1])) - north) % 360.0
         altitude = float(np.degrees(np.arcsin(np.clip(unit[2], -1.0, 1.0))))
         return replace(self, azimuth=azimuth, altitude=max(altitude, 1.0), by_clock=False)
+
+
+@dataclass(frozen=True)
+class Period:
+    """A part of the day: from and to, and the steps between, in minutes of the site's clock."""
+
+    start: float = 9 * 60.0
+    end: float = 17 * 60.0
+    every: float = 60.0
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.start < self.end <= DAY and 1 <= self.every <= DAY):
+            msg = (
+                f"a period from {self.start:g} to {self.end:g} min by {self.every:g} is none; "
+                "it begins before it ends, between 0 and 1440, by steps of 1 or more"
+            )
+            raise InputError(msg)
+
+
+@dataclass(frozen=True, eq=False)
+class Suns:
+    """The suns of a period that are up."""
+
+    directions: NDArray[np.float64]
+    """(n, 3): toward each, in the model's axes, at the middle of its step."""
+    hours: NDArray[np.float64]
+    """(n,): how long each step is."""
+    step: float
+    """From one to the next [h]."""
+
+
+@lru_cache(maxsize=8)
+def find_suns(site: Site, date: dt.date, period: Period) -> Suns:
+    """Find the suns in the middles of a period's steps, as a study takes them."""
+    begin, end = (
+        _find_moment(site, date, mark).astimezone(dt.UTC) for mark in (period.start, period.end)
+    )
+    count = math.ceil((end - begin) / dt.timedelta(minutes=period.every))
+    moments = [begin + k * dt.timedelta(minutes=period.every) for k in range(count)] + [end]
+    lengths = [after - before for before, after in itertools.pairwise(moments)]
+    middles = [start + length / 2 for start, length in zip(moments, lengths, strict=False)]
+    path = find_sun(site, middles)
+    hours = np.array([length.total_seconds() / 3600 for length in lengths])
+    return Suns(path.direction[path.is_up], hours[path.is_up], period.every / 60)
 
 
 @lru_cache(maxsize=32)

@@ -5,7 +5,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 from umbra.errors import InputError
 from umbra.scene import Light
 from umbra.sun import Site
-from umbra.window.daylight import Sun
+from umbra.window.daylight import Period, Sun
 from umbra.window.view import Viewpoint, ViewState
 from umbra.writers.atomic import replace_file
 
@@ -36,6 +36,7 @@ def to_json(view: ViewState) -> dict[str, Any]:
         "overlays": sorted(view.overlays),
         **{name: getattr(view, name) for name in _CHOICES},
         "no_cast": sorted(view.no_cast),
+        "period": asdict(view.period),
     }
 
 
@@ -78,6 +79,10 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
                 more[name] = read(described[name])
         place = "no_cast"
         more["no_cast"] = frozenset(map(int, described.get("no_cast", [])))
+        place = "period"
+        if "period" in described:
+            given = described["period"]
+            more["period"] = Period(*(_read_number(given[f.name]) for f in fields(Period)))
         place = "choices"
         return ViewState(viewpoint, sun, tuple(lights), overlays=overlays, **more)
     except KeyError as error:

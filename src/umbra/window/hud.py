@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.methods import METHODS
 from umbra.window.controls import KEYS
 from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick, project
-from umbra.window.overlays import PALETTE, find_colors, find_ticks, find_top
+from umbra.window.overlays import PALETTE, find_colors, find_ticks
 from umbra.window.painter import DrawnView
 from umbra.window.screen import FONT_SIZE
 from umbra.window.view import SUN, ViewState
@@ -134,20 +134,19 @@ def _draw_stem(
     _draw_line(draw, frame, pixels, _PAPER, 0.7)
 
 
-def draw_scale(highest: int, frame: PictureArea) -> None:
-    """Draw the scale of counts, up to the highest, at the foot of the picture."""
-    top = find_top(highest)
+def draw_scale(title: str, top: float, frame: PictureArea, *, by_whole: bool = True) -> None:
+    """Draw a scale of counts or hours from 0 to ``top`` at the foot of the picture."""
     width, height = grow(260.0), grow(14.0)
     _begin("scale", frame, right=False, top=False)
-    imgui.text("Shadow counts: volumes that hold a point")
+    imgui.text(title)
     draw, at = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
-    ticks = find_ticks(top)
-    if len(ticks) == top + 1:  # a field for each count
+    ticks = find_ticks(int(top))
+    if by_whole and len(ticks) == top + 1:  # a field for each count
         each = width / len(ticks)
         for count in ticks:
             low = imgui.ImVec2(at.x + count * each, at.y)
             high = imgui.ImVec2(low.x + each, at.y + height)
-            draw.add_rect_filled(low, high, _tint(find_colors(np.array(count), top), 1.0))
+            draw.add_rect_filled(low, high, _tint(find_colors(np.array(count), int(top)), 1.0))
             _write_below(draw, low.x + each / 2, at.y + height, count)
     else:
         each = width / (len(PALETTE) - 1)

@@ -18,6 +18,7 @@ from umbra.gl.target import PLACE, PictureTargets
 from umbra.gl.volumes import BodyVolumes
 
 __all__ = [
+    "ASIDE",
     "CASES",
     "COMPONENTS",
     "EDGES",
@@ -93,7 +94,8 @@ _HIDDEN = replace(_OVER, depth_test="greater")
 _WHOLE = Pass(color_write=True)
 OPEN_GROUP = -1  # beside the places of COMPONENTS
 Tints = Mapping[int, tuple[float, float, float]]
-_ASIDE = np.array([0.45, -0.55, 0.70])
+ASIDE = np.array([0.45, -0.55, 0.70]) / np.linalg.norm([0.45, -0.55, 0.70])
+"""Where the soft light on colours comes from."""
 
 
 class Overlays:
@@ -213,7 +215,7 @@ class Overlays:
         targets.surface.bind(1, PLACE)
         self._heat.set(
             counts=0, places=1, top=float(find_top(highest)), palette=PALETTE,
-            aside=_ASIDE / np.linalg.norm(_ASIDE),
+            aside=ASIDE,
         )  # fmt: skip
         self._heat.draw(3)
         return highest

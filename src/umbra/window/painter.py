@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.devices import DEVICES
-from umbra.gl.context import Device, on_device
+from umbra.gl.context import Device, on_device, release_all
 from umbra.gl.plan import Statistics
 from umbra.gl.renderer import Renderer
 from umbra.gl.resources import Timers
@@ -19,8 +19,10 @@ from umbra.gl.target import PictureTargets
 from umbra.methods import Softness
 from umbra.scene import Scene
 from umbra.soft import find_method
+from umbra.window.daylight import Suns
 from umbra.window.motion import Motion
 from umbra.window.overlays import Overlays
+from umbra.window.profile import Relief, ShadowProfile, find_relief
 from umbra.window.view import ViewState
 
 __all__ = ["SAMPLES", "SMOOTH", "DrawnView", "Pacing", "ViewPainter"]
@@ -80,6 +82,8 @@ class DrawnView:
         Silhouette edges, if they were asked for.
     components : (int, int), optional
         Closed ones and open ones that cast, if they were asked for.
+    period : float
+        Of the shadow profile [h]; 0 if it is not shown.
     warnings : tuple of str
     """
 
@@ -90,6 +94,7 @@ class DrawnView:
     highest: int = 0
     edges: int = 0
     components: tuple[int, int] | None = None
+    period: float = 0.0
     warnings: tuple[str, ...] = ()
 
 
@@ -124,8 +129,14 @@ class ViewPainter:
             self.scene, self.ground, casters=self._list_casters(), device=self.device,
             softness=Softness(samples=SAMPLES), warn=warn,
         )  # fmt: skip
-        self.overlays = Overlays(self.renderer)
         self._counter: FrameCounter | None = None
+        self._decorate()
+
+    def _decorate(self) -> None:
+        """Prepare what is drawn over pictures of the renderer's geometry."""
+        self.overlays = Overlays(self.renderer)
+        self.profile = ShadowProfile(self.renderer)
+        self._relief: tuple[tuple, Relief | None] | None = None
 
     def _list_casters(self) -> list[int] | None:
         """List the parts that cast; None for all."""
@@ -170,10 +181,17 @@ class ViewPainter:
                 samples=1 if view.overlays else samples,
             )  # fmt: skip
         statistics = {} if is_apart else dict(zip(shining, self.renderer.statistics, strict=True))
+        suns = view.profile_suns() if view.overlays & {"profile", "relief"} else None
+        if suns is not None and "profile" in view.overlays:
+            with self.renderer._timed("profile"), State(self.device) as state:
+                self.profile.draw_hours(state, suns)
         highest = 0
         if view.overlays and view.chosen in shining:
             with self.renderer._timed("overlays"):
                 highest = self._draw_overlays(view, shrink)
+        if suns is not None and "relief" in view.overlays:
+            with self.renderer._timed("relief"):
+                self._draw_relief(view, suns)
         self.device.gl.Finish()
         self.device.check("a view was drawn")
         measured = self.timers.collect() if times else {}
@@ -185,6 +203,7 @@ class ViewPainter:
             highest=highest,
             edges=self.overlays.n_edges if "edges" in view.overlays else 0,
             components=self.overlays.n_components if "components" in view.overlays else None,
+            period=0.0 if suns is None else float(suns.hours.sum()),
             warnings=tuple(self._warnings),
         )
 
@@ -196,24 +215,23 @@ class ViewPainter:
     @on_device
     def release(self) -> None:
         """Free all that is held on the device."""
-        self.timers.release()
-        self.overlays.release()
-        self.renderer.release()
+        release_all(self.timers, self.overlays, self.profile, self.renderer)
 
     def _move(self, scene: Scene, no_cast: frozenset[int]) -> None:
         """Take a pose of the scene, and what casts; overlays are made anew where geometry is."""
         if no_cast != self._no_cast:
             self.scene, self._no_cast = scene, no_cast
-            self.overlays.release()
-            self.renderer.release()
+            release_all(self.overlays, self.profile, self.renderer)
             self._begin()
         if scene is self.scene:
             return
         geometry, self.scene, self._counter = self.renderer.geometry, scene, None
         self.renderer.move(scene)
+        self.profile.release()
         if self.renderer.geometry is not geometry:
             self.overlays.release()
             self.overlays = Overlays(self.renderer)
+        self.profile, self._relief = ShadowProfile(self.renderer), None
 
     def _targets(self) -> PictureTargets:
         assert self.renderer.targets is not None
@@ -229,6 +247,18 @@ class ViewPainter:
             plans = renderer.planner.plan(renderer.projection, lights, view.method)
         with State(self.device) as state:
             return self.overlays.draw(state, self._targets(), plans[number], view.overlays, shrink)
+
+    def _draw_relief(self, view: ViewState, suns: Suns) -> None:
+        """Draw the profile of the ground as a relief, counted when it is another."""
+        key = (view.sun.site, view.sun.date, view.period)
+        if self._relief is None or self._relief[0] != key:
+            casters = self._list_casters()
+            chosen = range(len(self.scene.parts)) if casters is None else casters
+            low = float(self.scene.bounds()[0, 2]) if self.ground is None else self.ground
+            self._relief = key, find_relief(self.scene, chosen, low, suns, self.threads)
+        if self._relief[1] is not None:
+            with State(self.device) as state:
+                self.profile.draw_relief(state, self._relief[1], suns)
 
     def _shade(self, view: ViewState, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
         """Count and shade a picture on the CPU."""

@@ -29,6 +29,8 @@ _LABELS = {
     "edges": "Silhouettes",
     "counts": "Counts",
     "components": "Components",
+    "profile": "Profile",
+    "relief": "Relief",
 }
 _STILL = 1e-3  # [degrees]
 _SPEEDS = {"15 min/s": 15.0, "1 h/s": 60.0, "3 h/s": 180.0}
@@ -309,11 +311,33 @@ def _draw_overlays(view: ViewState) -> ViewState:
     if "volumes" in view.overlays:
         draw_key([("z-pass", VOLUMES["z_pass"]), ("z-fail", VOLUMES["z_fail"]),
                    ("light cap", VOLUMES["light_cap"])])  # fmt: skip
+    if view.overlays & {"profile", "relief"}:
+        view = _draw_period(view)
     if "components" in view.overlays:
         draw_key([("open", OPEN), ("closed", COMPONENTS[0]), ("", COMPONENTS[1]),
                    ("", COMPONENTS[2])])  # fmt: skip
     if "edges" in view.overlays:
         draw_key([("silhouette edges", EDGES)])
+    return view
+
+
+def _draw_period(view: ViewState) -> ViewState:
+    """Draw from when to when a profile is, by which steps."""
+    if view.sun.site is None:
+        say("a profile needs a site: start with --lat and --lon", WARNING)
+        return view
+    period = view.period
+    put_label(f"{Sun(minutes=period.start).clock()} to {Sun(minutes=period.end).clock()}")
+    changed, ends = imgui.slider_int2("##period", [int(period.start), int(period.end)], 0, DAY, " ")
+    if changed:
+        start, end = (15.0 * round(minutes / 15) for minutes in ends)
+        if start < end:
+            view = replace(view, period=replace(period, start=start, end=end))
+    imgui.text_colored(DIM, "by")
+    for minutes in (15.0, 30.0, 60.0):
+        imgui.same_line()
+        if imgui.radio_button(f"{minutes:.0f} min", period.every == minutes):
+            view = replace(view, period=replace(view.period, every=minutes))
     return view
 
 

@@ -19,7 +19,7 @@ from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import expose_lights
 from umbra.soft import SUN_RADIUS, AreaLight, ball_light
 from umbra.sun import Site
-from umbra.window.daylight import Sun
+from umbra.window.daylight import Period, Sun, Suns, find_suns
 
 __all__ = [
     "METHODS",
@@ -42,7 +42,7 @@ Point = tuple[float, float, float]
 SUN = -1
 """Stands for the sun where lights are numbered."""
 
-OVERLAYS = ("volumes", "cases", "edges", "counts", "components")
+OVERLAYS = ("volumes", "cases", "edges", "counts", "components", "profile", "relief")
 METHODS: dict[str, tuple[str, ...]] = {
     device.name: device.methods.hard for device in DEVICES.values()
 }
@@ -206,6 +206,8 @@ class ViewState:
         Of that animation [s].
     no_cast : frozenset of int
         Numbers of the parts that cast no shadow.
+    period : Period
+        Of the shadow profile, on the sun's date.
     """
 
     viewpoint: Viewpoint
@@ -225,6 +227,7 @@ class ViewState:
     animation: int | str | None = None
     time: float = 0.0
     no_cast: frozenset[int] = frozenset()
+    period: Period = field(default_factory=Period)
 
     def __post_init__(self) -> None:
         if self.device not in METHODS:
@@ -264,6 +267,12 @@ class ViewState:
         found = dict(enumerate(self.lights))
         sun = self.sun.light()
         return found if sun is None else {SUN: sun, **found}
+
+    def profile_suns(self) -> Suns | None:
+        """Give the suns of the shadow profile; None without a site."""
+        if self.sun.site is None:
+            return None
+        return find_suns(self.sun.site, self.sun.date, self.period)
 
     def size_lights(self) -> list[AreaLight]:
         """Give the lights that shine with the sizes that soft shadows take."""

@@ -1,0 +1,175 @@
+"""
+The shadow profile of a period in 3D: hours of shadow on all that is seen, or as a relief.
+
+Wallner (2008, figures 5 to 7) lays the shadows of the steps of a period over one another in
+a perspective view. Here each step is counted by shadow volumes for every pixel, so the hours
+on walls and roofs are as exact as on the ground. The relief is the profile of the ground as a
+surface of its own: as high as a place is long in shadow, with a contour at each step.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters.casting import prepare_casting
+from umbra.cpu.plane import PlaneSweep
+from umbra.gl.context import release_all
+from umbra.gl.count import VolumeCounter
+from umbra.gl.programs import Program
+from umbra.gl.renderer import Renderer
+from umbra.gl.resources import TextureBuffer
+from umbra.gl.state import Pass, State, Stencil
+from umbra.gl.target import PLACE, SharedDepthTarget
+from umbra.scene import Scene, directional_light
+from umbra.scene.grid import Grid
+from umbra.window.daylight import Suns
+from umbra.window.overlays import ASIDE, PALETTE
+
+__all__ = ["Relief", "ShadowProfile", "find_relief"]
+
+_AT_ONCE = 16  # suns whose volumes are kept in memory together
+_CELLS = 240  # of a relief, on its longer side
+_HIGHEST = 1 / 3  # of the model above the ground
+_FARTHEST = 2.0  # of the model's diagonal: shadows go on, the relief ends
+_SUNLIT = Pass(color_write=True, blend="add", stencil=Stencil(test="equal", reference=0))
+_WHOLE = Pass(color_write=True)
+_DEPTH = Pass(depth_test="less", depth_write=True)
+_SURFACE = Pass(depth_test="lequal", color_write=True, blend="over")
+_OPACITY = 0.72
+_COVERED = -1.0
+_ZENITH = np.array([[0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """
+    Hours of shadow on the ground.
+
+    Parameters
+    ----------
+    grid : Grid
+        In the scene's frame.
+    height : float
+        z of the ground there [m].
+    hours : (rows, cols) float32
+        -1 where something stands on the ground or hangs over it.
+    lift : float
+        How high an hour is drawn [m].
+    """
+
+    grid: Grid
+    height: float
+    hours: NDArray[np.float32]
+    lift: float
+
+
+def find_relief(
+    scene: Scene, casters: Sequence[int], ground: float, suns: Suns, threads: int = 1
+) -> Relief | None:
+    """
+    Count the hours of shadow on the ground around what casts; None if nothing does.
+
+    A place in shadow all the time stands a third as high as the model. ``ground`` is in the
+    model's own coordinates [m].
+    """
+    caster = prepare_casting(scene, casters, threads).caster if len(casters) else None
+    height = ground - scene.origin[2]
+    if caster is None or not len(suns.hours) or caster.vertices[:, 2].max() <= height:
+        return None
+    low, high = caster.vertices.min(0), caster.vertices.max(0)
+    ways = -suns.directions[:, :2] / suns.directions[:, 2:] * (high[2] - height)
+    most = _FARTHEST * float(np.linalg.norm(high - low))
+    ways = np.clip(np.vstack([ways, [[0.0, 0.0]]]), -most, most)
+    low2, high2 = low[:2] + ways.min(0), high[:2] + ways.max(0)
+    cell = float((high2 - low2).max()) / _CELLS
+    cols, rows = (np.ceil((high2 - low2) / cell).astype(int) + 2).tolist()
+    grid = Grid(float(low2[0]) - cell / 2, float(low2[1]) - cell / 2, cell, cell, cols, rows)
+    sweep = PlaneSweep(caster, grid, height, threads)
+    hours = np.zeros((rows, cols), np.float32)
+    for first in range(0, len(suns.hours), _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        hours += np.tensordot(suns.hours[some], sweep.masks(suns.directions[some]), 1)
+    hours[sweep.masks(_ZENITH)[0] != 0] = _COVERED
+    return Relief(grid, height, hours, _HIGHEST * float(high[2] - height) / float(suns.hours.sum()))
+
+
+class ShadowProfile:
+    """Draws the profile of a period over the picture of a renderer."""
+
+    def __init__(self, renderer: Renderer) -> None:
+        self._renderer, self._device = renderer, renderer.device
+        device = renderer.device
+        self._planner = renderer.planner.twin()
+        self._counter = VolumeCounter(device, renderer.geometry, self._planner.indices)
+        self._hours = SharedDepthTarget(device, "r32f")
+        self._sunlit = Program(device, "picture.vert.glsl", "sunlit.frag.glsl")
+        self._heat = Program(device, "picture.vert.glsl", "heat.frag.glsl")
+        self._relief = Program(device, "relief.vert.glsl", "relief.frag.glsl")
+        self._raster: TextureBuffer | None = None
+        self._raster_of: Relief | None = None
+
+    def draw_hours(self, state: State, suns: Suns) -> None:
+        """
+        Draw the hours of shadow on all that is seen instead of the picture.
+
+        Before: the renderer has drawn a picture. After: ``targets.picture`` is in use, and shows
+        the hours in the colours of ``PALETTE``, the whole period in the last of them.
+        """
+        renderer, targets = self._renderer, self._renderer.targets
+        assert targets is not None
+        assert renderer.projection is not None
+        renderer.draw_surface(state)
+        hours = self._hours.over(targets.light)
+        hours.fill(state, float(suns.hours.sum()))
+        lights = [directional_light(way) for way in suns.directions]
+        for first in range(0, len(lights), _AT_ONCE):
+            some = lights[first : first + _AT_ONCE]
+            plans = self._planner.plan(renderer.projection, some)
+            for number, plan in enumerate(plans, first):
+                self._counter.count(state, hours, plan)
+                hours.use()
+                state.use(_SUNLIT)
+                targets.surface.bind(0, PLACE)
+                sun, spent = suns.directions[number], -float(suns.hours[number])
+                self._sunlit.set(places=0, sun=sun, hours=spent)
+                self._sunlit.draw(3)
+        targets.picture.use()
+        state.use(_WHOLE)
+        hours.bind(0)
+        targets.surface.bind(1, PLACE)
+        self._heat.set(
+            counts=0, places=1, top=float(suns.hours.sum()), palette=PALETTE, aside=ASIDE
+        )
+        self._heat.draw(3)
+
+    def draw_relief(self, state: State, relief: Relief, suns: Suns) -> None:
+        """Draw a relief, translucent, into ``targets.picture``; its depth hides what is behind."""
+        targets, projection = self._renderer.targets, self._renderer.projection
+        assert targets is not None
+        assert projection is not None
+        if self._raster is None or self._raster_of is not relief:
+            release_all(self._raster)
+            values = np.zeros((relief.hours.size, 2), np.float32)
+            values[:, 0] = relief.hours.ravel()
+            self._raster, self._raster_of = TextureBuffer(self._device, values, "rg32f"), relief
+        grid, corner = relief.grid, -projection.eye
+        corner = corner + np.array([grid.x0, grid.y0, relief.height])
+        targets.picture.use()
+        self._raster.bind(0)
+        self._relief.set(
+            raster=0, cols=grid.cols, corner=corner,
+            cell=np.array([grid.dx, grid.dy]), lift=relief.lift, palette=PALETTE,
+            top=float(suns.hours.sum()), step_hours=suns.step, opacity=_OPACITY, aside=ASIDE,
+            projection=projection.clip_matrix,
+        )  # fmt: skip
+        for each in (_DEPTH, _SURFACE):
+            state.use(each)
+            self._relief.draw(6 * (grid.cols - 1) * (grid.rows - 1))
+
+    def release(self) -> None:
+        """Free all that is held on the device."""
+        release_all(self._sunlit, self._heat, self._relief, self._raster, self._hours)
+        release_all(self._counter, self._planner)
+        self._raster = self._raster_of = None

@@ -1,0 +1,140 @@
+"""The shadow profile in 3D: hours on all that is seen, and as a relief of the ground."""
+
+import datetime as dt
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.desk import Desk
+from support.model_files import save_obj
+from support.shapes import box
+
+import umbra
+from umbra.cpu.frame import FrameCounter
+from umbra.errors import InputError
+from umbra.rays.depth import NOTHING
+from umbra.scene import directional_light
+from umbra.sun import find_sun, make_steps
+from umbra.window.daylight import Period, find_suns
+from umbra.window.file import from_json, to_json
+from umbra.window.overlays import ASIDE, find_colors
+from umbra.window.painter import ViewPainter
+from umbra.window.profile import find_relief
+from umbra.window.view import make_view
+
+SIZE = (240, 180)
+VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
+
+
+@pytest.fixture
+def painter(device, tower):
+    painter = ViewPainter(device, tower, 0.0)
+    yield painter
+    painter.release()
+
+
+@pytest.fixture
+def view(tower):
+    return make_view(tower, SIZE, site=VIENNA, date=dt.date(2026, 3, 21))
+
+
+@pytest.mark.parametrize(("start", "end", "every"), [(9, 17, 60), (5, 9.25, 30), (0, 24, 180)])
+def test_suns_are_a_studys(start, end, every):
+    suns = find_suns(VIENNA, dt.date(2026, 3, 29), Period(60 * start, 60 * end, every))
+    clock = [f"{int(hour):02}:{int(60 * (hour % 1)):02}" for hour in (start, end)]
+    steps = make_steps("2026-03-29", *clock, f"{every}min", "Europe/Vienna")  # summer time begins
+    path = find_sun(VIENNA, steps.instants)
+    np.testing.assert_allclose(suns.hours, steps.hours[path.is_up], atol=1e-9)
+    np.testing.assert_allclose(suns.directions, path.direction[path.is_up], atol=1e-9)
+    assert suns.step == every / 60
+
+
+def test_hours_on_every_surface_are_the_cpus(painter, tower, view):
+    view = replace(view.toggle("profile"), period=Period(540, 945, 60))
+    suns = view.profile_suns()
+    assert suns.hours.tolist() == [1, 1, 1, 1, 1, 1, 0.75]
+    drawn = painter.draw(view, SIZE)
+    assert drawn.period == 6.75
+    assert "profile" in drawn.passes
+    picture = painter.read() / 255
+    counter, camera = FrameCounter(tower, ground=0.0), view.viewpoint.camera(SIZE)
+    seen, frame = counter.see(camera)
+    hours = np.zeros(frame.part.shape)
+    for way, spent in zip(suns.directions, suns.hours, strict=True):
+        light = directional_light(way)
+        hours += spent * ~frame.lit(counter.count(seen, camera, light), light)
+    is_seen = frame.part != NOTHING
+    shade = 0.8 + 0.2 * frame.normal @ ASIDE
+    expected = find_colors(hours, 6.75) * shade[..., None]
+    apart = np.abs(picture - expected).max(2)[is_seen]
+    assert (apart > 0.01).mean() < 0.01
+    assert len(np.unique(hours[is_seen])) > 8
+    # The north wall is turned from the sun until the evening, and dark all the time.
+    north = is_seen & (frame.normal[..., 1] > 0.99)
+    assert (hours[north] == 6.75).all()
+
+
+def test_the_relief_is_as_high_as_rays_say(tower, view):
+    suns = replace(view, period=Period(540, 960, 60)).profile_suns()
+    relief = find_relief(tower, range(2), 0.0, suns)
+    grid = relief.grid
+    places = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros(relief.hours.shape)], -1)
+    some = np.random.default_rng(3).choice(relief.hours.size, 4000, replace=False)
+    points = places.reshape(-1, 3)[some] + tower.origin
+    is_covered = umbra.count(tower, points, [(0, 0, 1)])[:, 0]
+    hours = umbra.count(tower, points, suns.directions, weights=suns.hours)
+    found = relief.hours.ravel()[some]
+    assert ((found == -1) == is_covered).mean() > 0.999
+    assert (np.abs(found - hours)[~is_covered] < 1e-6).mean() > 0.998
+    assert found.max() >= 5
+    assert relief.hours.max() * relief.lift <= 6 / 3 + 1e-6  # a third of the tower's height
+    rim = np.concatenate([relief.hours[[0, -1]].ravel(), relief.hours[:, [0, -1]].ravel()])
+    assert (rim == 0).all()  # the longest shadow is within
+
+
+def test_the_relief_stands_over_the_picture_and_behind_the_model(painter, tower, view):
+    painter.draw(view, SIZE)
+    plain = painter.read().astype(int)
+    drawn = painter.draw(view.toggle("relief"), SIZE)
+    assert drawn.period == 8
+    changed = np.abs(painter.read() - plain).max(2) > 8
+    part = FrameCounter(tower, ground=0.0).see(view.viewpoint.camera(SIZE))[1].part
+    assert changed[part < 0].mean() > 0.02
+    assert changed[part == 0].mean() < 0.5
+    # It goes with what casts: the hut alone is 1 m high.
+    lower = painter.draw(view.toggle("relief").toggle_cast(0), SIZE)
+    assert lower.period == 8
+    assert painter._relief[1].lift == pytest.approx(1 / 3 / 8)
+    assert painter.draw(view.toggle("relief").choose_casters([], 2), SIZE).period == 8
+    assert painter._relief[1] is None
+
+
+def test_without_a_site_there_is_no_profile(painter, tower):
+    view = make_view(tower, SIZE)
+    painter.draw(view, SIZE)
+    plain = painter.read()
+    drawn = painter.draw(view.toggle("profile").toggle("relief"), SIZE)
+    assert drawn.period == 0
+    np.testing.assert_array_equal(painter.read(), plain)
+
+
+def test_a_period_is_saved_and_refused(view):
+    late = replace(view, period=Period(600, 720, 15))
+    assert from_json(to_json(late)).period == late.period
+    with pytest.raises(InputError, match="begins before it ends"):
+        Period(720, 600)
+    described = to_json(late)
+    described["period"]["every"] = 0
+    with pytest.raises(InputError, match="the view's period is wrong"):
+        from_json(described)
+
+
+def test_keys_show_it_in_a_window(display, tmp_path):
+    path = save_obj(tmp_path / "model.obj", {"tower": box((0, 0, 0), (2, 2, 6))})
+    site = ("--lat", "48.2", "--lon", "16.37")
+    with Desk(display, tmp_path, path.name, *site) as desk:
+        desk.press("6", "7")
+        assert desk.view().overlays == {"profile", "relief"}
+        desk.press("6")
+        assert desk.view().overlays == {"relief"}
+        assert desk.close() == (0, "", "")
