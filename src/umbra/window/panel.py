@@ -324,7 +324,7 @@ def _draw_overlays(view: ViewState) -> ViewState:
 def _draw_period(view: ViewState) -> ViewState:
     """Draw from when to when a profile is, by which steps."""
     if view.sun.site is None:
-        say("a profile needs a site: start with --lat and --lon", WARNING)
+        say("a profile needs a site: its latitude and longitude", WARNING)
         return view
     period = view.period
     put_label(f"{Sun(minutes=period.start).clock()} to {Sun(minutes=period.end).clock()}")
