@@ -1,5 +1,5 @@
 """
-Each sun's silhouette in square bins of light space, nearest to the sun first.
+Each sun's silhouette in square bins of light space.
 
 All components are opened: every face counts, so the count at a point is the number of
 faces between it and the sun. Multiplicities of edges with the same ends are added up.
@@ -11,13 +11,16 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["EdgeBinner", "SunBins", "clamp"]
 
 _SLACK = 1e-6  # of a bin: an edge as near to another bin is in both
+_EDGES = 16  # to a bin, were they spread evenly: eight are looked at in one go
 _MOST_BINS = 4096  # along a side
+_COARSE = 2.0**-9  # of a bin: more than float32 loses of a coordinate in bins
 
 
 class SunBins(NamedTuple):
@@ -39,8 +42,9 @@ class SunBins(NamedTuple):
         Multiplicity of the edge.
     order : (entries,) int32
         Its number in the sun's silhouette.
-    top : (entries,) float32
-        How near the sun it comes [m], descending within a bin.
+    table : (entries + LANES, 5) float32
+        Of each: lowest and highest x [bins], lowest and highest y within the bin's row, and how
+        near the sun the edge comes [m]; in Fortran's order.
     most : int
         Edges of the longest silhouette.
     """
@@ -52,7 +56,7 @@ class SunBins(NamedTuple):
     edge: NDArray[np.int32]
     change: NDArray[np.int16]
     order: NDArray[np.int32]
-    top: NDArray[np.float32]
+    table: NDArray[np.float32]
     most: int
 
 
@@ -103,7 +107,7 @@ class EdgeBinner:
         x, y = corners @ across.T, corners @ upward.T
         wide, high = np.ptp(x, 0), np.ptp(y, 0)
         lengths = np.maximum(np.diff(first), 1)
-        side = np.sqrt(np.maximum(wide * high, 1e-9) / lengths)
+        side = np.sqrt(np.maximum(wide * high, 1e-9) * _EDGES / lengths)
         cols = np.clip(np.ceil(wide / side), 1, _MOST_BINS).astype(np.int64)
         rows = np.clip(np.ceil(high / side), 1, _MOST_BINS).astype(np.int64)
         side = np.maximum(np.maximum(wide / cols, high / rows) * (1 + 1e-9), 1e-9)
@@ -149,12 +153,12 @@ class EdgeBinner:
 def _make_entries(
     n: int,
 ) -> tuple[NDArray[np.int32], NDArray[np.int16], NDArray[np.int32], NDArray[np.float32]]:
-    """Make room for edges, multiplicities, numbers and how near the sun they come."""
+    """Make room for edges, multiplicities, numbers and their table."""
     return (
         np.zeros(n, np.int32),
         np.zeros(n, np.int16),
         np.zeros(n, np.int32),
-        np.zeros(n, np.float32),
+        np.zeros((n + LANES if n else 0, 5), np.float32, order="F"),
     )
 
 
@@ -186,14 +190,16 @@ def clamp(x, n):
 @njit(cache=True, nogil=True, parallel=True)
 def _fill(
     ends, edge, change, first, basis, grid, shape, starts, base,
-    out_edge, out_change, out_order, top,
+    out_edge, out_change, out_order, table,
 ):  # fmt: skip
     """Count the entries of every bin into ``starts`` and ``base``; then write them."""
     write = out_edge.size > 0
     for s in prange(basis.shape[0]):
         cols, rows, begin = shape[s]
         gx, gy, scale = grid[s, 0], grid[s, 1], grid[s, 2]
-        b = basis[s]
+        b0, b1, b2 = basis[s, 0], basis[s, 1], basis[s, 2]
+        b3, b4, b5 = basis[s, 3], basis[s, 4], basis[s, 5]
+        b6, b7, b8 = basis[s, 6], basis[s, 7], basis[s, 8]
         cursor = np.zeros(cols * rows if write else 0, np.int64)
         if write:
             for i in range(cols * rows + 1):
@@ -201,15 +207,16 @@ def _fill(
                 if i < cols * rows:
                     cursor[i] = starts[begin + i]
         for q in range(first[s], first[s + 1]):
-            e = ends[edge[q]]
-            x0 = (b[0] * e[0] + b[1] * e[1] + b[2] * e[2] - gx) * scale
-            y0 = (b[3] * e[0] + b[4] * e[1] + b[5] * e[2] - gy) * scale
-            x1 = (b[0] * e[3] + b[1] * e[4] + b[2] * e[5] - gx) * scale
-            y1 = (b[3] * e[3] + b[4] * e[4] + b[5] * e[5] - gy) * scale
+            e = edge[q]
+            x0 = (b0 * ends[e, 0] + b1 * ends[e, 1] + b2 * ends[e, 2] - gx) * scale
+            y0 = (b3 * ends[e, 0] + b4 * ends[e, 1] + b5 * ends[e, 2] - gy) * scale
+            x1 = (b0 * ends[e, 3] + b1 * ends[e, 4] + b2 * ends[e, 5] - gx) * scale
+            y1 = (b3 * ends[e, 3] + b4 * ends[e, 4] + b5 * ends[e, 5] - gy) * scale
             near = max(
-                b[6] * e[0] + b[7] * e[1] + b[8] * e[2], b[6] * e[3] + b[7] * e[4] + b[8] * e[5]
+                b6 * ends[e, 0] + b7 * ends[e, 1] + b8 * ends[e, 2],
+                b6 * ends[e, 3] + b7 * ends[e, 4] + b8 * ends[e, 5],
             )
-            t = np.float32(near + 1e-3 + 1e-6 * abs(near))
+            near += 1e-3 + 1e-6 * abs(near)
             if y0 > y1:
                 x0, y0, x1, y1 = x1, y1, x0, y0
             slope = (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
@@ -227,16 +234,12 @@ def _fill(
                         continue
                     p = cursor[at]
                     cursor[at] = p + 1
-                    while p > starts[begin + at] and top[p - 1] < t:
-                        out_edge[p] = out_edge[p - 1]
-                        out_change[p] = out_change[p - 1]
-                        out_order[p] = out_order[p - 1]
-                        top[p] = top[p - 1]
-                        p -= 1
                     out_edge[p] = edge[q]
                     out_change[p] = change[q]
                     out_order[p] = q - first[s]
-                    top[p] = t
+                    table[p, 0], table[p, 1] = min(a, c) - _COARSE, max(a, c) + _COARSE
+                    table[p, 2], table[p, 3] = max(y0, j) - _COARSE, min(y1, j + 1) + _COARSE
+                    table[p, 4] = near
         if not write:
             total = 0
             for i in range(cols * rows + 1):

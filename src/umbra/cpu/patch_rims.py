@@ -14,6 +14,7 @@ from numba import njit
 from umbra.cpu.patch_bins import clamp
 from umbra.cpu.patch_cuts import cut_edge
 from umbra.rays.hidden import get
+from umbra.rays.lanes import LANES, find_lowest, meet_rectangles
 
 __all__ = ["Crossings", "add_rim", "clear", "find_rims", "find_runs"]
 
@@ -318,15 +319,25 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
     i1 = clamp((x + max(xa, 0.0) + max(xb, 0.0)) * scale + slack, cols)
     j0 = clamp((y + min(ya, 0.0) + min(yb, 0.0)) * scale - slack, rows)
     j1 = clamp((y + max(ya, 0.0) + max(yb, 0.0)) * scale + slack, rows)
-    low = np.float32(z + min(za, 0.0) + min(zb, 0.0))
+    limits = (
+        np.float32((x + max(xa, 0.0) + max(xb, 0.0)) * scale + slack),
+        np.float32((x + min(xa, 0.0) + min(xb, 0.0)) * scale - slack),
+        np.float32((y + max(ya, 0.0) + max(yb, 0.0)) * scale + slack),
+        np.float32((y + min(ya, 0.0) + min(yb, 0.0)) * scale - slack),
+        np.float32(z + min(za, 0.0) + min(zb, 0.0)),
+    )
     n = 0
     n_meeting = 0
     for j in range(j0, j1 + 1):
         row = begin + j * cols
-        for at in range(row + i0, row + i1 + 1):
-            for c in range(bins.starts[at], bins.starts[at + 1]):
-                if bins.top[c] < low:
-                    break  # all others are farther from the sun than the patch
+        end = bins.starts[row + i1 + 1]
+        for at in range(bins.starts[row + i0], end, LANES):
+            met = meet_rectangles(bins.table, at, limits)
+            if end - at < LANES:
+                met &= (1 << (end - at)) - 1
+            while met != 0:
+                c = at + find_lowest(met)
+                met &= met - 1
                 o = bins.order[c]
                 if stamp[o] == look:
                     continue

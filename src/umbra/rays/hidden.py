@@ -3,12 +3,12 @@ What lies between single points and the sun, for receivers that no raster can se
 
 Each ray is tried in float64, face by face, through a hierarchy of boxes. A point is meant as
 the limit from the side that its surface shows: a face on which it lies is between it
-and the sun only if the sun is on the other side. Every edge is asked in one direction,
-from its lower vertex to its higher, so that two faces which share it never both miss a
-ray. Where rounding could tell either way (the point on a fold or a plane, the ray through an
-edge or a corner), the whole ray is tried again from a hair above and beside the point, to the
-east and north as cells of a plan are: faces of parts that touch then tell one story. With the
-sun as light any face between hides it, so the answer is whether the shadow count is not 0.
+and the sun only if the sun is on the other side. Every edge tells the same to both its
+faces, so that they never both miss a ray. Where rounding could tell either way (the point on
+a fold or a plane, the ray through an edge or a corner), the whole ray is tried again from a
+hair above and beside the point, to the east and north as cells of a plan are: faces of parts
+that touch then tell one story. With the sun as light any face between hides it, so the answer
+is whether the shadow count is not 0.
 """
 
 import numpy as np
@@ -172,7 +172,10 @@ def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
                 stack[size] = child
                 size += 1
                 continue
-            answer = _hides(~child, p, n, d, tree, light, point, scale)
+            if point is None:
+                answer = _hides(~child, p, n, d, tree, light)
+            else:
+                answer = _hides_beside(~child, p, n, d, tree, light, point, scale)
             if answer == _YES:
                 return ~child, True
             if answer == _UNSURE:
@@ -186,37 +189,33 @@ def _invert(x):
     return np.float32(1.0 / x if abs(x) > _TINY else np.copysign(1.0 / _TINY, x))
 
 
-@njit(cache=True, nogil=True)
-def _hides(f, p, n, d, tree, light, point=None, scale=0.0):
+@njit(cache=True, nogil=True, inline="always")
+def _hides(f, p, n, d, tree, light):
     """Tell whether a face lies between a point and the sun, or that rounding would decide."""
-    m = get(tree.normals, f)
-    touch = tree.normals[f, 3]
-    c = get(tree.corners, f)
+    m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
     at_light = _dot(m, d) if light is None else _height(light, c, m)
-    if point is not None and abs(_height(point, c, m)) <= touch:
-        up = scale * _LIFT
-        if n[0] == n[0]:  # not NaN: the point has a surface
-            p = (p[0] + up * n[0], p[1] + up * n[1], p[2] + up * n[2])
     height = _height(p, c, m)
-    is_on = point is None and abs(height) <= touch
+    is_on = abs(height) <= touch
     if is_on:
         above = _dot(m, n)
         if above * at_light > 0.0 and abs(above) > _STEEP:
             return _NO  # the surface itself, or one that goes on from it
     elif not height * at_light < 0.0:
         return _NO
-    a = (c[0] - p[0], c[1] - p[1], c[2] - p[2])
-    b = (tree.corners[f, 3] - p[0], tree.corners[f, 4] - p[1], tree.corners[f, 5] - p[2])
-    e = (tree.corners[f, 6] - p[0], tree.corners[f, 7] - p[1], tree.corners[f, 8] - p[2])
-    i, j, k = get(tree.ids, f)
-    ab, ab_error = _side(a, b, d, i < j, touch)
-    bc, bc_error = _side(b, e, d, j < k, touch)
-    ca, ca_error = _side(e, a, d, k < i, touch)
-    if point is not None:
-        left = (ab >= 0.0) == (i < j)
-        is_inside = left == ((bc >= 0.0) == (j < k)) and left == ((ca >= 0.0) == (k < i))
-        return _YES if is_inside else _NO
-    ab, bc, ca = _turn(ab, i < j), _turn(bc, j < k), _turn(ca, k < i)
+    a, b, e = _see(p, f, tree)
+    # These come out the same, but for the sign, whichever way an edge is followed.
+    ab, bc, ca = _side(a, b, d), _side(b, e, d), _side(e, a, d)
+    least, most = min(ab, bc, ca), max(ab, bc, ca)
+    one, two, three = _measure(a), _measure(b), _measure(e)
+    length = one + two + three
+    error = touch * length + _ROUNDING * length * length  # of any edge, at most
+    if least < -error and most > error:
+        return _NO
+    if not is_on and (least > error or most < -error):
+        return _YES
+    ab_error = touch * (one + two) + _ROUNDING * one * two
+    bc_error = touch * (two + three) + _ROUNDING * two * three
+    ca_error = touch * (three + one) + _ROUNDING * three * one
     if (
         min(ab + ab_error, bc + bc_error, ca + ca_error) < 0.0
         and max(ab - ab_error, bc - bc_error, ca - ca_error) > 0.0
@@ -225,6 +224,40 @@ def _hides(f, p, n, d, tree, light, point=None, scale=0.0):
     if is_on or abs(ab) <= ab_error or abs(bc) <= bc_error or abs(ca) <= ca_error:
         return _UNSURE
     return _YES
+
+
+@njit(cache=True, nogil=True)
+def _hides_beside(f, q, n, d, tree, light, p, scale):
+    """Tell the same of a ray that starts at ``q``, ``scale`` hairs beside its point ``p``."""
+    m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
+    at_light = _dot(m, d) if light is None else _height(light, c, m)
+    if abs(_height(p, c, m)) <= touch and n[0] == n[0]:  # not NaN: the point has a surface
+        up = scale * _LIFT
+        q = (q[0] + up * n[0], q[1] + up * n[1], q[2] + up * n[2])
+    if not _height(q, c, m) * at_light < 0.0:
+        return _NO
+    a, b, e = _see(q, f, tree)
+    i, j, k = get(tree.ids, f)
+    # Every edge is asked from its lower vertex, so that 0 is on one side of it for both its faces.
+    ab, bc, ca = _is_left(a, b, d, i < j), _is_left(b, e, d, j < k), _is_left(e, a, d, k < i)
+    return _YES if ab == bc == ca else _NO
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _is_left(u, v, d, forward):
+    """Tell on which side of the edge u to v a ray passes, asked from v to u if not forward."""
+    return ((_side(u, v, d) if forward else _side(v, u, d)) >= 0.0) == forward
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _see(p, f, tree):
+    """Return where a face's corners lie from a place."""
+    c = tree.corners
+    return (
+        (c[f, 0] - p[0], c[f, 1] - p[1], c[f, 2] - p[2]),
+        (c[f, 3] - p[0], c[f, 4] - p[1], c[f, 5] - p[2]),
+        (c[f, 6] - p[0], c[f, 7] - p[1], c[f, 8] - p[2]),
+    )
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -239,21 +272,18 @@ def _height(p, c, m):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _turn(side, forward):
-    return side if forward else -side
+def _side(u, v, d):
+    """Tell on which side of the edge u to v a ray passes."""
+    return (
+        d[0] * (u[1] * v[2] - u[2] * v[1])
+        + d[1] * (u[2] * v[0] - u[0] * v[2])
+        + d[2] * (u[0] * v[1] - u[1] * v[0])
+    )
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _side(u, v, d, forward, touch):
-    """Tell on which side of the edge u to v a ray passes, from its lower vertex, and its error."""
-    a, b = (u, v) if forward else (v, u)
-    side = (
-        d[0] * (a[1] * b[2] - a[2] * b[1])
-        + d[1] * (a[2] * b[0] - a[0] * b[2])
-        + d[2] * (a[0] * b[1] - a[1] * b[0])
-    )
-    one, two = abs(u[0]) + abs(u[1]) + abs(u[2]), abs(v[0]) + abs(v[1]) + abs(v[2])
-    return side, touch * (one + two) + _ROUNDING * one * two
+def _measure(u):
+    return abs(u[0]) + abs(u[1]) + abs(u[2])
 
 
 @njit(cache=True, nogil=True, parallel=True)

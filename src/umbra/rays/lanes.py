@@ -1,4 +1,4 @@
-"""Eight boxes against a ray at a time, in the processor's vector instructions."""
+"""Eight boxes against a ray, or eight rectangles against one, in vector instructions."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-__all__ = ["LANES", "find_lowest", "meet_boxes"]
+__all__ = ["LANES", "find_lowest", "meet_boxes", "meet_rectangles"]
 
 LANES = 8
 _LONG, _SHORT = ir.IntType(64), ir.IntType(32)
@@ -42,18 +42,11 @@ def meet_boxes(
         data = context.make_array(signature.args[0])(context, builder, array).data
         first = builder.gep(data, [builder.mul(node, _LONG(6 * LANES))])
 
-        def spread(three: Any, k: int) -> Any:
-            one = builder.insert_element(
-                _VECTOR(ir.Undefined), builder.extract_value(three, k), _SHORT(0)
-            )
-            zeros = ir.Constant(ir.VectorType(_SHORT, LANES), [0] * LANES)
-            return builder.shuffle_vector(one, _VECTOR(ir.Undefined), zeros)
-
         def meet(row: Any, place: Any, k: int) -> Any:
             """Find how far along the ray each box's side lies."""
-            at = builder.gep(first, [builder.mul(row, _LONG(LANES))])
-            side = builder.load(builder.bitcast(at, _VECTOR.as_pointer()), align=4)
-            return builder.fmul(builder.fsub(side, spread(place, k)), spread(inverse, k))
+            side = _load(builder, builder.gep(first, [builder.mul(row, _LONG(LANES))]))
+            place, scale = _spread(builder, place, k), _spread(builder, inverse, k)
+            return builder.fmul(builder.fsub(side, place), scale)
 
         def choose(how: str, a: Any, b: Any) -> Any:
             return builder.select(builder.fcmp_ordered(how, a, b), a, b)
@@ -65,10 +58,56 @@ def meet_boxes(
             near = choose(">", meet(row, start, k), near)
             far = choose("<", meet(builder.sub(_LONG(3 + 2 * k), row), end, k), far)
         far = builder.fmul(far, ir.Constant(_VECTOR, [_SLACK] * LANES))
-        bits = builder.bitcast(builder.fcmp_ordered("<=", near, far), ir.IntType(LANES))
-        return builder.zext(bits, _LONG)
+        return _pack(builder, builder.fcmp_ordered("<=", near, far))
 
     return signature, generate
+
+
+@intrinsic
+def meet_rectangles(_: Any, table: Any, at: Any, limits: Any) -> Any:  # numpydoc ignore=RT01
+    """
+    Find which of eight rectangles may meet another and come near the light, one bit for each.
+
+    Parameters
+    ----------
+    table : (n, 5) float32, in Fortran's order
+        Lowest and highest x, lowest and highest y, and how near the light each comes.
+    at : int64
+        The first; seven more must follow.
+    limits : (5,) float32
+        Highest and lowest x, highest and lowest y, and how near one must come.
+    """
+    signature = types.int64(table, types.int64, types.UniTuple(types.float32, 5))
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array = context.make_array(signature.args[0])(context, builder, arguments[0])
+        length = builder.extract_value(array.shape, 0)
+        first = builder.gep(array.data, [arguments[1]])
+        met = None
+        for k, how in enumerate(("<=", ">=", "<=", ">=", ">=")):
+            column = _load(builder, builder.gep(first, [builder.mul(length, _LONG(k))]))
+            one = builder.fcmp_ordered(how, column, _spread(builder, arguments[2], k))
+            met = one if met is None else builder.and_(met, one)
+        return _pack(builder, met)
+
+    return signature, generate
+
+
+def _load(builder: Any, at: Any) -> Any:
+    """Load LANES numbers."""
+    return builder.load(builder.bitcast(at, _VECTOR.as_pointer()), align=4)
+
+
+def _spread(builder: Any, values: Any, k: int) -> Any:
+    """Put the k-th of some values into all lanes."""
+    one = builder.insert_element(_VECTOR(ir.Undefined), builder.extract_value(values, k), _SHORT(0))
+    zeros = ir.Constant(ir.VectorType(_SHORT, LANES), [0] * LANES)
+    return builder.shuffle_vector(one, _VECTOR(ir.Undefined), zeros)
+
+
+def _pack(builder: Any, lanes: Any) -> Any:
+    """Make a number of what is true in which lane."""
+    return builder.zext(builder.bitcast(lanes, ir.IntType(LANES)), _LONG)
 
 
 @intrinsic
