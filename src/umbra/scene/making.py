@@ -146,15 +146,8 @@ def move_parts(
     """
     Move parts; those that share vertices go on sharing them.
 
-    Parameters
-    ----------
-    parts : sequence of Part
-    move : function of (n, 3) float64 -> (n, 3) float64
-        Of the vertices of parts without a transform.
-    place : function of Part -> Part
-        Of parts that have one.
-    turn : function of (n, 3) float32 -> (n, 3) float, optional
-        Of normals; they stay by default.
+    ``move`` takes the vertices (n, 3) of parts without a transform, ``place`` the parts that have
+    one, ``turn`` normals (n, 3), which stay by default.
     """
     arrays: dict[int, NDArray[np.float64]] = {}
     moved = []

@@ -91,28 +91,15 @@ class Mesh:
     def moved(
         self, vertices: NDArray[np.float64], normals: NDArray[np.floating] | None = None
     ) -> "Mesh":
-        """
-        Return the same faces with other vertices.
-
-        Parameters
-        ----------
-        vertices : (n_vertices, 3) float64
-        normals : (n_vertices, 3) float, optional
-            The mesh's own by default: as after a shift.
-        """
+        """Return the same faces with other vertices (n, 3), and normals, which stay by default."""
         kept = self.normals if normals is None else normals
         return replace(self, vertices=vertices, normals=kept)
 
     def with_vertices(self, is_kept: NDArray[np.bool_], vertices: NDArray[np.float64]) -> "Mesh":
         """
-        Return the same triangles on some of the vertices.
+        Return the same triangles on some of the vertices, at least those that the faces use.
 
-        Parameters
-        ----------
-        is_kept : (n_vertices,) bool
-            At least those that the faces use.
-        vertices : (n_kept, 3) float64
-            Those that are kept; meshes that share an array go on sharing it.
+        The vertices (n_kept, 3) are those kept; meshes that share an array go on sharing it.
         """
         number = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
         rows = (None if row is None else row[is_kept] for row in self._rows)

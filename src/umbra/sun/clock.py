@@ -98,23 +98,10 @@ def make_steps(
     """
     Cut a period of one local date, start included and end not, into equal steps.
 
-    The last step is shorter where the period is no multiple of the step.
-
-    Parameters
-    ----------
-    date : str or datetime.date
-        ``YYYY-MM-DD``.
-    start, end : str or datetime.time
-        ``HH:MM`` or ``HH:MM:SS`` on the local clock; the end may be ``24:00``. With an
-        offset, ``02:30+02:00``, where the clock shows the time twice.
-    every : str or datetime.timedelta
-        ``15min``, ``1h``, ``1h30min``, ``0.5h``, ``30s``.
-    zone : str
-        IANA name.
-
-    Returns
-    -------
-    steps : Steps
+    The last step is shorter where the period is no multiple of the step. The date is
+    ``YYYY-MM-DD``; start and end are ``HH:MM`` or ``HH:MM:SS`` on the local clock, the end may be
+    ``24:00``, and an offset, ``02:30+02:00``, tells which where the clock shows the time twice.
+    The step is ``15min``, ``1h``, ``1h30min``, ``0.5h`` or ``30s``, the zone an IANA name.
 
     Raises
     ------

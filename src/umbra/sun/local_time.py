@@ -200,24 +200,11 @@ def parse_dates(dates: Date | Sequence[Date], every_days: int = 1) -> tuple[dt.d
     """
     List the dates that an expression names, in order and each once.
 
-    Parameters
-    ----------
-    dates : str, date, datetime64, Timestamp, or a sequence of them
-        ``2026-03-21``; several joined by commas; ``2026-03-21..2026-09-23``, both ends
-        included; ``2026``, the whole year; ``2026-06``, the whole month; ``2026-*-21``,
-        that day of every month which has it.
-    every_days : int
-        Take only every n-th day of a range, a month or a year, from its first day on.
-
-    Returns
-    -------
-    dates : tuple of datetime.date
-
-    Raises
-    ------
-    InputError
-        If a word is no date and none of these, a range runs backward, or ``every_days``
-        is below 1.
+    ``2026-03-21``; several joined by commas; ``2026-03-21..2026-09-23``, both ends included;
+    ``2026``, the whole year; ``2026-06``, the whole month; ``2026-*-21``, that day of every month
+    which has it; or a sequence of dates of any library. ``every_days`` takes only every n-th day
+    of a range, a month or a year, from its first day on. An `InputError` says that a word is no
+    date and none of these, a range runs backward, or ``every_days`` is below 1.
     """
     if every_days < 1:
         msg = f"every {every_days} days is not possible; give 1 or more"
