@@ -1,10 +1,10 @@
 """
-Draw a still life with hard shadows, and with soft ones by three methods, side by side.
+Draw a still life with hard shadows, and with soft ones by four methods, side by side.
 
     python examples/soft_shadows.py out/
     python examples/soft_shadows.py out/ --samples 1024 --size 480x360
 
-Writes a picture for each method, all four on one sheet, and the errors of wedges and layers
+Writes a picture for each method, all of them on one sheet, and the errors of the last three
 against the samples: blue is too dark, red too bright.
 """
 
@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw
 
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
+from umbra.methods import SOFT
 from umbra.scene import Camera, Material, Mesh, Part, Scene, make_scene, point_light
 from umbra.soft import ball_light, find_method
 
@@ -83,7 +84,7 @@ def draw_error(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
     return np.round(white + np.abs(error) * (tint - white)).astype(np.uint8)
 
 
-def lay_out(pictures: dict[str, np.ndarray], across: int = 2, line: int = 22) -> Image.Image:
+def lay_out(pictures: dict[str, np.ndarray], across: int = 3, line: int = 22) -> Image.Image:
     """Put named pictures on one sheet."""
     height, width = next(iter(pictures.values())).shape[:2]
     down = -(-len(pictures) // across)
@@ -114,7 +115,8 @@ def main() -> None:
     faces_light = frame.lit(np.zeros_like(counts), LIGHT.light)
 
     visibility = {"hard": (counts == 0).astype(np.float32)}
-    for name, more in (("samples", {"samples": options.samples}), ("wedges", {}), ("weng", {})):
+    for name in SOFT:
+        more = {"samples": options.samples} if name == "samples" else {}
         visibility[name] = find_method(name)(counter, view, frame, camera, LIGHT, **more)
     pictures = {
         name: shade(scene, frame, [LIGHT.light], [share * faces_light], view)
@@ -123,16 +125,17 @@ def main() -> None:
     truth = visibility["samples"] * faces_light
     errors = {
         f"{name}, less samples": draw_error(visibility[name] * faces_light, truth)
-        for name in ("wedges", "weng")
+        for name in SOFT
+        if name != "samples"
     }
     for name, picture in pictures.items():
         Image.fromarray(picture).save(options.folder / f"soft_{name}.png")
     lay_out(pictures).save(options.folder / "soft_shadows.png")
     lay_out(errors).save(options.folder / "soft_errors.png")
     partial = (truth > 0) & (truth < 1)
-    for name in ("hard", "wedges", "weng"):
+    for name in ("hard", *SOFT[1:]):
         error = np.abs(visibility[name] * faces_light - truth)[partial].mean()
-        print(f"{name:7} off by {error:.3f} in the penumbra")
+        print(f"{name:10} off by {error:.3f} in the penumbra")
 
 
 if __name__ == "__main__":

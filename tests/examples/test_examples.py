@@ -12,6 +12,7 @@ from PIL import Image
 import umbra
 from umbra.errors import UmbraError
 from umbra.gl.context import open_device
+from umbra.methods import SOFT
 from umbra.volume.inspection import inspect_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -118,12 +119,13 @@ def test_hall(tmp_path):
 
 def test_soft_shadows(tmp_path):
     said = run("soft_shadows.py", tmp_path, "--samples", 64, "--size", "140x100")
-    names = {f"soft_{name}.png" for name in ("hard", "samples", "wedges", "weng")}
+    names = {f"soft_{name}.png" for name in ("hard", *SOFT)}
     assert {p.name for p in tmp_path.iterdir()} == names | {"soft_shadows.png", "soft_errors.png"}
     error = {line.split()[0]: float(line.split()[3]) for line in said.splitlines()}
     assert error["wedges"] < 0.3 * error["hard"]
+    assert error["complexity"] < 0.1 * error["hard"]
     with Image.open(tmp_path / "soft_shadows.png") as sheet:
-        assert sheet.size == (280, 244)
+        assert sheet.size == (420, 244)
 
 
 @pytest.mark.usefixtures("_has_gl")
