@@ -10,6 +10,7 @@ from support.shapes import box
 
 import umbra
 from umbra.calls.options import ViewOptions
+from umbra.calls.window import begin_view
 from umbra.errors import InputError
 from umbra.gl.renderer import Renderer
 from umbra.scene import pose
@@ -117,7 +118,7 @@ def test_a_key_plays_it_round_and_round(scene, tower):
 
 def test_what_is_no_animation_is_told(scene, tower):
     with pytest.raises(InputError, match="no animation 'jump'; the scene has 'rise', 'slide'"):
-        ViewOptions(animation="jump").make_view(scene, None, SIZE)
+        begin_view(ViewOptions(animation="jump"), scene, None, SIZE)
     with pytest.raises(InputError, match="the scene has no animation"):
         Motion(tower).find_duration(replace(make_view(tower, SIZE), animation=0))
 

@@ -15,7 +15,7 @@ from umbra.errors import InputError
 from umbra.rays.depth import NOTHING
 from umbra.scene import directional_light
 from umbra.sun import find_sun, make_steps
-from umbra.window.daylight import Period, find_suns
+from umbra.window.daylight import ProfilePeriod, find_suns
 from umbra.window.file import from_json, to_json
 from umbra.window.overlays import ASIDE, find_colors
 from umbra.window.painter import ViewPainter
@@ -40,7 +40,7 @@ def view(tower):
 
 @pytest.mark.parametrize(("start", "end", "every"), [(9, 17, 60), (5, 9.25, 30), (0, 24, 180)])
 def test_suns_are_a_studys(start, end, every):
-    suns = find_suns(VIENNA, dt.date(2026, 3, 29), Period(60 * start, 60 * end, every))
+    suns = find_suns(VIENNA, dt.date(2026, 3, 29), ProfilePeriod(60 * start, 60 * end, every))
     clock = [f"{int(hour):02}:{int(60 * (hour % 1)):02}" for hour in (start, end)]
     steps = make_steps("2026-03-29", *clock, f"{every}min", "Europe/Vienna")  # summer time begins
     path = find_sun(VIENNA, steps.instants)
@@ -50,7 +50,7 @@ def test_suns_are_a_studys(start, end, every):
 
 
 def test_hours_on_every_surface_are_the_cpus(painter, tower, view):
-    view = replace(view.toggle("profile"), period=Period(540, 945, 60))
+    view = replace(view.toggle("profile"), period=ProfilePeriod(540, 945, 60))
     suns = view.profile_suns()
     assert suns.hours.tolist() == [1, 1, 1, 1, 1, 1, 0.75]
     drawn = painter.draw(view, SIZE)
@@ -75,7 +75,7 @@ def test_hours_on_every_surface_are_the_cpus(painter, tower, view):
 
 
 def test_the_relief_is_as_high_as_rays_say(tower, view):
-    suns = replace(view, period=Period(540, 960, 60)).profile_suns()
+    suns = replace(view, period=ProfilePeriod(540, 960, 60)).profile_suns()
     relief = find_relief(tower, range(2), 0.0, suns)
     grid = relief.grid
     places = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros(relief.hours.shape)], -1)
@@ -119,10 +119,10 @@ def test_without_a_site_there_is_no_profile(painter, tower):
 
 
 def test_a_period_is_saved_and_refused(view):
-    late = replace(view, period=Period(600, 720, 15))
+    late = replace(view, period=ProfilePeriod(600, 720, 15))
     assert from_json(to_json(late)).period == late.period
     with pytest.raises(InputError, match="begins before it ends"):
-        Period(720, 600)
+        ProfilePeriod(720, 600)
     described = to_json(late)
     described["period"]["every"] = 0
     with pytest.raises(InputError, match="the view's period is wrong"):

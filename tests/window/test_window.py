@@ -18,6 +18,7 @@ from support.shapes import box
 from umbra import read
 from umbra.gl.renderer import Renderer
 from umbra.window.handles import find_handles
+from umbra.window.painter import SMOOTH
 from umbra.window.view import SUN, find_ground
 
 PANEL = 290
@@ -79,7 +80,8 @@ def test_orbit_keys_slider_screenshot_and_close(display, model):
     scene = read(model)
     with Renderer(scene, find_ground(scene.bounds())) as renderer:
         lights = list(wanted.shining().values())
-        expected = renderer.render(wanted.viewpoint.camera(SIZE), lights, wanted.method)
+        camera = wanted.viewpoint.camera(SIZE)
+        expected = renderer.render(camera, lights, wanted.method, samples=SMOOTH)
     assert picture.shape == expected.shape
     apart = np.abs(picture.astype(int) - expected).max(2)
     assert (apart > 1).mean() < 1e-4

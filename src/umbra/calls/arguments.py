@@ -1,22 +1,15 @@
-"""The scenes, cameras and lights that calls are given: checked, and brought in one form."""
+"""The scenes and cameras that calls are given, checked."""
 
 import math
-from collections.abc import Iterable
-from numbers import Real
-from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from umbra.calls.options import CameraOptions
 from umbra.errors import InputError
 from umbra.machine import find_memory, name_memory
-from umbra.scene import Camera, Light, Scene
+from umbra.scene import Camera, Scene
 
-__all__ = ["SomeLights", "check_picture_memory", "check_scene", "make_camera", "make_lights"]
-
-SomeLights = Light | ArrayLike | Iterable[Light | ArrayLike]
-"""One light or several, as records or as homogeneous vectors."""
+__all__ = ["check_picture_memory", "check_scene", "make_camera"]
 
 _BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel of a picture, and for each of its lights
 
@@ -78,41 +71,6 @@ def make_camera(
         near=near,
     )
     return options.make(scene)
-
-
-def make_lights(lights: SomeLights) -> list[Light]:
-    """
-    Return one or several lights, records or homogeneous vectors, as a list.
-
-    Raises
-    ------
-    InputError
-        If one is neither, or its w is not 0 or 1.
-    """
-    given: list[Any] = [lights] if isinstance(lights, Light) else list(lights)  # type: ignore[arg-type]
-    if given and all(isinstance(one, Real) for one in given):
-        given = [given]
-    return [one if isinstance(one, Light) else _make_light(one) for one in given]
-
-
-def _make_light(numbers: ArrayLike) -> Light:
-    try:
-        vector = np.array(numbers, np.float64)
-    except (TypeError, ValueError):
-        vector = np.zeros(0)
-    if vector.shape == (3,):
-        vector = np.append(vector, 1.0)
-    if vector.shape != (4,):
-        msg = f"a light is a Light or (x, y, z, w); got {numbers!r:.60}"
-        raise InputError(msg, option="lights")
-    if vector[3] not in {0.0, 1.0}:
-        shown = ", ".join(f"{v:g}" for v in vector)
-        msg = (
-            f"lights=({shown}) has a W of {vector[3]:g}; it is 1 (a point) or 0 (a direction "
-            "toward it)"
-        )
-        raise InputError(msg, option="lights", light=numbers)
-    return Light(vector)
 
 
 def check_picture_memory(size: tuple[int, int], lights: int) -> None:

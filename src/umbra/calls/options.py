@@ -8,9 +8,8 @@ written out in full, and a test compares the two.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from umbra.devices import CHOICES, DEFAULT, DEVICES, find_device
@@ -21,7 +20,6 @@ from umbra.options import check_types, option
 if TYPE_CHECKING:
     from umbra.scene import Camera, Light, Scene
     from umbra.sun import Site
-    from umbra.window.view import ViewState
 
 __all__ = ["CameraOptions", "LightOptions", "RenderOptions", "ViewOptions"]
 
@@ -33,7 +31,6 @@ _window = partial(option, heading="Window")
 _casters = partial(option, heading="Casters")
 _MOST_SAMPLES, _MOST_PLACES = 64, 4096
 _SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # a view like that of the whole model
-_DATE = "2026-03-21"  # whose clock changes say nothing of others
 
 
 def _tell_methods() -> str:
@@ -202,8 +199,7 @@ class LightOptions:
         return made
 
     def _make_given(self) -> "list[Light]":
-        from umbra.calls.arguments import make_lights  # noqa: PLC0415
-        from umbra.scene import spot_light  # noqa: PLC0415
+        from umbra.scene.lights import make_lights, spot_light  # noqa: PLC0415
 
         made = [_name_slips("lights", make_lights, v)[0] for v in self.lights]
         return made + [
@@ -361,50 +357,3 @@ class ViewOptions:
             from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
             parse_date(self.date)
-
-    def find_ground(self, scene: "Scene") -> float | None:
-        """Give the ground's height [m]: as asked, as the file says, or just below the model."""
-        from umbra.window.view import find_ground  # noqa: PLC0415
-
-        if self.ground is False:
-            return None
-        if self.ground is None or self.ground is True:
-            return find_ground(scene.bounds()) if scene.ground is None else scene.ground
-        return float(self.ground)
-
-    def make_view(self, scene: "Scene", site: "Site | None", size: tuple[int, int]) -> "ViewState":
-        """Make the view to begin with, in a picture of columns and rows."""
-        from umbra.scene.making import find_animations  # noqa: PLC0415
-        from umbra.sun.local_time import parse_date  # noqa: PLC0415
-        from umbra.window.file import load_view  # noqa: PLC0415
-        from umbra.window.view import make_view  # noqa: PLC0415
-
-        date = None if self.date is None else parse_date(self.date)
-        view = make_view(scene, size, site=site, date=date, minutes=self._find_minutes(site))
-        if self.view is not None:
-            view = load_view(Path(self.view), view.lights)
-        if self.animation is not None or self.time is not None:
-            found = find_animations(scene, 0 if self.animation is None else self.animation)
-            chosen = "all" if len(found) > 1 else scene.animations.index(found[0])
-            view = replace(view, animation=chosen, time=self.time or 0.0)
-        if self.cast or self.no_cast:
-            view = view.choose_casters(scene.select(self.cast, self.no_cast), len(scene.parts))
-        if self.device is not None:
-            view = view.choose_device(self.device)
-        if self.method is not None:
-            view = view.choose_method(self.method)
-        names = ("soft", "layer_length", "layer_gap", "mask_scale", "mask_filter")
-        given = {name: getattr(self, name) for name in names}
-        return replace(view, **{name: one for name, one in given.items() if one is not None})
-
-    def _find_minutes(self, site: "Site | None") -> float | None:
-        """Give the minutes on the site's clock since midnight."""
-        from zoneinfo import ZoneInfo  # noqa: PLC0415
-
-        from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
-
-        if self.at is None or site is None:
-            return None
-        zone = ZoneInfo(site.zone)
-        local = find_instant(parse_date(self.date or _DATE), self.at, zone, "time").astimezone(zone)
-        return local.hour * 60 + local.minute + local.second / 60

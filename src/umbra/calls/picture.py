@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.calls.arguments import (
-    SomeLights,
     check_picture_memory,
     check_scene,
     make_camera,
-    make_lights,
 )
 from umbra.calls.options import RenderOptions
 from umbra.devices import find_device
@@ -23,6 +21,7 @@ from umbra.errors import InputError
 from umbra.machine import count_cores
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light, Scene, directional_light
+from umbra.scene.lights import SomeLights, make_lights
 
 __all__ = ["Picture", "draw_picture", "render"]
 

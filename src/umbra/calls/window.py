@@ -4,8 +4,9 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from umbra.calls.arguments import check_scene
 from umbra.calls.options import RenderOptions, ViewOptions
@@ -17,7 +18,12 @@ from umbra.methods import Softness
 from umbra.scene import Scene
 from umbra.sun import Site
 
-__all__ = ["open_window", "show"]
+if TYPE_CHECKING:
+    from umbra.window.view import ViewState
+
+__all__ = ["begin_view", "open_window", "show"]
+
+_DATE = "2026-03-21"  # whose clock changes say nothing of others
 
 
 def show(  # noqa: PLR0913  (each option by its name)
@@ -121,7 +127,7 @@ def open_window(
     from umbra.window.app import PANEL, show  # noqa: PLC0415
 
     size = (max(options.size[0] - PANEL, 1), options.size[1])
-    view = options.make_view(scene, site, size)
+    view = begin_view(options, scene, site, size)
     names = [Path(source.name).name for source in scene.sources if not source.is_companion]
     stem = names[0].split(".")[0] if names else "scene"
     show(
@@ -130,12 +136,66 @@ def open_window(
         names=names or ["scene"],
         size=options.size,
         instead=instead,
-        ground=options.find_ground(scene),
+        ground=_find_height(options, scene),
         threads=options.threads or count_cores(),
         animates=options.animation is not None and options.time is None,
         picture=Path(options.out or f"{stem}.png"),
         view_file=Path(options.view or f"{stem}.view.json"),
     )
+
+
+def _find_height(options: ViewOptions, scene: Scene) -> float | None:
+    """Give the ground's height [m]: as asked, as the file says, or just below the model."""
+    from umbra.window.view import find_ground  # noqa: PLC0415
+
+    if options.ground is False:
+        return None
+    if options.ground is None or options.ground is True:
+        return find_ground(scene.bounds()) if scene.ground is None else scene.ground
+    return float(options.ground)
+
+
+def begin_view(
+    options: ViewOptions, scene: Scene, site: Site | None, size: tuple[int, int]
+) -> "ViewState":
+    """Make the view to begin with, in a picture of columns and rows."""
+    from umbra.scene.making import find_animations  # noqa: PLC0415
+    from umbra.sun.local_time import parse_date  # noqa: PLC0415
+    from umbra.window.file import load_view  # noqa: PLC0415
+    from umbra.window.view import make_view  # noqa: PLC0415
+
+    date = None if options.date is None else parse_date(options.date)
+    view = make_view(scene, size, site=site, date=date, minutes=_find_minutes(options, site))
+    if options.view is not None:
+        view = load_view(Path(options.view), view.lights)
+    if options.animation is not None or options.time is not None:
+        found = find_animations(scene, 0 if options.animation is None else options.animation)
+        chosen = "all" if len(found) > 1 else scene.animations.index(found[0])
+        view = replace(view, animation=chosen, time=options.time or 0.0)
+    if options.cast or options.no_cast:
+        view = view.choose_casters(scene.select(options.cast, options.no_cast), len(scene.parts))
+    if options.device is not None:
+        view = view.choose_device(options.device)
+    if options.method is not None:
+        view = view.choose_method(options.method)
+    names = ("soft", "layer_length", "layer_gap", "mask_scale", "mask_filter")
+    given = {name: getattr(options, name) for name in names}
+    return replace(view, **{name: one for name, one in given.items() if one is not None})
+
+
+def _find_minutes(options: ViewOptions, site: Site | None) -> float | None:
+    """Give the minutes on the site's clock since midnight."""
+    from zoneinfo import ZoneInfo  # noqa: PLC0415
+
+    from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
+
+    if options.at is None or site is None:
+        return None
+    zone = ZoneInfo(site.zone)
+    local = find_instant(parse_date(options.date or _DATE), options.at, zone, "time").astimezone(
+        zone
+    )
+    return local.hour * 60 + local.minute + local.second / 60
 
 
 def _find_site(scene: Scene, options: ViewOptions) -> Site | None:
@@ -156,13 +216,13 @@ def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
     """Draw the picture that the window would begin with."""
     from umbra.window.motion import Motion  # noqa: PLC0415
 
-    view = options.make_view(scene, site, options.size)
+    view = begin_view(options, scene, site, options.size)
     sizes = [
         view.lamp_radius if one.is_point else view.sun_radius for one in view.shining().values()
     ]
     soft = None if view.soft == "none" else view.soft
     drawing = RenderOptions(
-        ground=options.find_ground(scene),
+        ground=_find_height(options, scene),
         method=options.method or "auto",
         device=options.device or (view.device if view.mask_scale > 1 else DEFAULT),
         soft=soft,

@@ -1,6 +1,8 @@
 """Lights as homogeneous points: w = 1 a place, w = 0 a direction toward the light."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +14,14 @@ from umbra.scene.material import Image, sample
 if TYPE_CHECKING:
     from umbra.scene.rig import RigBinding
 
-__all__ = ["Light", "directional_light", "point_light", "spot_light"]
+__all__ = [
+    "Light",
+    "SomeLights",
+    "directional_light",
+    "make_lights",
+    "point_light",
+    "spot_light",
+]
 
 WHITE = (1.0, 1.0, 1.0)
 _ALONG = 1e-9  # sine of the angle between two ways that are one
@@ -300,3 +309,42 @@ def spot_light(
         msg = "a spot light needs a target away from it and a half angle in (0, 180]"
         raise InputError(msg, half_angle=half_angle)
     return Light(np.append(position, 1.0), color, axis / length, float(half_angle), **more)
+
+
+SomeLights = Light | ArrayLike | Iterable[Light | ArrayLike]
+"""One light or several, as records or as homogeneous vectors."""
+
+
+def make_lights(lights: SomeLights) -> list[Light]:
+    """
+    Return one or several lights, records or homogeneous vectors, as a list.
+
+    Raises
+    ------
+    InputError
+        If one is neither, or its w is not 0 or 1.
+    """
+    given: list[Any] = [lights] if isinstance(lights, Light) else list(lights)  # type: ignore[arg-type]
+    if given and all(isinstance(one, Real) for one in given):
+        given = [given]
+    return [one if isinstance(one, Light) else _make_light(one) for one in given]
+
+
+def _make_light(numbers: ArrayLike) -> Light:
+    try:
+        vector = np.array(numbers, np.float64)
+    except (TypeError, ValueError):
+        vector = np.zeros(0)
+    if vector.shape == (3,):
+        vector = np.append(vector, 1.0)
+    if vector.shape != (4,):
+        msg = f"a light is a Light or (x, y, z, w); got {numbers!r:.60}"
+        raise InputError(msg, option="lights")
+    if vector[3] not in {0.0, 1.0}:
+        shown = ", ".join(f"{v:g}" for v in vector)
+        msg = (
+            f"lights=({shown}) has a W of {vector[3]:g}; it is 1 (a point) or 0 (a direction "
+            "toward it)"
+        )
+        raise InputError(msg, option="lights", light=numbers)
+    return Light(vector)

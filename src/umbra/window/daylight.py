@@ -14,7 +14,7 @@ from umbra.errors import InputError
 from umbra.scene import Light, directional_light
 from umbra.sun import Site, SunPath, find_sun
 
-__all__ = ["DAY", "Period", "Sun", "Suns", "find_day", "find_rise", "find_suns"]
+__all__ = ["DAY", "ProfilePeriod", "Sun", "Suns", "find_day", "find_rise", "find_suns"]
 
 DAY = 24 * 60
 """Minutes of a day's clock."""
@@ -112,7 +112,7 @@ class Sun:
 
 
 @dataclass(frozen=True)
-class Period:
+class ProfilePeriod:
     """A part of the day: from and to, and the steps between, in minutes of the site's clock."""
 
     start: float = 9 * 60.0
@@ -141,7 +141,7 @@ class Suns:
 
 
 @lru_cache(maxsize=8)
-def find_suns(site: Site, date: dt.date, period: Period) -> Suns:
+def find_suns(site: Site, date: dt.date, period: ProfilePeriod) -> Suns:
     """Find the suns in the middles of a period's steps, as a study takes them."""
     begin, end = (
         _find_moment(site, date, mark).astimezone(dt.UTC) for mark in (period.start, period.end)

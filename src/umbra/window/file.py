@@ -14,7 +14,7 @@ import numpy as np
 from umbra.errors import InputError
 from umbra.scene import Light
 from umbra.sun import Site
-from umbra.window.daylight import Period, Sun
+from umbra.window.daylight import ProfilePeriod, Sun
 from umbra.window.view import Viewpoint, ViewState
 from umbra.writers.atomic import replace_file
 
@@ -82,7 +82,8 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
         place = "period"
         if "period" in described:
             given = described["period"]
-            more["period"] = Period(*(_read_number(given[f.name]) for f in fields(Period)))
+            numbers = (_read_number(given[one.name]) for one in fields(ProfilePeriod))
+            more["period"] = ProfilePeriod(*numbers)
         place = "choices"
         return ViewState(viewpoint, sun, tuple(lights), overlays=overlays, **more)
     except KeyError as error:

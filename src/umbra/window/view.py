@@ -19,7 +19,7 @@ from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import expose_lights
 from umbra.soft import SUN_RADIUS, AreaLight, ball_light
 from umbra.sun import Site
-from umbra.window.daylight import Period, Sun, Suns, find_suns
+from umbra.window.daylight import ProfilePeriod, Sun, Suns, find_suns
 
 __all__ = [
     "METHODS",
@@ -206,7 +206,7 @@ class ViewState:
         Of that animation [s].
     no_cast : frozenset of int
         Numbers of the parts that cast no shadow.
-    period : Period
+    period : ProfilePeriod
         Of the shadow profile, on the sun's date.
     """
 
@@ -227,7 +227,7 @@ class ViewState:
     animation: int | str | None = None
     time: float = 0.0
     no_cast: frozenset[int] = frozenset()
-    period: Period = field(default_factory=Period)
+    period: ProfilePeriod = field(default_factory=ProfilePeriod)
 
     def __post_init__(self) -> None:
         if self.device not in METHODS:
