@@ -43,7 +43,7 @@ Beside = list[list[Any]]
 
 def keep_scene(key: str, scene: Scene, beside: Beside | None = None) -> None:
     """Store a scene, and the files ``beside`` the named ones that it depends on."""
-    if scene.lights or any(part.binding or part.material.image for part in scene.parts):
+    if scene.lights or any(part.binding or part.material.images for part in scene.parts):
         return
     if not all(np.isfinite(getattr(scene, name) or 0.0) for name in _PLACE):
         return

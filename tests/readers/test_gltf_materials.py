@@ -286,3 +286,51 @@ def test_trimesh_writes_textures_that_we_read(tmp_path):
     # trimesh counts v from the bottom, as OBJ does.
     np.testing.assert_allclose(part.mesh.uv, np.stack([uv[:, 0], 1 - uv[:, 1]], 1), atol=1e-6)
     assert part.color[1] == pytest.approx(0.5, abs=0.01)
+
+
+def test_metal_roughness_and_normals_are_read(made, read):
+    made.paint()
+    base = made.material["pbrMetallicRoughness"]
+    base |= {
+        "metallicFactor": 0.25,
+        "roughnessFactor": 0.5,
+        "metallicRoughnessTexture": {"index": 0},
+    }
+    made.material["normalTexture"] = {"index": 0, "scale": 0.75}
+    (part,) = read(made).parts
+    material = part.material
+    assert (material.metallic, material.roughness, material.normal_scale) == (0.25, 0.5, 0.75)
+    assert not material.image.is_data
+    assert material.gloss_image.is_data
+    assert material.normal_image is material.gloss_image
+    # Numbers are as stored, colours are decoded from sRGB.
+    np.testing.assert_array_equal(
+        sample(material.normal_image, np.array([0.25, 0.25]))[:3], (1, 0, 0)
+    )
+
+
+def test_defaults_of_metal_and_roughness_are_gltfs(made, read):
+    made.material["pbrMetallicRoughness"] = {}
+    (part,) = read(made).parts
+    assert (part.material.metallic, part.material.roughness) == (1.0, 1.0)
+    made.material["extensions"] = {"KHR_materials_unlit": {}}
+    (part,) = read(made).parts
+    assert part.material.roughness is None
+
+
+def test_normals_with_coordinates_of_their_own_are_left_out(made, read):
+    made.paint()
+    made.material["normalTexture"] = {"index": 0, "texCoord": 1}
+    scene = read(made)
+    assert scene.parts[0].material.normal_image is None
+    assert scene.notes == ("m.glb: textures with coordinates of their own, left out: 1",)
+
+
+def test_a_lost_gloss_makes_no_metal(made, read):
+    made.paint()
+    made.tree["images"].append({"uri": "nowhere.png"})
+    made.tree["textures"].append({"source": 1})
+    made.material["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {"index": 1}
+    scene = read(made)
+    assert scene.parts[0].material.roughness is None
+    assert scene.parts[0].material.image is not None

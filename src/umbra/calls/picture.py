@@ -252,7 +252,9 @@ def draw_picture(
             colors = average_colors(scene, camera, shadows, (view, frame, seen))
             draw: Callable[[], NDArray[np.uint8]] = partial(encode, colors)
         else:
-            draw = partial(shade, scene, frame, shining, seen.reached, view, seen.counts, sized)
+            draw = partial(
+                shade, scene, frame, shining, seen.reached, view, seen.counts, sized, camera
+            )
     return Picture(
         scene,
         camera,

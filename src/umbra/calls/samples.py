@@ -138,7 +138,9 @@ def average_colors(
     """
     view, frame, seen = middle
     sizes = lights.sized
-    colors = find_colors(scene, frame, lights.lights, seen.reached, view, seen.counts, sizes)
+    colors = find_colors(
+        scene, frame, lights.lights, seen.reached, view, seen.counts, sizes, camera
+    )
     edges = _find_textured(scene, frame)
     if not lights.is_sharp:
         edges |= _find_steps(seen.reached)
@@ -155,14 +157,16 @@ def average_colors(
         some = DepthBuffer(looked.key, np.where(differs, looked.face, NOTHING))
         frame = lights.counter.locate(some, other)
         found = lights.find(some, frame, other, counts)
-        shown = find_colors(scene, frame, lights.lights, found.reached, some, found.counts, sizes)
+        shown = find_colors(
+            scene, frame, lights.lights, found.reached, some, found.counts, sizes, other
+        )
         more[differs] += shown[differs] - colors[differs]
     return colors + more / samples
 
 
 def _find_textured(scene: Scene, frame: VisibleSurface) -> NDArray[np.bool_]:
     """Find where parts with pictures are seen, (rows, cols): texels may be finer than pixels."""
-    has = np.array([part.material.image is not None for part in scene.parts] + [False, False])
+    has = np.array([bool(part.material.images) for part in scene.parts] + [False, False])
     return np.asarray(has[frame.part])  # ground and nothing have negative numbers
 
 

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.cpu.gloss import reflect_light, reflect_sky
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
-from umbra.scene import Light, Material, Part, Scene
+from umbra.scene import Camera, Light, Material, Part, Scene
 from umbra.scene.camera import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
 from umbra.scene.material import sample
 from umbra.scene.mesh import transform_points
@@ -17,6 +18,7 @@ __all__ = ["encode", "find_colors", "find_reached", "find_surfaces", "shade"]
 
 
 _LINEAR = 0.0031308  # below, sRGB is a straight line
+_COMPRESSED, _DESATURATION = 0.8, 0.15  # from where highlights are compressed, how they pale
 _NO_SIZE = 1e-12  # sine of a light's angular radius
 _ALIKE = 0.99999  # cosine between a face's normal and a smooth one that is the same
 
@@ -29,9 +31,10 @@ def shade(
     view: DepthBuffer | None = None,
     counts: Sequence[NDArray[np.integer]] | None = None,
     areas: Sequence[AreaLight] = (),
+    camera: Camera | None = None,
 ) -> NDArray[np.uint8]:
     """
-    Shade the visible surface by Lambert's cosine law.
+    Shade the visible surface: by Lambert's cosine law, and what is glossy as glTF says.
 
     Each light weakens as its attenuation, range and cone say; several share the
     exposure of one. What a material emits is added, and an unlit one shows its colour
@@ -55,6 +58,8 @@ def shade(
         is smooth, see ``find_reached``.
     areas : sequence of AreaLight
         The lights with their sizes, where ``lit`` are shares of soft shadows.
+    camera : Camera, optional
+        Of the frame; without it nothing is glossy.
 
     Returns
     -------
@@ -66,7 +71,7 @@ def shade(
     InputError
         If a texture cannot be decoded (which).
     """
-    return encode(find_colors(scene, frame, lights, lit, view, counts, areas))
+    return encode(find_colors(scene, frame, lights, lit, view, counts, areas, camera))
 
 
 def find_colors(
@@ -77,6 +82,7 @@ def find_colors(
     view: DepthBuffer | None = None,
     counts: Sequence[NDArray[np.integer]] | None = None,
     areas: Sequence[AreaLight] = (),
+    camera: Camera | None = None,
 ) -> NDArray[np.float64]:
     """Find the linear RGB that ``shade`` shows, (rows, cols, 3); parameters as there."""
     rows, cols = frame.part.shape
@@ -85,8 +91,20 @@ def find_colors(
     part = np.where(frame.part[seen] == GROUND, len(scene.parts), frame.part[seen])
     albedo, normal = find_surfaces(scene, frame, view)
     position = frame.position[seen]
-    energy = np.repeat(AMBIENT * (0.75 + 0.25 * normal[:, 2:]), 3, 1)
-    is_smooth = np.einsum("ij,ij->i", normal, frame.normal[seen]) < _ALIKE
+    ambient = AMBIENT * (0.75 + 0.25 * normal[:, 2])
+    is_unlit = np.array([material.is_unlit for material in materials])[part]
+    shown = albedo * np.where(is_unlit, 1.0, ambient)[:, None]
+    glossy = np.zeros(0, np.intp)
+    if camera is not None and view is not None:
+        glossy, (metallic, roughness) = find_gloss(scene, frame, view)
+        eye = -np.tile(camera.axes()[2], (len(glossy), 1))
+        if camera.is_perspective:
+            eye = camera.eye - position[glossy]
+            eye /= np.linalg.norm(eye, axis=1, keepdims=True)
+        mirror = albedo[glossy], metallic, roughness, normal[glossy]
+        shown[glossy] = reflect_sky(*mirror, eye, ambient[glossy])
+    is_bumped = np.array([material.normal_image is not None for material in materials])[part]
+    is_smooth = (np.einsum("ij,ij->i", normal, frame.normal[seen]) < _ALIKE) & ~is_bumped
     exposure = find_exposure(len(lights))
     for number, (light, reached) in enumerate(zip(lights, lit, strict=True)):
         way = light.position[:3] - light.position[3] * position
@@ -97,13 +115,34 @@ def find_colors(
             facing = np.einsum("ij,ij->i", frame.normal[seen], way) / away
             sine = areas[number].radius / (away if light.is_point else 1.0) if areas else 0.0
             share = find_reached(share, counts[number][seen], facing, cosine, sine, is_smooth)
-        amount = exposure * share * np.maximum(cosine, 0.0)
-        energy += amount[:, None] * light.find_intensity(position)
-    energy[np.array([material.is_unlit for material in materials])[part]] = 1.0
+        share = exposure * np.where(is_unlit, 0.0, share)
+        reflected = albedo * np.maximum(cosine, 0.0)[:, None]
+        if len(glossy):
+            toward = way[glossy] / away[glossy, None]
+            reflected[glossy] = reflect_light(*mirror, toward, eye)
+        shown += share[:, None] * reflected * light.find_intensity(position)
     fade = np.linspace(0, 1, rows)[:, None, None]
     linear = np.broadcast_to((1 - fade) * SKY + fade * np.array(HORIZON), (rows, cols, 3)).copy()
-    linear[seen] = albedo * energy + np.array([material.emission for material in materials])[part]
+    shown += np.array([material.emission for material in materials])[part]
+    linear[seen] = np.where(is_unlit[:, None], shown, compress(shown))
     return linear
+
+
+def compress(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Compress what is brighter than a screen shows, linear RGB (..., 3), toward white.
+
+    The highlights of Khronos' PBR Neutral tone mapper (2024): the largest channel approaches 1
+    from 0.8 on, and colours lose saturation above 1. What is darker stays as it is: the offset
+    by which that mapper makes up for reflections would darken matte surfaces.
+    """
+    peak = linear.max(-1, keepdims=True)
+    room = 1.0 - _COMPRESSED
+    bright = np.maximum(peak, _COMPRESSED)
+    new = 1.0 - room * room / (bright + room - _COMPRESSED)
+    pale = 1.0 - 1.0 / (_DESATURATION * (bright - new) + 1.0)
+    scaled = linear * (new / bright)
+    return np.where(peak > _COMPRESSED, scaled + pale * (new - scaled), linear)
 
 
 def find_reached(
@@ -174,7 +213,8 @@ def find_surfaces(
     first = 0  # of a part's faces, in the order of `Scene.triangles`
     for index, one in enumerate(scene.parts):
         mesh = one.mesh
-        if one.material.image is not None or mesh.normals is not None or mesh.colors is not None:
+        has_look = one.material.image is not None or one.material.normal_image is not None
+        if has_look or mesh.normals is not None or mesh.colors is not None:
             at = np.flatnonzero(part == index)
             if len(at):
                 corners = mesh.faces[faces[at] - first]
@@ -182,6 +222,8 @@ def find_surfaces(
                 albedo[at] *= _find_tint(one, corners, shares)
                 if mesh.normals is not None:
                     normal[at] = _find_normals(one, corners, shares, normal[at])
+                if one.material.normal_image is not None and mesh.uv is not None:
+                    normal[at] = _bend_normals(one, corners, shares, normal[at])
         first += one.triangles
     return albedo, normal
 
@@ -190,10 +232,7 @@ def _find_shares(
     part: Part, corners: NDArray[np.int32], position: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return barycentric coordinates (n, 3) of places on triangles; they sum to 1."""
-    vertices = part.mesh.vertices
-    if part.transform is not None:
-        vertices = transform_points(part.transform, vertices)
-    a, b, c = (vertices[corners[:, k]] for k in range(3))
+    a, b, c = _find_corners(part, corners)
     across = np.cross(b - a, c - a)
     area = np.maximum(np.einsum("ij,ij->i", across, across), np.finfo(np.float64).tiny)
     second = np.einsum("ij,ij->i", np.cross(position - a, c - a), across) / area
@@ -242,3 +281,64 @@ def _find_normals(
     away = np.einsum("ij,ij->i", smooth, flat) < 0
     smooth[away] *= -1.0
     return smooth
+
+
+def _bend_normals(
+    part: Part,
+    corners: NDArray[np.int32],
+    shares: NDArray[np.float64],
+    normal: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Bend normals as the material's image says, in a frame along the face's own u and v."""
+    image, uv = part.material.normal_image, part.mesh.uv
+    assert image is not None
+    assert uv is not None
+    a, b, c = _find_corners(part, corners)
+    (u1, v1), (u2, v2) = (
+        (uv[corners[:, k]] - uv[corners[:, 0]]).T.astype(np.float64)[..., None] for k in (1, 2)
+    )
+    # Places along u and against v, but for a factor whose sign is that of the area in the image.
+    sign = np.where(u1 * v2 - u2 * v1 < 0, -1.0, 1.0)
+    along, against = sign * ((b - a) * v2 - (c - a) * v1), sign * ((b - a) * u2 - (c - a) * u1)
+    along -= normal * np.einsum("ij,ij->i", along, normal)[:, None]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    along /= np.maximum(length, np.finfo(np.float64).tiny)
+    across = np.cross(normal, along)
+    across *= np.where(np.einsum("ij,ij->i", across, against) < 0, -1.0, 1.0)[:, None]
+    bend = 2.0 * sample(image, _mix(uv, corners, shares))[:, :3] - 1.0
+    bend[:, :2] *= part.material.normal_scale
+    bent = bend[:, :1] * along + bend[:, 1:2] * across + bend[:, 2:] * normal
+    size = np.linalg.norm(bent, axis=1, keepdims=True)
+    is_sound = (length > 0) & (size > 0)  # else the image has no extent here, or no direction
+    return np.where(is_sound, bent / np.where(size > 0, size, 1.0), normal)
+
+
+def _find_corners(part: Part, corners: NDArray[np.int32]) -> list[NDArray[np.float64]]:
+    """Return the three corners of triangles, (n, 3) each, where the part stands."""
+    vertices = part.mesh.vertices
+    if part.transform is not None:
+        vertices = transform_points(part.transform, vertices)
+    return [vertices[corners[:, k]] for k in range(3)]
+
+
+def find_gloss(
+    scene: Scene, frame: VisibleSurface, view: DepthBuffer
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Find which visible pixels (n,), row by row, are glossy, and how metallic and rough (2, n)."""
+    seen = frame.part != NOTHING
+    part, faces, position = frame.part[seen], view.face[seen], frame.position[seen] - scene.origin
+    places, values = [np.zeros(0, np.intp)], [np.zeros((2, 0))]
+    first = 0
+    for index, one in enumerate(scene.parts):
+        material, mesh = one.material, one.mesh
+        if material.roughness is not None and not material.is_unlit:
+            at = np.flatnonzero(part == index)
+            found = np.tile([[material.metallic], [material.roughness]], len(at))
+            if material.gloss_image is not None and mesh.uv is not None and len(at):
+                corners = mesh.faces[faces[at] - first]
+                shares = _find_shares(one, corners, position[at])
+                found *= sample(material.gloss_image, _mix(mesh.uv, corners, shares))[:, 2:0:-1].T
+            places.append(at)
+            values.append(found)
+        first += one.triangles
+    return np.concatenate(places), np.concatenate(values, axis=1)

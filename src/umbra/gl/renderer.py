@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.batches import find_solid_faces
 from umbra.gl.casters import Body
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
@@ -31,8 +32,8 @@ from umbra.gl.samples import Averaging, split_samples
 from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
-from umbra.gl.surfaces import SurfaceRenderer, find_solid_faces
-from umbra.gl.target import LIGHT, PLACE, PictureTargets, Target
+from umbra.gl.surfaces import SurfaceRenderer
+from umbra.gl.target import FACE, LIGHT, PLACE, PictureTargets, Target
 from umbra.methods import Softness
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import find_exposure
@@ -121,8 +122,8 @@ class Renderer(DeviceUser):
         self._ground_z = ground
         with self.device.current():
             self._build(scene)
-            self.shading, self.lamps = Shading(self.device), Lamps(self.device)
-            self.averaging = Averaging(self.device)
+            self.shading = Shading(self.device, is_glossy=self.surfaces.is_glossy)
+            self.lamps, self.averaging = Lamps(self.device), Averaging(self.device)
         self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[VolumePlan] = []
@@ -328,7 +329,7 @@ class Renderer(DeviceUser):
                 self.surfaces.draw_transparent(state, projection)
         targets.drawn.use()
         with self._timed("finish"):
-            self.shading.finish(state, targets.light)
+            self.shading.finish(state, targets.surface)
 
     @on_device
     def draw_surface(self, state: State) -> None:
@@ -337,10 +338,9 @@ class Renderer(DeviceUser):
         assert self.projection is not None
         surface = self.targets.surface
         surface.begin(state)
-        for place in (LIGHT, PLACE):
+        for place in (LIGHT, PLACE, FACE):
             surface.clear_color(0.0, place=place)
-        cull = self.projection.sees_all
-        self.surfaces.draw(state, self.projection, self.ground, cull=cull)
+        self.surfaces.draw(state, self.projection, self.ground, cull=self.projection.sees_all)
 
     def _add_lights(
         self,

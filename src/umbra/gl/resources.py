@@ -22,7 +22,7 @@ from umbra.scene import Image
 
 __all__ = ["Indices", "Texture", "TextureBuffer", "Timers"]
 
-_TEXTURE_BUFFER, _SRGB8_ALPHA8 = 0x8C2A, 0x8C43
+_TEXTURE_BUFFER, _SRGB8_ALPHA8, _RGBA8 = 0x8C2A, 0x8C43, 0x8058
 _FORMATS = {"rgba32f": 0x8814, "rg32f": 0x8230, "rgba8": 0x8058, "rg32i": 0x823B, "r32i": 0x8235}
 _WRAPS = {"repeat": 0x2901, "mirror": 0x8370, "clamp": 0x812F}
 _TIME_ELAPSED, _RESULT = 0x88BF, 0x8866
@@ -140,7 +140,7 @@ class TextureBuffer:
 
 class Texture:
     """
-    An image with its smaller copies; decoded from sRGB when it is fetched.
+    An image with its smaller copies; colours are decoded from sRGB when they are fetched.
 
     It wraps as the image says by default. Raises `InputError` if it cannot be decoded.
     """
@@ -150,7 +150,10 @@ class Texture:
         rows, cols = pixels.shape[:2]
         self._device = device
         self._texture = device.context.texture(
-            (cols, rows), 4, pixels.tobytes(), internal_format=_SRGB8_ALPHA8
+            (cols, rows),
+            4,
+            pixels.tobytes(),
+            internal_format=_RGBA8 if image.is_data else _SRGB8_ALPHA8,
         )
         device.keep("texture", self._texture.glo)
         self._texture.build_mipmaps()

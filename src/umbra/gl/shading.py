@@ -18,7 +18,7 @@ from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Texture
 from umbra.gl.samples import draw_samples
 from umbra.gl.state import Pass, State, Stencil
-from umbra.gl.target import ALBEDO, DARK, FACE, PLACE, Target
+from umbra.gl.target import ALBEDO, DARK, FACE, LIGHT, PLACE, Target
 from umbra.scene import Light
 from umbra.scene.camera import HORIZON, SKY
 
@@ -109,9 +109,10 @@ Scissor = tuple[int, int, int, int]
 
 
 class Shading:
-    """The programs that light a picture."""
+    """The programs that light a picture, of something glossy or not."""
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, *, is_glossy: bool = False) -> None:
+        self._needs = ("HAS_GLOSSY",) if is_glossy else ()
         self._light, self._finish, self._sky, self._dark = (
             Programs(device, "picture.vert.glsl", f"{what}.frag.glsl")
             for what in ("light", "finish", "sky", "dark")
@@ -178,16 +179,19 @@ class Shading:
             surface.bind(unit, place)
         lamp.bind()
         draw_samples(
-            state, how, self._light, needs, surface.samples,
+            state, how, self._light, (*needs, *self._needs), surface.samples,
             places=_PLACES, albedos=_ALBEDOS, faces=_FACES, shares=_SHARES, extent=extent,
             **lamp.uniforms, **find_rays(projection),
         )  # fmt: skip
 
-    def finish(self, state: State, lit: Target) -> None:
-        """Turn the light in ``lit`` over the sky into sRGB, in the target in use."""
-        lit.bind(0)
-        how = Pass(color_write=True)
-        draw_samples(state, how, self._finish, (), lit.samples, light=0, **_describe_sky(lit))
+    def finish(self, state: State, surface: Target) -> None:
+        """Turn the light on a surface over the sky into sRGB, in the target in use."""
+        surface.bind(_PLACES, LIGHT)
+        surface.bind(_FACES, FACE)
+        draw_samples(
+            state, Pass(color_write=True), self._finish, (), surface.samples,
+            light=_PLACES, faces=_FACES, **_describe_sky(surface),
+        )  # fmt: skip
 
     def draw_sky(self, state: State, both: Target) -> None:
         """Fill with sky what nothing was drawn to of the target in use."""

@@ -257,16 +257,24 @@ LARGEST = 1 << 28  # [byte] of a picture's file
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "GIF", "TIFF", "DDS", "PPM", "JPEG2000")
 
 
-def encoded_image(name: str, fetch: Callable[[], bytes], wrap: tuple[str, str] = REPEAT) -> Image:
+def encoded_image(
+    name: str,
+    fetch: Callable[[], bytes],
+    wrap: tuple[str, str] = REPEAT,
+    *,
+    is_data: bool = False,
+) -> Image:
     """Make an image that is fetched and decoded when its pixels are first read."""
-    return Image(name, lambda: _decode(name, fetch), wrap)
+    return Image(name, lambda: _decode(name, fetch), wrap, is_data)
 
 
-def image_beside(companions: Companions, file: str, wrap: tuple[str, str] = REPEAT) -> Image:
+def image_beside(
+    companions: Companions, file: str, wrap: tuple[str, str] = REPEAT, *, is_data: bool = False
+) -> Image:
     """Make an image of a file beside a model, which has to be there."""
     companions.find(file)  # told now, and looked at again when it is read
     name = f"{companions.path.name}: {file}"[:120]
-    return encoded_image(name, lambda: companions.read(file, LARGEST), wrap)
+    return encoded_image(name, lambda: companions.read(file, LARGEST), wrap, is_data=is_data)
 
 
 def _decode(name: str, fetch: Callable[[], bytes]) -> NDArray[np.uint8]:

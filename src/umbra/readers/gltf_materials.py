@@ -1,4 +1,4 @@
-"""glTF's materials and textures: base colours, opacity, emission, unlit ones."""
+"""glTF's materials and textures: base colours, metals, roughness, normals, opacity, emission."""
 
 import base64
 from collections import Counter
@@ -19,6 +19,7 @@ __all__ = ["GltfSurface", "Materials"]
 WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 LOST = "textures that are missing or in an unknown format, left out"
 OUTSIDE = "textures outside the model's folder left out (allow_outside=True reads them)"
+APART = "textures with coordinates of their own, left out"
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 
@@ -63,7 +64,7 @@ class Materials:
         self._companions = companions
         self._counts = counts
         self._surfaces: dict[int, GltfSurface] = {}
-        self._images: dict[int, Image | None] = {}
+        self._images: dict[tuple[int, bool], Image | None] = {}
 
     def find(self, index: int | None) -> GltfSurface:
         """Return a material by its number; a plain one for None."""
@@ -83,9 +84,16 @@ class Materials:
             texture = extensions[SPECULAR].get("diffuseTexture", texture)
         red, green, blue, alpha = (min(max(float(v), 0.0), 1.0) for v in factor or (1, 1, 1, 1))
         image = None if texture is None else self._find_image(texture["index"])
+        is_unlit = "KHR_materials_unlit" in extensions
+        placing = texture if image is not None else None
+        gloss, bumps = base.get("metallicRoughnessTexture"), given.get("normalTexture")
+        placing, gloss_image = self._find_more(gloss, placing)
+        placing, normal_image = self._find_more(None if is_unlit else bumps, placing)
+        # Where the texture is lost the factors alone would make metal of everything.
+        is_known = gloss is None or gloss_image is not None
+        is_metal_rough = is_known and not is_unlit and SPECULAR not in extensions
         mode = str(given.get("alphaMode", "OPAQUE")).lower()
         cutoff = float(given.get("alphaCutoff", 0.5))
-        is_unlit = "KHR_materials_unlit" in extensions
         emission = (0.0, 0.0, 0.0)
         if given.get("emissiveTexture") is not None:
             self._counts["emissive textures left out"] += 1
@@ -103,26 +111,43 @@ class Materials:
             alpha_mode=mode if mode in {"mask", "blend"} else "opaque",
             # The factor multiplies the texture's alpha before the cut.
             alpha_cutoff=cutoff / alpha if mode == "mask" and alpha > 0 else cutoff,
+            roughness=_clip(base.get("roughnessFactor", 1.0)) if is_metal_rough else None,
+            metallic=_clip(base.get("metallicFactor", 1.0)) if is_metal_rough else 0.0,
+            gloss_image=gloss_image if is_metal_rough else None,
+            normal_image=normal_image,
+            normal_scale=float((bumps or {}).get("scale", 1.0)),
         )
         name = str(given.get("name") or f"material {index}")
-        return GltfSurface(name, material, texture if image is not None else None)
+        return GltfSurface(name, material, placing)
 
-    def _find_image(self, index: int) -> Image | None:
-        if index not in self._images:
+    def _find_more(
+        self, texture: dict[str, Any] | None, placing: dict[str, Any] | None
+    ) -> tuple[dict[str, Any] | None, Image | None]:
+        """Find a texture of numbers beside others, and how all are placed: a mesh has one uv."""
+        if texture is None:
+            return placing, None
+        if placing is not None and _find_placing(texture) != _find_placing(placing):
+            self._counts[APART] += 1
+            return placing, None
+        image = self._find_image(texture["index"], is_data=True)
+        return (texture if placing is None and image is not None else placing), image
+
+    def _find_image(self, index: int, *, is_data: bool = False) -> Image | None:
+        if (index, is_data) not in self._images:
             what, image = LOST, None
             # Shadows do without it.
             try:
-                image = self._read_texture(index)
+                image = self._read_texture(index, is_data=is_data)
             except OutsideError:
                 what = OUTSIDE
             except (InputError, AttributeError, LookupError, TypeError, ValueError):
                 pass
             if image is None:
                 self._counts[what] += 1
-            self._images[index] = image
-        return self._images[index]
+            self._images[index, is_data] = image
+        return self._images[index, is_data]
 
-    def _read_texture(self, index: int) -> Image | None:
+    def _read_texture(self, index: int, *, is_data: bool) -> Image | None:
         texture = find_item(self._tree, "textures", index)
         webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
         number = webp.get("source", texture.get("source"))
@@ -142,7 +167,19 @@ class Materials:
         uri = given.get("uri")
         if uri is None:
             data = self._buffers.read_bytes(given["bufferView"], f"image {number}")
-            return encoded_image(name, lambda: data, wrap)
+            return encoded_image(name, lambda: data, wrap, is_data=is_data)
         if uri.startswith("data:"):
-            return encoded_image(name, partial(base64.b64decode, uri.partition(",")[2]), wrap)
-        return image_beside(self._companions, unquote(uri), wrap)
+            fetch = partial(base64.b64decode, uri.partition(",")[2])
+            return encoded_image(name, fetch, wrap, is_data=is_data)
+        return image_beside(self._companions, unquote(uri), wrap, is_data=is_data)
+
+
+def _clip(share: Any) -> float:
+    return min(max(float(share), 0.0), 1.0)
+
+
+def _find_placing(texture: dict[str, Any]) -> tuple[Any, ...]:
+    """Return what must be equal for two textures to be placed by one uv."""
+    moved = texture.get("extensions", {}).get("KHR_texture_transform", {})
+    number = int(moved.get("texCoord", texture.get("texCoord", 0)))
+    return number, *(str(moved.get(name)) for name in ("scale", "offset", "rotation"))

@@ -17,6 +17,7 @@ from umbra.scene.scene import Scene
 
 __all__ = [
     "AMBIENT",
+    "BOUNCE",
     "GROUND_COLOR",
     "HORIZON",
     "SKY",
@@ -28,7 +29,9 @@ __all__ = [
 
 GROUND_COLOR = (0.50, 0.50, 0.48)
 SKY, HORIZON = (0.42, 0.60, 0.82), (0.86, 0.91, 0.95)
-"""Behind everything, at the top and at the foot of a picture; linear RGB."""
+"""Behind everything, at the top and at the foot of a picture, and in mirrors; linear RGB."""
+BOUNCE = (0.25, 0.25, 0.24)
+"""Of the ground in mirrors: some of it is in shadow."""
 AMBIENT = 0.20
 """Of a white surface that looks up; half as much looking down."""
 _GOLDEN = (5**0.5 - 1) / 2

@@ -31,6 +31,8 @@ class Image:
         Called once.
     wrap : (str, str)
         Beyond 0 to 1 in u and in v: ``repeat``, ``mirror`` or ``clamp``.
+    is_data : bool
+        Whether it holds numbers, such as normals, rather than colours in sRGB.
 
     Raises
     ------
@@ -41,6 +43,7 @@ class Image:
     name: str
     load: Callable[[], NDArray[np.uint8]]
     wrap: tuple[str, str] = ("repeat", "repeat")
+    is_data: bool = False
 
     def __post_init__(self) -> None:
         if len(self.wrap) != 2 or not set(self.wrap) <= set(WRAPS):
@@ -68,7 +71,11 @@ class Image:
 
 
 def make_image(
-    pixels: ArrayLike, name: str = "image", wrap: tuple[str, str] = ("repeat", "repeat")
+    pixels: ArrayLike,
+    name: str = "image",
+    wrap: tuple[str, str] = ("repeat", "repeat"),
+    *,
+    is_data: bool = False,
 ) -> Image:
     """
     Make an image from pixels.
@@ -79,6 +86,7 @@ def make_image(
         sRGB; row 0 is the top.
     name : str
     wrap : (str, str)
+    is_data : bool
         See `Image`.
 
     Raises
@@ -87,7 +95,7 @@ def make_image(
         If the pixels have another shape or type.
     """
     array = np.asarray(pixels)
-    image = Image(name, lambda: array, wrap)
+    image = Image(name, lambda: array, wrap, is_data)
     _ = image.pixels  # refused here rather than at the first frame
     return image
 
@@ -116,6 +124,18 @@ class Material:
         What the texture's alpha does: nothing, a hole where it is below
         ``alpha_cutoff``, or transparency.
     alpha_cutoff : float
+    roughness : float, optional
+        0 (a mirror) to 1, of a surface that reflects lights and sky as glTF's materials do; None
+        for one that only scatters.
+    metallic : float
+        0 (a dielectric, which reflects 4 % head-on) to 1 (a metal, which reflects its colour).
+    gloss_image : Image, optional
+        Multiplies roughness by its green and metallic by its blue.
+    normal_image : Image, optional
+        Normals in the surface's frame: red along u, green against v, blue outward, each from
+        -1 to 1.
+    normal_scale : float
+        Multiplies red and green of the normals.
 
     Raises
     ------
@@ -130,6 +150,11 @@ class Material:
     is_unlit: bool = False
     alpha_mode: str = "opaque"
     alpha_cutoff: float = 0.5
+    roughness: float | None = None
+    metallic: float = 0.0
+    gloss_image: Image | None = None
+    normal_image: Image | None = None
+    normal_scale: float = 1.0
 
     def __post_init__(self) -> None:
         for name, high in (("color", 1.0), ("emission", np.inf)):
@@ -139,9 +164,11 @@ class Material:
                 msg = f"a material's {name} is three numbers {limits}; got {value}"
                 raise InputError(msg)
             object.__setattr__(self, name, value)
-        if not 0 <= self.opacity <= 1:
-            msg = f"a material's opacity lies between 0 and 1; got {self.opacity:g}"
-            raise InputError(msg)
+        for name in ("opacity", "metallic", "roughness"):
+            share = getattr(self, name)
+            if share is not None and not 0 <= share <= 1:
+                msg = f"a material's {name} lies between 0 and 1; got {share:g}"
+                raise InputError(msg)
         if self.alpha_mode not in ALPHA_MODES:
             msg = f"alpha_mode is one of {', '.join(ALPHA_MODES)}; got '{self.alpha_mode}'"
             raise InputError(msg)
@@ -150,6 +177,12 @@ class Material:
     def texture(self) -> NDArray[np.uint8] | None:
         """The texture's pixels, (rows, cols, 4) uint8 sRGB, decoded now; None without one."""
         return None if self.image is None else self.image.pixels
+
+    @property
+    def images(self) -> tuple[Image, ...]:
+        """All its images."""
+        given = (self.image, self.gloss_image, self.normal_image)
+        return tuple(image for image in given if image is not None)
 
     @property
     def is_transparent(self) -> bool:
@@ -175,10 +208,19 @@ def to_linear(pixels: NDArray[np.uint8]) -> NDArray[np.float64]:
     return linear
 
 
+def _to_share(pixels: NDArray[np.uint8]) -> NDArray[np.float64]:
+    return pixels / 255.0
+
+
 def sample(
     image: Image, uv: NDArray[np.floating], wrap: tuple[str, str] | None = None
 ) -> NDArray[np.float64]:
-    """Look up an image at uv (..., 2) between its four nearest texels: linear RGB and alpha."""
+    """
+    Look up an image at uv (..., 2) between its four nearest texels.
+
+    Linear RGB and alpha; of data what is stored, 0 to 1.
+    """
+    decode = _to_share if image.is_data else to_linear
     pixels = image.pixels
     rows, cols = pixels.shape[:2]
     place = np.nan_to_num(np.asarray(uv, np.float64), posinf=0.0, neginf=0.0)
@@ -187,8 +229,8 @@ def sample(
     (above, below), down = _find_texels(place[..., 1], rows, how[1])
     along, down = along[..., None], down[..., None]
     # Mixed in linear light, as graphics hardware does with sRGB textures.
-    upper = (1 - along) * to_linear(pixels[above, left]) + along * to_linear(pixels[above, right])
-    lower = (1 - along) * to_linear(pixels[below, left]) + along * to_linear(pixels[below, right])
+    upper = (1 - along) * decode(pixels[above, left]) + along * decode(pixels[above, right])
+    lower = (1 - along) * decode(pixels[below, left]) + along * decode(pixels[below, right])
     return (1 - down) * upper + down * lower
 
 

@@ -288,7 +288,7 @@ class ViewPainter:
                 for area in areas
             ]
         marks.append(time.perf_counter())
-        picture = shade(self.scene, frame, lights, lit, seen, counts, areas)
+        picture = shade(self.scene, frame, lights, lit, seen, counts, areas, camera)
         marks.append(time.perf_counter())
         spent = 1e3 * np.diff(marks)
         passes |= dict(zip(("see", "count", "shade"), spent.tolist(), strict=True))

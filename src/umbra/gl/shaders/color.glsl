@@ -1,5 +1,10 @@
 // Linear light as it is stored and as it is shown.
 
+// Roughness of what only scatters, and of what shows its colour as it is.
+const float MATTE = -1.0, UNLIT = -2.0;
+
+const float COMPRESSED = 0.8, DESATURATION = 0.15;
+
 // Reflectance goes into 8 bits as its root, which spares the dark tones and costs no power.
 vec3 pack(vec3 albedo) {
     return sqrt(albedo);
@@ -16,6 +21,20 @@ vec3 encode(vec3 light) {
     vec3 high = ((((0.51730231 * root - 1.62365709) * root + 2.03157354) * root
                   - 1.40273628) * root + 1.51795092) * root - 0.04010961;
     return mix(high, 12.92 * light, lessThanEqual(light, vec3(0.0031308)));
+}
+
+// What is brighter than a screen shows is compressed toward white, as umbra/cpu/shade.py says.
+vec3 compress(vec3 light) {
+    float peak = max(max(light.r, light.g), light.b);
+    float bright = max(peak, COMPRESSED), room = 1.0 - COMPRESSED;
+    float shown = 1.0 - room * room / (bright + room - COMPRESSED);
+    vec3 scaled = light * (shown / bright);
+    float pale = 1.0 - 1.0 / (DESATURATION * (bright - shown) + 1.0);
+    return peak > COMPRESSED ? mix(scaled, vec3(shown), pale) : light;
+}
+
+vec3 show(vec3 light) {
+    return encode(compress(light));
 }
 
 vec3 decode(vec3 shown) {

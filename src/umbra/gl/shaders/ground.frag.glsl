@@ -13,6 +13,6 @@ void main() {
     float key = is_perspective ? ray.z / height : (ray.z - height) / forward.z;
     float up = height < 0.0 ? 1.0 : -1.0;
     vec3 before = albedo * ambient * (0.75 + 0.25 * up);
-    vec3 normal = vec3(0.0, 0.0, up);
-    store(albedo, before, find_seen(gl_FragCoord.xy, key), normal, normal, key);
+    vec3 normal = vec3(0.0, 0.0, up), at = find_seen(gl_FragCoord.xy, key);
+    store(Seen(albedo, before, at, normal, normal, key, 0.0, MATTE, normal));
 }

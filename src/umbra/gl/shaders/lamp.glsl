@@ -1,4 +1,4 @@
-// What one light adds to a surface that it reaches: Lambert's cosine, range, attenuation, cone, picture.
+// What one light brings to a surface that it reaches: range, attenuation, cone, picture.
 //
 // IS_POINT, IS_WEAKENING, IS_SPOT and HAS_SLIDE are defined as the light needs them: a software device
 // takes every branch of every pixel.
@@ -32,20 +32,17 @@ bool is_turned(vec3 place, vec3 normal, vec3 flat_normal) {
     return dot(flat_normal, way) <= 0.0 && dot(normal, way) > 0.0 && is_smooth(normal, flat_normal);
 }
 
-// What reaches a white surface; its place is relative to the eye.
-vec3 find_lamplight(vec3 place, vec3 normal) {
+// What reaches a surface that faces the lamp; its place is relative to the eye.
+vec3 find_radiance(vec3 place) {
     vec3 tint = lamp_color;
 #ifdef IS_POINT
     vec3 way = lamp.xyz - place;
     float square = max(dot(way, way), 1e-30);
     float near = inversesqrt(square);
-    float amount = max(dot(normal, way) * near, 0.0);
+    float amount = 1.0;
 #ifdef IS_WEAKENING
     float weakened = attenuation.x + square * (near * attenuation.y + attenuation.z);
     amount *= max(1.0 - square * fade * (square * fade), 0.0) / max(weakened, 1e-12);
-#endif
-#else
-    float amount = max(dot(normal, lamp.xyz), 0.0);
 #endif
 #ifdef IS_SPOT
     float along = -dot(way, axis) * near;
@@ -57,5 +54,17 @@ vec3 find_lamplight(vec3 place, vec3 normal) {
     vec2 spot = 0.5 + 0.5 * vec2(-dot(way, slide_right), dot(way, slide_up)) / ahead;
     tint *= texture(slide, clamp(spot, 0.0, 1.0)).rgb;
 #endif
-    return amount * tint;
+    tint *= amount;
+#endif
+    return tint;
+}
+
+// The unit vector toward the lamp.
+vec3 find_toward(vec3 place) {
+#ifdef IS_POINT
+    vec3 way = lamp.xyz - place;
+    return way * inversesqrt(max(dot(way, way), 1e-30));
+#else
+    return lamp.xyz;
+#endif
 }

@@ -4,6 +4,7 @@
 // without the share that the face itself hides below its horizon.
 
 #include "color.glsl"
+#include "gloss.glsl"
 #include "picture.glsl"
 #include "lamp.glsl"
 #include "samples.glsl"
@@ -26,12 +27,12 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 seen = texelFetch(places, pixel, which);
     vec3 place = find_seen(gl_FragCoord.xy, seen.w);
-    vec3 lamplight = find_lamplight(place, seen.xyz);
+    vec3 lamplight = find_radiance(place), toward = find_toward(place);
 #ifdef HAS_SHARE
     lamplight *= texelFetch(shares, pixel, 0).r;
 #endif
 #if defined(IS_TURNED) || defined(SPARES_TURNED)
-    vec3 flat_normal = texelFetch(faces, pixel, which).xyz, way = find_way(place);
+    vec3 flat_normal = texelFetch(faces, pixel, which).xyz;
     bool turned = is_turned(place, seen.xyz, flat_normal);
 #ifdef IS_TURNED
     if (!turned) {
@@ -43,11 +44,20 @@ void main() {
     }
     if (is_smooth(seen.xyz, flat_normal)) {
         vec3 visible = texelFetch(shares, pixel, 0).rrr;
-        float rise = find_rise(dot(flat_normal, way) / max(extent, 1e-6));
+        float rise = find_rise(dot(flat_normal, find_way(place)) / max(extent, 1e-6));
         lamplight *= min(1.0 / max(rise, 0.5), 1.0 / max(visible.r, 1e-6));
     }
 #endif
 #endif
-    vec3 albedo = unpack(texelFetch(albedos, pixel, which).rgb);
-    added = seen.w == 0.0 ? vec4(0.0) : vec4(lamplight * albedo, 0.0);
+    vec4 stored = texelFetch(albedos, pixel, which);
+    vec3 albedo = unpack(stored.rgb);
+    vec3 reflected = albedo * max(dot(seen.xyz, toward), 0.0);
+#ifdef HAS_GLOSSY
+    float rough = texelFetch(faces, pixel, which).w;
+    if (rough >= 0.0) {
+        vec3 eye = is_perspective ? -normalize(place) : -forward;
+        reflected = reflect_light(albedo, stored.a, rough, seen.xyz, toward, eye);
+    }
+#endif
+    added = seen.w == 0.0 ? vec4(0.0) : vec4(lamplight * reflected, 0.0);
 }

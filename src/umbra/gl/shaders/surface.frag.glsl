@@ -12,6 +12,10 @@ uniform vec3 emission;
 uniform bool is_mask, is_blend;
 uniform float cutoff;      // of a mask's alpha
 uniform sampler2D image;   // sRGB, decoded when fetched
+uniform float metallic, roughness;
+uniform sampler2D gloss;   // green multiplies roughness, blue metallic
+uniform sampler2D bumps;   // normals along u, against v, outward
+uniform float bump_scale;
 uniform vec3 forward;
 uniform bool is_perspective;
 
@@ -41,7 +45,9 @@ const float EVEN_LIGHT = 0.7;  // on transparent surfaces
 void main() {
     vec4 texel = vec4(1.0);
 #ifdef HAS_UV
+#ifdef HAS_IMAGE
     texel = texture(image, uv);
+#endif
     if (is_mask && texel.a * opacity < cutoff) {
         discard;
     }
@@ -62,17 +68,49 @@ void main() {
     seen_normal *= dot(seen_normal, flat_normal) < 0.0 ? -1.0 : 1.0;
 #endif
 
+#ifdef HAS_BUMPS
+    vec2 right = dFdx(uv), up = dFdy(uv);
+    float turn = right.x * up.y - right.y * up.x < 0.0 ? -1.0 : 1.0;
+    vec3 along = turn * (dFdx(at) * up.y - dFdy(at) * right.y);
+    vec3 against = turn * (dFdx(at) * up.x - dFdy(at) * right.x);
+    along -= seen_normal * dot(along, seen_normal);
+    if (dot(along, along) > 0.0) {
+        along = normalize(along);
+        vec3 across = cross(seen_normal, along);
+        across *= dot(across, against) < 0.0 ? -1.0 : 1.0;
+        vec3 bend = 2.0 * texture(bumps, uv).xyz - 1.0;
+        bend.xy *= bump_scale;
+        seen_normal = normalize(along * bend.x + across * bend.y + seen_normal * bend.z);
+    }
+    flat_normal = seen_normal;  // its terminator is that of the faces
+#endif
+
 #ifdef IS_TRANSPARENT
     float alpha = opacity * (is_blend ? texel.a : 1.0);
     shown = vec4(alpha * (reflectance * EVEN_LIGHT + emission), alpha);
 #else
     float depth = dot(at, forward);
     float key = is_perspective ? 1.0 / depth : -depth;
+    vec3 eye = is_perspective ? -normalize(at) : -forward;
+    float metal = 0.0, rough = MATTE;
 #ifdef IS_UNLIT
-    store(vec3(0.0), emission + reflectance, at, seen_normal, flat_normal, key);
+    vec3 before = emission + reflectance;
+    reflectance = vec3(0.0);
+    rough = UNLIT;
 #else
-    vec3 sky = vec3(ambient * (0.75 + 0.25 * seen_normal.z));
-    store(reflectance, emission + reflectance * sky, at, seen_normal, flat_normal, key);
+    float even = ambient * (0.75 + 0.25 * seen_normal.z);
+    vec3 before = emission + reflectance * even;
+#ifdef IS_GLOSSY
+    metal = metallic;
+    rough = roughness;
+#ifdef HAS_GLOSS
+    vec2 factors = texture(gloss, uv).bg;
+    metal *= factors.x;
+    rough *= factors.y;
 #endif
+    before = emission + reflect_sky(reflectance, metal, rough, seen_normal, eye, even);
+#endif
+#endif
+    store(Seen(reflectance, before, at, seen_normal, flat_normal, key, metal, rough, eye));
 #endif
 }

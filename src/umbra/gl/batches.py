@@ -1,0 +1,172 @@
+"""Faces of one material put together, and those whose backs nobody sees told from the others."""
+
+from collections.abc import Container, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.gl.casters import Body
+from umbra.gl.geometry import is_mirrored
+from umbra.scene import Material, Part, Scene
+from umbra.scene.mesh import transform_points
+
+__all__ = ["Batch", "find_solid_faces", "make_batches"]
+
+_OPEN, _SOLID, _SOUND = range(3)
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """
+    Faces of one material that are drawn together.
+
+    Parameters
+    ----------
+    first, count : int
+        In the list of faces.
+    material : Material
+    has : tuple of str
+        What the faces carry, as ``surface.frag.glsl`` is told: nothing else is fetched.
+    is_solid : bool
+        Outward faces of closed components, whose backs nobody outside sees.
+    is_sound : bool
+        Solid, and the normals at all corners lean to the outside, too: no pixel need ask.
+    center : (3,) float64
+        Of what is transparent.
+    """
+
+    first: int
+    count: int
+    material: Material
+    has: tuple[str, ...]
+    is_solid: bool
+    is_sound: bool
+    center: NDArray[np.float64]
+
+
+def make_batches(
+    scene: Scene, is_solid: NDArray[np.bool_] | None = None, bent: Container[int] = ()
+) -> tuple[NDArray[np.intp], list[Batch]]:
+    """
+    Put faces of one material together, those of a transparent part by themselves.
+
+    Returns the order of the faces (n_faces,), batch after batch, in terms of
+    ``scene.triangles()``, and the batches. ``is_solid`` is of ``find_solid_faces``; of the
+    parts that are ``bent`` no normals are taken to be sound.
+    """
+    numbers: dict[tuple, int] = {}
+    kinds: list[tuple[Material, tuple[str, ...]]] = []
+    batch_of_part = []
+    for index, part in enumerate(scene.parts):
+        material, has = part.material, _list_carried(part)
+        # Transparent parts are drawn far to near, so each is a batch.
+        key = (_describe(material), has, index if material.is_transparent else -1)
+        batch_of_part.append(numbers.setdefault(key, len(numbers)))
+        if len(kinds) < len(numbers):
+            kinds.append((material, has))
+    soup = scene.triangles()
+    bodies = (
+        np.full(len(soup.faces), _OPEN) if is_solid is None else _sort_solid(scene, is_solid, bent)
+    )
+    batch = 3 * np.array(batch_of_part)[soup.part] + bodies
+    order = np.argsort(batch, kind="stable")
+    starts = np.searchsorted(batch[order], np.arange(3 * len(kinds) + 1)).tolist()
+    batches = []
+    for number, (first, end) in enumerate(pairwise(starts)):
+        if first == end:
+            continue
+        (material, has), body = kinds[number // 3], number % 3
+        corners = soup.vertices[soup.faces[order[first:end]]]
+        center = corners.mean((0, 1)) if material.is_transparent else np.zeros(3)
+        solid, sound = body != _OPEN, body == _SOUND
+        batches.append(Batch(first, end - first, material, has, solid, sound, center))
+    return order, batches
+
+
+def _list_carried(part: Part) -> tuple[str, ...]:
+    """Name what the faces of a part carry, in the words of ``surface.frag.glsl``."""
+    carried = {
+        "HAS_NORMALS": part.mesh.normals is not None,
+        "HAS_UV": bool(part.material.images),
+        "HAS_IMAGE": part.material.image is not None,
+        "IS_GLOSSY": part.material.roughness is not None and not part.material.is_unlit,
+        "HAS_GLOSS": part.material.gloss_image is not None,
+        "HAS_BUMPS": part.material.normal_image is not None and part.mesh.uv is not None,
+        "HAS_TINTS": part.mesh.colors is not None,
+        "IS_UNLIT": part.material.is_unlit,
+    }
+    return tuple(name for name, is_carried in carried.items() if is_carried)
+
+
+def _sort_solid(
+    scene: Scene, is_solid: NDArray[np.bool_], bent: Container[int]
+) -> NDArray[np.intp]:
+    """Tell open faces from solid ones, and from solid ones whose normals are sound."""
+    bodies = np.where(is_solid, _SOLID, _OPEN)
+    known: dict[tuple, NDArray[np.bool_]] = {}
+    first = 0
+    for index, part in enumerate(scene.parts):
+        rows = slice(first, first + part.triangles)
+        first += part.triangles
+        if (
+            index in bent
+            or part.mesh.normals is None
+            or is_mirrored(part.transform)
+            or not is_solid[rows].any()
+        ):
+            continue
+        turn = b"" if part.transform is None else part.transform[:3, :3].tobytes()
+        key = (id(part.mesh), turn)
+        if key not in known:
+            known[key] = _find_sound(part)
+        bodies[rows][is_solid[rows] & known[key]] = _SOUND
+    return bodies
+
+
+def _find_sound(part: Part) -> NDArray[np.bool_]:
+    """Tell at which faces all three normals lean to the side from which they wind outward."""
+    mesh = part.mesh
+    assert mesh.normals is not None
+    vertices, normals = mesh.vertices, mesh.normals
+    if part.transform is not None:
+        vertices = transform_points(part.transform, vertices)
+        x, y, z = part.transform[:3, :3]
+        normals = normals @ np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)]).T
+    a, b, c = vertices[mesh.faces].transpose(1, 0, 2)
+    outward = np.cross(b - a, c - a)
+    lean = np.einsum("ij,ikj->ik", outward, normals[mesh.faces])
+    return np.asarray((lean > 0).all(1))
+
+
+def _describe(material: Material) -> tuple:
+    """Give what must be equal for two materials to be drawn together."""
+    return (
+        material.color, id(material.image), material.opacity, material.emission,
+        material.is_unlit, material.alpha_mode, material.alpha_cutoff,
+        material.roughness, material.metallic, id(material.gloss_image),
+        id(material.normal_image), material.normal_scale,
+    )  # fmt: skip
+
+
+def find_solid_faces(
+    scene: Scene, bodies: Sequence[Body], casters: Sequence[int] | None = None
+) -> NDArray[np.bool_]:
+    """
+    Find the outward faces of closed components: from outside, their backs are never seen.
+
+    Returns (n_faces,) bool in the order of ``scene.triangles()``; False for what does not cast.
+    """
+    chosen = set(range(len(scene.parts)) if casters is None else casters)
+    counts = np.array([part.triangles for part in scene.parts])
+    starts = np.cumsum(counts) - counts
+    solid = np.zeros(counts.sum(), np.bool_)
+    for body in bodies:
+        caster = body.caster
+        for group in body.groups:
+            mine = [index for index in group.parts if index in chosen]
+            # The caster's faces are those of the group's parts, one part after another.
+            faces = np.concatenate([starts[i] + np.arange(counts[i]) for i in mine])
+            solid[faces[caster.source]] = (caster.is_closed & ~body.is_inward)[caster.component]
+    return solid
