@@ -118,6 +118,12 @@ def test_without_a_site_there_is_no_profile(painter, tower):
     np.testing.assert_array_equal(painter.read(), plain)
 
 
+def test_at_night_there_is_no_profile(painter, view):
+    night = replace(view, period=ProfilePeriod(0, 120))
+    assert night.profile_suns() is None
+    assert painter.draw(night.toggle("profile").toggle("relief"), SIZE).period == 0
+
+
 def test_a_period_is_saved_and_refused(view):
     late = replace(view, period=ProfilePeriod(600, 720, 15))
     assert from_json(to_json(late)).period == late.period

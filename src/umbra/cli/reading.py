@@ -111,8 +111,8 @@ def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
         _option(
             "--animation",
             metavar="NAME",
-            help="Which animation --time means: its name, its number, or all; default: 0, the "
-            "first.",
+            help="Which animation --time means, or umbra view plays: its name, its number, or "
+            "all; default: 0, the first.",
         ),
         _option(
             "--allow-outside",

@@ -249,10 +249,11 @@ class Viewer:
 
     def _toggle_cast(self) -> None:
         """Let the part under the mouse cast, or no longer."""
-        events, scene = self.events, self.painter.scene
-        camera = events.view.viewpoint.camera(events.frame.pixels)
-        part = find_part(scene, camera, events.frame.to_pixel(events.mouse))
-        if part is None or not events.is_over_picture():
+        events, scene, part = self.events, self.painter.scene, None
+        if events.is_over_picture():
+            camera = events.view.viewpoint.camera(events.frame.pixels)
+            part = find_part(scene, camera, events.frame.to_pixel(events.mouse))
+        if part is None:
             self.panel.message = "point at a part with the mouse, then press X"
             return
         view = events.view = events.view.toggle_cast(part)

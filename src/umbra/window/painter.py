@@ -227,11 +227,11 @@ class ViewPainter:
             return
         geometry, self.scene, self._counter = self.renderer.geometry, scene, None
         self.renderer.move(scene)
-        self.profile.release()
+        self.profile.renew()
+        self._relief = None
         if self.renderer.geometry is not geometry:
             self.overlays.release()
             self.overlays = Overlays(self.renderer)
-        self.profile, self._relief = ShadowProfile(self.renderer), None
 
     def _targets(self) -> PictureTargets:
         assert self.renderer.targets is not None

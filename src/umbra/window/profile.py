@@ -17,6 +17,7 @@ from umbra.casters.casting import prepare_casting
 from umbra.cpu.plane import PlaneSweep
 from umbra.gl.context import release_all
 from umbra.gl.count import VolumeCounter
+from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.renderer import Renderer
 from umbra.gl.resources import TextureBuffer
@@ -101,14 +102,27 @@ class ShadowProfile:
     def __init__(self, renderer: Renderer) -> None:
         self._renderer, self._device = renderer, renderer.device
         device = renderer.device
-        self._planner = renderer.planner.twin()
-        self._counter = VolumeCounter(device, renderer.geometry, self._planner.indices)
+        self._counts: tuple[Planner, VolumeCounter] | None = None
         self._hours = SharedDepthTarget(device, "r32f")
         self._sunlit = Program(device, "picture.vert.glsl", "sunlit.frag.glsl")
         self._heat = Program(device, "picture.vert.glsl", "heat.frag.glsl")
         self._relief = Program(device, "relief.vert.glsl", "relief.frag.glsl")
         self._raster: TextureBuffer | None = None
         self._raster_of: Relief | None = None
+
+    def renew(self) -> None:
+        """Forget the volumes: the renderer's scene has moved."""
+        if self._counts is not None:
+            release_all(*reversed(self._counts))
+        self._counts = None
+
+    def _prepare(self) -> "tuple[Planner, VolumeCounter]":
+        """Give what plans and counts volumes, apart from the picture's."""
+        if self._counts is None:
+            planner = self._renderer.planner.twin()
+            counter = VolumeCounter(self._device, self._renderer.geometry, planner.indices)
+            self._counts = planner, counter
+        return self._counts
 
     def draw_hours(self, state: State, suns: Suns) -> None:
         """
@@ -120,15 +134,16 @@ class ShadowProfile:
         renderer, targets = self._renderer, self._renderer.targets
         assert targets is not None
         assert renderer.projection is not None
+        planner, counter = self._prepare()
         renderer.draw_surface(state)
         hours = self._hours.over(targets.light)
         hours.fill(state, float(suns.hours.sum()))
         lights = [directional_light(way) for way in suns.directions]
         for first in range(0, len(lights), _AT_ONCE):
             some = lights[first : first + _AT_ONCE]
-            plans = self._planner.plan(renderer.projection, some)
+            plans = planner.plan(renderer.projection, some)
             for number, plan in enumerate(plans, first):
-                self._counter.count(state, hours, plan)
+                counter.count(state, hours, plan)
                 hours.use()
                 state.use(_SUNLIT)
                 targets.surface.bind(0, PLACE)
@@ -171,5 +186,5 @@ class ShadowProfile:
     def release(self) -> None:
         """Free all that is held on the device."""
         release_all(self._sunlit, self._heat, self._relief, self._raster, self._hours)
-        release_all(self._counter, self._planner)
+        self.renew()
         self._raster = self._raster_of = None

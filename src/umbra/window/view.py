@@ -269,10 +269,11 @@ class ViewState:
         return found if sun is None else {SUN: sun, **found}
 
     def profile_suns(self) -> Suns | None:
-        """Give the suns of the shadow profile; None without a site."""
+        """Give the suns of the shadow profile; None without a site, or if none is up."""
         if self.sun.site is None:
             return None
-        return find_suns(self.sun.site, self.sun.date, self.period)
+        suns = find_suns(self.sun.site, self.sun.date, self.period)
+        return suns if len(suns.hours) else None
 
     def size_lights(self) -> list[AreaLight]:
         """Give the lights that shine with the sizes that soft shadows take."""
