@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,8 +15,13 @@ import umbra
 from umbra.errors import UmbraError
 from umbra.scene import make_scene
 from umbra.study import run_study
+from umbra.study.accumulators.hours import Masks
+from umbra.study.result import SunHours
+from umbra.sun import Site
+from umbra.writers import netcdf
 from umbra.writers.netcdf import write_netcdf
 
+VIENNA = Site(48.2, 16.37, "Europe/Vienna")
 ROWS, COLS, STEPS = 40, 50, 3
 
 
@@ -154,3 +160,35 @@ except UmbraError as error:
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("could not write 'a.nc' (file too large); free some space")
     assert not done.stderr
+
+
+def test_large_rasters_are_packed_in_bounded_chunks_and_read_back_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr(netcdf, "_CHUNK", 16)
+    monkeypatch.setattr(netcdf, "_AT_ONCE", 256)
+    masks = Masks(np.array([True, False, True]), (ROWS, COLS))
+    masks.keep(np.array([0, 2]), np.stack([HOURS > 2, HOURS > 6]).astype(np.uint8))
+    position = np.arange(ROWS * COLS * 3, dtype=np.float64).reshape(ROWS, COLS, 3)
+    large = {
+        "shadow_hours": (PLAN, HOURS),
+        "sun_hours": (PLAN, SunHours(8.0, HOURS)),
+        "receiver_z": (PLAN, np.broadcast_to(1 / 3, (ROWS, COLS))),
+        "in_shadow": (("time", *PLAN), masks),
+        "position": ((*PLAN, "xyz"), position),
+    }
+    write_netcdf(tmp_path / "study.nc", large, FACTS)
+    with h5py.File(tmp_path / "study.nc") as file:
+        for name, (_, array) in large.items():
+            np.testing.assert_array_equal(file[name][...], np.asarray(array), err_msg=name)
+        chunks = [file[name].chunks for name in large]
+    assert chunks == [(16, 16)] * 3 + [(1, 16, 16), (1, 16, 3)]
+
+
+def test_a_dataset_may_be_changed_in_place():
+    study = run_study(
+        make_scene(*city()), VIENNA, date="2026-09-18", every="4h", receivers="ground"
+    )
+    dataset = study.to_dataset()
+    dataset.receiver_z[0, 0] = 7.0
+    dataset.sun_hours[0, 0] = -1.0
+    assert float(dataset.receiver_z[0, 1]) == study.ground
+    assert study.variables()["sun_hours"][1][0, 0] >= 0

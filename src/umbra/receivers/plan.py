@@ -154,7 +154,7 @@ class GroundPlane(PlanKind):
 
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
         """Return the ground's height everywhere."""
-        return np.full(laid.shape, laid.ground)
+        return np.broadcast_to(np.float64(laid.ground), laid.shape)
 
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float

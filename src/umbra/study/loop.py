@@ -223,7 +223,9 @@ def add_up(
         counts = np.zeros(shape, np.int32)
         counter.add_steps(directions[group == k], counts, progress)
         for column in np.flatnonzero(row):
-            sums[column] += np.multiply(counts, np.float32(row[column]), dtype=np.float32)
+            total, weight = np.atleast_2d(sums[column]), np.float32(row[column])
+            for i, some in enumerate(np.atleast_2d(counts)):  # row by row: no copy of them all
+                total[i] += np.multiply(some, weight, dtype=np.float32)
     return sums
 
 

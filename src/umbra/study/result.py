@@ -117,19 +117,20 @@ class Study:
     @property
     def sun_hours(self) -> NDArray[np.float32]:
         """Hours in the sun, float32."""
-        return np.float32(self.up_hours) - self.shadow_hours
+        return np.asarray(SunHours(self.up_hours, self.shadow_hours))
 
     def variables(self) -> Variables:
         """
         Return the arrays of ``study.nc`` by name, each with its dimensions.
 
-        ``in_shadow`` is packed: it reads like an array, one instant after another.
+        ``in_shadow`` is packed and ``sun_hours`` are computed: both read like an array.
         """
+        in_sun: Any = SunHours(self.up_hours, self.shadow_hours)
         return {
             **self.laid.coordinates(),
             **time_variables(self.period),
             "shadow_hours": (self.dims, self.shadow_hours),
-            "sun_hours": (self.dims, self.sun_hours),
+            "sun_hours": (self.dims, in_sun),
             **self.laid.variables(),
             **self.more,
         }
@@ -137,6 +138,31 @@ class Study:
     def to_dataset(self) -> "xr.Dataset":
         """Return the result as a dataset, as ``study.nc`` reads back."""
         return make_dataset(self.variables(), self.facts)
+
+
+class SunHours:
+    """
+    Hours in the sun, which are computed where they are read: they take no memory.
+
+    Parameters
+    ----------
+    up_hours : float
+        How long the sun was above the horizon [h].
+    shadow_hours : (...) float32
+    """
+
+    dtype = np.dtype(np.float32)
+
+    def __init__(self, up_hours: float, shadow_hours: NDArray[np.float32]) -> None:
+        self._up, self._shadow = np.float32(up_hours), shadow_hours
+        self.shape, self.ndim, self.size = shadow_hours.shape, shadow_hours.ndim, shadow_hours.size
+
+    def __getitem__(self, key: Any) -> NDArray[np.float32]:
+        return self._up - self._shadow[key]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray:
+        hours = self._up - self._shadow
+        return hours if dtype is None else hours.astype(dtype)
 
 
 def time_variables(period: Period) -> Variables:
@@ -161,7 +187,7 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
     """
     import xarray as xr  # noqa: PLC0415  (half a second; scripts that only count do without)
 
-    packed = sum(array.size for _, array in variables.values() if not isinstance(array, np.ndarray))
+    packed = sum(array.size for _, array in variables.values() if isinstance(array, Masks))
     if packed > find_memory():
         msg = (
             f"in_shadow takes {packed / 1e9:.0f} GB as an array and "
@@ -173,6 +199,8 @@ def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset"
     arrays, dates = {}, int(str(facts.get("days", 1)))
     for name, (dims, packed_array) in variables.items():
         array = np.asarray(packed_array)
+        if not array.flags.writeable:
+            array = array.copy()
         if array.dtype.kind == "M":
             array = array.astype("datetime64[ns]")
         arrays[name] = (dims, array, find_attributes(name, dates))

@@ -196,6 +196,7 @@ class Setup:
                 run = look(tile, self.canopy, where, counter)
                 pass_lights(run, lights, accumulators, make_advance(progress, n, len(tiles), works))
                 seconds += time.perf_counter() - started
+                del tile, counter, run  # or two tiles would be held while the next is made
         return Result(arrays, accumulators, seconds, counters.device)
 
     def make_lights(self) -> Lights:

@@ -3,7 +3,7 @@
 import io
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import h5netcdf
@@ -69,6 +69,8 @@ Variables = Mapping[str, tuple[tuple[str, ...], NDArray]]
 name is that dimension's coordinate."""
 
 GRID_MAPPING = "spatial_ref"
+_CHUNK = 1024  # rows and columns that are packed together, at most
+_AT_ONCE = 4 * _CHUNK**2  # values that are handed over at a time
 _MISSING = np.iinfo(np.int64).min  # NaT as a number
 
 
@@ -136,24 +138,37 @@ def _write_variable(
     elif array.dtype.kind == "f" and name not in dimensions:
         how["fillvalue"] = array.dtype.type(np.nan)  # coordinates have no missing values
     if array.ndim >= 2 and array.size > 1024:
-        # Level 1 is within a few percent of level 4's size at a fraction of its time.
-        # Chunks of one raster let a viewer step through time without reading it all.
+        # Level 1 is within a few percent of level 4's size at a fraction of its time. Chunks of
+        # one raster let a viewer step through time without reading it all; they are bounded, as
+        # the library holds each three times while it packs it.
         how |= {
             "compression": "gzip",
             "compression_opts": 1,
             "shuffle": array.dtype.itemsize > 1,
-            "chunks": (1,) * (array.ndim - 2) + array.shape[-2:],
+            "chunks": (1,) * (array.ndim - 2) + tuple(min(n, _CHUNK) for n in array.shape[-2:]),
         }
-    if isinstance(array, np.ndarray):
+    if isinstance(array, np.ndarray) and array.size <= _AT_ONCE:
         written = file.create_variable(name, dimensions, array.dtype, data=array, **how)
-    else:  # packed: one instant at a time is unpacked
+    else:
         written = file.create_variable(name, dimensions, array.dtype, **how)
-        for i, slab in enumerate(array):
-            written[i] = slab
+        for where, values in _cut(array):
+            written[where] = values
             target.check()
     written.attrs.update(attributes)
     target.check()
     return written
+
+
+def _cut(array: NDArray) -> Iterator[tuple[Any, NDArray]]:
+    """Cut an array, which may be packed, into bands of chunks: where each is, and its values."""
+    if array.ndim == 1:
+        yield ..., np.asarray(array)
+        return
+    for place in np.ndindex(array.shape[:-2]):
+        raster = array[place[0] if len(place) == 1 else place] if place else array
+        for first in range(0, array.shape[-2], _CHUNK):
+            rows = slice(first, first + _CHUNK)
+            yield (*place, rows), raster[rows]
 
 
 def _encode_instants(instants: NDArray[np.datetime64]) -> tuple[NDArray[np.int64], str]:

@@ -170,6 +170,9 @@ def write_png(
     Image.fromarray(np.ascontiguousarray(rgb)).save(path, "PNG", compress_level=3, **extra)
 
 
+_AT_ONCE = 1 << 22  # cells that are resampled together
+
+
 def resample(values: NDArray, size: tuple[int, int]) -> NDArray[np.float32]:
     """
     Resample values (rows, cols) by area where cells are smaller than pixels, else keep cells crisp.
@@ -192,11 +195,23 @@ def resample(values: NDArray, size: tuple[int, int]) -> NDArray[np.float32]:
 def _resize(values: NDArray, size: tuple[int, int]) -> NDArray[np.float32]:
     """Resize each axis by its own need: shrinking averages, growing repeats."""
     rows, cols = size
+    high, wide = values.shape
     # Hamming's kernel is as wide as bilinear's, sharper, and never rings.
     shrink, grow = Image.Resampling.HAMMING, Image.Resampling.BOX
-    image = Image.fromarray(np.ascontiguousarray(values))
-    image = image.resize((image.width, rows), shrink if rows < image.height else grow)
-    image = image.resize((cols, rows), shrink if cols < image.width else grow)
+    # Columns change their height alone: some at a time, since Pillow copies what it is given.
+    some = max(1, _AT_ONCE // high)
+    bands = [
+        Image.fromarray(np.ascontiguousarray(values[:, first : first + some])).resize(
+            (min(some, wide - first), rows), shrink if rows < high else grow
+        )
+        for first in range(0, wide, some)
+    ]
+    image = (
+        bands[0]
+        if len(bands) == 1
+        else Image.fromarray(np.hstack([np.asarray(band) for band in bands]))
+    )
+    image = image.resize((cols, rows), shrink if cols < wide else grow)
     return np.asarray(image, np.float32)
 
 

@@ -312,7 +312,7 @@ class HourSums(Accumulator):
             some = lights.pick(group == k)
             (cast,) = add_up(run.counters[0], run.shape, some, progress)
             if len(run.counters) == 1:
-                hours += cast
+                hours = cast if len(shares) == 1 else hours + cast
                 continue
             (dark,) = add_up(run.counters[1], run.shape, some)
             cast -= dark

@@ -77,9 +77,10 @@ class Scale:
 
     def read_hours(self, study: Study | FinerHours) -> NDArray[np.float32]:
         """Return hours in shadow, shifted so that the scale's end minus them is sun, if shown."""
-        hours = study.shadow_hours / np.float32(self.divisor)
         lack = self.most - study.up_hours / self.divisor if self.show == "sun" else 0.0
-        return hours + np.float32(lack)
+        if self.divisor == 1 and lack == 0:
+            return study.shadow_hours
+        return study.shadow_hours / np.float32(self.divisor) + np.float32(lack)
 
 
 def tell_daylight(study: Study) -> str:
