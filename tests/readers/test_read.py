@@ -54,7 +54,7 @@ def test_content_goes_before_the_ending(save):
         ("a.xyz", "hello", "its format is unknown"),
         ("noending", b"\x00\x01\x02", "its format is unknown"),
         ("a.ifc", "ISO-10303-21;\nHEADER;", "is IFC that ends too early"),
-        ("a.gml", "<?xml version='1.0'?><CityModel/>", "CityGML"),
+        ("a.gml", "<?xml version='1.0'?><CityModel/>", "XML is not read"),
         ("a.json.gz", b"\x1f\x8b\x08\x00", "gzip"),
         ("a.zip", b"PK\x03\x04", "ZIP"),
         ("a.json", '{"type": "FeatureCollection", "features": []}', "has no polygons"),

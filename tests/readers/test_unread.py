@@ -15,8 +15,6 @@ HBJSON = {"type": "Model", "identifier": "a", "properties": {}, "rooms": []}
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("a.gml", XML + '<CityModel xmlns="http://www.opengis.net/citygml/2.0">', "citygml-tools"),
-        ("a.xml", XML + '<c:CityModel xmlns:c="http://www.opengis.net/citygml/3.0">', "CityGML"),
         ("a.dae", XML + '<COLLADA version="1.4.1">', "COLLADA .*assimp export"),
         ("a.kml", XML + "<kml>", r"KML .*ogr2ogr FILE\.geojson FILE\.kml"),
         ("a.kmz", b"PK\x03\x04...", "KML"),

@@ -5,6 +5,8 @@ import struct
 
 import numpy as np
 
+from support.gml_files import building, city
+
 TRIANGLES = [t for a, b, c, d in ((0, 1, 2, 3), (0, 1, 5, 4)) for t in ((a, b, c), (a, c, d))]
 VERTICES = [[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0], [0, 0, 4], [2, 0, 4]]
 
@@ -138,6 +140,7 @@ FILES = {
     "a.json": json.dumps(cityjson(), indent=1),
     "b.json": json.dumps(cityjson(version="1.0")),
     "a.jsonl": sequence(),
+    "a.gml": city(building()),
     "a.glb": gltf(),
     "a.obj": OBJ,
     "f.geojson": json.dumps(geojson()),

@@ -43,8 +43,8 @@ Files = list[tuple[str, Path, bytes]]
 LEAST = 200_000
 """Files of fewer bytes are read in a few hundredths of a second."""
 
-_ENDINGS = {".json", ".jsonl", ".cityjson", ".geojson", ".ifc", ".obj", ".off"}
-_PACKAGES = ("ifcopenshell", "mapbox-earcut", "pyproj", "shapely")
+_ENDINGS = {".json", ".jsonl", ".cityjson", ".geojson", ".gml", ".ifc", ".obj", ".off"}
+_PACKAGES = ("ifcopenshell", "lxml", "mapbox-earcut", "pyproj", "shapely")
 
 
 def read(
@@ -69,8 +69,8 @@ def read(
     Parameters
     ----------
     *paths : str or path
-        CityJSON 1.0, 1.1, 2.0 and sequences of it, glTF and GLB, OBJ, PLY, STL, OFF,
-        IFC, footprints (GeoJSON, GeoPackage, Shapefile), height rasters (GeoTIFF).
+        CityJSON 1.0, 1.1, 2.0 and sequences of it, CityGML 1.0, 2.0, 3.0, glTF and GLB, OBJ,
+        PLY, STL, OFF, IFC, footprints (GeoJSON, GeoPackage, Shapefile), height rasters (GeoTIFF).
         Several become one scene in the first file's CRS, each a layer, named after
         its file or as in ``"proposed=tower.glb"``.
     up : {'x', 'y', 'z'}, optional

@@ -7,6 +7,7 @@ surfaces of the same level that have the same corners.
 """
 
 from collections import Counter
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
@@ -29,7 +30,7 @@ from umbra.readers.triangulate import triangulate
 from umbra.scene import Material, Mesh, Part
 from umbra.scene.material import GREY
 
-__all__ = ["read_cityjson"]
+__all__ = ["Templates", "make_parts", "read_cityjson"]
 
 
 def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:
@@ -44,15 +45,52 @@ def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:
         raise InputError(msg, version=version)
 
     counts: Counter[str] = Counter()
+
+    def where(number: int) -> str:
+        return f"line {number}: " if len(documents) > 1 else ""
+
+    parts = make_parts(documents, Templates(None), counts, where)
+    metadata = head.get("metadata")
+    crs = metadata.get("referenceSystem") if isinstance(metadata, dict) else None
+    form = "CityJSONSeq" if len(documents) > 1 else "CityJSON"
+    return FileModel(
+        f"{form} {version}".strip(), turn_up(parts, choices.up), name_crs(crs), list_counts(counts)
+    )
+
+
+def make_parts(
+    documents: Iterable[Any],
+    templates: "Templates",
+    counts: Counter[str],
+    where_of: Callable[[int], str],
+) -> tuple[Part, ...]:
+    """
+    Make the parts of a city's documents, of each object the best geometry once.
+
+    Parameters
+    ----------
+    documents : iterable of dict
+        With ``CityObjects`` and ``vertices``; the transform and templates of a header stand.
+    templates : Templates
+        Known before the first document.
+    counts : Counter
+        Losses, added to.
+    where_of : callable
+        Says for errors where the n-th document, from 1, stands in the file.
+
+    Returns
+    -------
+    parts : tuple of Part
+        In the file's own coordinates.
+    """
     surfaces = SurfaceList()
-    templates = Templates(None)
     arrays: list[NDArray[np.float64]] = []
     instances: list[Part] = []
     tags: dict[str, tuple[str, ...]] = {}
     unique = UniqueNames()  # a sequence may name two objects alike, each in its line
     count, transform = 0, None
     for number, document in enumerate(documents, 1):
-        where = f"line {number}: " if len(documents) > 1 else ""
+        where = where_of(number)
         objects = document.get("CityObjects") if isinstance(document, dict) else None
         if not isinstance(objects, dict):
             msg = f"{where}holds no CityObjects; export the file again"
@@ -79,21 +117,13 @@ def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:
         arrays.append(vertices)
         count += len(vertices)
 
-    meshes = surfaces.cut(np.concatenate(arrays), counts)
+    meshes = surfaces.cut(np.concatenate(arrays or [np.zeros((0, 3))]), counts)
     parts = [
         Part(name, kind, mesh, material=find_material(kind), tags=tags[name])
         for (name, kind), mesh in meshes.items()
     ]
-    metadata = head.get("metadata")
-    crs = metadata.get("referenceSystem") if isinstance(metadata, dict) else None
     counts["objects with a repeated id, numbered"] = unique.numbered
-    form = "CityJSONSeq" if len(documents) > 1 else "CityJSON"
-    return FileModel(
-        f"{form} {version}".strip(),
-        turn_up((*parts, *instances), choices.up),
-        name_crs(crs),
-        list_counts(counts),
-    )
+    return (*parts, *instances)
 
 
 def _place_vertices(raw: Any, transform: Any, where: str) -> NDArray[np.float64]:
@@ -213,7 +243,6 @@ class Templates:
     def __init__(self, data: Any) -> None:
         self.shapes: list[dict[str, Any]] = data["templates"] if data else []
         self._raw: list[Any] = data["vertices-templates"] if data else []
-        self._vertices: NDArray[np.float64] | None = None
         self._meshes: dict[int, dict[str, Mesh]] = {}
 
     def place(
@@ -241,9 +270,7 @@ class Templates:
         ]
 
     def _cut(self, index: int, counts: Counter[str]) -> dict[str, Mesh]:
-        if self._vertices is None:
-            self._vertices = np.array(self._raw, np.float64).reshape(-1, 3)
-        vertices = self._vertices
+        vertices = np.array(self._raw, np.float64).reshape(-1, 3)
         shape = self.shapes[index]
         surfaces = SurfaceList()
         kinds = find_kinds(Choice(shape, shape), "", self._raw)

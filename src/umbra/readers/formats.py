@@ -1,5 +1,9 @@
 """Which format a file is in: by its first bytes, its name's ending and, in JSON, its type."""
 
+import gzip
+import io
+import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -9,11 +13,11 @@ from pathlib import Path
 from umbra.errors import InputError
 from umbra.readers.model import FileModel, ReadChoices
 
-__all__ = ["FORMATS", "find_reader", "read_json"]
+__all__ = ["CITYGML", "FORMATS", "GZIP", "ZIP", "find_reader", "read_json"]
 
 FORMATS = (
-    "CityJSON (.json, .jsonl), glTF (.gltf, .glb), IFC, OBJ, PLY, STL, OFF, "
-    "footprints (.geojson, .gpkg, .shp), height rasters (.tif)"
+    "CityJSON (.json, .jsonl), CityGML (.gml, .gml.gz, .zip), glTF (.gltf, .glb), IFC, OBJ, PLY, "
+    "STL, OFF, footprints (.geojson, .gpkg, .shp), height rasters (.tif)"
 )
 
 Reader = Callable[[bytes, Path, ReadChoices], FileModel]
@@ -21,6 +25,7 @@ Reader = Callable[[bytes, Path, ReadChoices], FileModel]
 # Readers load on first use: each brings libraries that take time to import.
 READERS = {
     "json": ("umbra.readers.formats", "read_json"),
+    "citygml": ("umbra.readers.citygml", "read_citygml"),
     "glb": ("umbra.readers.gltf", "read_gltf"),
     "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
@@ -35,6 +40,8 @@ BY_ENDING = {
     ".json": "json",
     ".jsonl": "json",
     ".cityjson": "json",
+    ".gml": "citygml",
+    ".citygml": "citygml",
     ".geojson": "json",
     ".gltf": "json",
     ".glb": "glb",
@@ -48,6 +55,10 @@ BY_ENDING = {
     ".gpkg": "vector",
     ".shp": "vector",
 }
+
+GZIP, ZIP = b"\x1f\x8b", b"PK\x03\x04"
+CITYGML = (".gml", ".citygml")
+_HEAD = 16_000  # bytes that hold a file's kind; roots of CityGML declare dozens of namespaces
 
 BY_CONTENT = {
     b"glTF": "glb",
@@ -65,6 +76,9 @@ BY_CONTENT = {
 
 def find_reader(data: bytes, path: Path) -> Reader:
     """Find the reader of a file that is not empty: (data, path, choices) -> FileModel."""
+    if is_citygml(data):
+        module, function = READERS["citygml"]
+        return getattr(import_module(module), function)
     start = data[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
     unread = find_unread(data, path, by_ending=False)
     if unread is not None:
@@ -86,11 +100,25 @@ def find_reader(data: bytes, path: Path) -> Reader:
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
         msg = f"its format is unknown (by its content and {ending}); umbra reads {FORMATS}"
         raise InputError(msg, ending=path.suffix)
-    if kind in BY_CONTENT.values() and told is None and kind in {"ifc", "tiff", "vector"}:
+    if told is None and kind in {"citygml", "ifc", "tiff", "vector"}:
         msg = f"is named {path.suffix} but does not begin as such a file does; export it again"
         raise InputError(msg, ending=path.suffix)
     module, function = READERS[kind]
     return getattr(import_module(module), function)
+
+
+def is_citygml(data: bytes) -> bool:
+    """Return whether a file is CityGML, by its root's namespaces; also compressed."""
+    try:
+        if data.startswith(GZIP):
+            data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(_HEAD)
+        elif data.startswith(ZIP):
+            with zipfile.ZipFile(io.BytesIO(data)) as archive:
+                return any(name.lower().endswith(CITYGML) for name in archive.namelist())
+    except (EOFError, OSError, zipfile.BadZipFile, zlib.error):
+        return False
+    start = data[:_HEAD].replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
+    return start.startswith(b"<") and b"opengis.net/citygml" in start
 
 
 OLD = "is glTF 1.0; umbra reads 2.0, convert it (npx gltf-pipeline -i FILE -o OUT.glb)"
@@ -192,8 +220,6 @@ _ANY_XML = UnreadFormat("XML is not read; convert it to CityJSON, glTF or OBJ", 
 
 # More specific formats come first: XML by its words, archives by their endings.
 REFUSED = (
-    UnreadFormat("CityGML is not read; convert it to CityJSON (citygml-tools to-cityjson FILE)",
-                 (".gml", ".citygml"), _XML, b"opengis.net/citygml"),
     UnreadFormat("COLLADA is not read; convert it to glTF (assimp export FILE.dae FILE.glb)",
                  (".dae",), _XML, b"<COLLADA"),
     UnreadFormat(f"KML is not read; {_OGR.format('.kml')}", (".kml", ".kmz"), _XML, b"<kml"),

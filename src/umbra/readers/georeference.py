@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     "assumes_height_unit",
     "bring_to",
+    "find_axis_orders",
     "find_plan_unit",
     "is_known",
     "is_same_plan",
@@ -28,6 +29,9 @@ __all__ = [
 ]
 
 CODE = re.compile(r"\bEPSG(?:/|:)+(?:[\d.]+[/:]+)?(\d+(?:\+\d+)*)", re.IGNORECASE)
+
+SURVEY = re.compile(r"urn:adv:crs:(?:ETRS89_UTM(3[123])|DE_DHDN_3GK([2345]))", re.IGNORECASE)
+"""Names that the surveys of Germany's states use: ETRS89 in UTM, or Gauss-Krueger."""
 
 TITLE = re.compile(r'\s*[A-Z_]+\s*\[\s*"([^"]+)"')
 
@@ -52,6 +56,9 @@ def name_crs(text: object) -> str | None:
     codes = CODE.findall(text)
     if codes:
         return "EPSG:" + "+".join(codes)
+    survey = SURVEY.search(text)
+    if survey:
+        return f"EPSG:{25800 + int(survey[1])}" if survey[1] else f"EPSG:{31464 + int(survey[2])}"
     if "CRS84" in text.upper():
         return "OGC:CRS84h" if text.upper().endswith("H") else "OGC:CRS84"
     return text.strip()
@@ -143,13 +150,7 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     back = Transformer.from_crs(geographic, flat, always_xy=True)
     x, y, _ = bounds.mean(0)
     lon, lat = there.transform(x, y)
-    area = found.area_of_use or flat.area_of_use
-    inside = bool(np.isfinite([lon, lat]).all() and abs(lat) <= 90)
-    if inside and area is not None:
-        width = (area.east - area.west) % 360 or 360
-        inside = (lon - area.west + MARGIN) % 360 <= width + 2 * MARGIN
-        inside = inside and area.south - MARGIN <= lat <= area.north + MARGIN
-    if not inside:
+    if not _is_in_use(found, lon, lat):
         note = (
             f"the coordinates lie outside the area where {shown} ({found.name}) is used, "
             f"so the site is not known; {remedy}"
@@ -158,6 +159,54 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     xs, ys = back.transform([lon, lon], [lat - STEP, lat + STEP])
     north = float(np.degrees(np.arctan2(xs[1] - xs[0], ys[1] - ys[0])))
     return replace(scene, latitude=float(lat), longitude=float(lon), true_north=north)
+
+
+def _is_in_use(crs: "CRS", lon: float, lat: float) -> bool:
+    """Return whether a CRS is used at a place [degrees], or at most ``MARGIN`` away."""
+    area = crs.area_of_use or crs.to_2d().area_of_use
+    if not np.isfinite([lon, lat]).all() or abs(lat) > 90:
+        return False
+    if area is None:
+        return True
+    width = (area.east - area.west) % 360 or 360
+    return bool(
+        (lon - area.west + MARGIN) % 360 <= width + 2 * MARGIN
+        and area.south - MARGIN <= lat <= area.north + MARGIN
+    )
+
+
+def find_axis_orders(crs: str, place: NDArray[np.float64]) -> tuple[bool, ...]:
+    """
+    Find whether the first coordinate of a file in this CRS points north.
+
+    Parameters
+    ----------
+    crs : str
+    place : (2,) or longer float64
+        Of the file, in its order.
+
+    Returns
+    -------
+    swaps : tuple of bool
+        False for east first, true for north first. Both, as the CRS says first, where the place
+        lies in the area in which the CRS is used either way, or neither way: many programs
+        write east first whatever the CRS.
+    """
+    found = _find_crs(crs)
+    if found is None or not (found.is_projected or found.is_geographic):
+        return (False,)
+    from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
+
+    flat = found.to_2d()
+    says = flat.axis_info[0].direction == "north"
+    there = Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True)
+    first, second = float(place[0]), float(place[1])
+    fits = [
+        swap
+        for swap in (says, not says)
+        if _is_in_use(found, *there.transform(*((second, first) if swap else (first, second))))
+    ]
+    return tuple(fits) or (says, not says)
 
 
 @cache

@@ -113,13 +113,16 @@ def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
     }
     if not arrays:
         return parts
-    shorter = {key: array[used[key]] for key, array in arrays.items()}
+    # Once for each array: a city's parts share one, and there are many of them.
+    kept = {key: np.flatnonzero(used[key]) for key in arrays}
+    number = {key: np.cumsum(used[key], dtype=np.int32) - np.int32(1) for key in arrays}
+    shorter = {key: array[kept[key]] for key, array in arrays.items()}
     meshes: dict[int, Mesh] = {}
     dropped = []
     for part in parts:
         mesh, key = part.mesh, id(part.mesh.vertices)
         if key in shorter and id(mesh) not in meshes:
-            meshes[id(mesh)] = mesh.with_vertices(used[key], shorter[key])
+            meshes[id(mesh)] = mesh.with_vertices(kept[key], number[key], shorter[key])
         dropped.append(replace(part, mesh=meshes.get(id(mesh), mesh)))
     return tuple(dropped)
 

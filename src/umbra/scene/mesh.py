@@ -95,14 +95,16 @@ class Mesh:
         kept = self.normals if normals is None else normals
         return replace(self, vertices=vertices, normals=kept)
 
-    def with_vertices(self, is_kept: NDArray[np.bool_], vertices: NDArray[np.float64]) -> "Mesh":
+    def with_vertices(
+        self, kept: NDArray[np.intp], number: NDArray[np.int32], vertices: NDArray[np.float64]
+    ) -> "Mesh":
         """
         Return the same triangles on some of the vertices, at least those that the faces use.
 
-        The vertices (n_kept, 3) are those kept; meshes that share an array go on sharing it.
+        ``number`` (n_vertices,) is that of each vertex among the kept ones; the vertices
+        (n_kept, 3) are those, and meshes that share an array go on sharing it.
         """
-        number = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
-        rows = (None if row is None else row[is_kept] for row in self._rows)
+        rows = (None if row is None else row[kept] for row in self._rows)
         return Mesh(vertices, number[self.faces], *rows)
 
     @property

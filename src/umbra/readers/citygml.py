@@ -1,0 +1,214 @@
+"""
+CityGML 1.0, 2.0 and 3.0, and what PLATEAU adds: one city object at a time.
+
+Each member of the city model becomes a feature as in a CityJSON sequence, and goes the same way
+from there. An `lxml` parser reads the stream; entities and document types are not allowed. Links
+to surfaces of other members are resolved in a second pass, which only files with such links need.
+"""
+
+import gzip
+import io
+import zipfile
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.readers.checks import Budget, list_counts, need
+from umbra.readers.citygml_objects import HREF, FeatureReader, id_of, name_of
+from umbra.readers.cityjson import Templates, make_parts
+from umbra.readers.cityjson_choice import DEPTHS, flatten
+from umbra.readers.formats import CITYGML, GZIP, ZIP
+from umbra.readers.georeference import find_axis_orders, name_crs
+from umbra.readers.model import FileModel, ReadChoices, turn_up
+
+__all__ = ["read_citygml"]
+
+_MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "cityObjectMembers")
+_EXPANSION = 200
+"""A compressed file that grows by more is taken for a trap."""
+
+
+def read_citygml(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
+    """Read CityGML, also compressed by gzip or in a ZIP archive."""
+    need("lxml", "citygml", "CityGML")
+    counts: Counter[str] = Counter()
+    city = _City(data, counts, Budget(choices.size))
+    # The members' own templates are known only while they are read: the list grows.
+    parts = make_parts(city.read_features(), Templates(city.templates), counts, lambda _: "")
+    return FileModel(
+        f"CityGML {city.version}".strip(), turn_up(parts, choices.up), city.crs, list_counts(counts)
+    )
+
+
+class _City:
+    """
+    A file of CityGML.
+
+    Parameters
+    ----------
+    data : bytes
+        Of the file.
+    counts : Counter
+        Losses, added to.
+    budget : Budget
+    """
+
+    def __init__(self, data: bytes, counts: Counter[str], budget: Budget) -> None:
+        self._data, self._counts, self._budget = data, counts, budget
+        self.version = ""
+        self.crs: str | None = None
+        self.templates: dict[str, list[Any]] = {"templates": [], "vertices-templates": []}
+        self._swaps: bool | None = None
+
+    def read_features(self) -> Iterator[dict[str, Any]]:
+        """Read the city's members as features of CityJSON."""
+        reader = FeatureReader(self.templates, self._counts, self._budget)
+        later = []
+        for member in self._find_members(reader):
+            feature = reader.read(member)
+            if feature is None:
+                later.append(member)
+                continue
+            yield self._place(feature)
+            _forget(member)
+        if later:
+            reader.shared |= self._find_shared(reader.wanted)
+            reader.is_last = True
+            for member in later:
+                feature = reader.read(member)
+                if feature is not None:
+                    yield self._place(feature)
+
+    def _find_members(self, reader: FeatureReader) -> Iterator[Any]:
+        """Return each member; learn the version and the CRS on the way."""
+        for root, element in self._parse((*_MEMBERS, "Envelope")):
+            if not self.version:
+                self.version = _find_version(root)
+            if name_of(element) == "Envelope":
+                self.crs = self.crs or name_crs(element.get("srsName"))
+                continue
+            if element.get(HREF) is not None:
+                self._counts["members left out that lie in other files"] += 1
+                continue
+            if self.crs is None:
+                named = element.xpath("(.//@srsName)[1]")
+                self.crs = name_crs(str(named[0])) if named else None
+            yield element
+
+    def _find_shared(self, wanted: set[str]) -> dict[str, Any]:
+        """Read the file again for elements that other members link to."""
+        found = {}
+        for _, element in self._parse(None):
+            name = id_of(element)
+            if name is not None and name in wanted:
+                found[name] = element
+            elif name_of(element) in _MEMBERS and not any(
+                id_of(e) in wanted for e in element.iter()
+            ):
+                _forget(element)
+        return found
+
+    def _parse(self, names: tuple[str, ...] | None) -> Iterator[tuple[Any, Any]]:
+        from lxml import etree  # noqa: PLC0415 - an extra
+
+        tags = None if names is None else [f"{{*}}{name}" for name in names]
+        for stream in _open(self._data):
+            with closing(stream):
+                events = etree.iterparse(
+                    stream, events=("end",), tag=tags, resolve_entities=False, no_network=True,
+                    load_dtd=False, remove_comments=True, remove_pis=True, huge_tree=True,
+                )  # fmt: skip
+                try:
+                    for _, element in events:
+                        if element.getroottree().docinfo.doctype:
+                            msg = "declares a document type, which CityGML does not need; remove it"
+                            raise InputError(msg)
+                        yield element.getroottree().getroot(), element
+                except etree.XMLSyntaxError as error:
+                    line, reason = error.lineno or 0, " ".join(str(error.msg).split())
+                    msg = f"is damaged XML at line {line} ({reason}); fetch or export it again"
+                    raise InputError(msg, line=line) from error
+
+    def _place(self, feature: dict[str, Any]) -> dict[str, Any]:
+        """Bring a feature's vertices into the order east, north, up."""
+        vertices: NDArray[np.float64] = feature["vertices"]
+        if self._swaps is None and self.crs is not None and len(vertices):
+            orders = find_axis_orders(self.crs, vertices[0])
+            # Where either order may be meant, bodies are not inside out.
+            wrong = len(orders) > 1 and _find_volume(feature) * (-1 if orders[0] else 1) < 0
+            self._swaps = orders[wrong]
+        if self._swaps:
+            feature["vertices"] = np.ascontiguousarray(vertices[:, [1, 0, 2]])
+        return feature
+
+
+def _forget(member: Any) -> None:
+    """Free a member and what stands before it: the tree of a city does not fit in memory."""
+    member.clear()
+    while member.getprevious() is not None:
+        del member.getparent()[0]
+
+
+def _find_volume(feature: dict[str, Any]) -> float:
+    """Return the signed volume of a feature's bodies, positive if wound outward as x, y, z."""
+    vertices = feature["vertices"] - feature["vertices"][0]
+    sixfold = 0.0
+    for item in feature["CityObjects"].values():
+        for geometry in item["geometry"]:
+            for surface in flatten(geometry) if geometry["type"] in DEPTHS else ():
+                corners = vertices[surface[0]]
+                across = np.cross(corners[1:-1], corners[2:]).sum(0)
+                sixfold += float(across @ corners[0])
+    return sixfold
+
+
+def _find_version(root: Any) -> str:
+    """Find the version in the namespaces of the root; they end in it."""
+    for address in root.nsmap.values():
+        front, _, last = str(address).rpartition("/")
+        if front.endswith("opengis.net/citygml"):
+            return last
+    return ""
+
+
+def _open(data: bytes) -> Iterator["BinaryIO | _Bounded"]:
+    """Open the file, or each CityGML file in a ZIP archive."""
+    most = _EXPANSION * len(data)
+    if data.startswith(GZIP):
+        yield _Bounded(gzip.GzipFile(fileobj=io.BytesIO(data)), most)
+    elif data.startswith(ZIP):
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            names = [n for n in archive.namelist() if n.lower().endswith(CITYGML)]
+            for name in names:
+                yield _Bounded(archive.open(name), most)
+    else:
+        yield io.BytesIO(data)
+
+
+class _Bounded(io.RawIOBase):
+    """A stream of which at most some bytes are read."""
+
+    def __init__(self, stream: Any, most: int) -> None:
+        self._stream, self._left, self._most = stream, most, most
+
+    def read(self, size: int = -1) -> bytes:
+        try:
+            block: bytes = self._stream.read(size if size >= 0 else 1 << 20)
+        except (EOFError, OSError, zipfile.BadZipFile) as error:
+            msg = f"is damaged where it was compressed ({error}); fetch it again"
+            raise InputError(msg) from error
+        self._left -= len(block)
+        if self._left < 0:
+            msg = f"unpacks to more than {self._most / 1e6:.0f} MB; unpack it first"
+            raise InputError(msg, bytes=self._most)
+        return block
+
+    def close(self) -> None:
+        self._stream.close()
+        super().close()

@@ -1,0 +1,342 @@
+"""One member of a city model: from GML's elements to a feature as in a CityJSON sequence."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from umbra.errors import InputError
+from umbra.readers.checks import Budget
+
+__all__ = ["HREF", "FeatureReader", "id_of", "name_of"]
+
+HREF = "{http://www.w3.org/1999/xlink}href"
+_IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
+_LEVEL = re.compile(r"lod(\d)")
+_SURFACES = {
+    "AuxiliaryTrafficArea", "CeilingSurface", "ClosureSurface", "Door", "DoorSurface",
+    "FloorSurface", "GroundSurface", "InteriorWallSurface", "OuterCeilingSurface",
+    "OuterFloorSurface", "RoofSurface", "TrafficArea", "WallSurface", "WaterClosureSurface",
+    "WaterGroundSurface", "WaterSurface", "Window", "WindowSurface",
+}  # fmt: skip
+_SHELLS = {"exterior", "interior"}
+_SOLIDS = {"CompositeSolid", "MultiSolid", "Solid"}
+_PATCHES = {"Polygon", "PolygonPatch", "Rectangle", "Triangle"}
+_LINKED = tuple(
+    f"{{*}}{name}"
+    for name in (
+        "Polygon", "OrientableSurface", "CompositeSurface", "MultiSurface", "TriangulatedSurface",
+        "Tin", "PolyhedralSurface", "Surface", "Solid", "CompositeSolid", "MultiSolid",
+    )
+)  # fmt: skip
+"""Elements that others link to."""
+_DEEPEST = 20  # links from element to element; they may lead back to where they come from
+_INDOORS = {
+    "BridgeFurniture", "BridgeRoom", "BuildingFurniture", "BuildingRoom", "HollowSpace",
+    "IntBridgeInstallation", "IntBuildingInstallation", "IntTunnelInstallation", "Room",
+    "TunnelFurniture",
+}  # fmt: skip
+_NUMBER, _LINK = 32, 200  # memory of a coordinate and of a link that is followed [byte]
+_AT_ONCE = 1 << 20  # bytes that the budget is told of at once
+
+
+def name_of(element: Any) -> str:
+    """Return an element's name without its namespace; empty for what is no element."""
+    return _strip(element.tag)
+
+
+@lru_cache(4096)
+def _strip(tag: Any) -> str:
+    return tag.rpartition("}")[2] if isinstance(tag, str) else ""
+
+
+def id_of(element: Any) -> str | None:
+    """Return an element's id in either version of GML."""
+    return element.get(_IDS[0]) or element.get(_IDS[1])
+
+
+class FeatureReader:
+    """
+    Reads the members of a city model.
+
+    Parameters
+    ----------
+    templates : dict
+        ``templates`` and ``vertices-templates`` as in CityJSON; appended to.
+    counts : Counter
+        Losses, added to.
+    budget : Budget
+        Of memory: links may lead to the same surfaces over and over.
+    """
+
+    def __init__(
+        self, templates: dict[str, list[Any]], counts: Counter[str], budget: Budget
+    ) -> None:
+        self._templates, self._counts, self._budget = templates, counts, budget
+        self._template_of: dict[str, int] = {}
+        self._unnamed = 0
+        self._held = 0  # memory that the budget has not been told of yet [byte]
+        self.shared: dict[str, Any] = {}
+        """Elements of other members, by id."""
+        self.wanted: set[str] = set()
+        """Ids of elements that members link to and do not hold."""
+        self.is_last = False
+        """Whether links that lead nowhere are left out, as nothing more will be found."""
+
+    def read(self, member: Any) -> dict[str, Any] | None:
+        """Read a member's objects; None if it links to elements that are not known yet."""
+        before, self._lacks = self._counts.copy(), False
+        self._coordinates: list[float] = []
+        self._objects: dict[str, Any] = {}
+        self._rings: dict[str, list[list[list[int]]]] = {}
+        self._local: dict[str, Any] | None = None
+        self._member = member
+        for element in member:
+            self._read_object(element, None)
+        if self._lacks and not self.is_last:
+            self._counts.clear()
+            self._counts.update(before)
+            return None
+        vertices = np.array(self._coordinates, np.float64).reshape(-1, 3)
+        return {"type": "CityJSONFeature", "CityObjects": self._objects, "vertices": vertices}
+
+    def _read_object(self, element: Any, parent: str | None) -> None:
+        """Read an object with its surfaces, and those that it holds."""
+        kind, name = name_of(element), id_of(element)
+        if name is None or name in self._objects:
+            self._unnamed += 1
+            name = f"{name or kind} {self._unnamed}"
+        item: dict[str, Any] = {"type": kind, "geometry": [], "children": []}
+        self._objects[name] = item
+        themes: dict[str, list[tuple[str, Any]]] = {}
+        solids: list[tuple[str, Any]] = []
+        for level, shape, theme in self._walk(element, name, kind):
+            if theme:
+                themes.setdefault(level, []).append((theme, shape))
+            else:
+                solids.append((level, shape))
+        kinds = self._name_surfaces(themes) if solids else {}
+        for level, shape in solids:
+            geometry = self._read_geometry(level, shape, kinds)
+            if geometry is not None:
+                item["geometry"].append(geometry)
+        for level, surfaces in themes.items():
+            boundaries, values = [], []
+            for theme, shape in surfaces:
+                found = list(self._find_patches(shape))
+                boundaries += [rings for rings, _ in found]
+                values += [theme] * len(found)
+            if boundaries:
+                item["geometry"].append(_with_semantics("MultiSurface", level, boundaries, values))
+        if not item["geometry"] and not item["children"]:
+            del self._objects[name]
+        elif parent is not None:
+            self._objects[parent]["children"].append(name)
+
+    def _walk(self, element: Any, name: str, kind: str) -> Iterator[tuple[str, Any, str]]:
+        """Return the geometries of an object: level, element, and kind if of a surface of it."""
+        for prop in element:
+            outer = name_of(prop)
+            known = _LEVEL.match(outer)
+            if known or outer == "tin":
+                level = known[1] if known else str(element.findtext("{*}lod"))
+                for shape in prop:
+                    yield level, shape, ""
+                continue
+            for child in prop:
+                inner = name_of(child)
+                if not inner[:1].isupper():
+                    continue
+                if inner in _INDOORS:
+                    self._counts["rooms and furniture left out, which lie within"] += 1
+                elif inner in _SURFACES:
+                    for level, shape, own in self._walk(child, name, inner):
+                        yield level, shape, own or inner
+                elif len(child):
+                    self._read_object(child, name)
+
+    def _name_surfaces(self, themes: dict[str, list[tuple[str, Any]]]) -> dict[str, str]:
+        """Return the kind of each surface that has an id, by that id."""
+        return {
+            name: theme
+            for surfaces in themes.values()
+            for theme, shape in surfaces
+            for element in shape.iter(*_LINKED)
+            if (name := id_of(element)) is not None
+        }
+
+    def _read_geometry(
+        self, level: str, shape: Any, kinds: dict[str, str]
+    ) -> dict[str, Any] | None:
+        """Read a solid, surfaces or an implicit geometry; None for points and lines."""
+        kind = name_of(shape)
+        if kind == "ImplicitGeometry":
+            return self._read_instance(level, shape)
+        found = list(self._find_patches(shape))
+        if not found:
+            return None
+        boundaries = [rings for rings, _ in found]
+        values = [next((kinds[i] for i in ids if i in kinds), None) for _, ids in found]
+        if kind in _SOLIDS:  # shells are told apart nowhere after this
+            return _with_semantics("Solid", level, [boundaries], [values])
+        return _with_semantics("MultiSurface", level, boundaries, values)
+
+    def _find_patches(
+        self, shape: Any, ids: tuple[str, ...] = (), *, turned: bool = False, depth: int = 0
+    ) -> Iterator[tuple[list[list[int]], tuple[str, ...]]]:
+        """Return each polygon's rings of vertex indices, and the ids that it is known by."""
+        name = id_of(shape)
+        ids = (*ids, name) if name else ids
+        if name_of(shape) in _PATCHES:
+            rings = self._read_rings(shape)
+            if rings:
+                yield ([ring[::-1] for ring in rings] if turned else rings), ids
+            return
+        if name_of(shape) == "OrientableSurface":
+            turned ^= shape.get("orientation") == "-"
+        for child in shape:
+            link = child.get(HREF)
+            if link is not None:
+                target = self._follow(link) if depth < _DEEPEST else None
+                if target is not None:
+                    yield from self._find_patches(target, ids, turned=turned, depth=depth + 1)
+            else:
+                yield from self._find_patches(child, ids, turned=turned, depth=depth + 1)
+
+    def _follow(self, link: str) -> Any | None:
+        """Find what a link of this file leads to."""
+        self._held += _LINK
+        if self._held > _AT_ONCE:
+            self._spend()
+        if self._local is None:
+            self._local = {n: e for e in self._member.iter(*_LINKED) if (n := id_of(e)) is not None}
+        name = link.removeprefix("#")
+        target = self._local.get(name)
+        if target is None:
+            target = self.shared.get(name)
+        if target is None:
+            self.wanted.add(name)
+            self._lacks = True
+            self._counts["surfaces left out that the file only links to"] += 1
+        return target
+
+    def _spend(self) -> None:
+        self._budget.spend(self._held, "coordinates")
+        self._held = 0
+
+    def _read_rings(self, polygon: Any) -> list[list[int]]:
+        """Read a polygon's rings, the exterior first, as indices of new vertices."""
+        rings: list[list[int]] = []
+        for ring in polygon.iter("{*}LinearRing", "{*}Ring"):
+            corners = self._read_ring(ring)
+            if len(corners) < 3:
+                continue
+            bound = ring.getparent()
+            if bound is not None and name_of(bound) == "exterior":
+                rings.insert(0, corners)
+            else:
+                rings.append(corners)
+        return rings
+
+    def _read_ring(self, ring: Any) -> list[int]:
+        """Add a ring's vertices, without the last, which repeats the first."""
+        numbers: list[float] = []
+        for element in ring.iter("{*}posList", "{*}pos", "{*}coordinates"):
+            if _find_dimension(element, ring) != 3:
+                self._counts["rings left out that have no heights"] += 1
+                return []
+            text = element.text or ""
+            if "," in text:  # of GML 2
+                text = text.replace(",", " ")
+            more = list(map(float, text.split()))
+            # Pieces of a composed ring begin where the one before ends.
+            numbers += more[3:] if more[:3] == numbers[-3:] else more
+        if len(numbers) % 3:
+            owner = id_of(ring) or id_of(ring.getparent().getparent()) or "without an id"
+            msg = (
+                f"ring {owner} has {len(numbers)} coordinates, not three for each corner; "
+                "export the file again"
+            )
+            raise InputError(msg, ring=owner)
+        if numbers[:3] == numbers[-3:]:
+            del numbers[-3:]
+        self._held += _NUMBER * len(numbers)
+        if self._held > _AT_ONCE:
+            self._spend()
+        start = len(self._coordinates) // 3
+        self._coordinates += numbers
+        return list(range(start, start + len(numbers) // 3))
+
+    def _read_instance(self, level: str, shape: Any) -> dict[str, Any] | None:
+        """Place a shape that several objects share at a point."""
+        parts = {name_of(child): child for child in shape}
+        index = self._find_template(level, parts.get("relativeGMLGeometry"))
+        if index is None:
+            index = self._find_template(level, parts.get("relativeGeometry"))
+        point = parts.get("referencePoint")
+        anchor = None if point is None else next(point.iter("{*}pos"), None)
+        place = [] if anchor is None else list(map(float, (anchor.text or "").split()))
+        if index is None or len(place) != 3:
+            self._counts["implicit geometries left out whose shape the file does not hold"] += 1
+            return None
+        self._coordinates += place
+        geometry = {
+            "type": "GeometryInstance", "template": index,
+            "boundaries": [len(self._coordinates) // 3 - 1],
+        }  # fmt: skip
+        matrix = parts.get("transformationMatrix")
+        if matrix is not None and matrix.text:
+            geometry["transformationMatrix"] = list(map(float, matrix.text.split()))
+        return geometry
+
+    def _find_template(self, level: str, holder: Any | None) -> int | None:
+        """Return the number of a shape's template, which is read once."""
+        if holder is None:
+            return None
+        link = holder.get(HREF)
+        name = link.removeprefix("#") if link else None
+        if name in self._template_of:
+            return self._template_of[name]
+        shape = self._follow(link) if link else next(iter(holder), None)
+        if shape is None:
+            return None
+        kept, self._coordinates = self._coordinates, []
+        boundaries = [rings for rings, _ in self._find_patches(shape)]
+        found, self._coordinates = self._coordinates, kept
+        vertices, templates = self._templates["vertices-templates"], self._templates["templates"]
+        first = len(vertices)
+        vertices += np.reshape(found, (-1, 3)).tolist()
+        shifted = [[[first + i for i in ring] for ring in rings] for rings in boundaries]
+        templates.append({"type": "MultiSurface", "lod": level, "boundaries": shifted})
+        name = name or id_of(shape)
+        if name is not None:
+            self._template_of[name] = len(templates) - 1
+        return len(templates) - 1
+
+
+def _with_semantics(
+    kind: str, level: str, boundaries: list[Any], values: list[Any]
+) -> dict[str, Any]:
+    """Make a geometry of CityJSON whose surfaces' kinds are given by name, or None."""
+    flat = values if kind == "MultiSurface" else values[0]
+    names = sorted({value for value in flat if value is not None})
+    geometry: dict[str, Any] = {"type": kind, "lod": level, "boundaries": boundaries}
+    if names:
+        numbers = [None if value is None else names.index(value) for value in flat]
+        geometry["semantics"] = {
+            "surfaces": [{"type": name} for name in names],
+            "values": numbers if kind == "MultiSurface" else [numbers],
+        }
+    return geometry
+
+
+def _find_dimension(element: Any, ring: Any) -> int:
+    """Return the number of coordinates of each corner."""
+    for one in (element, ring):
+        told = one.get("srsDimension") or one.get("dimension")
+        if told:
+            return int(told)
+    return 3
