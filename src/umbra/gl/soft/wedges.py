@@ -208,6 +208,7 @@ class WedgePainter:
         program.set(
             keys=0, edges=1, light=plan.light, radius=light.radius, axis_u=axes[0],
             axis_v=axes[1], axis_n=axes[2], reach=self._find_reach(projection),
+            bottom=float(self._planner.floor - projection.eye[2]),
             **projection.uniforms(), **find_rays(projection),
         )  # fmt: skip
         return program
