@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.geometry import Geometry, Group, find_mirrored
-from umbra.gl.posing import Shape, find_welds, measure_shape
+from umbra.gl.posing import PosedShape, find_welds, measure_shape
 from umbra.rays.eye_count import FaceBlocks
 from umbra.scene import Scene
 from umbra.volume.adjacency import Caster, make_caster
@@ -124,7 +124,7 @@ class Body:
         self.stretch = 1.0 if self.is_still else float(lengths.max())
         self._world_bounds = None
 
-    def _take(self, shape: Shape) -> None:
+    def _take(self, shape: PosedShape) -> None:
         """Note what the vertices say of shells and components."""
         self.blocks = FaceBlocks(shape.blocks)
         self.is_inward = (shape.volumes < 0) & self.caster.is_closed

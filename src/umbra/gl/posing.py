@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from umbra.rays.eye_count import BLOCK
 from umbra.volume.adjacency import Caster, make_planes
 
-__all__ = ["Shape", "find_welds", "measure_shape"]
+__all__ = ["PosedShape", "find_welds", "measure_shape"]
 
 _DENT = 1e-6  # of a face's size: files in float32 dent what was meant flat
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class PosedShape:
     """
     What one pose of a caster's vertices tells.
 
@@ -45,7 +45,7 @@ class Shape:
     is_dented: NDArray[np.bool_]
 
 
-def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> Shape:
+def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> PosedShape:
     """Measure a caster whose vertices are these, (n_vertices, 3) float64 in its own frame [m]."""
     n_faces, n_components = len(caster.faces), len(caster.is_closed)
     planes = make_planes(vertices, caster.faces)
@@ -61,7 +61,7 @@ def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> Shape:
         vertices, caster.faces, caster.component, caster.edges, caster.edge_faces, planes,
         _DENT * largest, is_dented,
     )  # fmt: skip
-    return Shape(planes, bounds, blocks, volumes, is_dented)
+    return PosedShape(planes, bounds, blocks, volumes, is_dented)
 
 
 @njit(cache=True, nogil=True)
