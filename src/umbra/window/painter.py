@@ -2,12 +2,13 @@
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.devices import DEVICES
 from umbra.gl.context import Device, on_device, release_all
@@ -118,6 +119,7 @@ class ViewPainter:
         self.device, self.scene, self.ground, self.threads = device, scene, ground, threads
         self._warnings: list[str] = []
         self._no_cast: frozenset[int] = frozenset()
+        self._frames = ExitStack()
         self._begin()
         self.motion = Motion(scene)
         self.timers = Timers(device)
@@ -129,7 +131,7 @@ class ViewPainter:
             self.scene, self.ground, casters=self._list_casters(), device=self.device,
             softness=Softness(samples=SAMPLES), warn=warn,
         )  # fmt: skip
-        self._counter: FrameCounter | None = None
+        self._counter: tuple[str, Any] | None = None
         self._decorate()
 
     def _decorate(self) -> None:
@@ -215,6 +217,7 @@ class ViewPainter:
     @on_device
     def release(self) -> None:
         """Free all that is held on the device."""
+        self._frames.close()
         release_all(self.timers, self.overlays, self.profile, self.renderer)
 
     def _move(self, scene: Scene, no_cast: frozenset[int]) -> None:
@@ -260,17 +263,20 @@ class ViewPainter:
             with State(self.device) as state:
                 self.profile.draw_relief(state, self._relief[1], suns)
 
-    def _shade(self, view: ViewState, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
-        """Count and shade a picture on the CPU."""
-        if self._counter is None:
-            self._counter = FrameCounter(
-                self.scene,
-                self._list_casters(),
-                ground=self.ground,
-                threads=self.threads,
+    def _find_counter(self, device: str) -> Any:
+        """Give what a device counts frames by, kept until the scene or the device is another."""
+        if self._counter is None or self._counter[0] != device:
+            self._frames.close()
+            frames = DEVICES[device].open_frames(
+                self.scene, self.ground, casters=self._list_casters(), threads=self.threads,
                 warn=self._warnings.append,
-            )
-        counter, camera = self._counter, view.viewpoint.camera(size)
+            )  # fmt: skip
+            self._counter = device, self._frames.enter_context(frames)
+        return self._counter[1]
+
+    def _shade(self, view: ViewState, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
+        """Count and shade a picture on a device that does not draw in the window."""
+        counter, camera = self._find_counter(view.device), view.viewpoint.camera(size)
         lights = list(view.shining().values())
         marks = [time.perf_counter()]
         seen, frame = counter.see(camera)

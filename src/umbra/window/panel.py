@@ -329,8 +329,8 @@ def _draw_period(view: ViewState) -> ViewState:
     if view.profile_suns() is None:
         say("the sun is not up in this time", WARNING)
     period = view.period
-    end = "24:00" if period.end == DAY else Sun(minutes=period.end).clock()
-    put_label(f"{Sun(minutes=period.start).clock()} to {end}")
+    until = "24:00" if period.end == DAY else Sun(minutes=period.end).clock()
+    put_label(f"{Sun(minutes=period.start).clock()} to {until}")
     changed, ends = imgui.slider_int2("##period", [int(period.start), int(period.end)], 0, DAY, " ")
     if changed:
         start, end = (15.0 * round(minutes / 15) for minutes in ends)
