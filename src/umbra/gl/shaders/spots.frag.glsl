@@ -21,9 +21,9 @@ void main() {
         vec4 count = left - rest * BASE - 0.5 * BASE + middle;
         left = rest;
         vec4 used = vec4(lessThan(4.0 * float(d) + vec4(0.0, 1.0, 2.0, 3.0), vec4(n_spots)));
-        for (int k = 0; k < 3; ++k) {
-            hidden[k] += dot(used, step(0.5, count + float(k) - 1.0));
-        }
+        hidden.x += dot(used, step(1.5, count));
+        hidden.y += dot(used, step(0.5, count));
+        hidden.z += dot(used, step(-0.5, count));
         sums.x += dot(used, count);
         sums.y += dot(used, count * count);
     }

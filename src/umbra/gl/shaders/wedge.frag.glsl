@@ -38,6 +38,7 @@ float find_multiplicity(vec3 start, float half_weight, float turn) {
 
 void add_to_spots(vec3 line, vec2 a, vec2 b, float times) {
     bvec4 inside = bvec4(line.z > 0.0);
+    vec4 sums[PICTURES];
     for (int k = 0; k < PICTURES; ++k) {
         vec4 sum = vec4(0.0);
         for (int d = DIGITS - 1; d >= 0; --d) {
@@ -47,8 +48,28 @@ void add_to_spots(vec3 line, vec2 a, vec2 b, float times) {
             bvec4 beyond = greaterThan(line.x * x + line.y * y + line.z, vec4(0.0));
             sum = sum * BASE + vec4(notEqual(left, right)) * vec4(notEqual(beyond, inside));
         }
-        counts[k] = times * sum;
+        sums[k] = sum;
     }
+    // Strict compilers index outputs by constants alone.
+    counts[0] = times * sums[0];
+#if PICTURES > 1
+    counts[1] = times * sums[1];
+#endif
+#if PICTURES > 2
+    counts[2] = times * sums[2];
+#endif
+#if PICTURES > 3
+    counts[3] = times * sums[3];
+#endif
+#if PICTURES > 4
+    counts[4] = times * sums[4];
+#endif
+#if PICTURES > 5
+    counts[5] = times * sums[5];
+#endif
+#if PICTURES > 6
+    counts[6] = times * sums[6];
+#endif
 }
 #endif
 
