@@ -17,7 +17,7 @@ from support.shapes import box
 
 from umbra import read
 from umbra.gl.renderer import Renderer
-from umbra.window.handles import find_handles
+from umbra.window.handles import find_handles, project
 from umbra.window.painter import SMOOTH
 from umbra.window.view import SUN, find_ground
 
@@ -142,6 +142,23 @@ def test_walk_play_cpu_and_rest(display, model):
         time.sleep(2.0)
         assert find_processor_time(desk.process.pid) - before < 0.5
         assert desk.close()[0] == 0
+
+
+def test_the_part_under_the_mouse_casts_or_not(display, model):
+    with open_desk(display, model, "--no-cast", "hut") as desk:
+        first = desk.view()
+        assert first.no_cast == {1}
+        (place,) = project(first.viewpoint.camera(SIZE), np.array([[1.0, 1, 3]]))
+        display.do("mousemove", round(PANEL + place[0]), round(place[1]))
+        desk.press("x")
+        assert desk.view().no_cast == {0, 1}
+        desk.press("x", "5", "r")
+        shown = desk.view()
+        assert (shown.no_cast, shown.overlays, shown.mask_scale) == ({1}, {"components"}, 2)
+        display.do("mousemove", PANEL + 5, 5)  # the ground
+        desk.press("x")
+        assert desk.view().no_cast == {1}
+        assert desk.close() == (0, "", "")
 
 
 def test_a_window_closed_while_it_draws_leaves_no_process(display, model):
