@@ -21,7 +21,7 @@ def run(*arguments):
     return result
 
 
-@pytest.mark.parametrize("name", ["study", "frame", "silhouette"])
+@pytest.mark.parametrize("name", ["study", "walls", "frame", "silhouette"])
 def test_a_benchmark_prints_one_object(name):
     if name != "silhouette":
         pytest.importorskip("embreex")

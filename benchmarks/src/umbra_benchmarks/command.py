@@ -12,7 +12,7 @@ __all__ = ["command"]
 
 NAMES = (
     "study", "frame", "motion", "silhouette", "startup", "tools", "mcguire", "roettger", "wallner",
-    "weng", "soft",
+    "weng", "soft", "walls",
 )  # fmt: skip
 PEERS = ("ogre", "workbench")
 TOOLS = ("ladybug", "pybdshadow", "umep", "solweig")
@@ -76,7 +76,7 @@ def _parse_pythons(
     "models",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     multiple=True,
-    help="Measure this file's silhouettes too; for wallner, may be repeated.",
+    help="Measure this file too; for walls and wallner, may be repeated.",
 )
 def command(
     name: str,
@@ -93,8 +93,9 @@ def command(
     """
     Measure umbra against its peers, in turn in one process.
 
-    NAME is study (hours of shadow on a plan, against Embree), frame (one light in
-    one picture, against Embree), silhouette (edges, against VTK or numpy), startup
+    NAME is study (hours of shadow on a plan, against Embree), walls (on walls and
+    roofs, against Embree), frame (one light in one picture, against Embree), silhouette
+    (edges, against VTK or numpy), startup
     (time and memory of a whole umbra study) or tools (a day's study of a town against
     Ladybug, pybdshadow, UMEP and SOLWEIG: time, and error). frame --device gl draws a
     hundred spheres and a moving lamp, against OGRE and Blender's Workbench. motion
@@ -121,8 +122,8 @@ def command(
         msg = f"{who} is for {' and '.join(where)}"
         raise click.UsageError(msg)
 
-    if models and name != "wallner":
-        msg = "--model is for wallner"
+    if models and name not in {"wallner", "walls"}:
+        msg = "--model is for walls and wallner"
         raise click.UsageError(msg)
 
     def say(text: str) -> None:

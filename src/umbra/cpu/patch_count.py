@@ -56,6 +56,11 @@ class PatchCounter:
         self._binner = EdgeBinner(caster)
         self._tree = tree
 
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return len(self._patches.where)
+
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """
         Tell for each sun which samples are in shadow, cast or attached.
