@@ -15,6 +15,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.machine import use_threads
+from umbra.scene.mesh import multiply_rows
 
 __all__ = [
     "GROUND",
@@ -81,7 +82,7 @@ def rasterise_depth(
     view = DepthBuffer(
         np.full((rows, cols), key_range[0]), np.full((rows, cols), NOTHING, np.int32)
     )
-    points = vertices @ matrix[:, :3].T + matrix[:, 3]
+    points = multiply_rows(vertices, matrix[:, :3].T) + matrix[:, 3]
     use_threads(threads)
     _rasterise(points, faces, view.key, view.face, key_range[1], threads)
     return view
