@@ -8,7 +8,7 @@ from umbra.cpu.frame import FrameCounter
 from umbra.cpu.gloss import find_sky, reflect_light, reflect_sky
 from umbra.cpu.shade import compress, find_surfaces
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
-from umbra.scene.camera import BOUNCE, HORIZON, SKY
+from umbra.scene.camera import BOUNCE, HORIZON, SKY, find_ambient
 
 UP = np.array([[0.0, 0.0, 1.0]])
 RED = np.array([[0.8, 0.2, 0.1]])
@@ -82,7 +82,7 @@ def test_no_more_comes_out_than_went_in(metallic, roughness):
 
 def test_a_mirror_shows_the_sky_and_the_ground():
     smooth = one(1, 0)
-    zenith = reflect_sky(np.ones((1, 3)), *smooth, UP, UP, np.zeros(1))
+    zenith = reflect_sky(np.ones((1, 3)), *smooth, UP, UP, np.zeros((1, 3)))
     np.testing.assert_allclose(zenith, [SKY], atol=0.01)
     np.testing.assert_allclose(find_sky(np.array([1e-9 + 0.05]), np.zeros(1)), [HORIZON], atol=0.03)
     np.testing.assert_allclose(find_sky(np.array([-1.0]), np.zeros(1)), [BOUNCE])
@@ -147,3 +147,17 @@ def test_the_scale_of_normals_flattens_them():
 def test_shares_are_shares(name):
     with pytest.raises(umbra.InputError, match=f"{name} lies between 0 and 1; got 1.5"):
         Material(**{name: 1.5})
+
+
+def test_the_even_light_is_the_skys_and_the_grounds():
+    # By hand: (0.86 + 2 * 0.42) / 3 = 0.5667, 0.7033, 0.8633; their luminance is 0.6859.
+    above, level, below = find_ambient(np.array([1.0, 0.0, -1.0]))
+    np.testing.assert_allclose(above, 0.2 / 0.6859 * np.array([0.5667, 0.7033, 0.8633]), rtol=2e-4)
+    np.testing.assert_allclose(level, (above + below) / 2)
+    luminance = np.array([above, below]) @ (0.2126, 0.7152, 0.0722)
+    np.testing.assert_allclose(luminance, [0.2, 0.1])
+    # Light from a sky that runs so, summed over the upper half, is that of its closed form.
+    rise = (np.arange(2000) + 0.5) / 2000
+    dome = (1 - rise[:, None]) * HORIZON + rise[:, None] * SKY
+    summed = (2 * rise[:, None] * dome).mean(0)
+    np.testing.assert_allclose(above / above.sum(), summed / summed.sum(), rtol=1e-5)

@@ -5,8 +5,9 @@ import pytest
 from support.shapes import sheet
 
 from umbra.cpu.frame import FrameCounter
-from umbra.cpu.shade import AMBIENT, shade
+from umbra.cpu.shade import shade
 from umbra.scene import Camera, Material, Mesh, Part, make_scene, point_light, spot_light
+from umbra.scene.camera import FROM_SKY
 
 # A floor of 20 x 20 m from 10 m above, in 20 x 20 pixels of 1 m.
 FLOOR = sheet([(-10, -10, 0), (10, -10, 0), (10, 10, 0), (-10, 10, 0)])
@@ -35,7 +36,7 @@ def test_a_lamp_with_attenuation_and_range():
     np.testing.assert_array_equal(lit, distance < 6)
     assert 0 < lit.sum() < lit.size
     amount = 0.8 * (4 / distance) * (1 - (distance / 6) ** 4) / (1 + 0.1 * distance**2)
-    energy = AMBIENT + np.where(lit, amount, 0)[..., None] * (1, 0.5, 0)
+    energy = FROM_SKY + np.where(lit, amount, 0)[..., None] * (1, 0.5, 0)
     np.testing.assert_allclose(picture, encode(0.5 * energy), atol=1)
 
 
@@ -49,7 +50,7 @@ def test_what_glows_adds_its_own_light():
     dark = point_light((0, 0, -4))  # below the floor
     _, lit, picture = draw(dark, color=(0.5, 0.5, 0.5), emission=(0.25, 0, 0.5))
     assert not lit.any()
-    expected = encode(0.5 * AMBIENT + np.array([0.25, 0, 0.5]))
+    expected = encode(0.5 * FROM_SKY + np.array([0.25, 0, 0.5]))
     np.testing.assert_allclose(picture, np.broadcast_to(expected, picture.shape), atol=1)
 
 

@@ -71,12 +71,12 @@ def reflect_sky(
     roughness: NDArray[np.float64],
     normal: Vectors,
     eye: Vectors,
-    ambient: NDArray[np.float64],
+    ambient: Vectors,
 ) -> Vectors:
     """
     Find what surfaces reflect of an even ambient light and of the sky.
 
-    Parameters as in ``reflect_light``; ``ambient`` (n,) is the even light on a matte surface.
+    Parameters as in ``reflect_light``; ``ambient`` (n, 3) is the even light on a matte surface.
     """
     to_eye = np.maximum(_dot(normal, eye), 0.0)
     mirrored = 2.0 * to_eye[:, None] * normal - eye
@@ -87,7 +87,7 @@ def reflect_sky(
     head_on = _find_head_on(albedo, metallic)
     shown = head_on * (z - 1.04 * low)[:, None] + (w + 1.04 * low)[:, None]
     matte = (1.0 - shown) * (1.0 - metallic)[:, None] * albedo
-    return matte * ambient[:, None] + shown * find_sky(mirrored[:, 2], roughness)
+    return matte * ambient + shown * find_sky(mirrored[:, 2], roughness)
 
 
 def find_sky(up: NDArray[np.float64], roughness: NDArray[np.float64]) -> Vectors:

@@ -9,7 +9,7 @@ from umbra.cpu.gloss import reflect_light, reflect_sky
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Camera, Light, Material, Part, Scene
-from umbra.scene.camera import AMBIENT, GROUND_COLOR, HORIZON, SKY, find_exposure
+from umbra.scene.camera import GROUND_COLOR, HORIZON, SKY, find_ambient, find_exposure
 from umbra.scene.material import sample
 from umbra.scene.mesh import transform_points
 from umbra.soft import AreaLight
@@ -91,9 +91,9 @@ def find_colors(
     part = np.where(frame.part[seen] == GROUND, len(scene.parts), frame.part[seen])
     albedo, normal = find_surfaces(scene, frame, view)
     position = frame.position[seen]
-    ambient = AMBIENT * (0.75 + 0.25 * normal[:, 2])
+    ambient = find_ambient(normal[:, 2])
     is_unlit = np.array([material.is_unlit for material in materials])[part]
-    shown = albedo * np.where(is_unlit, 1.0, ambient)[:, None]
+    shown = albedo * np.where(is_unlit[:, None], 1.0, ambient)
     glossy = np.zeros(0, np.intp)
     if camera is not None and view is not None:
         glossy, (metallic, roughness) = find_gloss(scene, frame, view)

@@ -23,12 +23,13 @@ from umbra.gl.resources import Indices, Texture, TextureBuffer
 from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
-from umbra.scene.camera import AMBIENT, BOUNCE, GROUND_COLOR, HORIZON, SKY
+from umbra.scene.camera import BOUNCE, FROM_GROUND, FROM_SKY, GROUND_COLOR, HORIZON, SKY
 
 __all__ = ["SurfaceRenderer"]
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units; the next is a lamp's
 _GLOSS, _BUMPS = 5, 6
+_EVEN = {"from_sky": FROM_SKY, "from_ground": FROM_GROUND}
 
 
 class SurfaceRenderer:
@@ -173,7 +174,7 @@ class SurfaceRenderer:
                 projection=projection.clip_matrix,
                 height=float(ground - projection.eye[2]),
                 albedo=np.array(GROUND_COLOR),
-                ambient=AMBIENT,
+                **_EVEN,
                 **find_rays(projection),
             )
             plane.draw(12)
@@ -208,7 +209,7 @@ class SurfaceRenderer:
             table.bind(unit)
         program.set(
             normals=_NORMALS, uvs=_UVS, tints=_TINTS, image=_IMAGE, gloss=_GLOSS, bumps=_BUMPS,
-            ambient=AMBIENT, sky=np.array(SKY), horizon=np.array(HORIZON), bounce=np.array(BOUNCE),
+            sky=np.array(SKY), horizon=np.array(HORIZON), bounce=np.array(BOUNCE), **_EVEN,
             **projection.uniforms(), **find_rays(projection),
         )  # fmt: skip
         return program

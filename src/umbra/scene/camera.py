@@ -18,11 +18,14 @@ from umbra.scene.scene import Scene
 __all__ = [
     "AMBIENT",
     "BOUNCE",
+    "FROM_GROUND",
+    "FROM_SKY",
     "GROUND_COLOR",
     "HORIZON",
     "SKY",
     "Camera",
     "expose_lights",
+    "find_ambient",
     "find_exposure",
     "find_offsets",
 ]
@@ -33,7 +36,7 @@ SKY, HORIZON = (0.42, 0.60, 0.82), (0.86, 0.91, 0.95)
 BOUNCE = (0.25, 0.25, 0.24)
 """Of the ground in mirrors: some of it is in shadow."""
 AMBIENT = 0.20
-"""Of a white surface that looks up; half as much looking down."""
+"""Luminance of a white surface that looks up, without a light; half as much looking down."""
 _GOLDEN = (5**0.5 - 1) / 2
 _FARTHEST = 0.5  # that a ray may pass from its pixel's centre [pixels]
 
@@ -203,6 +206,24 @@ def find_offsets(samples: int) -> NDArray[np.float64]:
     number = np.arange(samples)
     rank = ((number + 1) * _GOLDEN % 1.0).argsort().argsort()
     return (np.stack([number, rank], 1) + 0.5) / samples - 0.5
+
+
+def _tint(color: NDArray[np.float64], luminance: float) -> NDArray[np.float64]:
+    """Give a colour a luminance (ITU-R BT.709)."""
+    return color * (luminance / float(color @ (0.2126, 0.7152, 0.0722)))
+
+
+# Light from a sky that runs from horizon to zenith as the sine of the height, on a surface that
+# looks up: the mean by the cosine is a third of the one and two of the other.
+FROM_SKY = _tint((np.array(HORIZON) + 2.0 * np.array(SKY)) / 3.0, AMBIENT)
+FROM_GROUND = _tint(np.array(GROUND_COLOR), 0.5 * AMBIENT)
+"""Even light from above and from below, (3,) linear RGB, as much of each as a surface faces."""
+
+
+def find_ambient(up: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Find the even light (n, 3) on surfaces whose normals rise by ``up``, -1 to 1."""
+    share = 0.5 + 0.5 * up[:, None]
+    return FROM_GROUND + share * (FROM_SKY - FROM_GROUND)
 
 
 def find_exposure(n_lights: int) -> float:

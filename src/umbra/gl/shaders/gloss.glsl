@@ -30,7 +30,7 @@ vec3 find_dome(float up, float roughness) {
 }
 
 // Of an even ambient light, and of the sky.
-vec3 reflect_sky(vec3 albedo, float metallic, float roughness, vec3 normal, vec3 eye, float ambient) {
+vec3 reflect_sky(vec3 albedo, float metallic, float roughness, vec3 normal, vec3 eye, vec3 ambient) {
     float to_eye = max(dot(normal, eye), 0.0);
     vec3 mirrored = 2.0 * to_eye * normal - eye;
     vec4 fit = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);

@@ -19,7 +19,7 @@ uniform float bump_scale;
 uniform vec3 forward;
 uniform bool is_perspective;
 
-uniform float ambient;            // on a white surface that looks up; half as much looking down
+#include "ambient.glsl"
 
 in vec3 at;
 #ifdef HAS_NORMALS
@@ -98,7 +98,7 @@ void main() {
     reflectance = vec3(0.0);
     rough = UNLIT;
 #else
-    float even = ambient * (0.75 + 0.25 * seen_normal.z);
+    vec3 even = find_ambient(seen_normal);
     vec3 before = emission + reflectance * even;
 #ifdef IS_GLOSSY
     metal = metallic;
