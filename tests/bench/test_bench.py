@@ -11,6 +11,7 @@ from umbra.cli.main import main
 from umbra.errors import UmbraError
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.command import command
+from umbra_benchmarks.growth import fit_exponent
 from umbra_benchmarks.measure import run_in_turn
 from umbra_benchmarks.scenes import make_boulder, make_suns, make_town
 
@@ -53,13 +54,57 @@ def test_a_table_is_for_people():
     assert len(lines) == 2 + 2 * 5
 
 
-def test_motion_measures_each_scene():
+@pytest.fixture
+def opengl():
     from umbra.gl.context import open_device  # noqa: PLC0415
 
     try:
         open_device().release()
     except UmbraError as error:
         pytest.skip(f"there is no OpenGL here: {error}")
+
+
+@pytest.mark.usefixtures("opengl")
+def test_growth_finds_exponents():
+    found = json.loads(run("growth", "--json").stdout)
+    axes = {axis["axis"]: axis for axis in found["axes"]}
+    assert list(axes) == ["triangles", "lights", "pixels", "stacked volumes"]
+    assert axes["triangles"]["numbers"] == [12 * 25, 12 * 100]
+    for axis in axes.values():
+        assert len(axis["numbers"]) == len(axis["calls_min_ms"]) == len(axis["frames_min_ms"])
+        assert min(axis["calls_min_ms"] + axis["frames_min_ms"]) > 0
+        assert np.isfinite([axis["calls_exponent"], axis["frames_exponent"]]).all()
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
+def test_an_exponent_is_that_of_the_cost(power):
+    numbers = [1, 10, 30, 200]
+    assert fit_exponent(numbers, [3.0 * n**power for n in numbers]) == pytest.approx(power)
+
+
+@pytest.mark.usefixtures("opengl")
+def test_gpu_times_passes_and_compares_counts():
+    found = json.loads(run("gpu", "--json").stdout)
+    assert set(found["features"]) == {"depth bounds", "timer queries", "reversed depth"}
+    sizes = {(row["lights"], row["samples"]) for row in found["frames"]}
+    assert sizes >= {(1, 1), (3, 1), (1, 4), (1, 8)}
+    for row in found["frames"]:
+        assert row["triangles"] == 12 * 25
+        assert row["calls_ms"] > 0
+        assert 0 < row["frame_min_ms"] <= row["frame_ms"]
+        assert row["passes_ms"]["surfaces"] > 0
+        assert row["passes_ms"]["shadows"] > 0
+    assert len(found["counts"]) == 6
+    deepest = {(row["scene"], row["light"]): row["deepest"] for row in found["counts"]}
+    assert deepest["300 plates", "sun"] == 300
+    assert {row["counts_in"] for row in found["counts"]} == {"stencil", "float"}
+    for row in found["counts"]:
+        assert row["differ"] <= 0.02 * row["compared"]
+        assert row["compared"] > 100
+
+
+@pytest.mark.usefixtures("opengl")
+def test_motion_measures_each_scene():
     found = json.loads(run("motion", "--json").stdout)
     assert found["driver"]
     assert len(found["rows"]) == 11

@@ -11,8 +11,8 @@ from umbra_benchmarks.report import BenchmarkRun
 __all__ = ["command"]
 
 NAMES = (
-    "study", "frame", "motion", "silhouette", "startup", "tools", "mcguire", "roettger", "wallner",
-    "weng", "soft", "walls",
+    "study", "frame", "motion", "growth", "gpu", "silhouette", "startup", "tools", "mcguire",
+    "roettger", "wallner", "weng", "soft", "walls",
 )  # fmt: skip
 PEERS = ("ogre", "workbench")
 TOOLS = ("ladybug", "pybdshadow", "umep", "solweig")
@@ -99,7 +99,9 @@ def command(
     (time and memory of a whole umbra study) or tools (a day's study of a town against
     Ladybug, pybdshadow, UMEP and SOLWEIG: time, and error). frame --device gl draws a
     hundred spheres and a moving lamp, against OGRE and Blender's Workbench. motion
-    measures gl frames in which a sun, 64 lamps, instances or a bending mesh move.
+    measures gl frames in which a sun, 64 lamps, instances or a bending mesh move;
+    growth how they cost more with triangles, lights, pixels and stacked volumes; gpu
+    what a graphics card makes of them, pass by pass, its counts beside the CPU's.
 
     The papers' tables, run again: mcguire (what each of three cases draws, and frames
     by each method), roettger (shadow masks without a stencil), wallner (silhouettes
