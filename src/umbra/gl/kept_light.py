@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.gl.open_components import Nearby, find_nearby
+from umbra.gl.nearby import Nearby, find_nearby
 from umbra.gl.overlap import KnownBound, bound_nearby
 from umbra.gl.volumes import BodyVolumes
 
@@ -34,6 +34,8 @@ class KeptLight:
 
     def touch(self, source: NDArray[np.float64], drawn: NDArray[np.bool_]) -> Nearby | None:
         """Find what the light nearly touches of the drawn shells, and of those drawn before."""
+        if not any(map(len, self.near)):
+            return None
         if self.touched is None or (drawn & ~self.touched).any():
             self.touched = drawn if self.touched is None else drawn | self.touched
             wanted, offset = [], 0

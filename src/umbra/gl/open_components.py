@@ -1,23 +1,14 @@
 """
-Lights in and near casters: what to open, where counts start, which faces to cut finer.
+Lights in and near casters: which they are, what to open, where counts start.
 
 Closed components must follow the open rule in some views, as the CPU device decides.
 
 Lit faces alone tell how deep a visible point lies only where its winding number is at
 least the light's (docs/papers.md, S1). That can fail only for a component that
 holds the light, or is wound inward; of most scenes there is none, and nothing is done.
-
-The far end of a point is its way from the light, which a shader takes as a difference of
-float32 numbers. A micrometre from an edge of a few metres that loses all that says where
-the edge's shadow goes, and the ways to the edge's ends are opposite: nothing spans the
-side between them. So near a lamp each edge and each face gets one more point, where it is
-nearest to the lamp, and the ways to it and to corners that are near are found in float64.
-Sides and caps are cut there alike, so volumes stay closed.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,20 +16,17 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.volumes import BodyVolumes
 from umbra.rays.eye_count import find_anchor, find_around
-from umbra.rays.holding import find_holders, find_near_faces
+from umbra.rays.holding import find_holders
 from umbra.scene import Camera
-from umbra.scene.mesh import transform_points
 from umbra.volume.adjacency import Caster
 from umbra.volume.box_tree import BoxTree
 
-__all__ = ["Nearby", "find_held", "find_near", "find_nearby", "find_opened", "find_start"]
+__all__ = ["REACH", "find_held", "find_near", "find_opened", "find_start"]
 
 _ATTEMPTS = 8
 _TILT = 1e-5  # a millimetre in a hundred metres
-_REACH = 1e-3
+REACH = 1e-3
 """Of a body's size: farther from a lamp float32 tells its shadows to some millimetres in 10 m."""
-
-_MOST = 2000  # faces; of a finer mesh the nearest
 
 
 def find_near(
@@ -53,7 +41,7 @@ def find_near(
     nothing = np.zeros((0, 2), np.intp)
     if light[3] == 0.0 or not bodies:
         return [nothing for _ in bodies]
-    reach = _REACH * max(body.size * body.stretch for body in bodies)
+    reach = REACH * max(body.size * body.stretch for body in bodies)
     found = tree.find_holding(light[:3] / light[3], reach)
     lists, first = [], 0
     for body in bodies:
@@ -88,7 +76,9 @@ def find_held(
     held : (n, 2) int
         Instance and face.
     """
-    held = []
+    held: list[NDArray[np.intp]] = []
+    if not len(near):
+        return near
     for instance in np.unique(near[:, 0]).tolist():
         transform = body.transforms[instance]
         coarse = np.abs(origin) + np.abs(transform[:3, 3])  # what the model's coordinates add
@@ -122,6 +112,9 @@ def find_opened(
     for instance in asked:
         light = lights[instance]
         shells = near[near[:, 0] == instance, 1]
+        shells = shells[_hold(body.bounds[shells], light)]
+        if not len(shells) and not body.any_inward:
+            continue
         suspects = body.is_inward | (body.caster.is_closed & _hold_components(body, shells, light))
         if not suspects.any():
             continue
@@ -132,7 +125,7 @@ def find_opened(
         found = _enclose(body, caster, eye, light)
         # Past a wall that the near plane cuts away the winding number is not the eye's.
         depth = np.append(forward, -forward @ (camera.eye - origin)) @ transform
-        cut = _reach_before(body, depth, camera.near) & suspects
+        cut = _reach_before(body, depth, camera.near, suspects)
         if cut.any():
             found |= cut & (find_around(caster, body.blocks, light) | body.is_inward)
         opened[instance] = found | (body.caster.is_closed & ~caster.is_closed)
@@ -150,12 +143,10 @@ def _hold(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np
 def _hold_components(
     body: Body, shells: NDArray[np.intp], light: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Tell which components' boxes hold a lamp that is near some shells, (n_components,)."""
+    """Tell which components' boxes hold a lamp that some shells' boxes hold, (n_components,)."""
     found = np.zeros(len(body.component_shell), np.bool_)
-    holding = shells[_hold(body.bounds[shells], light)]
-    if len(holding):
-        some = np.flatnonzero(np.isin(body.component_shell, holding))
-        found[some] = _hold(body.component_bounds[some], light)
+    some = np.flatnonzero(np.isin(body.component_shell, shells))
+    found[some] = _hold(body.component_bounds[some], light)
     return found
 
 
@@ -172,11 +163,19 @@ def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArra
     return anchor.enclosed
 
 
-def _reach_before(body: Body, depth: NDArray[np.float64], near: float) -> NDArray[np.bool_]:
-    """Tell which components have a face that reaches before the near plane."""
-    found = np.zeros(len(body.caster.is_closed), np.bool_)
-    along = body.caster.vertices @ depth[:3] + depth[3]
-    found[body.caster.component[along[body.caster.faces].min(1) < near]] = True
+def _reach_before(
+    body: Body, depth: NDArray[np.float64], near: float, suspects: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Tell which suspected components have a face that reaches before the near plane."""
+    found = np.zeros(len(suspects), np.bool_)
+    boxes = body.component_bounds
+    nearest = np.minimum(boxes[:, 0] * depth[:3], boxes[:, 1] * depth[:3]).sum(1) + depth[3]
+    asked = suspects & (nearest < near)
+    if asked.any():
+        faces = np.flatnonzero(asked[body.caster.component])
+        corners = body.caster.vertices[body.caster.faces[faces]]
+        reaches = (corners @ depth[:3] + depth[3]).min(1) < near
+        found[body.caster.component[faces[reaches]]] = True
     return found
 
 
@@ -239,141 +238,3 @@ def _end_rays(
                 is_clean &= anchor.is_clean
             offset += body.n_shells
     return start, is_clean
-
-
-@dataclass(frozen=True, eq=False)
-class Nearby:
-    """
-    Points near a light that name their far ends themselves.
-
-    Parameters
-    ----------
-    points : (n, 2, 3) float64
-        Place relative to the scene's origin, and unit vector from the light.
-    at_corner, on_edge, on_face : dict
-        One, two or three point numbers of the geometry, ascending -> which of these points
-        stands for the corner, or lies on the edge or face.
-    corners : (n,) int64
-        Points of the geometry from which any of this can be met, ascending.
-    """
-
-    points: NDArray[np.float64]
-    at_corner: dict[int, int]
-    on_edge: dict[tuple[int, int], int]
-    on_face: dict[tuple[int, ...], int]
-    corners: NDArray[np.int64]
-
-    def refine(self, numbers: NDArray[np.uint32], first: int) -> NDArray[np.uint32]:
-        """
-        Cut triangles (n,) uint32 where they are nearest to the light.
-
-        ``first`` is the number of the first of ``points``, after those of the geometry.
-        """
-        triangles = numbers.reshape(-1, 3)
-        is_near = np.isin(triangles >> 1, self.corners).any(1)
-        if not is_near.any():
-            return numbers
-        cut: list[tuple[int, int, int]] = []
-        for triangle in triangles[is_near].tolist():
-            cut += self._cut(triangle, first)
-        added = np.array(cut, np.uint32).ravel()
-        return np.concatenate([triangles[~is_near].ravel(), added])
-
-    def _cut(self, triangle: list[int], first: int) -> list[tuple[int, int, int]]:
-        """Cut one triangle at what lies on its edges, and within it if it is a face."""
-        rim, feet = [], []
-        for k, number in enumerate(triangle):
-            onward = triangle[(k + 1) % 3]
-            end = number & 1
-            stand = self.at_corner.get(number >> 1)
-            rim.append(number if stand is None else 2 * (first + stand) + end)
-            pair = (min(number, onward) >> 1, max(number, onward) >> 1)
-            foot = self.on_edge.get(pair) if end == onward & 1 else None
-            if foot is not None:
-                feet.append(len(rim))
-                rim.append(2 * (first + foot) + end)
-        ends = {number & 1 for number in triangle}
-        within = self.on_face.get(tuple(sorted(number >> 1 for number in triangle)))
-        if len(ends) == 1 and within is not None:
-            hub = 2 * (first + within) + ends.pop()
-            return [(hub, a, b) for a, b in pairwise([*rim, rim[0]])]
-        start = feet[0] if feet else 0
-        if len(feet) == 1:
-            start = (start + 2) % 4  # the corner across
-        rim = rim[start:] + rim[:start]
-        return [(rim[0], a, b) for a, b in pairwise(rim[1:])]
-
-
-def find_nearby(
-    volumes: list[BodyVolumes], light: NDArray[np.float64], near: list[NDArray[np.intp]]
-) -> Nearby | None:
-    """
-    Find what a light (4,), relative to the scene's origin, nearly touches; mostly nothing.
-
-    ``near`` are instances and shells of each body, of ``find_near``: only these are asked.
-    """
-    points: list[NDArray[np.float64]] = []
-    at_corner: dict[int, int] = {}
-    on_edge: dict[tuple[int, int], int] = {}
-    on_face: dict[tuple[int, ...], int] = {}
-    met: set[int] = set()
-    for each, mine in zip(volumes, near, strict=True):
-        body = each.body
-        reach = _REACH * body.size
-        for instance in np.unique(mine[:, 0]).tolist():
-            some = body.list_faces(mine[mine[:, 0] == instance, 1])
-            faces = find_near_faces(body.caster, body.blocks, each.lights[instance], reach, some)[
-                :_MOST
-            ]
-            if not len(faces):
-                continue
-            used, rows = np.unique(body.caster.faces[faces], return_inverse=True)
-            # From the light, so that what is near has all its digits.
-            apart = body.caster.vertices[used]
-            apart = transform_points(body.transforms[instance], apart) - light[:3]
-            numbers = body.first[instance] + used
-            for corners in rows.reshape(-1, 3):
-                names, ways = numbers[corners].tolist(), apart[corners]
-                _add_corners(names, ways, reach, at_corner, points)
-                _add_edges(names, ways, reach, on_edge, points)
-                _add_face(names, ways, reach, on_face, points)
-                met.update(names)
-    if not points:
-        return None
-    ways = np.array(points)
-    units = ways / np.linalg.norm(ways, axis=1, keepdims=True)
-    stacked = np.stack([ways + light[:3], units], 1)
-    return Nearby(stacked, at_corner, on_edge, on_face, np.array(sorted(met)))
-
-
-def _add_corners(
-    names: list[int], ways: NDArray, reach: float, at_corner: dict, points: list
-) -> None:
-    for name, way in zip(names, ways, strict=True):
-        if name not in at_corner and 0.0 < np.linalg.norm(way) < reach:
-            at_corner[name] = len(points)
-            points.append(way)
-
-
-def _add_edges(names: list[int], ways: NDArray, reach: float, on_edge: dict, points: list) -> None:
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        pair = (min(names[i], names[j]), max(names[i], names[j]))
-        a, b = (ways[names.index(name)] for name in pair)  # in one direction for both faces
-        along = b - a
-        part = -(a @ along) / (along @ along)
-        foot = a + part * along
-        if pair not in on_edge and 0.0 < part < 1.0 and 0.0 < np.linalg.norm(foot) < reach:
-            on_edge[pair] = len(points)
-            points.append(foot)
-
-
-def _add_face(names: list[int], ways: NDArray, reach: float, on_face: dict, points: list) -> None:
-    a, b, c = ways
-    normal = np.cross(b - a, c - a)
-    square = normal @ normal
-    nearest = ways[np.argmin(np.einsum("ij,ij->i", ways, ways))]
-    height = normal @ nearest / square if square > 0.0 else 0.0
-    is_over = all(normal @ np.cross(p, q) > 0.0 for p, q in ((a, b), (b, c), (c, a)))
-    if is_over and 0.0 < abs(height) * np.sqrt(square) < reach:
-        on_face[tuple(sorted(names))] = len(points)
-        points.append(height * normal)

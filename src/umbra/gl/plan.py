@@ -14,8 +14,8 @@ from umbra.gl.projection import Projection
 from umbra.gl.volumes import BodyVolumes
 from umbra.volume.bounds import can_end_at_floor, find_visible_parts
 from umbra.volume.box_tree import BoxTree
-from umbra.volume.placement import Placements, find_placement, find_placements
-from umbra.volume.regions import Regions, find_near_rectangle, make_regions
+from umbra.volume.placement import CastingFaces, Placements, any_meets, find_placements
+from umbra.volume.regions import Regions, make_regions
 
 __all__ = [
     "LIGHT_CAP",
@@ -143,8 +143,7 @@ def select(
     if scissor is not None and not (scissor[2:] > scissor[:2]).all():
         return none
     # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
-    above = bool((find_near_rectangle(clipping, origin)[:, 2] > floor).all())
-    may_cut = choices.cut and above
+    may_cut = choices.cut and projection.lowest > floor
     end = floor if may_cut else None
     sides = np.ones(n, np.bool_)
     if choices.cull:
@@ -198,15 +197,14 @@ def _ask_triangles(
         left -= int(body.face_starts[shell + 1] - body.face_starts[shell])
         if left < 0:
             break
-        found = find_placement(
-            (body.caster.vertices, body.caster.faces[each.casting(instance, shell)]),
-            regions=regions,
-            transform=None if body.is_still else body.transforms[instance],
-            bounds=body.bounds[shell],
-        )
-        placements.case[place], placements.needs_light_cap[place] = (
-            found.case, found.needs_light_cap,
-        )  # fmt: skip
+        mine = regions if body.is_still else regions.within(body.transforms[instance])
+        faces = body.caster.faces[each.casting(instance, shell)]
+        casting = CastingFaces(None, mine.light)
+        blocks = any_meets(body.caster.vertices, faces, mine.pyramid, casting)
+        is_seen = placements.needs_light_cap[place] and blocks
+        is_seen = is_seen and any_meets(body.caster.vertices, faces, mine.view, casting)
+        placements.case[place] = 1 if not blocks else 3 if is_seen else 2
+        placements.needs_light_cap[place] = is_seen
 
 
 def _find(volumes: list[BodyVolumes], number: int) -> tuple[BodyVolumes, int, int]:

@@ -200,6 +200,8 @@ class Planner:
         if self._last is None or self._last[0] != key or method == "z-pass":
             plans: list[VolumePlan] = []
             lists, nearby = [np.zeros(0, np.uint32)], [np.zeros((0, 2, 3))]
+            faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
+            use_threads(count_cores() if faces > _FEW_FACES else 1)
             origin = self.scene.origin
             sources = np.array([find_source(light, origin) for light in lights]).reshape(-1, 4)
             ranges = find_clip_ranges(projection.camera, origin, sources, lights)
@@ -331,8 +333,6 @@ class Planner:
     def _keep(self, number: int, camera: Camera, source: NDArray) -> KeptLight:
         """Find a light's volumes; those of the last frame where nothing moved."""
         old = self._kept[number] if number < len(self._kept) else None
-        faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
-        use_threads(count_cores() if faces > _FEW_FACES else 1)
         volumes: list[BodyVolumes] = []
         near = find_near(self.bodies, self.tree, source)
         for index, (body, mine) in enumerate(zip(self.bodies, near, strict=True)):
@@ -344,7 +344,7 @@ class Planner:
                 volumes.append(last)
                 continue
             made = BodyVolumes(body, lights, opened, held)
-            if last is not None:
+            if last is not None and len(lights) > 1:
                 made.inherit(last)
             volumes.append(made)
         same = old is not None and all(map(operator.is_, volumes, old.volumes))

@@ -87,6 +87,7 @@ class Program:
             if hasattr(self.handle[name], "write") and hasattr(self.handle[name], "location")
         }
         self._given: dict[str, Any] = {}
+        self._array: Any = None
         device.keep("program", self.handle.glo)
 
     def _explain(self, report: str, vertex: str, fragment: str) -> str:
@@ -127,12 +128,16 @@ class Program:
 
     def draw(self, count: int) -> None:
         """Draw triangles of so many vertices, made by the shader from their numbers alone."""
-        array = self._device.context.vertex_array(self.handle, [])
-        array.render(TRIANGLES, vertices=count)
-        array.release()
+        if self._array is None:
+            self._array = self._device.context.vertex_array(self.handle, [])
+            self._device.keep("vertex array", self._array.glo)
+        self._array.render(TRIANGLES, vertices=count)
 
     def release(self) -> None:
         """Free the program."""
+        if self._array is not None:
+            self._device.free("vertex array", self._array)
+            self._array = None
         self._device.gl.UseProgram(0)  # one in use would live on
         self._device.free("program", self.handle)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from umbra.scene import Camera, Light
 from umbra.volume.bounds import find_box_points, sort_boxes
-from umbra.volume.regions import find_view_planes
+from umbra.volume.regions import find_near_rectangle, find_view_planes
 from umbra.volume.scissor import (
     find_cone_scissor,
     find_depth_bounds,
@@ -127,6 +127,12 @@ class Projection:
         for array in arrays.values():
             array.setflags(write=False)  # so a program need not be given them twice
         return {**arrays, "before": self._find_before()}
+
+    @cached_property
+    def lowest(self) -> float:
+        """How low the near rectangle reaches at which volumes are clipped: z as of ``eye`` [m]."""
+        corners = find_near_rectangle(self.clipping, self.asked.eye - self.eye)
+        return float(corners[:, 2].min())
 
     @cached_property
     def rays(self) -> dict[str, object]:

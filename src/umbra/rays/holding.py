@@ -51,9 +51,10 @@ def find_holders(
     place = light[:3] / light[3]
     world = float(np.abs(origin).max())
     coarse = world + float(np.abs(place).max())
-    faces, apart, largest = _find_near(
-        caster, blocks, place, HOLDS * (coarse + np.abs(blocks.bounds).max(1)), among
-    )
+    margin = np.zeros(0)
+    if among is None:
+        margin = HOLDS * (coarse + np.abs(blocks.bounds).max(1))
+    faces, apart, largest = _find_near(caster, blocks, place, margin, among)
     size = np.maximum(largest, np.abs(place).max()) + world
     return np.sort(faces[apart <= HOLDS * size])
 

@@ -24,7 +24,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from umbra.scene.camera import Camera
 from umbra.volume.adjacency import Caster
-from umbra.volume.bounds import find_box_points, is_outside, sort_boxes
 from umbra.volume.regions import Regions, make_regions
 
 __all__ = [
@@ -83,14 +82,11 @@ def dark_cap_is_fan(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np
     (docs/papers.md, M3): only a light outside the bounds is safe. A directional light has no dark
     cap.
     """
-    bounds = np.asarray(bounds, np.float64)
-    light = np.asarray(light, np.float64)
-    low, high = bounds[..., 0, :], bounds[..., 1, :]
-    if light[3] == 0:
-        return np.ones(low.shape[:-1], np.bool_)
-    place = light[:3] / light[3]
-    margin = 1e-6 * (high - low).max(-1, keepdims=True)  # as for the cap itself
-    return np.asarray(~((place > low - margin) & (place < high + margin)).all(-1))
+    boxes = np.asarray(bounds, np.float64)
+    found = np.ones(boxes.shape[:-2], np.bool_)
+    for place in np.ndindex(found.shape):
+        found[place] = _is_fan(boxes[place], np.asarray(light, np.float64))
+    return found
 
 
 def find_placements(
@@ -105,23 +101,68 @@ def find_placements(
     Where ``is_drawn`` is False, a caster is not in the depth buffer: it needs its light cap
     counted in case 1, too, where it is in view.
     """
-    outside, inside = zip(
-        *(sort_boxes(planes, bounds) for planes in (regions.pyramid, regions.view)), strict=True
-    )
-    blocks, sees_box = ~outside[0], ~outside[1]
-    is_fan = dark_cap_is_fan(bounds, regions.light)
-    dark = np.zeros(len(bounds), np.bool_)
-    if regions.light[3] and blocks.any():
-        away = _away(find_box_points(bounds[blocks]), regions.light)
-        dark[blocks] = ~is_outside(regions.view, away)
-        dark |= ~is_fan
-    return Placements(
-        case=np.where(blocks, np.where(sees_box, 3, 2), 1).astype(np.int8),
-        undecided=blocks & ~(inside[0] & (inside[1] | ~sees_box)),
-        needs_light_cap=sees_box & (blocks | ~np.asarray(is_drawn)),
-        needs_dark_cap=dark & blocks,
-        dark_cap_is_fan=is_fan,
-    )
+    n = len(bounds)
+    case, found = np.zeros(n, np.int8), np.zeros((4, n), np.bool_)
+    drawn = np.broadcast_to(np.asarray(is_drawn, np.bool_), n)
+    bounds = np.asarray(bounds, np.float64)
+    _place(bounds, regions.pyramid, regions.view, regions.light, drawn, case, found)
+    return Placements(case, *found)
+
+
+@njit(cache=True, nogil=True)
+def _sort_box(planes, box):
+    """Tell whether a box lies wholly beyond a plane, and whether it lies within all."""
+    beyond, within = False, True
+    for k in range(planes.shape[0]):
+        lowest = highest = planes[k, 3]
+        for axis in range(3):
+            a, b = planes[k, axis] * box[0, axis], planes[k, axis] * box[1, axis]
+            lowest += min(a, b)
+            highest += max(a, b)
+        beyond |= highest < 0.0
+        within &= lowest >= 0.0
+    return beyond, within
+
+
+@njit(cache=True, nogil=True)
+def _is_thrown_beyond(planes, box, light):
+    """Tell whether the ends of a box's volume, at infinity, lie wholly beyond a plane."""
+    for k in range(planes.shape[0]):
+        highest = 0.0
+        for axis in range(3):
+            a, b = planes[k, axis] * box[0, axis], planes[k, axis] * box[1, axis]
+            highest += light[3] * max(a, b) - planes[k, axis] * light[axis]
+        if highest <= 0.0:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _is_fan(box, light):
+    """Tell what ``dark_cap_is_fan`` does of one box."""
+    margin = 0.0
+    for axis in range(3):
+        margin = max(margin, 1e-6 * (box[1, axis] - box[0, axis]))  # as for the cap itself
+    for axis in range(3):
+        place = light[axis] / light[3] if light[3] != 0.0 else np.inf
+        if not (box[0, axis] - margin < place < box[1, axis] + margin):
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _place(bounds, pyramid, view, light, is_drawn, case, found):
+    """Write cases, and the other four fields of ``Placements`` into rows of ``found``."""
+    for i in range(bounds.shape[0]):
+        beyond, within = _sort_box(pyramid, bounds[i])
+        unseen, seen_whole = _sort_box(view, bounds[i])
+        is_fan = _is_fan(bounds[i], light)
+        case[i] = 1 if beyond else 2 if unseen else 3
+        found[0, i] = not beyond and not (within and (seen_whole or unseen))
+        found[1, i] = not unseen and not (beyond and is_drawn[i])
+        if not beyond and light[3] != 0.0:
+            found[2, i] = not is_fan or not _is_thrown_beyond(view, bounds[i], light)
+        found[3, i] = is_fan
 
 
 def find_placement(
@@ -200,13 +241,6 @@ def _find_bounds(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
     if whole:
         rest = np.concatenate([rest, rows.min(0).reshape(64, 3), rows.max(0).reshape(64, 3)])
     return np.stack([rest.min(0), rest.max(0)])
-
-
-def _away(points: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points at infinity where the light throws points (..., 4)."""
-    away = light[3] * points - points[..., 3:] * light
-    away[..., 3] = 0.0
-    return away
 
 
 @dataclass(frozen=True, eq=False)
