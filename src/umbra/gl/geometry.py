@@ -312,6 +312,7 @@ def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> boo
 
 
 def _has_transform(scene: Scene, group: Group) -> bool:
+    """Tell whether a group's parts have a transform, applied to its vertices or not."""
     return scene.parts[group.parts[0]].transform is not None
 
 

@@ -17,7 +17,7 @@ from umbra.gl.casters import Body
 from umbra.gl.plan import STENCIL_MOST
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
-from umbra.volume.bounds import find_box_points
+from umbra.volume.bounds import find_box_points, move_boxes
 from umbra.volume.facing import find_sides
 
 __all__ = ["KnownBound", "bound_boxes", "bound_count", "bound_nearby", "find_most"]
@@ -56,8 +56,7 @@ def bound_count(
     if bound <= _SIGNED_MOST:
         return bound
     if any(len(each.body.component_shell) > each.body.n_shells for each in volumes):
-        corners, adds = _find_components(volumes, drawn)
-        bound = min(bound, _stack(corners, np.arange(8 * len(adds)).reshape(-1, 8), adds, light))
+        bound = min(bound, bound_boxes(*_find_components(volumes, drawn), light))
         if bound <= _SIGNED_MOST:
             return bound
     bound = min(bound, _count_in_rows(volumes, drawn, boxes, light))
@@ -147,18 +146,18 @@ def bound_boxes(
 def _find_components(
     volumes: list[BodyVolumes], drawn: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Give the corners (8 n, 3) of boxes around drawn components, and what each can add (n,)."""
-    corners, weights, offset = [np.zeros((0, 3))], [np.zeros(0, np.int64)], 0
+    """Give boxes (n, 2, 3) around drawn components, and what each can add (n,)."""
+    boxes, weights, offset = [np.zeros((0, 2, 3))], [np.zeros(0, np.int64)], 0
     for each in volumes:
         body = each.body
         for transform, opened in zip(body.transforms, each.opened, strict=True):
             mine = drawn[offset : offset + body.n_shells][body.component_shell]
             offset += body.n_shells
             if mine.any():
-                boxes = find_box_points(body.component_bounds[mine])[..., :3].reshape(-1, 3)
-                corners.append(transform_points(transform, boxes))
+                found = body.component_bounds[mine]
+                boxes.append(found if body.is_still else move_boxes(transform[None], found)[0])
                 weights.append(np.where(body.is_convex & ~opened, 1, body.n_faces)[mine])
-    return np.concatenate(corners), np.concatenate(weights)
+    return np.concatenate(boxes), np.concatenate(weights)
 
 
 def _find_casting(

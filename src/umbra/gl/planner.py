@@ -248,6 +248,7 @@ class Planner:
 
     @staticmethod
     def _warn(selection: Selection, method: str, warn: Callable[[str], object]) -> None:
+        """Tell where z-pass is wrong for a view."""
         if method == "z-pass" and (selection.case > 1).any():
             warn(
                 f"z-pass is wrong for this view: {int((selection.case > 1).sum())} casters stand "
