@@ -34,12 +34,13 @@ def test_one_object_says_times_and_errors():
             # Wedges are nearly exact; layers outside the hard shadow only darken.
             assert wedges["l1"] < 0.002
             assert 0.001 < row[where]["samples"]["l1"] < 0.006
+            assert row[where]["complexity"]["l1"] < 0.001
             assert weng["l1"] > 0.1
             assert weng["bias"] < 0
         if found["gl_device"] is None:
             assert row["gl_ms"] == {}
         else:
-            assert list(row["gl_ms"]) == ["hard", "samples", "wedges", "weng"]
+            assert list(row["gl_ms"]) == ["hard", "samples", "wedges", "complexity", "weng"]
             assert 0 < row["gl_ms"]["hard"] < row["gl_ms"]["samples"]
     assert "fig. 16" in found["rows"][0]["paper"]
     assert found["rows"][1]["paper"] is None

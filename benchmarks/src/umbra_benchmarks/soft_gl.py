@@ -10,7 +10,7 @@ from umbra.soft import AreaLight
 
 __all__ = ["FRAMES", "find_device_name", "time_frames"]
 
-FRAMES = ("hard", "samples", "wedges", "weng")
+FRAMES = ("hard", "samples", "wedges", "complexity", "weng")
 """What is timed, by its shadows."""
 
 

@@ -124,7 +124,7 @@ class GridCell:
 @dataclass(frozen=True)
 class Soft(BenchmarkReport):
     """
-    Three methods over polygon counts, and one over lengths and gaps.
+    Four methods over polygon counts, and one over lengths and gaps.
 
     Parameters
     ----------
@@ -169,10 +169,11 @@ class Soft(BenchmarkReport):
     def to_table(self) -> str:
         """Return a Markdown table that can be read as it stands."""
         head = [
-            "faces", "silhouette", "hard ms", "samples ms", "wedges ms", "Weng ms",
+            "faces", "silhouette", "hard ms", "samples ms", "wedges ms", "complexity ms", "Weng ms",
             "wedges / Weng", "wedges L1, bias, RMS, max", "Weng L1, bias, RMS, max",
             "hard L1, bias, RMS, max", "with the caster itself: wedges L1, Weng L1",
-            "gl frames ms: hard, samples, wedges, Weng", "gl: wedges / Weng, Weng / hard",
+            "gl frames ms: hard, samples, wedges, complexity, Weng",
+            "gl: wedges / Weng, Weng / hard",
             "Weng's paper",
         ]  # fmt: skip
         lines = [
@@ -182,6 +183,7 @@ class Soft(BenchmarkReport):
                 f"{1e3 * row.hard:.3g}",
                 f"{1e3 * row.seconds['samples']:,.0f}",
                 f"{1e3 * row.seconds['wedges']:.3g}",
+                f"{1e3 * row.seconds['complexity']:.3g}",
                 f"{1e3 * row.seconds['weng']:.3g}",
                 f"{row.seconds['wedges'] / row.seconds['weng']:.2f}",
                 *(_show(row.floor[name]) for name in ("wedges", "weng", "hard")),
@@ -219,7 +221,7 @@ class Soft(BenchmarkReport):
 
 
 def bench_weng(run: BenchmarkRun) -> Soft:
-    """Time samples, wedges and layers, and measure their errors, for a cube and balls."""
+    """Time all methods and measure their errors, for a cube and balls."""
     size = (96, 72) if run.quick else (800, 600)
     eye, target = np.array([-4.5, -6.0, 5.0]), np.array([-0.6, -0.4, 0.6])
     camera = Camera(eye, target, size=size, fov=45.0)
@@ -316,6 +318,7 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: b
     works: dict[str, Callable[[], NDArray]] = {
         "hard": lambda: (counter.count(view, camera, _LIGHT.light) == 0).astype(np.float32),
         "wedges": lambda: wedges.visibility(*seen, _LIGHT),
+        "complexity": lambda: complexity.visibility(*seen, _LIGHT),
         "weng": lambda: weng.visibility(*seen, _LIGHT, length=LENGTH, gap=GAP),
         "samples": lambda: samples.visibility(*seen, _LIGHT, samples=REFERENCE),
     }
@@ -333,7 +336,7 @@ def _measure(faces: int, camera: Camera, threads: int, repeat: int, *, has_gl: b
     errors = [
         {
             name: find_errors(found[name], truth, where)
-            for name in ("hard", "samples", "wedges", "weng")
+            for name in ("hard", "samples", "wedges", "complexity", "weng")
         }
         for where in (frame.part == GROUND, np.ones(frame.part.shape, np.bool_))
     ]
