@@ -16,7 +16,7 @@ from umbra.gl.context import release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
-from umbra.gl.programs import Program, Programs
+from umbra.gl.programs import Programs
 from umbra.gl.projection import Projection, find_rays, find_source
 from umbra.gl.soft.wedges import WedgePainter
 from umbra.gl.state import Pass, State
@@ -51,7 +51,7 @@ class SpotCounts:
         self._device, self._counter, self._n_spots = planner.device, counter, spots
         self._painter = WedgePainter(planner, _list_edges, has_normals=True)
         self._sum = Programs(self._device, "picture.vert.glsl", "spots.frag.glsl")
-        self._estimate = Program(self._device, "picture.vert.glsl", "complexity.frag.glsl")
+        self._estimate = Programs(self._device, "picture.vert.glsl", "complexity.frag.glsl")
         self._counts: dict[int, SharedDepthTarget] = {}
         self._sums = SharedDepthTarget(self._device, "rgba32f", "rgba32f")
         self._shares = SharedDepthTarget(self._device, "r32f")
@@ -87,11 +87,13 @@ class SpotCounts:
         for unit, (picture, place) in enumerate(((hard, 0), (counts, 0), (sums, 0), (sums, 1))):
             picture.bind(unit, place)
         self._painter.bind_keys(4)
-        self._estimate.set(
-            hard=0, parts=1, hidden=2, sums=3, keys=4, n_spots=float(len(spots)),
-            **find_rays(plan.projection),
-        )  # fmt: skip
-        self._estimate.draw(3)
+        for needs in ((), ("IS_DOUBTED",)):
+            program = self._estimate.find(*needs)
+            program.set(
+                hard=0, parts=1, hidden=2, sums=3, keys=4, n_spots=float(len(spots)),
+                **find_rays(plan.projection),
+            )  # fmt: skip
+            program.draw(3)
         return shares
 
     def _draw_counts(
@@ -111,15 +113,16 @@ class SpotCounts:
         self, state: State, hard: Target, counts: Target, sums: Target, n: int, digits: int
     ) -> None:
         """Add what the counts of n spots sum up to."""
-        program = self._sum.find(DIGITS=digits, BASE=f"{_DIGITS[digits]}.0")
+        pictures = len(counts.textures) - 1
+        program = self._sum.find(PICTURES=pictures, DIGITS=digits, BASE=f"{_DIGITS[digits]}.0")
         sums.use()
         state.use(Pass(color_write=True, blend="add"))
         hard.bind(0)
-        for place in range(1, len(counts.textures)):
-            counts.bind(1, place)
-            left = n - 4 * digits * (place - 1)
-            program.set(hard=0, counts=1, n_spots=left)
-            program.draw(3)
+        for place in range(pictures):
+            counts.bind(1 + place, 1 + place)
+        names = {f"counts{place}": 1 + place for place in range(pictures)}
+        program.set(hard=0, n_spots=n, **names)
+        program.draw(3)
 
     def _find_counts(self, pictures: int) -> SharedDepthTarget:
         if pictures not in self._counts:
