@@ -215,6 +215,10 @@ def test_in_a_notebook_a_picture_is_shown(scene, tmp_path):
         ({"site": "Vienna"}, "site is no Site but a str"),
         ({"device": "tpu"}, "not one of cpu, gl"),
         ({"size": (8,)}, "size has 2 whole numbers"),
+        ({"layer_gap": 0}, "layer_gap=0 do not make"),
+        ({"mask_scale": 3}, "mask_scale '3' is not one of 1, 2, 4"),
+        ({"no_cast": "tower"}, "no_cast='tower' matches no part"),
+        ({"animation": 0}, "the scene has no animation"),
         ({"date": "2026-02-30"}, "2026-02-30"),
     ],
 )

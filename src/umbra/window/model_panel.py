@@ -63,7 +63,8 @@ def draw_parts(view: ViewState, pattern: str, parts: Sequence[Part]) -> tuple[Vi
     clipper.begin(len(listed))
     while clipper.step():
         for number in listed[clipper.display_start : clipper.display_end]:
-            name = parts[number].name or parts[number].kind or "part"
+            part = parts[number]
+            name = ", ".join(filter(None, (part.name, part.kind))) or "part"
             changed, _ = imgui.checkbox(f"{name}##{number}", number not in view.no_cast)
             view = view.toggle_cast(number) if changed else view
     clipper.end()

@@ -102,9 +102,8 @@ def draw_panel(
     imgui.separator_text("Show")
     view = _draw_overlays(view)
     _, state.statistics = imgui.checkbox("Statistics", state.statistics)
-    if imgui.collapsing_header(
-        f"Parts that cast: {len(parts) - len(view.no_cast)} of {len(parts)}"
-    ):
+    casting = len(set(range(len(parts))) - view.no_cast)
+    if imgui.collapsing_header(f"Parts that cast: {casting} of {len(parts)}###parts"):
         view, state.pattern = draw_parts(view, state.pattern, parts)
     imgui.separator_text("Camera")
     view = _draw_camera(view, controls)
@@ -336,6 +335,7 @@ def _draw_period(view: ViewState) -> ViewState:
         start, end = (15.0 * round(minutes / 15) for minutes in ends)
         if start < end:
             view = replace(view, period=replace(period, start=start, end=end))
+    imgui.align_text_to_frame_padding()
     imgui.text_colored(DIM, "by")
     for minutes in (15.0, 30.0, 60.0):
         imgui.same_line()
