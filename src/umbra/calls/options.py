@@ -353,8 +353,10 @@ class ViewOptions:
 
     def __post_init__(self) -> None:
         check_types(self)
-        layers = {"length": self.layer_length, "gap": self.layer_gap}
-        Softness(**{name: one for name, one in layers.items() if one is not None})
+        Softness(
+            length=Softness.length if self.layer_length is None else self.layer_length,
+            gap=Softness.gap if self.layer_gap is None else self.layer_gap,
+        )
         if self.date is not None:
             from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
