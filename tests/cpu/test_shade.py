@@ -59,10 +59,3 @@ def test_what_is_unlit_shows_its_colour_in_light_and_in_shadow(height):
     _, _, picture = draw(point_light((0, 0, height)), color=(0.5, 0.25, 1), is_unlit=True)
     expected = encode(np.array([0.5, 0.25, 1]))
     np.testing.assert_allclose(picture, np.broadcast_to(expected, picture.shape), atol=1)
-
-
-def test_glass_is_drawn_as_if_it_were_opaque():
-    lamp = point_light((0, 0, 4))
-    _, _, solid = draw(lamp, color=(0.2, 0.4, 0.6))
-    _, _, glass = draw(lamp, color=(0.2, 0.4, 0.6), opacity=0.3)
-    np.testing.assert_array_equal(solid, glass)

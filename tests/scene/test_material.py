@@ -76,8 +76,22 @@ def test_pictures_go_on_beyond_their_edges(wrap, left, right):
 def test_what_lets_light_through_says_so():
     assert not Material().is_transparent
     assert Material(opacity=0.5).is_transparent
-    assert Material(alpha_mode="blend").is_transparent
-    assert not Material(alpha_mode="mask").is_transparent
+    assert not Material(alpha_mode="blend").transmits  # as exporters write what is opaque
+    assert not Material(alpha_mode="mask").transmits
+    assert Material(alpha_mode="mask", alpha_cutoff=1.1).has_holes  # nothing at all
+    half, whole = (make_image(np.full((2, 2, 4), level, np.uint8)) for level in (127, 255))
+    for image, transmits in ((half, True), (whole, False)):
+        assert Material(image=image, alpha_mode="blend").is_transparent == transmits
+        assert Material(image=image, alpha_mode="mask").has_holes == transmits
+        assert not Material(image=image).transmits
+    assert not Material(image=half, alpha_mode="mask").is_transparent
+
+
+def test_a_cutoff_written_in_decimals_means_a_whole_level():
+    image = make_image(np.full((1, 1, 4), 128, np.uint8))
+    for cutoff, is_hole in ((128 / 255, False), (0.501961, False), (0.50197, True)):
+        material = Material(image=image, alpha_mode="mask", alpha_cutoff=cutoff)
+        assert material.has_holes == is_hole
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from io import BytesIO
 from typing import Any, Literal, overload
 
@@ -43,11 +43,15 @@ class Picture:
     normal : (rows, cols, 3) float64
         Of the side that is seen.
     count : (n_lights, rows, cols) int32
-        Shadow volumes that hold the point.
+        Shadow volumes that hold the point, and triangles with holes in their texture that hide
+        the light.
     lit : (n_lights, rows, cols) bool
-        Whether the light reaches it.
+        Whether the light reaches it, whole or in part.
     visibility : (n_lights, rows, cols) float32, optional
-        Of soft shadows: the share of the light that casters leave.
+        Of soft shadows: the share of the light that opaque casters leave.
+    transmission : (n_lights, rows, cols, 3) float32, optional
+        Where parts are transparent or have holes in their texture: the share of the light, of
+        each colour, that these leave.
     """
 
     scene: Scene
@@ -58,6 +62,7 @@ class Picture:
     count: NDArray[np.int32]
     lit: NDArray[np.bool_]
     visibility: NDArray[np.float32] | None
+    transmission: NDArray[np.float32] | None
     _shade: Callable[[], NDArray[np.uint8]] = field(repr=False)
 
     @cached_property
@@ -72,7 +77,7 @@ class Picture:
 
     def arrays(self) -> dict[str, NDArray]:
         """Return the arrays by name, as ``umbra render`` writes them."""
-        names = ("position", "normal", "count", "lit", "visibility")
+        names = ("position", "normal", "count", "lit", "visibility", "transmission")
         found = {name: getattr(self, name) for name in names}
         return {name: array for name, array in found.items() if array is not None}
 
@@ -232,7 +237,7 @@ def draw_picture(
         Indices of the parts that cast; by default those of the options.
     """
     from umbra.calls.samples import PictureLights, average_colors  # noqa: PLC0415
-    from umbra.cpu.shade import encode, shade  # noqa: PLC0415
+    from umbra.cpu.shade import encode  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
 
     shining = list(lights) or _find_own_lights(scene, camera)
@@ -247,23 +252,26 @@ def draw_picture(
         view, frame = counter.see(camera)
         _warn_of_view(scene, camera, frame, threads, warn)
         shadows = PictureLights(counter, shining, sized, options)
-        seen = shadows.find(view, frame, camera)
+        layers = shadows.find_layers(view, frame, camera)
+        averaged = None
         if options.samples > 1:
-            colors = average_colors(scene, camera, shadows, (view, frame, seen))
-            draw: Callable[[], NDArray[np.uint8]] = partial(encode, colors)
-        else:
-            draw = partial(
-                shade, scene, frame, shining, seen.reached, view, seen.counts, sized, camera
-            )
+            averaged = average_colors(scene, camera, shadows, layers[0])
+
+    def draw() -> NDArray[np.uint8]:
+        return encode(shadows.find_colors(scene, camera, layers) if averaged is None else averaged)
+
+    seen = layers[0].seen
+    hidden = np.zeros((), np.int32) if seen.hidden is None else np.stack(seen.hidden)
     return Picture(
         scene,
         camera,
         shining,
         frame.position,
         frame.normal,
-        np.stack(seen.counts).astype(np.int32),
-        np.stack(seen.lit),
+        np.stack(seen.counts).astype(np.int32) + hidden,
+        np.stack(seen.lit) & (hidden == 0),
         None if seen.visibility is None else np.stack(seen.visibility),
+        None if seen.transmission is None else np.stack(seen.transmission),
         draw,
     )
 

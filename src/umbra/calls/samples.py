@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.calls.options import RenderOptions
+from umbra.cpu.layers import blend_layers, follow_lights, see_behind
 from umbra.cpu.shade import find_colors
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
@@ -22,7 +23,7 @@ from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import find_offsets
 from umbra.soft import AreaLight
 
-__all__ = ["PictureLights", "SeenLights", "average_colors"]
+__all__ = ["PictureLayer", "PictureLights", "SeenLights", "average_colors"]
 
 _HALF = 0.5  # of a light: what gets more is lit
 _STEP = 1 / 32  # between shares of a light in pixels side by side: more is an edge
@@ -34,13 +35,27 @@ class SeenLights:
     What each light does in one view, (rows, cols) each.
 
     ``lit`` is whether it reaches the surface, ``reached`` the same or what share of it arrives,
-    and ``visibility`` the share that casters leave, of soft shadows.
+    and ``visibility`` the share that casters leave, of soft shadows: all without parts that are
+    transparent or have holes, of which ``transmission``, (rows, cols, 3), is what they leave, and
+    ``hidden`` how many of their triangles hide the light.
     """
 
     counts: Sequence[NDArray[np.integer]]
     lit: Sequence[NDArray[np.bool_]]
     reached: Sequence[NDArray]
     visibility: Sequence[NDArray[np.float32]] | None = None
+    transmission: Sequence[NDArray[np.float32]] | None = None
+    hidden: Sequence[NDArray[np.int32]] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PictureLayer:
+    """One of the surfaces that pixels see, the lights there, and how opaque it is."""
+
+    view: DepthBuffer
+    frame: VisibleSurface
+    seen: SeenLights
+    opacity: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +96,45 @@ class PictureLights:
         counts: Sequence[NDArray] | None = None,
     ) -> SeenLights:
         """Find what the lights do in a view; ``counts``, if they are known, are its own."""
+        seen = self._find_whole(view, frame, camera, counts)
+        if self.counter.transmitters is None:
+            return seen
+        lights = self.lights if self.options.soft is None else self.sized
+        transmission, hidden = follow_lights(self.counter, view, camera, lights)
+        return replace(seen, transmission=transmission, hidden=hidden)
+
+    def find_layers(
+        self, view: DepthBuffer, frame: VisibleSurface, camera: Camera
+    ) -> list[PictureLayer]:
+        """Find what the lights do in a view, and in all that is seen through it."""
+        return [
+            PictureLayer(seen, places, self.find(seen, places, camera), opacity)
+            for seen, places, opacity in see_behind(self.counter, camera, view, frame)
+        ]
+
+    def find_colors(
+        self, scene: Scene, camera: Camera, layers: Sequence[PictureLayer]
+    ) -> NDArray[np.float64]:
+        """Find the linear RGB of layers over one another, (rows, cols, 3)."""
+        return blend_layers(
+            (
+                find_colors(
+                    scene, one.frame, self.lights, one.seen.reached, one.view, one.seen.counts,
+                    self.sized, camera, one.seen.transmission,
+                ),
+                one.opacity,
+            )
+            for one in layers
+        )  # fmt: skip
+
+    def _find_whole(
+        self,
+        view: DepthBuffer,
+        frame: VisibleSurface,
+        camera: Camera,
+        counts: Sequence[NDArray] | None,
+    ) -> SeenLights:
+        """Find what lights do that only opaque parts hide."""
         if self.options.mask_scale != 1:
             return self._find_by_mask(frame, camera)
         if counts is None:
@@ -114,10 +168,7 @@ class PictureLights:
 
 
 def average_colors(
-    scene: Scene,
-    camera: Camera,
-    lights: PictureLights,
-    middle: tuple[DepthBuffer, VisibleSurface, SeenLights],
+    scene: Scene, camera: Camera, lights: PictureLights, middle: PictureLayer
 ) -> NDArray[np.float64]:
     """
     Average the colours of the samples of each pixel.
@@ -128,15 +179,17 @@ def average_colors(
     camera : Camera
         Of the pixels' centres.
     lights : PictureLights
-    middle : (DepthBuffer, VisibleSurface, SeenLights)
-        What the pixels' centres see.
+    middle : PictureLayer
+        What the pixels' centres see at first.
 
     Returns
     -------
     colors : (rows, cols, 3) float64
         Linear RGB.
     """
-    view, frame, seen = middle
+    if lights.counter.transmitters is not None:
+        return _average_layers(scene, camera, lights)
+    view, frame, seen = middle.view, middle.frame, middle.seen
     sizes = lights.sized
     colors = find_colors(
         scene, frame, lights.lights, seen.reached, view, seen.counts, sizes, camera
@@ -162,6 +215,16 @@ def average_colors(
         )
         more[differs] += shown[differs] - colors[differs]
     return colors + more / samples
+
+
+def _average_layers(scene: Scene, camera: Camera, lights: PictureLights) -> NDArray[np.float64]:
+    """Average samples of each pixel, all of all layers: any of them may see another leaf."""
+    sums, samples = np.zeros(()), lights.options.samples
+    for across, down in find_offsets(samples).tolist():
+        other = replace(camera, offset=(across, down))
+        view, frame = lights.counter.see(other)
+        sums = sums + lights.find_colors(scene, other, lights.find_layers(view, frame, other))
+    return sums / samples
 
 
 def _find_textured(scene: Scene, frame: VisibleSurface) -> NDArray[np.bool_]:

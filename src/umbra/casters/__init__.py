@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene import Scene
 
-__all__ = ["WITH_LEAVES", "Canopy", "Season", "check_transmissivity"]
+__all__ = ["WITH_LEAVES", "Canopy", "Season", "check_transmissivity", "describe_opaque"]
 
 WITH_LEAVES = 0.03
 """Share of the light through leaves by default."""
@@ -153,6 +153,31 @@ class Canopy:
             "canopy_rule": "behind canopies alone an hour counts canopy_transmissivity hours of "
             "sun, however many of them; the rest of it is shadow",
         }
+
+
+def describe_opaque(
+    scene: Scene, casters: Sequence[int], canopy: Canopy | None = None
+) -> str | None:
+    """
+    Say which casters a study takes as opaque though light passes through them; None where none.
+
+    By their materials alone: textures are not decoded for it.
+    """
+    solid = casters if canopy is None else canopy.solid
+    parts = [scene.parts[index] for index in solid]
+    found = [
+        part.name
+        for part in parts
+        if part.material.opacity < 1
+        or (part.material.alpha_mode != "opaque" and part.material.image is not None)
+    ]
+    if not found:
+        return None
+    what = "1 part is" if len(found) == 1 else f"{len(found):,} parts are"
+    return (
+        f"{what} transparent or may have holes in the texture (first: '{found[0]}'), and cast "
+        "shadows as opaque ones do; canopy= lets a share of the light through"
+    )
 
 
 def check_transmissivity(

@@ -18,10 +18,12 @@ from umbra.cpu.volume_rasteriser import LANES, add_sides, find_nearest_tiles
 from umbra.errors import InputError
 from umbra.machine import use_threads
 from umbra.methods import METHODS, Softness
-from umbra.rays import VisibleSurface, locate
-from umbra.rays.depth import NOTHING, DepthBuffer, add_ground, rasterise_depth
+from umbra.rays import VisibleSurface
+from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.eye_count import FaceBlocks, find_cut_open, find_eye_count, find_faces_before
 from umbra.rays.holding import find_holders
+from umbra.rays.sight import Sight
+from umbra.rays.transmission import Transmitters, find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight, find_method
 from umbra.volume.adjacency import Caster, make_caster
@@ -70,6 +72,9 @@ class FrameCounter:
     threads : int
     warn : callable
         Told, in a line, where a forced method is wrong for a view.
+    transmits : bool
+        Count no volumes of parts that let light through: ``transmit`` follows it through them.
+        Else they are opaque, without holes, as in a study.
     """
 
     scene: Scene
@@ -77,12 +82,18 @@ class FrameCounter:
     ground: float | None = None
     threads: int = 1
     warn: Callable[[str], object] = lambda _: None
+    transmits: bool = True
     caster: Caster = field(init=False)
+    transmitters: Transmitters | None = field(init=False, default=None)
     _surface: "_Surface | None" = field(init=False, default=None)
-    _seen: "tuple[DepthBuffer, VisibleSurface] | None" = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        self.triangles = self.scene.triangles()
+        if self.transmits:
+            self.transmitters = make_transmitters(self.scene, self.casters)
+        if self.transmitters is not None:
+            self.casters = find_opaque(self.scene, self.casters)
+        self.sight = Sight(self.scene, self.transmitters, self.ground, self.threads)
+        self.triangles = self.sight.triangles
         chosen = self.scene.triangles(self.casters) if self.casters is not None else self.triangles
         groups = self.scene.groups()
         self.caster = make_caster(chosen.vertices, chosen.faces, groups[chosen.part])
@@ -96,22 +107,19 @@ class FrameCounter:
         view = self.look(camera)
         return view, self.locate(view, camera)
 
-    def look(self, camera: Camera) -> DepthBuffer:
-        """Find which face each pixel sees, and how near."""
-        origin = self.scene.origin
-        matrix = camera.matrix(origin)
-        soup = self.triangles
-        limits = camera.key_range()
-        view = rasterise_depth(soup.vertices, soup.faces, matrix, camera.size, limits, self.threads)
-        if self.ground is not None:
-            add_ground(view, matrix, self.ground - origin[2], limits)
-        return view
+    def look(self, camera: Camera, before: DepthBuffer | None = None) -> DepthBuffer:
+        """Find which face each pixel sees, and how near, behind what is before: `Sight.look`."""
+        return self.sight.look(camera, before)
 
     def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
         """Find the places of what a view of this camera shows."""
-        frame = locate(view, camera, self.triangles, self.ground)
-        self._seen = view, frame
-        return frame
+        return self.sight.locate(view, camera)
+
+    def transmit(
+        self, view: DepthBuffer, camera: Camera, light: Light
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Find what transmitting parts leave of a light, and what hides it: `Sight.transmit`."""
+        return self.sight.transmit(view, camera, light)
 
     def count(
         self, view: DepthBuffer, camera: Camera, light: Light, method: str = "auto"
@@ -189,10 +197,8 @@ class FrameCounter:
         """
         find = find_method(method)
         more = (softness or Softness()).select(method)
-        if self._seen is None or self._seen[0] is not view:
-            self.locate(view, camera)
-        assert self._seen is not None
-        return [find(self, view, self._seen[1], camera, light, **more) for light in lights]
+        frame = self.locate(view, camera)
+        return [find(self, view, frame, camera, light, **more) for light in lights]
 
     def with_caster(self, caster: Caster) -> "FrameCounter":
         """Return a counter of the same scene and another caster, for ``count_undrawn``."""
@@ -301,8 +307,9 @@ def count_shadows(
     Count the shadow volumes that hold each visible point.
 
     In closed meshes this is the number of lit surfaces between the point and the
-    light; a triangle that belongs to no closed mesh counts by itself. A point is in
-    shadow where the count is not 0, or where its surface is turned from the light.
+    light; a triangle that belongs to no closed mesh counts by itself, and so does one with a
+    texture of holes, where it has none. A point is in shadow where the count is not 0, or where
+    its surface is turned from the light.
 
     Parameters
     ----------
@@ -341,4 +348,5 @@ def count_shadows(
         raise InputError(msg, ground=ground)
     counter = FrameCounter(scene, ground=ground, threads=threads)
     view, _ = counter.see(camera)
-    return counter.count(view, camera, light, method).astype(np.int32)
+    counts = counter.count(view, camera, light, method).astype(np.int32)
+    return counts + counter.transmit(view, camera, light)[1]

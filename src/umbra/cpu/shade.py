@@ -40,8 +40,7 @@ def shade(
     exposure of one. What a material emits is added, and an unlit one shows its colour
     as it is.
 
-    A pixel shows the one surface that is nearest: transparent surfaces are drawn, and
-    cast, as if they were opaque, so that no shadow is missing behind glass.
+    What can be seen through is shaded as if it were opaque: it is a layer of ``layers.py``.
 
     Parameters
     ----------
@@ -83,8 +82,14 @@ def find_colors(
     counts: Sequence[NDArray[np.integer]] | None = None,
     areas: Sequence[AreaLight] = (),
     camera: Camera | None = None,
+    transmission: Sequence[NDArray] | None = None,
 ) -> NDArray[np.float64]:
-    """Find the linear RGB that ``shade`` shows, (rows, cols, 3); parameters as there."""
+    """
+    Find the linear RGB that ``shade`` shows, (rows, cols, 3).
+
+    Parameters as there; ``transmission``, (rows, cols, 3) for each light, is what glass and leaves
+    leave of it.
+    """
     rows, cols = frame.part.shape
     seen = frame.part != NOTHING
     materials = [part.material for part in scene.parts] + [Material(GROUND_COLOR)]
@@ -120,7 +125,10 @@ def find_colors(
         if len(glossy):
             toward = way[glossy] / away[glossy, None]
             reflected[glossy] = reflect_light(*mirror, toward, eye)
-        shown += share[:, None] * reflected * light.find_intensity(position)
+        color = light.find_intensity(position)
+        if transmission is not None:
+            color = color * transmission[number][seen]
+        shown += share[:, None] * reflected * color
     fade = np.linspace(0, 1, rows)[:, None, None]
     linear = np.broadcast_to((1 - fade) * SKY + fade * np.array(HORIZON), (rows, cols, 3)).copy()
     shown += np.array([material.emission for material in materials])[part]

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from umbra.rays import VisibleSurface
     from umbra.rays.depth import DepthBuffer
+    from umbra.rays.transmission import Transmitters
     from umbra.scene import Camera, Light, Scene
     from umbra.soft import AreaLight
 
@@ -20,13 +21,20 @@ __all__ = ["CountingDevice", "FrameCounts", "TileCounters"]
 
 
 class FrameCounts(Protocol):
-    """Counts shadows in frames of one scene."""
+    """Counts shadows in frames of one scene; ``transmitters`` are its parts that transmit light."""
+
+    scene: "Scene"
+    transmitters: "Transmitters | None"
 
     def see(self, camera: "Camera") -> "tuple[DepthBuffer, VisibleSurface]":
-        """Find what a camera sees."""
+        """Find what a camera sees; what can be seen through hides the rest, but for its holes."""
 
-    def look(self, camera: "Camera") -> "DepthBuffer":
-        """Find which face each pixel sees, and how near: the first half of ``see``."""
+    def look(self, camera: "Camera", before: "DepthBuffer | None" = None) -> "DepthBuffer":
+        """
+        Find which face each pixel sees, and how near: the first half of ``see``.
+
+        ``before`` is what is seen in front: only what is behind it is looked at.
+        """
 
     def locate(self, view: "DepthBuffer", camera: "Camera") -> "VisibleSurface":
         """Find the places of what a view of this camera shows: the second half."""
@@ -35,6 +43,11 @@ class FrameCounts(Protocol):
         self, view: "DepthBuffer", camera: "Camera", light: "Light", method: str = "auto"
     ) -> "NDArray[np.signedinteger]":
         """Count the shadow volumes that hold each visible point, (rows, cols)."""
+
+    def transmit(
+        self, view: "DepthBuffer", camera: "Camera", light: "Light"
+    ) -> "tuple[NDArray[np.float32], NDArray[np.int32]]":
+        """Find what transmitting parts leave of a light, and what hides it: `Sight.transmit`."""
 
     def find_visibility(
         self,

@@ -33,8 +33,6 @@ class Batch:
         Outward faces of closed components, whose backs nobody outside sees.
     is_sound : bool
         Solid, and the normals at all corners lean to the outside, too: no pixel need ask.
-    center : (3,) float64
-        Of what is transparent.
     """
 
     first: int
@@ -43,14 +41,13 @@ class Batch:
     has: tuple[str, ...]
     is_solid: bool
     is_sound: bool
-    center: NDArray[np.float64]
 
 
 def make_batches(
     scene: Scene, is_solid: NDArray[np.bool_] | None = None, bent: Container[int] = ()
 ) -> tuple[NDArray[np.intp], list[Batch]]:
     """
-    Put faces of one material together, those of a transparent part by themselves.
+    Put faces of one material together.
 
     Returns the order of the faces (n_faces,), batch after batch, in terms of
     ``scene.triangles()``, and the batches. ``is_solid`` is of ``find_solid_faces``; of the
@@ -59,10 +56,9 @@ def make_batches(
     numbers: dict[tuple, int] = {}
     kinds: list[tuple[Material, tuple[str, ...]]] = []
     batch_of_part = []
-    for index, part in enumerate(scene.parts):
+    for part in scene.parts:
         material, has = part.material, _list_carried(part)
-        # Transparent parts are drawn far to near, so each is a batch.
-        key = (_describe(material), has, index if material.is_transparent else -1)
+        key = (_describe(material), has)
         batch_of_part.append(numbers.setdefault(key, len(numbers)))
         if len(kinds) < len(numbers):
             kinds.append((material, has))
@@ -78,10 +74,8 @@ def make_batches(
         if first == end:
             continue
         (material, has), body = kinds[number // 3], number % 3
-        corners = soup.vertices[soup.faces[order[first:end]]]
-        center = corners.mean((0, 1)) if material.is_transparent else np.zeros(3)
         solid, sound = body != _OPEN, body == _SOUND
-        batches.append(Batch(first, end - first, material, has, solid, sound, center))
+        batches.append(Batch(first, end - first, material, has, solid, sound))
     return order, batches
 
 

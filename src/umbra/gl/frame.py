@@ -26,9 +26,11 @@ from umbra.gl.resources import Indices
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target
+from umbra.gl.transmission import SheerSurfaces, TransmitterTables
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface, locate
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
+from umbra.rays.transmission import find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight
 
@@ -73,8 +75,19 @@ class GlFrameCounter(DeviceUser):
         self.choices = choices or VolumeOptions(narrow=False)
         super().__init__(device)
         self.triangles = scene.triangles()
+        self.transmitters = make_transmitters(scene, casters)
+        faces = np.arange(len(self.triangles.faces))
+        self._n_opaque = len(faces)
+        if self.transmitters is not None:
+            casters = find_opaque(scene, casters)
+            opaque = np.setdiff1d(faces, self.transmitters.faces, assume_unique=True)
+            faces, self._n_opaque = np.append(opaque, self.transmitters.faces), len(opaque)
+        self._order = faces.astype(np.int32)  # what is opaque comes first
         local = None if ground is None else ground - scene.origin[2]
         with self.device.current():
+            tables = None
+            if self.transmitters is not None:
+                tables = TransmitterTables(self.device, self.transmitters)
             self.geometry = Geometry(self.device, scene)
             self.planner = Planner(self.device, scene, self.geometry, casters, local)
             self.counter = VolumeCounter(
@@ -84,11 +97,12 @@ class GlFrameCounter(DeviceUser):
             self.soft = SoftMethods(self.planner, self.counter, choices=self.choices)
             self._local_ground = local
             self._faces = Indices(self.device, 2 * self.geometry.n_points)
-            self._faces.write(self.geometry.faces.ravel())
+            self._faces.write(self.geometry.faces[self._order[: self._n_opaque]].ravel())
             self._surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
             self._plane = Program(self.device, "ground.vert.glsl", "face.frag.glsl")
+            self._sheer = SheerSurfaces(self.device, self.geometry, tables) if tables else None
         self._target: Target | None = None
-        self._seen: tuple[Camera, Projection] | None = None
+        self._seen: tuple[Camera, Projection, DepthBuffer | None] | None = None
         self.plan: VolumePlan | None = None
 
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
@@ -97,16 +111,31 @@ class GlFrameCounter(DeviceUser):
         return view, self.locate(view, camera)
 
     @on_device
-    def look(self, camera: Camera) -> DepthBuffer:
-        """Find which face each pixel sees, and how near: keys in float64, of the faces' planes."""
+    def look(self, camera: Camera, before: DepthBuffer | None = None) -> DepthBuffer:
+        """
+        Find which face each pixel sees, and how near: keys in float64, of the faces' planes.
+
+        ``before`` as in `Sight.look`.
+        """
         projection = self.planner.project(camera)
-        face = self._draw(camera, projection)
-        self._seen = camera, projection
-        return DepthBuffer(self._find_keys(face, camera), face)
+        face = self._draw(camera, projection, before)
+        self._seen = camera, projection, before
+        return DepthBuffer(self._find_keys(face, camera), face, before)
 
     def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
         """Find the places of what a view of this camera shows."""
         return locate(view, camera, self.triangles, self.ground)
+
+    @on_device
+    def transmit(
+        self, view: DepthBuffer, camera: Camera, light: Light
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Find what transmitting parts leave of a light, and what hides it: `Sight.transmit`."""
+        places = self.locate(view, camera).position
+        if self._sheer is None:
+            return np.ones(places.shape, np.float32), np.zeros(places.shape[:2], np.int32)
+        projection = self.planner.project(camera)
+        return self._sheer.trace(places, projection, light, self.scene.origin)
 
     @on_device
     def count(
@@ -129,7 +158,7 @@ class GlFrameCounter(DeviceUser):
         counts : (rows, cols) int32
             0 where nothing is seen; 1 for any shadow by a method of ``umbra.gl.masks``.
         """
-        projection, target = self._recall(camera)
+        projection, target = self._recall(view, camera)
         counter, method = self.masks.choose(method, self.counter)
         (self.plan,) = self.planner.plan(
             projection, [light], method, choices=self.choices, warn=self.warn
@@ -161,7 +190,7 @@ class GlFrameCounter(DeviceUser):
         """
         self.soft.refine(softness or Softness())
         soft = self.soft.choose(method)
-        projection, target = self._recall(camera)
+        projection, target = self._recall(view, camera)
         middles = [light.light for light in lights]
         plans = self.planner.plan(projection, middles, choices=self.choices, warn=self.warn)
         found = []
@@ -172,15 +201,18 @@ class GlFrameCounter(DeviceUser):
             found.append(np.where(view.face != NOTHING, shares.read(), 1).astype(np.float32))
         return found
 
-    def _recall(self, camera: Camera) -> tuple[Projection, Target]:
+    def _recall(self, view: DepthBuffer, camera: Camera) -> tuple[Projection, Target]:
         """Give what a camera's view was drawn with; draw it again if another came after it."""
-        if self._seen is None or self._seen[0] is not camera:
-            self.look(camera)
+        last = self._seen
+        if last is None or last[0] is not camera or last[2] is not view.before:
+            self.look(camera, view.before)
         assert self._seen is not None
         assert self._target is not None
         return self._seen[1], self._target
 
-    def _draw(self, camera: Camera, projection: Projection) -> NDArray[np.int32]:
+    def _draw(
+        self, camera: Camera, projection: Projection, before: DepthBuffer | None
+    ) -> NDArray[np.int32]:
         if self._target is None or self._target.size != tuple(camera.size):
             if self._target is not None:
                 self._target.release()
@@ -190,12 +222,19 @@ class GlFrameCounter(DeviceUser):
             state.use(_SURFACE)
             self.geometry.bind(self._surface)
             self._surface.set(**projection.uniforms(), first=0, step=1)
-            self._faces.draw(self._surface, 0, self.geometry.faces.size)
+            self._faces.draw(self._surface, 0, 3 * self._n_opaque)
             if self._local_ground is not None:
                 height = float(self._local_ground - projection.eye[2])
                 self._plane.set(**projection.uniforms(), height=height, first=GROUND, step=0)
                 self._plane.draw(12)
-        return np.ascontiguousarray(self._target.read())
+            if self._sheer is not None:
+                self._sheer.draw(state, projection, self._n_opaque, before)
+        face = np.ascontiguousarray(self._target.read())
+        if before is not None:
+            face[before.face == NOTHING] = NOTHING
+        if self._sheer is not None:
+            face[face >= 0] = self._order[face[face >= 0]]
+        return face
 
     def _find_keys(self, face: NDArray[np.int32], camera: Camera) -> NDArray[np.float64]:
         """Find the depth key of each pixel's centre on the plane of the face it sees."""
@@ -224,5 +263,5 @@ class GlFrameCounter(DeviceUser):
         return keys
 
     def _list_held(self) -> Iterable[Any]:
-        yield from (self._target, self._faces, self._surface, self._plane, self.soft)
-        yield from (self.counter, self.masks, self.planner, self.geometry)
+        yield from (self._target, self._faces, self._surface, self._plane, self._sheer)
+        yield from (self.soft, self.counter, self.masks, self.planner, self.geometry)

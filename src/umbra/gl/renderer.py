@@ -21,6 +21,7 @@ from umbra.gl.casters import Body
 from umbra.gl.context import Device, DeviceUser, on_device, release_all
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry, find_posed
+from umbra.gl.layers import TransparentLayers
 from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.small import SmallMasks
@@ -34,10 +35,12 @@ from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
 from umbra.gl.surfaces import SurfaceRenderer
 from umbra.gl.target import FACE, LIGHT, PLACE, PictureTargets, Target
+from umbra.gl.transmission import TransmitterTables
 from umbra.methods import Softness
+from umbra.rays.transmission import find_opaque
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import find_exposure
-from umbra.soft import AreaLight
+from umbra.soft import AreaLight, find_middles
 
 __all__ = ["Renderer"]
 
@@ -52,8 +55,8 @@ class Renderer(DeviceUser):
     ground : float, optional
         z of a plane that is drawn and receives shadows, in the model's own coordinates [m].
     casters : sequence of int, optional
-        Indices of the parts that cast; all by default. Parts with transparency or holes in
-        their texture never do here, unlike on the CPU.
+        Indices of the parts that cast; all by default. Light is followed through those with
+        transparency or holes in their texture (`umbra.rays.transmission`).
     device : Device, optional
         One of its own by default, released with the renderer.
     choices : VolumeOptions, optional
@@ -91,6 +94,7 @@ class Renderer(DeviceUser):
     scene: Scene
     geometry: Geometry
     planner: Planner
+    _tables: TransmitterTables | None
 
     def __init__(
         self,
@@ -108,22 +112,14 @@ class Renderer(DeviceUser):
         for part in scene.parts:
             _ = part.material.texture  # what cannot be decoded is told before anything is made
         self.choices, self.accumulate, self.warn = choices, accumulate, warn
-        self._softness = softness
-        # What is seen through is not in the depth buffer that counts rely on: it casts nothing.
-        seen_through = [
-            part.material.is_transparent or part.material.alpha_mode == "mask"
-            for part in scene.parts
-        ]
-        if any(seen_through):
-            some = range(len(scene.parts)) if casters is None else casters
-            casters = [index for index in some if not seen_through[index]]
-        self._casters, self._two_sided = casters, two_sided
+        self._softness, self._two_sided, self._ground_z = softness, two_sided, ground
+        self._casting, self._casters = casters, find_opaque(scene, casters)
         super().__init__(device)
-        self._ground_z = ground
         with self.device.current():
             self._build(scene)
             self.shading = Shading(self.device, is_glossy=self.surfaces.is_glossy)
             self.lamps, self.averaging = Lamps(self.device), Averaging(self.device)
+            self.layers = TransparentLayers(self.device)
         self.targets: PictureTargets | None = None
         self.statistics: list[Statistics] = []
         self.plans: list[VolumePlan] = []
@@ -149,14 +145,12 @@ class Renderer(DeviceUser):
         inward = [body.is_inward for body in self.planner.bodies]
         self.scene = scene
         self.planner.move(scene, groups)
-        release_all(self.soft, self.small)
+        release_all(self.soft, self.small, self._tables)
+        self._tables = TransmitterTables.of(self.device, scene, self._casting)
         if groups:
-            same = all(
-                np.array_equal(body.is_inward, was)
-                for body, was in zip(self.planner.bodies, inward, strict=True)
-            )
-            solid = None if same else self._find_solid(scene)
-            self.surfaces.bend(scene, solid)
+            pairs = zip(self.planner.bodies, inward, strict=True)
+            same = all(np.array_equal(body.is_inward, was) for body, was in pairs)
+            self.surfaces.bend(scene, None if same else self._find_solid(scene))
 
     def render(
         self,
@@ -212,13 +206,13 @@ class Renderer(DeviceUser):
         Where no light has a size, hard shadows may be counted in ``mask_scale`` times fewer
         columns and rows, and enlarged by a filter of ``upsampling``.
         """
-        middles = [light.light if isinstance(light, AreaLight) else light for light in lights]
-        softened = self.soft.select(lights if shadows else middles, soft)
+        middles = find_middles(lights)
+        softened = behind = self.soft.select(lights if shadows else middles, soft)
         if mask_scale > 1 and shadows and not softened.areas:
             softened = self.small.select(middles, method, mask_scale, mask_filter)
         # A counter that is made now measures the device, with a state of its own.
         counter, method = self.masks.choose(method, self.counter)
-        in_one = counter is self.counter and not softened.areas
+        in_one = counter is self.counter and not softened.areas and self._tables is None
         each, offsets = split_samples(self.device, samples, in_one=in_one)
         targets = self.targets = PictureTargets.fit(
             self.targets, self.device, camera.size, self.accumulate, each
@@ -226,17 +220,17 @@ class Renderer(DeviceUser):
         at_once = (
             len(lights) <= 1
             and self.accumulate != "rgba8"
-            and not self.surfaces.has_transparent
+            and self._tables is None
             and not softened.areas
         )
         with State(self.device) as state:
             for projection in self.averaging.take(state, targets, camera, offsets, self.planner):
                 self.projection = projection
-                given = (targets, projection, middles, counter, method, shadows)
+                how = (counter, method, shadows)
                 if at_once:
-                    self._draw_at_once(state, *given)
+                    self._draw_at_once(state, targets, projection, middles, *how)
                 else:
-                    self._draw_in_turn(state, *given, softened)
+                    self._draw_in_turn(state, targets, projection, lights, *how, softened, behind)
 
     @on_device
     def read(self) -> NDArray[np.uint8]:
@@ -247,6 +241,7 @@ class Renderer(DeviceUser):
 
     def _build(self, scene: Scene, before: Sequence[Body] = ()) -> None:
         self.scene = scene
+        self._tables = TransmitterTables.of(self.device, scene, self._casting)
         ground = self._ground_z
         self.ground = None if ground is None else float(ground - scene.origin[2])
         self.geometry = Geometry(self.device, scene)
@@ -269,7 +264,7 @@ class Renderer(DeviceUser):
         return find_solid_faces(scene, self.planner.bodies, self._casters)
 
     def _list_of_scene(self) -> Iterable[Any]:
-        yield from (self.surfaces, self.soft, self.small, self.masks)
+        yield from (self.surfaces, self.soft, self.small, self.masks, self._tables)
         yield from (self.counter, self.planner, self.geometry)
 
     def _draw_at_once(
@@ -310,26 +305,30 @@ class Renderer(DeviceUser):
         state: State,
         targets: PictureTargets,
         projection: Projection,
-        lights: Sequence[Light],
+        lights: Sequence[Light | AreaLight],
         counter: Counts,
         method: str,
         shadows: bool,
         softened: SoftLights,
+        behind: SoftLights,
     ) -> None:
         """Draw surfaces, add one light after the other, then what is transparent, and the sky."""
         with self._timed("surfaces"):
             self.draw_surface(state)
         self.device.gl.Flush()
-        plans = self._plan(projection, lights, method) if shadows else [None] * len(lights)
+        middles = find_middles(lights)
+        plans = self._plan(projection, middles, method) if shadows else [None] * len(lights)
         softened.begin(projection, plans)
         targets.light.use()
         self._add_lights(state, targets, projection, lights, plans, counter, softened)
+        shown = targets.surface
         if self.surfaces.has_transparent:
-            with self._timed("transparent"):
-                self.surfaces.draw_transparent(state, projection)
+            shown = self.layers.begin(targets)
+            for layer in self.layers.blend(state, self.shading, self.surfaces, projection, targets):
+                self._add_lights(state, layer, projection, lights, plans, counter, behind)
         targets.drawn.use()
         with self._timed("finish"):
-            self.shading.finish(state, targets.surface)
+            self.shading.finish(state, shown, is_laid=shown is not targets.surface)
 
     @on_device
     def draw_surface(self, state: State) -> None:
@@ -347,15 +346,15 @@ class Renderer(DeviceUser):
         state: State,
         targets: PictureTargets,
         projection: Projection,
-        lights: Sequence[Light],
+        lights: Sequence[Light | AreaLight],
         plans: Sequence[VolumePlan | None],
         counter: Counts,
         softened: SoftLights,
     ) -> None:
         origin, exposure = self.scene.origin, find_exposure(len(lights))
-        scissors = find_scissors(projection.camera, origin, lights)
-        for number, (light, plan) in enumerate(zip(lights, plans, strict=True)):
-            scissor = scissors[number]
+        middles = find_middles(lights)
+        scissors = find_scissors(projection.camera, origin, middles)
+        for number, (light, plan, scissor) in enumerate(zip(middles, plans, scissors, strict=True)):
             if scissor is not None and 0 in scissor[2:]:
                 continue
             with self._timed("shadows"):
@@ -367,6 +366,8 @@ class Renderer(DeviceUser):
             with self._timed("light"):
                 targets.light.use()
                 lamp = self.lamps.make(light, projection, origin, exposure)
+                if plan is not None and self._tables is not None:
+                    lamp = self._tables.weaken(lamp, lights[number], projection, origin)
                 given = (state, targets.surface, projection, lamp, scissor)
                 if plan is None or not self._spares_turned(counter, plan):
                     self.shading.add_light(*given, shares)
@@ -395,5 +396,5 @@ class Renderer(DeviceUser):
         return nullcontext() if self.timers is None else self.timers.measure(name)
 
     def _list_held(self) -> Iterable[Any]:
-        yield from (self.targets, self.shading, self.lamps, self.averaging)
+        yield from (self.targets, self.shading, self.lamps, self.averaging, self.layers)
         yield from self._list_of_scene()

@@ -22,6 +22,7 @@ from umbra.scene import Image
 
 __all__ = ["Indices", "Texture", "TextureBuffer", "Timers"]
 
+_NEAREST = 0x2600
 _TEXTURE_BUFFER, _SRGB8_ALPHA8, _RGBA8 = 0x8C2A, 0x8C43, 0x8058
 _FORMATS = {"rgba32f": 0x8814, "rg32f": 0x8230, "rgba8": 0x8058, "rg32i": 0x823B, "r32i": 0x8235}
 _WRAPS = {"repeat": 0x2901, "mirror": 0x8370, "clamp": 0x812F}
@@ -172,6 +173,32 @@ class Texture:
     def release(self) -> None:
         """Free it."""
         self._device.free("texture", self._texture)
+
+
+class FloatPicture:
+    """Numbers that were found for each pixel, (rows, cols, k) float32, row 0 at the top."""
+
+    def __init__(self, device: Device, values: NDArray[np.float32]) -> None:
+        self._device = device
+        rows, cols, channels = values.shape
+        pixels = np.ascontiguousarray(values[::-1], np.float32).tobytes()
+        self._texture = device.context.texture((cols, rows), channels, pixels, dtype="f4")
+        self._texture.filter = _NEAREST, _NEAREST
+        device.keep("texture", self._texture.glo)
+
+    def bind(self, unit: int) -> None:
+        """Let shaders find it at a texture unit."""
+        self._device.gl.bind_texture(unit, self._texture.glo)
+
+    def release(self) -> None:
+        """Free it."""
+        self._device.free("texture", self._texture)
+
+    def __enter__(self) -> "FloatPicture":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
 
 
 class Timers:

@@ -8,6 +8,7 @@ A `Lamp` is a light as shaders take it (``lamp.glsl``), with the picture that it
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,9 @@ from umbra.gl.target import ALBEDO, DARK, FACE, LIGHT, PLACE, Target
 from umbra.scene import Light
 from umbra.scene.camera import HORIZON, SKY
 
+if TYPE_CHECKING:
+    from umbra.gl.transmission import TransmitterTables
+
 __all__ = ["Lamp", "Lamps", "Scissor", "Shading"]
 
 _SLIDE = 4  # texture unit; those below are the surfaces'
@@ -34,11 +38,14 @@ class Lamp:
     needs: tuple[str, ...]
     uniforms: dict[str, object]
     slide: Texture | None
+    tables: "TransmitterTables | None" = None
 
     def bind(self) -> None:
-        """Put the picture that it projects, if any, where programs look for it."""
+        """Put the picture that it projects, and what weakens it, where programs look for them."""
         if self.slide is not None:
             self.slide.bind(_SLIDE)
+        if self.tables is not None:
+            self.tables.bind()
 
     def set(self, program: Program) -> None:
         """Tell a program that includes ``lamp.glsl``."""
@@ -117,6 +124,7 @@ class Shading:
             Programs(device, "picture.vert.glsl", f"{what}.frag.glsl")
             for what in ("light", "finish", "sky", "dark")
         )
+        self._over = Program(device, "picture.vert.glsl", "lay.frag.glsl")
 
     def add_light(
         self,
@@ -184,12 +192,27 @@ class Shading:
             **lamp.uniforms, **find_rays(projection),
         )  # fmt: skip
 
-    def finish(self, state: State, surface: Target) -> None:
-        """Turn the light on a surface over the sky into sRGB, in the target in use."""
+    def lay(self, state: State, surface: Target, shown: Target) -> None:
+        """Lay the light on a surface over what is shown behind it."""
+        shown.use()
+        state.use(Pass(color_write=True, blend="premultiplied"))
         surface.bind(_PLACES, LIGHT)
         surface.bind(_FACES, FACE)
+        self._over.set(light=_PLACES, faces=_FACES)
+        self._over.draw(3)
+
+    def finish(self, state: State, surface: Target, *, is_laid: bool = False) -> None:
+        """
+        Turn the light on a surface over the sky into sRGB, in the target in use.
+
+        Or, ``is_laid``, what ``lay`` put into the first attachment.
+        """
+        surface.bind(_PLACES, LIGHT)
+        if not is_laid:
+            surface.bind(_FACES, FACE)
+        needs = ("IS_LAID",) if is_laid else ()
         draw_samples(
-            state, Pass(color_write=True), self._finish, (), surface.samples,
+            state, Pass(color_write=True), self._finish, needs, surface.samples,
             light=_PLACES, faces=_FACES, **_describe_sky(surface),
         )  # fmt: skip
 
@@ -226,7 +249,7 @@ class Shading:
 
     def release(self) -> None:
         """Free the programs."""
-        release_all(self._light, self._finish, self._sky, self._dark)
+        release_all(self._light, self._over, self._finish, self._sky, self._dark)
 
 
 def _describe_sky(target: Target) -> dict[str, object]:

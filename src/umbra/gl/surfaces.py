@@ -22,13 +22,15 @@ from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Indices, Texture, TextureBuffer
 from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
+from umbra.gl.target import PLACE, Target
 from umbra.scene import Scene
 from umbra.scene.camera import BOUNCE, FROM_GROUND, FROM_SKY, GROUND_COLOR, HORIZON, SKY
+from umbra.scene.material import WRAPS
 
 __all__ = ["SurfaceRenderer"]
 
 _NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units; the next is a lamp's
-_GLOSS, _BUMPS = 5, 6
+_GLOSS, _BUMPS, _BEHIND = 5, 6, 7
 _EVEN = {"from_sky": FROM_SKY, "from_ground": FROM_GROUND}
 
 
@@ -126,10 +128,9 @@ class SurfaceRenderer:
             for index, (old, new) in enumerate(zip(self._scene.parts, scene.parts, strict=True))
             if old.mesh is not new.mesh
         }
-        sees_through = any(scene.parts[index].material.is_transparent for index in bent)
         self._scene = scene
         self._solid = self._solid if is_solid is None else is_solid
-        if is_solid is not None or sees_through or not bent <= self._bent:
+        if is_solid is not None or not bent <= self._bent:
             self._bent |= bent
             self._batches = self._sort(scene)
         for index, first in self._geometry.places():
@@ -179,19 +180,23 @@ class SurfaceRenderer:
             )
             plane.draw(12)
 
-    def draw_transparent(self, state: State, projection: Projection) -> None:
+    def draw_layer(
+        self, state: State, projection: Projection, behind: Target, *, is_first: bool
+    ) -> None:
         """
-        Blend what is transparent over the picture in use, the farthest part first.
+        Draw what is transparent, the farthest before what is ``behind``, into the target in use.
 
-        It is lit evenly, without shadows; depth is tested and not written.
+        Before: the target is cleared to 0, its depth to the nearest; ``behind`` is another surface
+        target, at first what is opaque. After: as after ``draw``, but for the light's alpha, which
+        is the opacity.
         """
-        glass = [batch for batch in self._batches if batch.material.is_transparent]
-        forward = projection.camera.axes()[2]
-        glass.sort(key=lambda batch: -float(forward @ batch.center))
-        state.use(Pass(depth_test="less", color_write=True, blend="premultiplied"))
-        for batch in glass:
-            program = self._set_up(projection, (*batch.has, "IS_TRANSPARENT"))
-            self._draw_batch(program, batch)
+        state.use(Pass(depth_test="greater", depth_write=True, color_write=True))
+        behind.bind(_BEHIND, PLACE)
+        for batch in self._batches:
+            if batch.material.is_transparent:
+                program = self._set_up(projection, (*batch.has, "IS_LAYER"))
+                program.set(is_first=is_first, behind=_BEHIND)
+                self._draw_batch(program, batch)
 
     def release(self) -> None:
         """Free programs, buffers and textures."""
@@ -223,11 +228,13 @@ class SurfaceRenderer:
         ):
             if image is not None:
                 self._images[id(image)].bind(unit)
+        if material.image is not None:
+            program.set(wraps=np.array([WRAPS.index(how) for how in material.image.wrap], float))
         program.set(
             color=np.array(material.color), opacity=material.opacity,
             emission=np.array(material.emission),
             is_mask=int(material.alpha_mode == "mask"),
-            is_blend=int(material.alpha_mode == "blend"), cutoff=material.alpha_cutoff,
+            is_blend=int(material.alpha_mode == "blend"), cutoff=material.cutoff_level,
             metallic=float(material.metallic), roughness=float(material.roughness or 0.0),
             bump_scale=float(material.normal_scale),
         )  # fmt: skip

@@ -15,6 +15,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.machine import use_threads
+from umbra.rays.transmission import Transmitters, find_cover
 from umbra.scene.mesh import multiply_rows
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "STRIPE",
     "DepthBuffer",
     "add_ground",
+    "add_transmitting",
     "bound",
     "rasterise_depth",
 ]
@@ -49,6 +51,7 @@ class DepthBuffer:
 
     key: NDArray[np.float64]
     face: NDArray[np.int32]
+    before: "DepthBuffer | None" = None
 
 
 def rasterise_depth(
@@ -84,8 +87,51 @@ def rasterise_depth(
     )
     points = multiply_rows(vertices, matrix[:, :3].T) + matrix[:, 3]
     use_threads(threads)
-    _rasterise(points, faces, view.key, view.face, key_range[1], threads)
+    _rasterise(points, faces, view.key, view.face, key_range[1], threads, None)
     return view
+
+
+def add_transmitting(
+    view: DepthBuffer,
+    transmitters: Transmitters,
+    matrix: NDArray[np.float64],
+    near: float = np.inf,
+    before: DepthBuffer | None = None,
+    threads: int = 1,
+) -> DepthBuffer:
+    """
+    Put the nearest transmitting triangle that is there, not a hole, in front of a view.
+
+    Parameters
+    ----------
+    view : DepthBuffer
+        Without them.
+    transmitters : Transmitters
+    matrix : (4, 4) float64
+        As in ``rasterise_depth``.
+    near : float
+        Key of the near limit.
+    before : DepthBuffer, optional
+        What is nearer than all that is looked for; behind what it does not see is nothing.
+    threads : int
+
+    Returns
+    -------
+    view : DepthBuffer
+        A new one; its faces are numbered as in ``Scene.triangles``.
+    """
+    corners, faces = transmitters.corners
+    key, face, t = view.key, view.face, transmitters
+    nearer = np.full(key.shape, np.inf)
+    if before is not None:
+        is_clear, nearer = before.face != NOTHING, before.key
+        key, face = np.where(is_clear, key, np.inf), np.where(is_clear, face, NOTHING)
+    key, row = key.copy(), np.full(face.shape, NOTHING, np.int32)
+    use_threads(threads)
+    points = corners @ matrix[:, :3].T + matrix[:, 3]
+    _rasterise(points, faces, key, row, near, threads, (nearer, t.rows, t.materials, t.texels))
+    face = np.where(row == NOTHING, face, t.faces[row].astype(np.int32)).astype(np.int32)
+    return DepthBuffer(key, face, before)
 
 
 def add_ground(
@@ -200,10 +246,28 @@ def _place_edge(p, i, j, line, k, sign, edge, span):
         edge[k, 4] = np.nan
 
 
+@njit(cache=True, nogil=True)
+def _is_there(skin, f, line, r, c, key, color):
+    """Tell whether a pixel sees a face, whose edges' lines in the picture are given."""
+    before, rows, materials, texels = skin
+    if key >= before[r, c]:
+        return False
+    w0 = line[0, 0] * c + line[0, 1] * r + line[0, 2]
+    w1 = line[1, 0] * c + line[1, 1] * r + line[1, 2]
+    w2 = line[2, 0] * c + line[2, 1] * r + line[2, 2]
+    total = w0 + w1 + w2
+    if total == 0.0:
+        return False
+    w0, w1, w2 = w0 / total, w1 / total, w2 / total
+    return find_cover(f, w0, w1, w2, rows, materials, texels, color) > 0.0
+
+
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _rasterise(points, faces, key, face, near, threads):
+def _rasterise(points, faces, key, face, near, threads, skin):
+    """Draw faces; those with a skin (see ``add_transmitting``) only where it is no hole."""
     n_rows, n_cols = key.shape
     for t in prange(threads):
+        color = np.empty(3)
         p = np.empty((3, 4))
         line = np.empty((3, 3))
         edge = np.empty((3, 6))
@@ -278,5 +342,7 @@ def _rasterise(points, faces, key, face, near, threads):
                 ):
                     value = at + slope[0] * c
                     if value > key[r, c] and value <= near:
+                        if skin is not None and not _is_there(skin, f, line, r, c, value, color):
+                            continue
                         key[r, c] = value
                         face[r, c] = f

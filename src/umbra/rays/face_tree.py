@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
 
-__all__ = ["DEEPEST", "FaceTree", "make_face_tree"]
+__all__ = ["DEEPEST", "FaceTree", "halve_boxes", "make_face_tree"]
 
 DEEPEST = 1024
 """Nodes that a search keeps waiting, at most."""
@@ -62,10 +62,7 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     ids = caster.faces[kept]
     corners = caster.vertices[ids]
     low, high = corners.min(1), corners.max(1)
-    order = np.arange(len(kept))
-    halves = np.zeros((max(2 * len(kept), 1), 6))
-    children = np.zeros(len(halves), np.int32)
-    _halve(low, high, (low + high) / 2, order, halves, children)
+    order, halves, children = halve_boxes(low, high)
     most = np.abs(corners).max(initial=0.0)
     touch = TOUCH * max(most, farthest)
     # A ray that is tried again is lifted over faces on which its point lies: see ``hidden``.
@@ -78,6 +75,22 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
         np.ascontiguousarray(ids[order]),
         np.hstack([(planes[kept] / length[kept, None])[order], np.full((len(kept), 1), touch)]),
     )
+
+
+def halve_boxes(
+    low: NDArray[np.float64], high: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.int32]]:
+    """
+    Split boxes, given by their corners (n, 3), in two, and each half again, down to one.
+
+    Returns their order; the boxes of nodes (2 n, 6); and of each node the first of its two
+    children, or the complement of a place in that order.
+    """
+    order = np.arange(len(low))
+    halves = np.zeros((max(2 * len(low), 1), 6))
+    children = np.zeros(len(halves), np.int32)
+    _halve(low, high, (low + high) / 2, order, halves, children)
+    return order, halves, children
 
 
 @njit(cache=True, nogil=True)

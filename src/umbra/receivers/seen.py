@@ -64,9 +64,11 @@ class ViewModel(Casting):
     def counter(self) -> FrameCounter:
         """Counter of frames of the scene, or of the shown parts alone."""
         if self.shown is None:
-            return FrameCounter(self.scene, self.casters, self.ground, self.threads)
+            return FrameCounter(
+                self.scene, self.casters, self.ground, self.threads, transmits=False
+            )
         alone = replace(self.scene, parts=tuple(self.scene.parts[k] for k in self.shown))
-        return FrameCounter(alone, None, self.ground, self.threads)
+        return FrameCounter(alone, None, self.ground, self.threads, transmits=False)
 
     def make_tile(self, grid: Grid) -> "ViewTile":
         """Look at the scene."""

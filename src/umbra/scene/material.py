@@ -13,6 +13,8 @@ __all__ = ["GREY", "Image", "Material", "make_image", "sample", "to_linear"]
 
 GREY = (0.72, 0.70, 0.67)
 ALPHA_MODES = ("opaque", "mask", "blend")
+_OPAQUE = 255  # level of a texture's alpha
+_NEAR_LEVEL = 1e-3
 WRAPS = ("repeat", "mirror", "clamp")
 
 Color = tuple[float, float, float]
@@ -184,10 +186,36 @@ class Material:
         given = (self.image, self.gloss_image, self.normal_image)
         return tuple(image for image in given if image is not None)
 
-    @property
+    @cached_property
     def is_transparent(self) -> bool:
-        """Whether light passes through."""
-        return self.opacity < 1 or self.alpha_mode == "blend"
+        """Whether any of it can be seen through, holes aside."""
+        return self.opacity < 1 or (self.alpha_mode == "blend" and self._least_alpha < _OPAQUE)
+
+    @cached_property
+    def has_holes(self) -> bool:
+        """Whether its texture's alpha cuts holes into it."""
+        return self.alpha_mode == "mask" and self._least_alpha < self.cutoff_level
+
+    @property
+    def transmits(self) -> bool:
+        """Whether light passes through any of it; `InputError` if its texture cannot be decoded."""
+        return self.is_transparent or self.has_holes
+
+    @cached_property
+    def cutoff_level(self) -> float:
+        """
+        The texture's alpha, 0 to 255, below which a mask is a hole; the same on every device.
+
+        Cutoffs written in decimals (0.502) may mean a whole level, so what is near one is that.
+        """
+        level = _OPAQUE * self.alpha_cutoff / self.opacity if self.opacity > 0 else np.inf
+        whole = np.rint(level)
+        return float(np.float32(whole if abs(level - whole) < _NEAR_LEVEL else level))
+
+    @property
+    def _least_alpha(self) -> int:
+        """The lowest alpha of its texture, 0 to 255."""
+        return _OPAQUE if self.texture is None else int(self.texture[..., 3].min())
 
 
 _DARK = 0.04045  # up to here sRGB is straight

@@ -31,6 +31,7 @@ __all__ = [
     "AreaLight",
     "ball_light",
     "find_method",
+    "find_middles",
     "make_axes",
     "rectangle_light",
     "size_lights",
@@ -38,6 +39,11 @@ __all__ = [
 
 SUN_RADIUS = 0.2665
 """Angle between the middle and the rim of the sun [degrees]."""
+
+
+def find_middles(lights: "Sequence[Light | AreaLight]") -> list[Light]:
+    """Return lights without their sizes."""
+    return [light.light if isinstance(light, AreaLight) else light for light in lights]
 
 
 def find_method(name: str) -> Callable[..., NDArray[np.float32]]:

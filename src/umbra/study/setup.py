@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import umbra
-from umbra.casters import Canopy
+from umbra.casters import Canopy, describe_opaque
 from umbra.casters.casting import select_casters
 from umbra.devices import StudyCounters, check_device, find_device
 from umbra.errors import InputError
@@ -256,6 +256,7 @@ class Setup:
             **self._describe_period(),
             **self.attribution.facts,
             **(self.canopy.facts if self.canopy else {}),
+            "opaque_rule": describe_opaque(scene, self.casters, self.canopy),
             "prepare_seconds": time.perf_counter() - self.begun - seconds,
             "count_seconds": seconds,
         }

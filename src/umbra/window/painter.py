@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.shade import shade
+from umbra.cpu.layers import blend_layers, follow_lights, see_behind
+from umbra.cpu.shade import encode, find_colors
 from umbra.devices import DEVICES
 from umbra.gl.context import Device, on_device, release_all
 from umbra.gl.plan import Statistics
@@ -18,7 +19,9 @@ from umbra.gl.resources import Timers
 from umbra.gl.state import State
 from umbra.gl.target import PictureTargets
 from umbra.methods import Softness
-from umbra.scene import Scene
+from umbra.rays import VisibleSurface
+from umbra.rays.depth import DepthBuffer
+from umbra.scene import Camera, Scene
 from umbra.soft import find_method
 from umbra.window.daylight import Suns
 from umbra.window.motion import Motion
@@ -279,11 +282,40 @@ class ViewPainter:
         counter, camera = self._find_counter(view.device), view.viewpoint.camera(size)
         lights = list(view.shining().values())
         marks = [time.perf_counter()]
-        seen, frame = counter.see(camera)
+        first = counter.see(camera)
         marks.append(time.perf_counter())
-        lit: list[NDArray]
+        areas = [] if view.soft == "none" else view.size_lights()
+        layers = [
+            (seen, frame, self._light(counter, view, seen, frame, camera), opacity)
+            for seen, frame, opacity in see_behind(counter, camera, *first)
+        ]
+        marks.append(time.perf_counter())
+        colors = blend_layers(
+            (
+                find_colors(self.scene, frame, lights, lit, seen, counts, areas, camera, left),
+                opacity,
+            )
+            for seen, frame, (lit, counts, left), opacity in layers
+        )
+        picture = encode(colors)
+        marks.append(time.perf_counter())
+        spent = 1e3 * np.diff(marks)
+        passes |= dict(zip(("see", "count", "shade"), spent.tolist(), strict=True))
+        return picture
+
+    def _light(
+        self,
+        counter: Any,
+        view: ViewState,
+        seen: DepthBuffer,
+        frame: VisibleSurface,
+        camera: Camera,
+    ) -> tuple[list[NDArray], list[NDArray], list[NDArray[np.float32]] | None]:
+        """Find what share of each light arrives, its counts, and what glass leaves of it."""
+        lights = list(view.shining().values())
         counts = [counter.count(seen, camera, light, view.method) for light in lights]
         areas = [] if view.soft == "none" else view.size_lights()
+        lit: list[NDArray]
         if not areas:
             lit = [frame.lit(n, light) for n, light in zip(counts, lights, strict=True)]
         else:
@@ -293,12 +325,9 @@ class ViewPainter:
                 find(counter, seen, frame, camera, area, **more) * frame.lit(none, area.light)
                 for area in areas
             ]
-        marks.append(time.perf_counter())
-        picture = shade(self.scene, frame, lights, lit, seen, counts, areas, camera)
-        marks.append(time.perf_counter())
-        spent = 1e3 * np.diff(marks)
-        passes |= dict(zip(("see", "count", "shade"), spent.tolist(), strict=True))
-        return picture
+        if counter.transmitters is None:
+            return lit, counts, None
+        return lit, counts, follow_lights(counter, seen, camera, areas or lights)[0]
 
     def _put(self, rgb: NDArray[np.uint8]) -> None:
         """Upload a picture made on the CPU in place of the one drawn."""

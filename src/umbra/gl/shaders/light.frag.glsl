@@ -1,4 +1,5 @@
-// What one light adds where it reaches, or as much of it as a share says (HAS_SHARE).
+// What one light adds where it reaches, or as much of it as a share says (HAS_SHARE), and as
+// triangles that transmit light leave of it (IS_TRANSMITTED).
 //
 // IS_TURNED: only to what is turned from it but for its smooth normal. SPARES_TURNED: to all else,
 // without the share that the face itself hides below its horizon.
@@ -8,6 +9,12 @@
 #include "picture.glsl"
 #include "lamp.glsl"
 #include "samples.glsl"
+#ifdef IS_TRANSMITTED
+#include "transmission.glsl"
+
+uniform vec4 sheer_lamps[16];  // points of the light, as many as count
+uniform int n_sheer_lamps;
+#endif
 
 uniform PICTURE places;      // normals and depth keys
 uniform PICTURE albedos;
@@ -26,6 +33,9 @@ float find_rise(float above) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 seen = texelFetch(places, pixel, which);
+    if (seen.w == 0.0) {
+        discard;
+    }
     vec3 place = find_seen(gl_FragCoord.xy, seen.w);
     vec3 lamplight = find_radiance(place), toward = find_toward(place);
 #ifdef HAS_SHARE
@@ -59,5 +69,14 @@ void main() {
         reflected = reflect_light(albedo, stored.a, rough, seen.xyz, toward, eye);
     }
 #endif
-    added = seen.w == 0.0 ? vec4(0.0) : vec4(lamplight * reflected, 0.0);
+#ifdef IS_TRANSMITTED
+    if (max(max(lamplight.r, lamplight.g), lamplight.b) * dot(reflected, vec3(1.0)) > 0.0) {
+        vec3 left = vec3(0.0);
+        for (int k = 0; k < n_sheer_lamps; ++k) {
+            left += trace_light(place, sheer_lamps[k]).rgb;
+        }
+        lamplight *= left / float(n_sheer_lamps);
+    }
+#endif
+    added = vec4(lamplight * reflected, 0.0);
 }

@@ -1,16 +1,16 @@
 // What is seen: normal, depth key, reflectance, and what shows before any light is switched
-// on; or, of a transparent surface, its colour over what lies behind. IS_SOUND: the normals lean
+// on. IS_LAYER: of a transparent surface, before what was drawn so far. IS_SOUND: the normals lean
 // to the only side that can be seen.
 
-#ifndef IS_TRANSPARENT
 #include "seen.glsl"
-#endif
+#include "texel.glsl"
 
 uniform vec3 color;        // reflectance
 uniform float opacity;
 uniform vec3 emission;
 uniform bool is_mask, is_blend;
-uniform float cutoff;      // of a mask's alpha
+uniform float cutoff;      // of a mask's alpha, in levels of 255
+uniform vec2 wraps;        // of the texture, as texel.glsl has it
 uniform sampler2D image;   // sRGB, decoded when fetched
 uniform float metallic, roughness;
 uniform sampler2D gloss;   // green multiplies roughness, blue metallic
@@ -32,23 +32,50 @@ in vec2 uv;
 in vec3 tint;
 #endif
 
-#ifdef IS_TRANSPARENT
-layout(location = 0) out vec4 shown;
+#ifdef IS_LAYER
+uniform sampler2D behind;  // normals and depth keys of what was drawn before
+uniform bool is_first;     // which is opaque: what is before nothing is seen, too
+
+const float STEP = 1.0 / 1048576.0;  // of a key: what is nearer is as far
 #endif
 
-#ifdef IS_UNLIT
-const float EVEN_LIGHT = 1.0;
-#else
-const float EVEN_LIGHT = 0.7;  // on transparent surfaces
+#ifdef HAS_IMAGE
+vec4 fetch_level(int col, int row) {
+    vec4 texel = texelFetch(image, ivec2(col, row), 0);
+    return vec4(texel.rgb, round(255.0 * texel.a));
+}
+
+// The texture between its four nearest texels, alpha in levels of 255, as transmission.glsl has it:
+// what is seen of a mask is what casts.
+vec4 find_texel() {
+    ivec2 size = textureSize(image, 0), how = ivec2(wraps);
+    vec2 place = uv * vec2(size) - 0.5;
+    ivec2 one = ivec2(floor(place));
+    vec2 share = place - floor(place);
+    int left = wrap_texel(one.x, size.x, how.x), right = wrap_texel(one.x + 1, size.x, how.x);
+    int above = wrap_texel(one.y, size.y, how.y), below = wrap_texel(one.y + 1, size.y, how.y);
+    vec4 a = fetch_level(left, above), b = fetch_level(right, above);
+    vec4 c = fetch_level(left, below), d = fetch_level(right, below);
+    vec4 upper = a + share.x * (b - a), lower = c + share.x * (d - c);
+    return upper + share.y * (lower - upper);
+}
 #endif
 
 void main() {
     vec4 texel = vec4(1.0);
-#ifdef HAS_UV
+    float alpha = opacity;
 #ifdef HAS_IMAGE
-    texel = texture(image, uv);
-#endif
-    if (is_mask && texel.a * opacity < cutoff) {
+    if (is_mask || is_blend) {
+        texel = find_texel();
+        if (is_mask && texel.a < cutoff) {
+            discard;
+        }
+        alpha = is_blend ? 1.0 - (255.0 - opacity * texel.a) / 255.0 : opacity;
+    } else {
+        texel = texture(image, uv);
+    }
+#else
+    if (is_mask && 255.0 < cutoff) {
         discard;
     }
 #endif
@@ -85,12 +112,15 @@ void main() {
     flat_normal = seen_normal;  // its terminator is that of the faces
 #endif
 
-#ifdef IS_TRANSPARENT
-    float alpha = opacity * (is_blend ? texel.a : 1.0);
-    shown = vec4(alpha * (reflectance * EVEN_LIGHT + emission), alpha);
-#else
     float depth = dot(at, forward);
     float key = is_perspective ? 1.0 / depth : -depth;
+#ifdef IS_LAYER
+    float last = texelFetch(behind, ivec2(gl_FragCoord.xy), 0).w;
+    bool is_nearer = last == 0.0 ? is_first : key > last + STEP * abs(last);
+    if (alpha <= 0.0 || !is_nearer) {
+        discard;
+    }
+#endif
     vec3 eye = is_perspective ? -normalize(at) : -forward;
     float metal = 0.0, rough = MATTE;
 #ifdef IS_UNLIT
@@ -112,5 +142,7 @@ void main() {
 #endif
 #endif
     store(Seen(reflectance, before, at, seen_normal, flat_normal, key, metal, rough, eye));
+#ifdef IS_LAYER
+    light.a = alpha;
 #endif
 }

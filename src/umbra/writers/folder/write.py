@@ -110,6 +110,8 @@ def fill_folder(
     Returns two lists of names: the result and the pictures in every ending; further files.
     """
     job = FolderJob(study, folder, outputs, options, painter, say)
+    if "opaque_rule" in study.facts:
+        say(f"note: {study.facts['opaque_rule']}")
     pictures, more = _fill_raster(job) if study.kind.is_raster else _fill_points(job)
     drawn = [str(Path(name).with_suffix(f".{e}")) for name in pictures for e in outputs.endings]
     return [RESULT, *drawn], more

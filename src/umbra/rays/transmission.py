@@ -1,0 +1,457 @@
+"""
+Light through triangles that are transparent or have holes in their texture.
+
+Such triangles cast no shadow volume. A ray from a visible point to the light crosses some of
+them, and each leaves of the light, of each colour,
+
+    (1 - a) (1 - a (1 - c))
+
+where it is crossed: a is its opacity there and c its colour. In a hole a is 0. What has a = 1 hides
+the light, and adds 1 to the shadow count, as any triangle of an open mesh does.
+
+Both devices follow this page: triangles are `Transmitters`, with a hierarchy of boxes in the
+order in which it is walked, whatever is hit; here in float64, in
+``gl/shaders/transmission.glsl`` in float32. The texture is looked up between its four nearest
+texels, never in smaller copies of it. Each edge is asked from its lower corner to its higher, so
+that of two triangles that share one a ray crosses one; one exactly through an edge or a corner
+counts as if it were a hair aside. A triangle that the point or the lamp
+lies on is not crossed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from umbra.machine import use_threads
+from umbra.rays.face_tree import halve_boxes
+from umbra.scene import Light, Material, Scene
+from umbra.scene.material import WRAPS, find_linear
+from umbra.scene.mesh import transform_points
+
+__all__ = ["POINTS", "Transmitters", "find_cover", "find_opaque", "make_transmitters"]
+
+POINTS = 16
+"""Points of a light with a size whose light is followed."""
+
+TOUCH = 2.0**-40
+"""Of the largest coordinate: how near a triangle's plane a point lies on it."""
+
+_ROW, _MATERIAL, _NODE = 32, 12, 8
+_CORNERS, _FLAGS, _LOOK, _UV, _TINT = slice(0, 12), 3, 7, 12, 20
+_KINDS = {"opaque": 0.0, "mask": 1.0, "blend": 2.0}
+_MASK, _BLEND = 1.0, 2.0
+_HIGH = 4096  # of a texel's number: float32 holds both parts exactly
+_MARGIN = 1e-9  # of the largest coordinate: so much are boxes enlarged
+_TINY = 1e-200
+_ASIDE = (0.61, 0.57, 0.33)
+_BLOCK = 256  # points that a thread takes at a time
+_LINEAR = find_linear(np.arange(256) / 255)
+
+
+@dataclass(frozen=True, eq=False)
+class Transmitters:
+    """
+    The triangles of a scene that light passes through in part, as both devices take them.
+
+    Parameters
+    ----------
+    faces : (n,) int64
+        Their numbers in ``Scene.triangles``; row by row.
+    rows : (n, 32) float64
+        Corners a, b, c in the scene's frame (x, y, z at 0, 4, 8) [m]; at 3 which edges run from
+        the higher to the lower corner (1: a b, 2: b c, 4: c a), at 7 the material; uv of the
+        corners from 12 on, their tints from 20 on.
+    nodes : (n_nodes, 8) float64
+        Lowest corner, the node to go on with where the box is missed; highest corner, the row of
+        a leaf, or -1. Only what casts is in it.
+    materials : (m, 12) float64
+        Colour and opacity; 0, 1 for a mask or 2 for blending, a mask's cutoff [levels], where its
+        texels begin (times 4096, and the rest); columns (0: no texture) and rows, wrap in u and v.
+    texels : (k, 4) uint8
+        Of all textures, sRGB with a linear alpha.
+    """
+
+    faces: NDArray[np.int64]
+    rows: NDArray[np.float64]
+    nodes: NDArray[np.float64]
+    materials: NDArray[np.float64]
+    texels: NDArray[np.uint8]
+
+    def trace(
+        self,
+        points: NDArray[np.float64],
+        light: Light,
+        origin: NDArray[np.float64],
+        threads: int = 1,
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """
+        Find what is left of a light on the way to some points.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            In the model's own coordinates [m].
+        light : Light
+        origin : (3,) float64
+            Of the scene.
+        threads : int
+
+        Returns
+        -------
+        left : (n, 3) float32
+            Share of the light, of each colour.
+        hidden : (n,) int32
+            Triangles on the way that leave nothing.
+        """
+        left, hidden = np.ones((len(points), 3), np.float32), np.zeros(len(points), np.int32)
+        place = light.local(origin)
+        coarse = max(
+            np.abs(values).max(initial=0.0)
+            for values in (points, light.position[:3] * light.position[3], self.rows[:, _CORNERS])
+        )
+        use_threads(threads)
+        _trace(
+            np.ascontiguousarray(points - origin), place, TOUCH * float(coarse), self.nodes,
+            self.rows, self.materials, self.texels, left, hidden,
+        )  # fmt: skip
+        return left, hidden
+
+    def find_opacity(
+        self, faces: NDArray[np.signedinteger], places: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """
+        Find how opaque visible points are, (n,): 1 where the face (n,) is none of these.
+
+        ``places`` (n, 3) are in the scene's frame. A mask that is seen is there, whatever rounding
+        says of its rim.
+        """
+        rows, opacity = self.find_rows(faces), np.ones(len(faces))
+        mine = np.flatnonzero(rows >= 0)
+        opacity[mine] = _find_opacity(
+            rows[mine], places[mine], self.rows, self.materials, self.texels
+        )
+        return opacity
+
+    def find_rows(self, faces: NDArray[np.signedinteger]) -> NDArray[np.intp]:
+        """Find the rows of faces, numbered as in ``Scene.triangles``; -1 for any other."""
+        order = self._order
+        place = np.searchsorted(self.faces, faces, sorter=order)
+        row = order[np.minimum(place, len(order) - 1)]
+        return np.where(self.faces[row] == faces, row, -1)
+
+    @cached_property
+    def corners(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        """Their corners, each place once, (k, 3), and which of them each has, (n, 3)."""
+        every = self.rows[:, _CORNERS].reshape(-1, 4)[:, :3]
+        places, which = np.unique(every, axis=0, return_inverse=True)
+        return places, which.reshape(-1, 3).astype(np.int32)
+
+    @cached_property
+    def _order(self) -> NDArray[np.intp]:
+        return np.argsort(self.faces)
+
+
+def make_transmitters(scene: Scene, casters: Sequence[int] | None = None) -> Transmitters | None:
+    """
+    Gather the triangles of a scene that transmit light; None where none does.
+
+    Parameters
+    ----------
+    scene : Scene
+    casters : sequence of int, optional
+        Parts that cast, all by default; the others are only seen through.
+
+    Raises
+    ------
+    InputError
+        If a texture cannot be decoded (which).
+    """
+    parts = [k for k, part in enumerate(scene.parts) if part.material.transmits]
+    if not parts:
+        return None
+    looks: dict[int, int] = {}
+    kinds: list[Material] = []
+    for index in parts:
+        material = scene.parts[index].material
+        if id(material) not in looks:
+            looks[id(material)] = len(kinds)
+            kinds.append(material)
+    rows = np.concatenate([_make_rows(scene, index, looks) for index in parts])
+    starts = np.cumsum([0] + [part.triangles for part in scene.parts])
+    faces = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in parts])
+    chosen = set(range(len(scene.parts)) if casters is None else casters)
+    casts = np.repeat([k in chosen for k in parts], [scene.parts[k].triangles for k in parts])
+    corners = rows[casts, _CORNERS].reshape(-1, 3, 4)[..., :3]
+    order, halves, children = halve_boxes(corners.min(1), corners.max(1))
+    first = np.concatenate([np.flatnonzero(casts)[order], np.flatnonzero(~casts)])
+    nodes = np.zeros((max(2 * len(corners) - 1, 0), _NODE))
+    _line_up(halves, children, _MARGIN * (1.0 + np.abs(corners).max(initial=0.0)), nodes)
+    materials, texels = _describe(kinds)
+    return Transmitters(faces[first], rows[first], nodes, materials, texels)
+
+
+def find_opaque(scene: Scene, casters: Sequence[int] | None = None) -> list[int] | None:
+    """
+    Find the parts, of some or of all (None), that let no light through.
+
+    None if these are all of a scene; raises as ``make_transmitters``.
+    """
+    some = range(len(scene.parts)) if casters is None else casters
+    found = [index for index in some if not scene.parts[index].material.transmits]
+    return None if casters is None and len(found) == len(some) else found
+
+
+def _make_rows(scene: Scene, index: int, looks: dict[int, int]) -> NDArray[np.float64]:
+    """Describe the triangles of a part, (n, 32)."""
+    part = scene.parts[index]
+    mesh, image = part.mesh, part.material.image
+    vertices = mesh.vertices
+    if part.transform is not None:
+        vertices = transform_points(part.transform, vertices)
+    rows = np.zeros((len(mesh.faces), _ROW))
+    corners = vertices[mesh.faces]
+    rows[:, _CORNERS].reshape(-1, 3, 4)[..., :3] = corners
+    rows[:, _FLAGS] = sum(
+        2**k * _is_after(corners[:, k], corners[:, (k + 1) % 3]) for k in range(3)
+    )
+    rows[:, _LOOK] = looks[id(part.material)]
+    if mesh.uv is not None and image is not None:
+        uv = np.nan_to_num(mesh.uv[mesh.faces].astype(np.float64), posinf=0.0, neginf=0.0)
+        # What repeats may begin near 0, where float32 has digits left for a part of a texel.
+        whole = 2.0 * np.floor(uv.min(1, keepdims=True) / 2.0)
+        uv -= np.where(np.array(image.wrap) == "clamp", 0.0, whole)
+        rows[:, _UV : _UV + 6] = uv.reshape(-1, 6)
+    tints = np.ones((len(corners), 3, 4))
+    if mesh.colors is not None:
+        tints[..., :3] = np.clip(mesh.colors[mesh.faces], 0.0, 1.0)
+    rows[:, _TINT:] = tints.reshape(-1, 12)
+    return rows
+
+
+def _is_after(one: NDArray[np.float64], two: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which places come after others, by x, then y, then z."""
+    x, y, z = ((one[:, k] > two[:, k], one[:, k] == two[:, k]) for k in range(3))
+    return np.asarray(x[0] | (x[1] & (y[0] | (y[1] & z[0]))))
+
+
+def _describe(kinds: Sequence[Material]) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """Write materials as rows, and their textures one after another."""
+    materials = np.zeros((len(kinds), _MATERIAL))
+    places: dict[int, int] = {}
+    texels = [np.zeros((1, 4), np.uint8)]
+    for row, material in zip(materials, kinds, strict=True):
+        row[:4] = *material.color, material.opacity
+        row[4:6] = _KINDS[material.alpha_mode], min(material.cutoff_level, 2.0 * _LINEAR.size)
+        image = material.image
+        if image is None:
+            continue
+        if id(image) not in places:
+            places[id(image)] = sum(map(len, texels))
+            texels.append(image.pixels.reshape(-1, 4))
+        row[6:8] = divmod(places[id(image)], _HIGH)
+        row[8:10] = image.pixels.shape[1::-1]
+        row[10:12] = [WRAPS.index(how) for how in image.wrap]
+    return materials, np.concatenate(texels)
+
+
+@njit(cache=True, nogil=True)
+def _line_up(halves, children, margin, nodes):
+    """Write a hierarchy's nodes in the order in which they are walked, each with the next."""
+    waiting = np.zeros(halves.shape[0] + 3, np.int64)  # nodes; as -1 - place, branches that end
+    size = 1 if nodes.shape[0] > 0 else 0
+    place = 0
+    while size > 0:
+        size -= 1
+        node = waiting[size]
+        if node < 0:
+            nodes[-1 - node, 3] = place
+            continue
+        nodes[place, :3] = halves[node, :3] - margin
+        nodes[place, 4:7] = halves[node, 3:] + margin
+        nodes[place, 7] = -1.0
+        child = children[node]
+        if child < 0:
+            nodes[place, 7] = ~child
+            nodes[place, 3] = place + 1
+        else:
+            waiting[size] = -1 - place
+            waiting[size + 1] = child + 1
+            waiting[size + 2] = child
+            size += 3
+        place += 1
+
+
+@njit(cache=True, nogil=True)
+def _find_texels(at, count, how):
+    """Find the texels on both sides of a place, and how far it is to the second."""
+    place = at * count - 0.5
+    first = np.floor(place)
+    share = place - first
+    one, two = np.int64(first), np.int64(first) + 1
+    if how == 2:  # clamp
+        one = min(max(one, 0), count - 1)
+        two = min(max(two, 0), count - 1)
+    elif how == 0:  # repeat
+        one = one % count
+        two = two % count
+    else:  # mirror
+        one = one % (2 * count)
+        two = two % (2 * count)
+        one = min(one, 2 * count - 1 - one)
+        two = min(two, 2 * count - 1 - two)
+    return one, two, share
+
+
+@njit(cache=True, nogil=True)
+def find_cover(f, w0, w1, w2, rows, materials, texels, color):
+    """
+    Find how opaque a triangle is at weights of its corners, 0 in a hole; write its colour.
+
+    The opacity is 1 exactly where nothing is let through.
+    """
+    row = rows[f]
+    look = materials[np.int64(row[7])]
+    for k in range(3):
+        color[k] = look[k] * (w0 * row[20 + k] + w1 * row[24 + k] + w2 * row[28 + k])
+    level = 255.0
+    cols = np.int64(look[8])
+    if cols > 0:
+        u = w0 * row[12] + w1 * row[14] + w2 * row[16]
+        v = w0 * row[13] + w1 * row[15] + w2 * row[17]
+        left, right, along = _find_texels(u, cols, np.int64(look[10]))
+        above, below, down = _find_texels(v, np.int64(look[9]), np.int64(look[11]))
+        start = np.int64(look[6]) * _HIGH + np.int64(look[7])
+        a, b = texels[start + above * cols + left], texels[start + above * cols + right]
+        c, d = texels[start + below * cols + left], texels[start + below * cols + right]
+        # Between equal levels this gives that level, to the bit.
+        upper = np.float64(a[3]) + along * (np.float64(b[3]) - np.float64(a[3]))
+        lower = np.float64(c[3]) + along * (np.float64(d[3]) - np.float64(c[3]))
+        level = upper + down * (lower - upper)
+        for k in range(3):
+            high = _LINEAR[a[k]] + along * (_LINEAR[b[k]] - _LINEAR[a[k]])
+            low = _LINEAR[c[k]] + along * (_LINEAR[d[k]] - _LINEAR[c[k]])
+            color[k] *= high + down * (low - high)
+    if look[4] == _MASK:
+        return look[3] if level >= look[5] else 0.0
+    if look[4] == _BLEND:
+        return 1.0 - (255.0 - look[3] * level) / 255.0
+    return look[3]
+
+
+@njit(cache=True, nogil=True)
+def _invert(x):
+    """Return 1 / x, or a finite number as large for 0, which no box's corner makes NaN."""
+    if abs(x) < _TINY:
+        return 1.0 / _TINY if x >= 0.0 else -1.0 / _TINY
+    return 1.0 / x
+
+
+@njit(cache=True, nogil=True)
+def _cross(f, p, light, way, touch, rows, weights):
+    """Tell whether a ray from p, ``way`` to the light, crosses a triangle; write where."""
+    row = rows[f]
+    ux, uy, uz = row[4] - row[0], row[5] - row[1], row[6] - row[2]
+    vx, vy, vz = row[8] - row[0], row[9] - row[1], row[10] - row[2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    at_p = nx * (p[0] - row[0]) + ny * (p[1] - row[1]) + nz * (p[2] - row[2])
+    at_light = (
+        nx * (light[0] - light[3] * row[0])
+        + ny * (light[1] - light[3] * row[1])
+        + nz * (light[2] - light[3] * row[2])
+    )
+    if abs(at_p) <= touch * length or abs(at_light) <= light[3] * touch * length:
+        return False
+    if (at_p > 0.0) == (at_light > 0.0):
+        return False
+    flags = np.int64(row[3])
+    inside = 0
+    total = 0.0
+    for k in range(3):
+        turned = flags >> k & 1
+        i, j = 4 * k, 4 * ((k + 1) % 3)
+        if turned:
+            i, j = j, i
+        ax, ay, az = row[i] - p[0], row[i + 1] - p[1], row[i + 2] - p[2]
+        bx, by, bz = row[j] - p[0], row[j + 1] - p[1], row[j + 2] - p[2]
+        side = (
+            way[0] * (ay * bz - az * by)
+            + way[1] * (az * bx - ax * bz)
+            + way[2] * (ax * by - ay * bx)
+        )
+        if side == 0.0:  # through the edge: as if the ray were a hair aside
+            side = _TINY * (
+                _ASIDE[0] * (way[1] * (bz - az) - way[2] * (by - ay))
+                + _ASIDE[1] * (way[2] * (bx - ax) - way[0] * (bz - az))
+                + _ASIDE[2] * (way[0] * (by - ay) - way[1] * (bx - ax))
+            )
+        inside += (side >= 0.0) != (turned == 1)
+        side = -side if turned else side
+        weights[(k + 2) % 3] = side
+        total += side
+    if inside not in (0, 3) or total == 0.0:
+        return False
+    for k in range(3):
+        weights[k] /= total
+    return True
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _trace(points, light, touch, nodes, rows, materials, texels, left, hidden):
+    """Walk the hierarchy for each point; multiply what every triangle on the way leaves."""
+    n = points.shape[0]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        way, inverse, color, weights = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+        for i in range(block * _BLOCK, min(n, block * _BLOCK + _BLOCK)):
+            p = points[i]
+            for k in range(3):
+                way[k] = light[k] - light[3] * p[k]
+                inverse[k] = _invert(way[k])
+            node = 0
+            while node < nodes.shape[0]:
+                near = 0.0
+                far = 1.0 if light[3] > 0.0 else np.inf
+                for k in range(3):
+                    a = (nodes[node, k] - p[k]) * inverse[k]
+                    b = (nodes[node, k + 4] - p[k]) * inverse[k]
+                    near = max(near, min(a, b))
+                    far = min(far, max(a, b))
+                if near > far * (1.0 + 1e-12):
+                    node = np.int64(nodes[node, 3])
+                    continue
+                f = np.int64(nodes[node, 7])
+                node += 1
+                if f < 0 or not _cross(f, p, light, way, touch, rows, weights):
+                    continue
+                cover = find_cover(
+                    f, weights[0], weights[1], weights[2], rows, materials, texels, color
+                )
+                hidden[i] += cover >= 1.0
+                for k in range(3):
+                    left[i, k] *= (1.0 - cover) * (1.0 - cover * (1.0 - color[k]))
+
+
+@njit(cache=True, nogil=True)
+def _find_opacity(which, places, rows, materials, texels):
+    """Find how opaque triangles are at places on them; masks as if nowhere cut."""
+    found = np.empty(which.size)
+    color = np.empty(3)
+    for i in range(which.size):
+        row = rows[which[i]]
+        look = materials[np.int64(row[7])]
+        found[i] = look[3]
+        if look[4] != _BLEND:
+            continue
+        u, v, p = row[4:7] - row[0:3], row[8:11] - row[0:3], places[i] - row[0:3]
+        normal = np.cross(u, v)
+        square = max((normal * normal).sum(), _TINY)
+        second = (np.cross(p, v) * normal).sum() / square
+        third = (np.cross(u, p) * normal).sum() / square
+        found[i] = find_cover(
+            which[i], 1.0 - second - third, second, third, rows, materials, texels, color
+        )
+    return found
