@@ -177,3 +177,8 @@ def test_the_scale_of_counts():
     assert find_ticks(4) == [0, 1, 2, 3, 4]
     assert find_ticks(300) == [0, 75, 150, 225, 300]
     assert all(np.diff(PALETTE.sum(1)) < 0)  # darker with every step
+
+
+def test_edges_are_smooth_on_a_gpu():
+    assert Pacing().samples == 1
+    assert Pacing(is_software=False).samples == 4

@@ -85,7 +85,7 @@ class Viewer:
         self.painter = ViewPainter(screen.device, scene, ground, threads)
         self._show = Program(screen.device, "picture.vert.glsl", "show.frag.glsl")
         self._has_panel, self._has_help = True, False
-        self._pacing = Pacing()
+        self._pacing = Pacing(is_software=screen.device.is_software)
         self._shown: tuple[Any, ...] | None = None
         self._drawn: DrawnView | None = None
         self._is_panel_held = False
@@ -142,7 +142,7 @@ class Viewer:
         """Give what the picture depends on: view, size, step, samples a pixel."""
         moves = self.controls.is_moving or self._is_panel_held
         view, pixels = self.events.view, self.events.frame.pixels
-        return view, pixels, self._pacing.choose_step(moves), 1 if moves else SMOOTH
+        return view, pixels, self._pacing.choose_step(moves), self._pacing.samples
 
     def _is_stale(self) -> bool:
         return self._shown != self._choose()
@@ -191,7 +191,7 @@ class Viewer:
             view, size, times=self.panel.statistics, shrink=step, samples=samples
         )
         self.panel.warnings = self._drawn.warnings
-        if samples == 1:
+        if samples == self._pacing.samples:
             self._pacing.note(step, self._drawn.spent)
         self._shown = wanted
 

@@ -32,6 +32,10 @@ from umbra.window.view import ViewState
 __all__ = ["SAMPLES", "SMOOTH", "DrawnView", "Pacing", "ViewPainter"]
 
 
+SMOOTH = 4
+"""Samples of each pixel; in software, which takes 5 times as long for them, of screenshots."""
+
+
 @dataclass
 class Pacing:
     """
@@ -42,10 +46,16 @@ class Pacing:
 
     slow: float = 80.0
     whole: float = 0.0
+    is_software: bool = True
 
     def choose_step(self, is_moving: bool) -> int:
         """Give 1 for whole resolution, 2 for half."""
         return 2 if is_moving and self.whole > self.slow else 1
+
+    @property
+    def samples(self) -> int:
+        """Samples of each pixel in the window."""
+        return 1 if self.is_software else SMOOTH
 
     def note(self, step: int, spent: float) -> None:
         """Learn from a frame how long one at whole resolution takes, as far as is known [ms]."""
@@ -58,9 +68,6 @@ class Pacing:
 
 SAMPLES = 32
 """Points of each light in a window."""
-
-SMOOTH = 4
-"""Samples of each pixel while nothing moves."""
 
 _TEXTURE_2D, _RGBA8, _RGBA, _BYTE, _UNPACK = 0x0DE1, 0x8058, 0x1908, 0x1401, 0x0CF5
 
