@@ -139,6 +139,11 @@ vec4 trace_light(vec3 place, vec4 lamp) {
             float cover = find_cover(row, weights, color);
             found.rgb *= (1.0 - cover) * (1.0 - cover * (1.0 - color));
             found.a += cover >= 1.0 ? 1.0 : 0.0;
+#ifdef IS_TRANSMITTED
+            if (cover >= 1.0) {
+                break;  // a picture need not know how many hide the light
+            }
+#endif
         }
     }
     return found;
