@@ -131,3 +131,21 @@ def test_a_bound_of_a_lamp_holds_for_lamps_near_it(device):
     assert more is not some
     assert not some.counted.all()
     assert more.counted.all()
+
+
+def test_a_bound_for_lamps_near_a_place_counts_what_only_they_see_in_line(device):
+    # A hundred boxes in a row, and as many apart: a lamp beside the row sees few of them in line.
+    row = [moved(box((0, 0, 0), (1, 1, 1)), (8, 4 * k, 0)) for k in range(100)]
+    apart = [moved(box((0, 0, 0), (1, 1, 1)), (-4 - 4 * k, 0, 0)) for k in range(100)]
+    scene = make_scene(*merge(*row, *apart))
+    geometry = Geometry(device, scene)
+    (body,) = make_bodies(scene, geometry)
+    geometry.release()
+    opened = np.zeros((1, len(body.caster.is_closed)), bool)
+    beside, behind = np.array([2.5, -20.0, 0.5, 1.0]), np.array([8.5, -20.0, 0.5, 1.0])
+    volumes = [make_volumes(body, beside, opened)]
+    known = bound_nearby(volumes, body.bounds, beside, np.ones(200, bool), None, 7.0)
+    assert known.slack == 7.0
+    assert bound_boxes(body.bounds, known.weights, beside) < 90
+    assert 100 <= bound_boxes(body.bounds, known.weights, behind) <= known.most
+    assert known.holds(behind, known.weights, known.counted)
