@@ -157,8 +157,11 @@ def _lay_out(
     """Make a patch of the samples in each plane; give each one's surface as well."""
     largest = np.full(plane.max() + 1, -1)
     largest[plane[order[::-1]]] = order[::-1]
-    used, own = np.unique(plane[s.triangle], return_inverse=True)
-    own = own.ravel()
+    there = np.flatnonzero(np.bincount(s.triangle, minlength=len(plane)))
+    used, patch = np.unique(plane[there], return_inverse=True)
+    of_triangle = np.zeros(len(plane), np.int64)
+    of_triangle[there] = patch.ravel()
+    own = of_triangle[s.triangle]
     lead = largest[used]
     surface = s.owner[lead]
     n = len(used)
@@ -188,14 +191,8 @@ def _lay_out(
     thick = uneven[surface]
     tau = np.where(thick > 0, 1.01 * thick, 0.0) + _NEAR
     turned = np.zeros(n)
-    there = np.unique(s.triangle)
-    patch = np.zeros(len(s.owner), np.int64)
-    patch[s.triangle] = own
-    np.maximum.at(
-        turned,
-        patch[there],
-        np.linalg.norm(normals[there] - out[patch[there]], axis=1),
-    )
+    patch = of_triangle[there]
+    np.maximum.at(turned, patch, np.linalg.norm(normals[there] - out[patch], axis=1))
     graze = np.maximum(np.where(thick > 0, _GRAZE * tau, _LOW), 2 * turned)
     graze = np.where(is_ray, np.inf, graze)
     t0, t1 = np.searchsorted(s.owner, surface), np.searchsorted(s.owner, surface, "right")
