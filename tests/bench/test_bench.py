@@ -46,6 +46,18 @@ def test_a_benchmark_prints_one_object(name):
             assert row["disagreements"] == 0
 
 
+def test_whole_studies_are_measured_beside_a_script():
+    pytest.importorskip("embreex")
+    pytest.importorskip("trimesh")
+    report = run("study", "--threads", "1")
+    assert "call, another date" in report.stdout
+    found = json.loads(run("study", "--json", "--threads", "1").stdout)
+    (whole,) = found["wholes"]
+    assert whole["work"] == "town, 120 triangles, 64\u00b2"
+    assert whole["differ"] <= 0.01 * whole["cells"]
+    assert whole["ratios"]["first"] == pytest.approx(whole["peer_ms"] / whole["first_ms"])
+
+
 def test_a_table_is_for_people():
     text = run("silhouette").stdout
     assert "too small to mean anything" in text

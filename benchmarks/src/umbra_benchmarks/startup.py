@@ -22,7 +22,7 @@ from umbra_benchmarks.report import (
 )
 from umbra_benchmarks.scenes import SquareModel, make_town
 
-__all__ = ["Startup", "bench_startup"]
+__all__ = ["Startup", "bench_startup", "run_study", "write_obj"]
 
 _STUDY = "from umbra.cli import main; main(sys.argv[1:])"
 _READ = """
@@ -114,7 +114,7 @@ def bench_startup(run: BenchmarkRun) -> Startup:
     large = 128 if run.quick else 2048
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "town.obj"
-        _write_obj(path, make_town(30 if run.quick else 300, 500.0, 1))
+        write_obj(path, make_town(30 if run.quick else 300, 500.0, 1))
         fixed = ["study", str(path), "--lat", "48.2", "--lon", "16.37", "--tz", "Europe/Vienna",
                  "--date", "2026-09-18", "--extent", "0,0,500,500", "--ground", "0", "--up", "z",
                  "--receivers", "top", "--json", "--out", str(Path(folder) / "out")]  # fmt: skip
@@ -149,6 +149,12 @@ class _Process:
     text: str
 
 
+def run_study(arguments: list[str]) -> _Process:
+    """Run ``umbra study`` into a folder of its own, which is dropped."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _run(_STUDY, ["study", *arguments, "--out", str(Path(folder) / "out")])
+
+
 def _run(program: str, arguments: list[str]) -> _Process:
     """Run Python in a process of its own and see what it takes."""
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
@@ -168,7 +174,8 @@ def _run(program: str, arguments: list[str]) -> _Process:
         return _Process(seconds, used.ru_utime + used.ru_stime, used.ru_maxrss * unit, out.read())
 
 
-def _write_obj(path: Path, model: SquareModel) -> None:
+def write_obj(path: Path, model: SquareModel) -> None:
+    """Write a model as an OBJ file."""
     with path.open("w") as file:
         np.savetxt(file, model.vertices, "v %.9g %.9g %.9g")
         np.savetxt(file, model.faces + 1, "f %d %d %d")

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,9 @@ from umbra_benchmarks.embree import OFFSET, Embree
 from umbra_benchmarks.measure import Contender, run_in_turn, timed
 from umbra_benchmarks.report import BenchmarkRun, Report, Row, name_version
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
+from umbra_benchmarks.whole import Whole, lay_out_wholes, measure_whole
 
-__all__ = ["bench_study"]
+__all__ = ["StudyReport", "bench_study"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class _StudyCase:
     name: str
     make: Callable[[], SquareModel]
     works: tuple[tuple[str, int, float | None], ...]  # receivers, cells a side, mark
+    whole: int | None = None  # cells a side of the whole study, if it is measured
 
 
 _CASES = (
@@ -34,11 +37,13 @@ _CASES = (
         "town, 3,600 triangles",
         lambda: make_town(300, 500.0, 1),
         (("plane", 512, 150.0), ("topmost", 512, 60.0), ("plane", 2048, None)),
+        512,
     ),
     _StudyCase(
         "city, 100k triangles",
         lambda: make_town(8333, 2500.0, 2),
         (("plane", 512, 20.0), ("topmost", 512, 14.0)),
+        512,
     ),
     _StudyCase(
         "smooth, 1.3M triangles",
@@ -51,20 +56,46 @@ _QUICK = (
         "town, 120 triangles",
         lambda: make_town(10, 90.0, 1),
         (("plane", 64, None), ("topmost", 64, None)),
+        64,
     ),
     _StudyCase("smooth, 1,280 triangles", lambda: make_boulder(3), (("plane", 64, None),)),
 )
 
 
-def bench_study(run: BenchmarkRun) -> Report:
+@dataclass(frozen=True)
+class StudyReport(Report):
     """
-    Measure studies on planes and on topmost surfaces.
+    The kernels beside Embree's, and whole studies beside a script with trimesh and embreex.
+
+    Parameters
+    ----------
+    wholes : list of Whole
+    """
+
+    wholes: list[Whole]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON object."""
+        return super().to_dict() | {"wholes": [whole.to_dict() for whole in self.wholes]}
+
+    def to_table(self) -> str:
+        """Return both tables."""
+        told = (
+            "The same from arrays to hours (call) and from file to files (command), one thread, "
+            "beside a script for the same hours; kernels compiled, files in memory."
+        )
+        return f"{super().to_table()}\n\n{told}\n\n{lay_out_wholes(self.wholes)}"
+
+
+def bench_study(run: BenchmarkRun) -> StudyReport:
+    """
+    Measure studies on planes and on topmost surfaces, and whole studies of level ground.
 
     Everything that a study prepares once (adjacency, the surface, ray origins, Embree's
     tree) is done before the clock starts; finding silhouettes is not.
     """
     suns = make_suns()
-    rows = []
+    rows, wholes = [], []
     for case in _QUICK if run.quick else _CASES:
         model = case.make()
         soup = make_scene(model.vertices, model.faces).triangles()
@@ -90,7 +121,9 @@ def bench_study(run: BenchmarkRun) -> Report:
                     {"suns": len(suns), "cells": cells**2},
                 )
             )  # fmt: skip
-    return Report(run, "study", f"embreex {name_version('embreex')}", rows)
+        if case.whole is not None:
+            wholes.append(measure_whole(run, case.name, model, case.whole))
+    return StudyReport(run, "study", f"embreex {name_version('embreex')}", rows, wholes)
 
 
 @dataclass(frozen=True, eq=False)
