@@ -31,7 +31,15 @@ from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.scene import Camera
 from umbra.scene.large_lights import spread
 from umbra.soft import AreaLight
-from umbra.soft.coverage import count_tiles, find_in_tile, find_tile, is_in, make_planes
+from umbra.soft.coverage import (
+    BLOCK,
+    count_tiles,
+    find_in_tile,
+    find_tile,
+    is_in,
+    make_planes,
+    split_block,
+)
 from umbra.soft.parts import find_signed_part, place_axes, project_edge
 from umbra.soft.wedges import ASIDE, find_axes
 from umbra.volume.adjacency import Caster
@@ -235,14 +243,20 @@ def _cover(
 
 
 @njit(cache=True, nogil=True)
-def _find_multiplicity(faces, weight, turn, x, y, z):
-    """Find an edge's multiplicity along the faces that a receiver sees from their outer side."""
+def _find_multiplicity(edges, e, x, y, z, margin):
+    """
+    Find an edge's multiplicity along the faces that a receiver sees from their outer side.
+
+    0 beyond a margin around the edge's wedge, where the edge does not matter.
+    """
+    if not is_in(edges.wedges[e], x, y, z, margin):
+        return 0.0
     sides = 0.0
     for k in range(2):
-        f = faces[k]
+        f = edges.faces[e, k]
         side = np.sign(f[0] * x + f[1] * y + f[2] * z + f[3])
-        sides += side if k == 0 else -turn * side
-    return weight * sides
+        sides += side if k == 0 else -edges.turn[e] * side
+    return edges.weight[e] * sides
 
 
 @njit(cache=True, nogil=True)
@@ -286,51 +300,55 @@ def _count_over_light(position, normal, origin, where, edges, lamp, spots, hard,
     ``hard`` (rows, cols) int32 is the count at the light's middle.
     """
     rows, cols = where.shape
-    ends, faces, weight, turn, wedges = edges
+    ends, wedges = edges.ends, edges.wedges
     place, radius, is_square, axes = lamp
     across = np.ascontiguousarray(spots.T)
     coarse = 2.0**-40 * np.abs(origin).max()
-    for number in prange(count_tiles(rows, cols)):
-        tile = find_tile(number, rows, cols)
-        found = np.empty(ends.shape[0], np.int64)
-        n_found, slack = find_in_tile(position, origin, where, wedges, tile, found)
-        if n_found == 0:
-            continue
+    every = np.arange(ends.shape[0])
+    for number in prange(count_tiles(rows, cols, BLOCK)):
+        block = find_tile(number, rows, cols, BLOCK)
+        near = np.empty(ends.shape[0], np.int64)
+        n_near, _ = find_in_tile(position, origin, where, wedges, block, every, near)
+        found = np.empty(n_near, np.int64)
         own = np.empty((3, 3))
         one = np.empty((8, 2))
         two = np.empty((8, 2))
         counts = np.empty(spots.shape[0], np.int32)
-        for r in range(tile[0], tile[1]):
-            for c in range(tile[2], tile[3]):
-                if not where[r, c]:
-                    continue
-                # A little before its own surface, which is then on the silhouette at its horizon.
-                off = slack + coarse
-                x = position[r, c, 0] - origin[0] + off * normal[r, c, 0]
-                y = position[r, c, 1] - origin[1] + off * normal[r, c, 1]
-                z = position[r, c, 2] - origin[2] + off * normal[r, c, 2]
-                if not place_axes(x, y, z, place, radius, is_square, axes, own):
-                    continue
-                counts[:] = hard[r, c]
-                mean = np.float64(hard[r, c])
-                has_any = False
-                for i in range(n_found):
-                    e = found[i]
-                    if not is_in(wedges[e], x, y, z, 2.0 * off):
+        for tile in split_block(block):
+            n_found, slack = find_in_tile(
+                position, origin, where, wedges, tile, near[:n_near], found
+            )
+            if n_found == 0:
+                continue
+            for r in range(tile[0], tile[1]):
+                for c in range(tile[2], tile[3]):
+                    if not where[r, c]:
                         continue
-                    times = _find_multiplicity(faces[e], weight[e], turn[e], x, y, z)
-                    if times == 0.0:
+                    # A little before its own face, which is then on the silhouette at its horizon.
+                    off = slack + coarse
+                    x = position[r, c, 0] - origin[0] + off * normal[r, c, 0]
+                    y = position[r, c, 1] - origin[1] + off * normal[r, c, 1]
+                    z = position[r, c, 2] - origin[2] + off * normal[r, c, 2]
+                    if not place_axes(x, y, z, place, radius, is_square, axes, own):
                         continue
-                    is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, place, own)
-                    if not is_between:
-                        continue
-                    part, at_middle = find_signed_part(ax, ay, bx, by, is_square, one, two)
-                    unsure[r, c] |= at_middle
-                    if part == 0.0:
-                        continue
-                    has_any = True
-                    mean += times * part
-                    step = np.int32(round(times)) if part > 0.0 else -np.int32(round(times))
-                    _add_to_spots(ax, ay, bx, by, step, across, counts)
-                if has_any:
-                    coverage[r, c] = _estimate(counts, mean)
+                    counts[:] = hard[r, c]
+                    mean = np.float64(hard[r, c])
+                    has_any = False
+                    for i in range(n_found):
+                        e = found[i]
+                        times = _find_multiplicity(edges, e, x, y, z, 2.0 * off)
+                        if times == 0.0:
+                            continue
+                        is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, place, own)
+                        if not is_between:
+                            continue
+                        part, at_middle = find_signed_part(ax, ay, bx, by, is_square, one, two)
+                        unsure[r, c] |= at_middle
+                        if part == 0.0:
+                            continue
+                        has_any = True
+                        mean += times * part
+                        step = np.int32(round(times)) if part > 0.0 else -np.int32(round(times))
+                        _add_to_spots(ax, ay, bx, by, step, across, counts)
+                    if has_any:
+                        coverage[r, c] = _estimate(counts, mean)

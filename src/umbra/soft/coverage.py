@@ -15,6 +15,7 @@ from numba import njit, prange
 from umbra.soft.parts import find_signed_part, place_axes, project_edge
 
 __all__ = [
+    "BLOCK",
     "TILE",
     "add_wedges",
     "count_tiles",
@@ -22,6 +23,7 @@ __all__ = [
     "find_tile",
     "is_in",
     "make_planes",
+    "split_block",
 ]
 
 
@@ -118,13 +120,15 @@ def is_in(planes, x, y, z, margin):
 
 
 TILE = 8
-"""Pixels on a side of the squares for which a wedge is tried once."""
+"""Pixels on a side of the squares for which a wedge is tried once, ..."""
+BLOCK = 64
+"""... if it was tried for the larger square around."""
 
 
 @njit(cache=True, nogil=True)
-def find_in_tile(position, origin, seen, planes, tile, found):
+def find_in_tile(position, origin, seen, planes, tile, asked, found):
     """
-    List the wedges that may hold some visible point of a tile of pixels.
+    List those of the wedges ``asked`` that may hold some visible point of a tile of pixels.
 
     Returns how many it wrote to ``found`` (n,), and how far off a wedge's planes a point may lie
     and count as in it [m].
@@ -146,7 +150,7 @@ def find_in_tile(position, origin, seen, planes, tile, found):
     slack = 1e-9 * (1.0 + np.abs(low).max() + np.abs(high).max())
     middle = 0.5 * (low + high)
     n_found = 0
-    for e in range(planes.shape[0]):
+    for e in asked:
         if is_in(planes[e], middle[0], middle[1], middle[2], reach + slack):
             found[n_found] = e
             n_found += 1
@@ -154,18 +158,29 @@ def find_in_tile(position, origin, seen, planes, tile, found):
 
 
 @njit(cache=True, nogil=True)
-def find_tile(tile, rows, cols):
+def find_tile(number, rows, cols, side):
     """Find a tile's pixels by its number: first and last row, first and last column, ends open."""
-    across = (cols + TILE - 1) // TILE
-    top = (tile // across) * TILE
-    left = (tile % across) * TILE
-    return top, min(top + TILE, rows), left, min(left + TILE, cols)
+    across = (cols + side - 1) // side
+    top = (number // across) * side
+    left = (number % across) * side
+    return top, min(top + side, rows), left, min(left + side, cols)
 
 
 @njit(cache=True, nogil=True)
-def count_tiles(rows, cols):
-    """Count the tiles of a picture."""
-    return ((rows + TILE - 1) // TILE) * ((cols + TILE - 1) // TILE)
+def count_tiles(rows, cols, side):
+    """Count the tiles of a picture, so many pixels on a side."""
+    return ((rows + side - 1) // side) * ((cols + side - 1) // side)
+
+
+@njit(cache=True, nogil=True)
+def split_block(block):
+    """List the tiles of a block of pixels, as rows of an array."""
+    top, bottom, left, right = block
+    tiles = np.empty((count_tiles(bottom - top, right - left, TILE), 4), np.int64)
+    for number in range(tiles.shape[0]):
+        first, last, begin, end = find_tile(number, bottom - top, right - left, TILE)
+        tiles[number] = top + first, top + last, left + begin, left + end
+    return tiles
 
 
 @njit(cache=True, nogil=True, parallel=True)
@@ -213,33 +228,39 @@ def add_wedges(
         count may stand on the other side.
     """
     rows, cols = seen.shape
-    for number in prange(count_tiles(rows, cols)):
-        tile = find_tile(number, rows, cols)
-        found = np.empty(ends.shape[0], np.int64)
-        n_found, slack = find_in_tile(position, origin, seen, planes, tile, found)
-        if n_found == 0:
-            continue
+    every = np.arange(ends.shape[0])
+    for number in prange(count_tiles(rows, cols, BLOCK)):
+        block = find_tile(number, rows, cols, BLOCK)
+        near = np.empty(ends.shape[0], np.int64)
+        n_near, _ = find_in_tile(position, origin, seen, planes, block, every, near)
+        found = np.empty(n_near, np.int64)
         own = np.empty((3, 3))
         one = np.empty((8, 2))
         two = np.empty((8, 2))
-        for r in range(tile[0], tile[1]):
-            for c in range(tile[2], tile[3]):
-                if not seen[r, c]:
-                    continue
-                x = position[r, c, 0] - origin[0]
-                y = position[r, c, 1] - origin[1]
-                z = position[r, c, 2] - origin[2]
-                if not place_axes(x, y, z, light, radius, is_square, axes, own):
-                    continue
-                total = 0.0
-                for i in range(n_found):
-                    e = found[i]
-                    if not is_in(planes[e], x, y, z, slack):
+        for tile in split_block(block):
+            n_found, slack = find_in_tile(
+                position, origin, seen, planes, tile, near[:n_near], found
+            )
+            if n_found == 0:
+                continue
+            for r in range(tile[0], tile[1]):
+                for c in range(tile[2], tile[3]):
+                    if not seen[r, c]:
                         continue
-                    is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, light, own)
-                    if not is_between:
+                    x = position[r, c, 0] - origin[0]
+                    y = position[r, c, 1] - origin[1]
+                    z = position[r, c, 2] - origin[2]
+                    if not place_axes(x, y, z, light, radius, is_square, axes, own):
                         continue
-                    part, at_middle = find_signed_part(ax, ay, bx, by, is_square, one, two)
-                    total += multiplicity[e] * part
-                    unsure[r, c] |= at_middle
-                cover[r, c] += total
+                    total = 0.0
+                    for i in range(n_found):
+                        e = found[i]
+                        if not is_in(planes[e], x, y, z, slack):
+                            continue
+                        is_between, ax, ay, bx, by = project_edge(ends[e], x, y, z, light, own)
+                        if not is_between:
+                            continue
+                        part, at_middle = find_signed_part(ax, ay, bx, by, is_square, one, two)
+                        total += multiplicity[e] * part
+                        unsure[r, c] |= at_middle
+                    cover[r, c] += total
