@@ -111,7 +111,7 @@ def test_hall(tmp_path):
         sun, red, dark = (picture.getpixel(place) for place in ((430, 455), (440, 425), (900, 500)))
         hard = np.asarray(picture).astype(int)
     assert min(sun) > 100 > max(dark)
-    assert red[0] > 1.3 * red[2]
+    assert red[0] > 1.2 * red[2]  # the sky lights shadows blue
     with Image.open(tmp_path / "hall_soft.png") as picture:
         apart = np.abs(np.asarray(picture) - hard).max(-1)
     assert 0.05 < (apart > 3).mean() < 0.4

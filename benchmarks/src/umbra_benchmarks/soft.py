@@ -9,6 +9,7 @@ over what is seen, and of no others: what is fully lit or fully dark is easy.
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -149,7 +150,7 @@ class SoftErrors(BenchmarkReport):
 def bench_soft(run: BenchmarkRun) -> SoftErrors:
     """Find errors and times of all methods in scenes with and without overlaps."""
     size = (96, 72) if run.quick else (480, 360)
-    camera = Camera((-4.5, -6.0, 5.0), (-0.6, -0.4, 0.6), size=size, fov=45.0)
+    camera = Camera(np.array((-4.5, -6.0, 5.0)), np.array((-0.6, -0.4, 0.6)), size=size, fov=45.0)
     cases = []
     for name, (boxes, light) in _SCENES.items():
         run.say(name)
@@ -167,25 +168,25 @@ def _measure(
     def work(method: str, fineness: dict[str, int]) -> NDArray[np.float32]:
         if method == "hard":
             return (counter.count(view, camera, light.light) == 0).astype(np.float32)
-        softness = Softness(**fineness)  # type: ignore[arg-type]
+        softness = Softness(**fineness)
         return counter.find_visibility(view, camera, [light], method, softness)[0]
 
     finest = work("complexity", {"spots": _FINEST})
     places = np.argwhere((finest > 0) & (finest < 1))
     places = places[:: max(len(places) // (_POINTS // (10 if run.quick else 1)), 1)].T
     truth = find_share_by_rays(counter, frame.position[*places], frame.normal[*places], light)
-    partial = (truth > 0) & (truth < 1)
+    in_part = (truth > 0) & (truth < 1)
     found = []
     for method, fineness in _TRIED:
-        share, seconds = _time(lambda m=method, f=fineness: work(m, f), run.repeat)
-        error = share[*places][partial] - truth[partial]
+        share, seconds = _time(partial(work, method, fineness), run.repeat)
+        error = share[*places][in_part] - truth[in_part]
         found.append(
             MethodError(
                 method, fineness, seconds, float(np.abs(error).mean()), float(error.mean()),
                 float(np.sqrt((error**2).mean())), float(np.abs(error).max()),
             )
         )  # fmt: skip
-    return SoftCase(name, int(partial.sum()), found)
+    return SoftCase(name, int(in_part.sum()), found)
 
 
 def _time(work: Callable[[], NDArray], repeat: int) -> tuple[NDArray, float]:

@@ -15,7 +15,8 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from umbra.machine import use_threads
-from umbra.rays.transmission import Transmitters, find_cover
+from umbra.rays.cover import find_cover
+from umbra.rays.transmission import Transmitters
 from umbra.scene.mesh import multiply_rows
 
 __all__ = [

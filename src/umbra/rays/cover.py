@@ -1,0 +1,193 @@
+"""
+What a triangle with a texture covers, and what it leaves of a ray's light.
+
+Rows, materials and texels are those of `umbra.rays.transmission.Transmitters`, which says the rule.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from umbra.scene.material import find_linear
+
+__all__ = ["BLEND", "HIGH", "LEVELS", "MASK", "find_cover", "find_opacities", "trace_light"]
+
+MASK, BLEND = 1.0, 2.0
+HIGH = 4096  # of a texel's number: float32 holds both parts exactly
+LEVELS = 256
+
+_TINY = 1e-200
+_ASIDE = (0.61, 0.57, 0.33)
+_BLOCK = 256  # points that a thread takes at a time
+_LINEAR = find_linear(np.arange(LEVELS) / (LEVELS - 1))
+
+
+@njit(cache=True, nogil=True)
+def _find_texels(at, count, how):
+    """Find the texels on both sides of a place, and how far it is to the second."""
+    place = at * count - 0.5
+    first = np.floor(place)
+    share = place - first
+    one, two = np.int64(first), np.int64(first) + 1
+    if how == 2:  # clamp
+        one = min(max(one, 0), count - 1)
+        two = min(max(two, 0), count - 1)
+    elif how == 0:  # repeat
+        one = one % count
+        two = two % count
+    else:  # mirror
+        one = one % (2 * count)
+        two = two % (2 * count)
+        one = min(one, 2 * count - 1 - one)
+        two = min(two, 2 * count - 1 - two)
+    return one, two, share
+
+
+@njit(cache=True, nogil=True)
+def find_cover(f, w0, w1, w2, rows, materials, texels, color):
+    """
+    Find how opaque a triangle is at weights of its corners, 0 in a hole; write its colour.
+
+    The opacity is 1 exactly where nothing is let through.
+    """
+    row = rows[f]
+    look = materials[np.int64(row[7])]
+    for k in range(3):
+        color[k] = look[k] * (w0 * row[20 + k] + w1 * row[24 + k] + w2 * row[28 + k])
+    level = 255.0
+    cols = np.int64(look[8])
+    if cols > 0:
+        u = w0 * row[12] + w1 * row[14] + w2 * row[16]
+        v = w0 * row[13] + w1 * row[15] + w2 * row[17]
+        left, right, along = _find_texels(u, cols, np.int64(look[10]))
+        above, below, down = _find_texels(v, np.int64(look[9]), np.int64(look[11]))
+        start = np.int64(look[6]) * HIGH + np.int64(look[7])
+        a, b = texels[start + above * cols + left], texels[start + above * cols + right]
+        c, d = texels[start + below * cols + left], texels[start + below * cols + right]
+        # Between equal levels this gives that level, to the bit.
+        upper = np.float64(a[3]) + along * (np.float64(b[3]) - np.float64(a[3]))
+        lower = np.float64(c[3]) + along * (np.float64(d[3]) - np.float64(c[3]))
+        level = upper + down * (lower - upper)
+        for k in range(3):
+            high = _LINEAR[a[k]] + along * (_LINEAR[b[k]] - _LINEAR[a[k]])
+            low = _LINEAR[c[k]] + along * (_LINEAR[d[k]] - _LINEAR[c[k]])
+            color[k] *= high + down * (low - high)
+    if look[4] == MASK:
+        return look[3] if level >= look[5] else 0.0
+    if look[4] == BLEND:
+        return 1.0 - (255.0 - look[3] * level) / 255.0
+    return look[3]
+
+
+@njit(cache=True, nogil=True)
+def _invert(x):
+    """Return 1 / x, or a finite number as large for 0, which no box's corner makes NaN."""
+    if abs(x) < _TINY:
+        return 1.0 / _TINY if x >= 0.0 else -1.0 / _TINY
+    return 1.0 / x
+
+
+@njit(cache=True, nogil=True)
+def _cross(f, p, light, way, touch, rows, weights):
+    """Tell whether a ray from p, ``way`` to the light, crosses a triangle; write where."""
+    row = rows[f]
+    ux, uy, uz = row[4] - row[0], row[5] - row[1], row[6] - row[2]
+    vx, vy, vz = row[8] - row[0], row[9] - row[1], row[10] - row[2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    at_p = nx * (p[0] - row[0]) + ny * (p[1] - row[1]) + nz * (p[2] - row[2])
+    at_light = (
+        nx * (light[0] - light[3] * row[0])
+        + ny * (light[1] - light[3] * row[1])
+        + nz * (light[2] - light[3] * row[2])
+    )
+    if abs(at_p) <= touch * length or abs(at_light) <= light[3] * touch * length:
+        return False
+    if (at_p > 0.0) == (at_light > 0.0):
+        return False
+    flags = np.int64(row[3])
+    inside = 0
+    total = 0.0
+    for k in range(3):
+        turned = flags >> k & 1
+        i, j = 4 * k, 4 * ((k + 1) % 3)
+        if turned:
+            i, j = j, i
+        ax, ay, az = row[i] - p[0], row[i + 1] - p[1], row[i + 2] - p[2]
+        bx, by, bz = row[j] - p[0], row[j + 1] - p[1], row[j + 2] - p[2]
+        side = (
+            way[0] * (ay * bz - az * by)
+            + way[1] * (az * bx - ax * bz)
+            + way[2] * (ax * by - ay * bx)
+        )
+        if side == 0.0:  # through the edge: as if the ray were a hair aside
+            side = _TINY * (
+                _ASIDE[0] * (way[1] * (bz - az) - way[2] * (by - ay))
+                + _ASIDE[1] * (way[2] * (bx - ax) - way[0] * (bz - az))
+                + _ASIDE[2] * (way[0] * (by - ay) - way[1] * (bx - ax))
+            )
+        inside += (side >= 0.0) != (turned == 1)
+        side = -side if turned else side
+        weights[(k + 2) % 3] = side
+        total += side
+    if inside not in (0, 3) or total == 0.0:
+        return False
+    for k in range(3):
+        weights[k] /= total
+    return True
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def trace_light(points, light, touch, nodes, rows, materials, texels, left, hidden):
+    """Walk the hierarchy for each point; multiply what every triangle on the way leaves."""
+    n = points.shape[0]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        way, inverse, color, weights = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+        for i in range(block * _BLOCK, min(n, block * _BLOCK + _BLOCK)):
+            p = points[i]
+            for k in range(3):
+                way[k] = light[k] - light[3] * p[k]
+                inverse[k] = _invert(way[k])
+            node = 0
+            while node < nodes.shape[0]:
+                near = 0.0
+                far = 1.0 if light[3] > 0.0 else np.inf
+                for k in range(3):
+                    a = (nodes[node, k] - p[k]) * inverse[k]
+                    b = (nodes[node, k + 4] - p[k]) * inverse[k]
+                    near = max(near, min(a, b))
+                    far = min(far, max(a, b))
+                if near > far * (1.0 + 1e-12):
+                    node = np.int64(nodes[node, 3])
+                    continue
+                f = np.int64(nodes[node, 7])
+                node += 1
+                if f < 0 or not _cross(f, p, light, way, touch, rows, weights):
+                    continue
+                cover = find_cover(
+                    f, weights[0], weights[1], weights[2], rows, materials, texels, color
+                )
+                hidden[i] += cover >= 1.0
+                for k in range(3):
+                    left[i, k] *= (1.0 - cover) * (1.0 - cover * (1.0 - color[k]))
+
+
+@njit(cache=True, nogil=True)
+def find_opacities(which, places, rows, materials, texels):
+    """Find how opaque triangles are at places on them; masks as if nowhere cut."""
+    found = np.empty(which.size)
+    color = np.empty(3)
+    for i in range(which.size):
+        row = rows[which[i]]
+        look = materials[np.int64(row[7])]
+        found[i] = look[3]
+        if look[4] != BLEND:
+            continue
+        u, v, p = row[4:7] - row[0:3], row[8:11] - row[0:3], places[i] - row[0:3]
+        normal = np.cross(u, v)
+        square = max((normal * normal).sum(), _TINY)
+        second = (np.cross(p, v) * normal).sum() / square
+        third = (np.cross(u, p) * normal).sum() / square
+        found[i] = find_cover(
+            which[i], 1.0 - second - third, second, third, rows, materials, texels, color
+        )
+    return found
