@@ -1,4 +1,4 @@
-"""Backends: how EGL, OSMesa and hidden windows open a context, and make it current."""
+"""Backends: open a context by EGL, OSMesa or a hidden window, and make it current."""
 
 import ctypes
 import os
@@ -26,7 +26,7 @@ _DEPTH_BITS, _STENCIL_BITS = 24, 8
 
 
 class ContextBinding(Protocol):
-    """Makes a context current in this thread, and none or the one before."""
+    """Makes a context current in this thread, then restores the previous one, if any."""
 
     @property
     def is_current(self) -> bool:
@@ -39,7 +39,7 @@ class ContextBinding(Protocol):
 
 
 class GivenBinding:
-    """Makes a context of the caller's current, by what moderngl's loader knows of it."""
+    """Makes the caller's context current through moderngl's loader."""
 
     is_current = True
     """As far as can be told."""
@@ -55,7 +55,7 @@ class GivenBinding:
 
 
 class EglBinding:
-    """Makes a context of EGL's current, and the one before again with what it draws on."""
+    """Makes an EGL context current, then restores the previous context and its surfaces."""
 
     def __init__(self, path: str) -> None:
         self._library = library = ctypes.CDLL(path)
@@ -68,7 +68,7 @@ class EglBinding:
         self._own = self._before
 
     def take(self) -> None:
-        """Take what is current now for the context that is meant."""
+        """Bind the context that is current now."""
         self._own = self._find()
 
     @property
@@ -85,14 +85,14 @@ class EglBinding:
         self._library.eglMakeCurrent(display or self._own[0], *rest)
 
     def _find(self) -> tuple[int | None, int | None, int | None, int | None]:
-        """Find the current display, surfaces to draw on and to read, and context."""
+        """Find the current display, draw and read surfaces, and context."""
         ask = self._library
         draw, read = ask.eglGetCurrentSurface(0x3059), ask.eglGetCurrentSurface(0x305A)
         return ask.eglGetCurrentDisplay(), draw, read, ask.eglGetCurrentContext()
 
 
 class WindowBinding:
-    """Makes the context of a window of glfw's current, and the one before again."""
+    """Makes the context of a glfw window current, then restores the previous one."""
 
     def __init__(self, window: Any) -> None:
         self._window = window
@@ -123,7 +123,7 @@ def _address(window: Any) -> int | None:
 
 
 def hint_window(glfw: Any) -> None:
-    """Ask for windows with OpenGL 3.3 core."""
+    """Request OpenGL 3.3 core for new windows."""
     for hint, value in (
         (glfw.CONTEXT_VERSION_MAJOR, 3),
         (glfw.CONTEXT_VERSION_MINOR, 3),
@@ -135,9 +135,9 @@ def hint_window(glfw: Any) -> None:
 
 class OffscreenMesa:
     """
-    A context of OSMesa's, in the shape that moderngl takes from its loader.
+    OSMesa context with the interface of a moderngl loader.
 
-    The library is the system's, or the one that the package ``lavavu-osmesa`` brings.
+    The library is the system's, or that of the package ``lavavu-osmesa``.
     """
 
     def __init__(self) -> None:
@@ -170,7 +170,7 @@ class OffscreenMesa:
         return bool(self._library.OSMesaGetCurrentContext() == self._context)
 
     def load_opengl_function(self, name: str) -> int:
-        """Give the address of an entry point, or 0."""
+        """Return the address of an entry point, or 0."""
         return self._library.OSMesaGetProcAddress(name.encode()) or 0
 
     load = load_opengl_function
@@ -202,7 +202,7 @@ def _load_osmesa() -> ctypes.CDLL:
     if not found:
         msg = "there is no libOSMesa; pip install 'umbra-shadows[osmesa]' brings one"
         raise UmbraError(msg)
-    # The wheel's libraries find each other only once all of them are loaded.
+    # The wheel's libraries resolve each other only once all are loaded.
     left = [path for path in found[0].parent.glob("*.so*") if path != found[0]]
     for _ in range(len(left)):
         left = [path for path in left if not _loads(path)]
@@ -218,7 +218,7 @@ def _loads(path: Path) -> bool:
 
 
 def has_display() -> bool:
-    """Tell whether there seems to be a display, on Linux and the like."""
+    """Return whether a display seems to exist, on Linux and similar systems."""
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 

@@ -1,4 +1,4 @@
-"""Faces of one material put together, and those whose backs nobody sees told from the others."""
+"""Batches of faces by material, with closed components apart for back-face culling."""
 
 from collections.abc import Container, Sequence
 from dataclasses import dataclass
@@ -20,19 +20,19 @@ _OPEN, _SOLID, _SOUND = range(3)
 @dataclass(frozen=True, eq=False)
 class Batch:
     """
-    Faces of one material that are drawn together.
+    Faces of one material, drawn together.
 
     Parameters
     ----------
     first, count : int
-        In the list of faces.
+        Range in the list of faces.
     material : Material
     has : tuple of str
-        What the faces carry, as ``surface.frag.glsl`` is told: nothing else is fetched.
+        Attributes of the faces, as defines of ``surface.frag.glsl``: no others are fetched.
     is_solid : bool
-        Outward faces of closed components, whose backs nobody outside sees.
+        Outward faces of closed components, whose backs are never seen from outside.
     is_sound : bool
-        Solid, and the normals at all corners lean to the outside, too: no pixel need ask.
+        Solid, with outward normals at all corners: no pixel need check them.
     """
 
     first: int
@@ -47,11 +47,11 @@ def make_batches(
     scene: Scene, is_solid: NDArray[np.bool_] | None = None, bent: Container[int] = ()
 ) -> tuple[NDArray[np.intp], list[Batch]]:
     """
-    Put faces of one material together.
+    Group faces by material.
 
-    Returns the order of the faces (n_faces,), batch after batch, in terms of
-    ``scene.triangles()``, and the batches. ``is_solid`` is of ``find_solid_faces``; of the
-    parts that are ``bent`` no normals are taken to be sound.
+    Returns the order of the faces (n_faces,), batch after batch, as indices into
+    ``scene.triangles()``, and the batches. ``is_solid`` is from ``find_solid_faces``; no
+    normals of ``bent`` parts are taken to be sound.
     """
     numbers: dict[tuple, int] = {}
     kinds: list[tuple[Material, tuple[str, ...]]] = []
@@ -80,7 +80,7 @@ def make_batches(
 
 
 def _list_carried(part: Part) -> tuple[str, ...]:
-    """Name what the faces of a part carry, in the words of ``surface.frag.glsl``."""
+    """List the attributes of a part's faces, as defines of ``surface.frag.glsl``."""
     carried = {
         "HAS_NORMALS": part.mesh.normals is not None,
         "HAS_UV": bool(part.material.images),
@@ -97,7 +97,7 @@ def _list_carried(part: Part) -> tuple[str, ...]:
 def _sort_solid(
     scene: Scene, is_solid: NDArray[np.bool_], bent: Container[int]
 ) -> NDArray[np.intp]:
-    """Tell open faces from solid ones, and from solid ones whose normals are sound."""
+    """Classify faces as open, solid, or solid with sound normals."""
     bodies = np.where(is_solid, _SOLID, _OPEN)
     known: dict[tuple, NDArray[np.bool_]] = {}
     first = 0
@@ -120,7 +120,7 @@ def _sort_solid(
 
 
 def _find_sound(part: Part) -> NDArray[np.bool_]:
-    """Tell at which faces all three normals lean to the side from which they wind outward."""
+    """Find the faces whose three normals all point to the front."""
     mesh = part.mesh
     assert mesh.normals is not None
     vertices, normals = mesh.vertices, mesh.normals
@@ -135,7 +135,7 @@ def _find_sound(part: Part) -> NDArray[np.bool_]:
 
 
 def _describe(material: Material) -> tuple:
-    """Give what must be equal for two materials to be drawn together."""
+    """Return the key by which materials are drawn together."""
     return (
         material.color, id(material.image), material.opacity, material.emission,
         material.is_unlit, material.alpha_mode, material.alpha_cutoff,
@@ -148,9 +148,9 @@ def find_solid_faces(
     scene: Scene, bodies: Sequence[Body], casters: Sequence[int] | None = None
 ) -> NDArray[np.bool_]:
     """
-    Find the outward faces of closed components: from outside, their backs are never seen.
+    Find the outward faces of closed components, whose backs are never seen from outside.
 
-    Returns (n_faces,) bool in the order of ``scene.triangles()``; False for what does not cast.
+    Returns (n_faces,) bool in the order of ``scene.triangles()``; False for non-casters.
     """
     chosen = set(range(len(scene.parts)) if casters is None else casters)
     counts = np.array([part.triangles for part in scene.parts])

@@ -1,9 +1,9 @@
 """
-Casters: the shells of a scene that throw one shadow volume each, side by side in arrays.
+Casters: the shells of a scene, each with one shadow volume, in contiguous arrays.
 
 A *body* is a mesh with its adjacency and all its instances. Its triangles fall into
-*shells*, which share no edge, so each has a closed silhouette of its own and can be
-placed and culled by itself. Work on shells is done for all of them at once.
+*shells*, which share no edge, so each has its own closed silhouette and can be
+classified and culled separately. All shells are processed at once.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ MOST_SHELLS = 4096
 @dataclass(eq=False)
 class Body:
     """
-    A mesh that casts, and its instances.
+    A casting mesh and its instances.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ class Body:
     groups : list of Group
         The instances.
     soup : (n, 3) int32
-        The faces of which the caster was made.
+        The source faces of the caster.
     is_ball : (n_components,) bool
-        Faces join as on a ball's surface.
+        Closed surface of genus 0.
 
     Attributes
     ----------
@@ -62,17 +62,17 @@ class Body:
     first : (n_instances,) int64
         Number of each instance's first point.
     size : float
-        The longest side of the mesh's box [m].
+        The longest side of the mesh's bounding box [m].
     stretch : float
-        No length of the mesh is longer in the scene's frame than so many times.
+        Upper bound on the scale from the mesh's frame to the scene's.
     mirrored : (n_instances,) bool
     transforms : (n_instances, 4, 4) float64
         To the scene's frame.
     most : (n_shells,) int64
-        How much each shell adds to a count at most, while nothing is opened.
+        Largest count that each shell adds, while no component is open.
     n_faces : (n_components,) int
     poses : int
-        How often the mesh was bent: what was made of another pose holds no longer.
+        Number of poses so far: data of earlier poses is stale.
     """
 
     caster: Caster
@@ -125,7 +125,7 @@ class Body:
         self._world_bounds = None
 
     def _take(self, shape: PosedShape) -> None:
-        """Note what the vertices say of shells and components."""
+        """Store the geometry of posed shells and components."""
         self.blocks = FaceBlocks(shape.blocks)
         self.is_inward = (shape.volumes < 0) & self.caster.is_closed
         self.any_inward = bool(self.is_inward.any())
@@ -146,11 +146,11 @@ class Body:
 
     def can_bend(self, vertices: NDArray[np.float64]) -> bool:
         """
-        Tell whether the faces that met still meet where the mesh has these vertices.
+        Return whether the adjacency still holds with these vertices.
 
-        Where corners that were apart come to one place, the two borders there throw the same
-        sides with opposite signs, so counts stay right. Where corners that were at one place
-        part, faces must be joined anew. So they must where a face was left out as flat.
+        Where separate corners coincide, the two borders there throw the same sides with
+        opposite signs, so counts stay right. Where coincident corners separate, or a face
+        was left out as flat, adjacency must be rebuilt.
         """
         if len(self.caster.faces) < len(self.soup):
             return False
@@ -159,7 +159,7 @@ class Body:
         return np.array_equal(vertices[self._welds[:, 0]], vertices[self._welds[:, 1]])
 
     def bend(self, groups: list[Group]) -> None:
-        """Take the vertices of groups as ``can_bend`` allows them; adjacency is kept."""
+        """Replace the vertices by those of groups (see ``can_bend``); adjacency is kept."""
         self.groups = groups
         vertices = groups[0].vertices
         if vertices is not self.caster.vertices:
@@ -171,7 +171,7 @@ class Body:
 
     @property
     def n_shells(self) -> int:
-        """Shells of one instance."""
+        """Number of shells of one instance."""
         return len(self.face_starts) - 1
 
     def list_faces(self, shells: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -181,11 +181,11 @@ class Body:
 
     @property
     def is_still(self) -> bool:
-        """Whether it is a single instance in the scene's own frame."""
+        """Whether this is a single instance in the scene's frame."""
         return len(self.groups) == 1 and self.groups[0].transform is None
 
     def lights(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Take a light, relative to the scene's origin, into every instance's own frame, (n, 4)."""
+        """Transform a light, relative to the scene's origin, to every instance's frame, (n, 4)."""
         if self.is_still:
             return light[None]
         repeated = np.broadcast_to(light[:, None], (len(self.groups), 4, 1))
@@ -194,7 +194,7 @@ class Body:
         return inside
 
     def world_bounds(self) -> NDArray[np.float64]:
-        """Give boxes around the shells of all instances, (n_instances * n_shells, 2, 3)."""
+        """Return the bounds of all instances' shells, (n_instances * n_shells, 2, 3)."""
         if self.is_still:
             return self.bounds
         if self._world_bounds is None:
@@ -211,8 +211,8 @@ def make_bodies(
     """
     Make the casters of a scene.
 
-    Parts that stand still are judged together, as on the CPU; a group that a transform
-    moves is judged alone, once for all its instances. ``before`` are bodies of the same parts
+    Parts without a transform form one body, as on the CPU; a group with a transform
+    forms its own, once for all its instances. ``before`` are bodies of the same parts
     in another pose, whose adjacency is kept where it holds.
     """
     known = {tuple(group.parts for group in body.groups): body for body in before}
@@ -246,7 +246,7 @@ def make_bodies(
 
 
 def _pose(caster: Caster, vertices: NDArray[np.float64]) -> Caster:
-    """Give a caster other vertices; the faces that met still meet."""
+    """Return a caster with other vertices and the same adjacency."""
     planes = measure_shape(caster, vertices).planes
     return replace(caster, vertices=vertices, planes=planes)
 
@@ -277,19 +277,19 @@ def _make_body(caster: Caster, groups: list[Group], soup: NDArray[np.int32]) -> 
 
 
 def _find_shells(caster: Caster) -> NDArray[np.intp]:
-    """Give the shell of each component: components that pair across an edge are one."""
+    """Return the shell of each component: components joined by an edge share one."""
     n = len(caster.is_closed)
     shell = np.arange(n)
     a, b = caster.component[caster.edge_faces].T
     joined = np.unique(np.stack([a, b], 1)[a != b], axis=0)
-    while len(joined):  # labels spread along the pairs until they agree
+    while len(joined):  # propagate labels along the pairs until they agree
         low = np.minimum(shell[joined[:, 0]], shell[joined[:, 1]])
         before = shell.copy()
         np.minimum.at(shell, joined[:, 0], low)
         np.minimum.at(shell, joined[:, 1], low)
         if (shell == before).all():
             break
-    # Faces lie along a curve through space: shells that come first together are neighbours.
+    # Faces are in the order of a space-filling curve: shells in that order are neighbours.
     first = np.full(n, len(caster.faces))
     np.minimum.at(first, shell[caster.component], np.arange(len(caster.faces)))
     found = np.unique(shell)
@@ -299,14 +299,14 @@ def _find_shells(caster: Caster) -> NDArray[np.intp]:
 
 
 def _find_balls(caster: Caster) -> NDArray[np.bool_]:
-    """Tell which components are closed and join as on a ball's surface."""
+    """Find the closed components of genus 0."""
     n = len(caster.is_closed)
     a, b = caster.edge_faces.T
     corner = caster.component[:, None] * np.int64(len(caster.vertices)) + caster.faces
     vertices = np.bincount(np.unique(corner) // len(caster.vertices), minlength=n)
     edges = np.bincount(caster.component[a], minlength=n)
     faces = np.bincount(caster.component, minlength=n)
-    # An edge of four faces stands here twice: solids that touch along it pass as one ball.
+    # An edge of four faces is listed twice: solids that touch along it pass as one.
     ends = np.sort(caster.edges, axis=1).astype(np.int64)
     _, same, times = np.unique(
         ends[:, 0] * len(caster.vertices) + ends[:, 1], return_inverse=True, return_counts=True

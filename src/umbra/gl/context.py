@@ -1,10 +1,10 @@
 """
-A context of OpenGL 3.3 core: from EGL without a display, from OSMesa, or a hidden window's.
+OpenGL 3.3 core contexts: EGL without a display, OSMesa, or a hidden window.
 
-Any number may be open. OpenGL's functions take no context, but work on the one that is
-*current* in the thread, and objects of different contexts have the same numbers. So
-whoever asks a device for its functions makes it current, and what a person calls
-(``on_device``) gives back the one before.
+Any number may be open. OpenGL's functions take no context, but act on the one that is
+*current* in the thread, and objects of different contexts share numbers. So access to
+a device's functions makes it current, and public methods (``on_device``) restore the
+previous context.
 
 moderngl is imported by ``backends``, when a context is opened.
 """
@@ -42,7 +42,7 @@ _ERRORS = {
 
 
 class _Current(threading.local):
-    """The device whose context is current in this thread; None for none of umbra's."""
+    """The device whose context is current in this thread, or None."""
 
     device: "Device | None" = None
 
@@ -53,7 +53,7 @@ _current = _Current()
 @dataclass(eq=False)
 class Device:
     """
-    An OpenGL context and what is true of it. It belongs to the thread that opened it.
+    An OpenGL context and its capabilities. It belongs to the thread that opened it.
 
     Parameters
     ----------
@@ -61,18 +61,18 @@ class Device:
     backend : str
         One of ``BACKENDS``, or ``given``.
     vendor, renderer, version : str
-        As the driver gives them.
+        As reported by the driver.
     is_software : bool
-        Whether the processor draws.
+        Whether rendering runs on the CPU.
     has_depth_bounds, has_timer_queries : bool
     reverses_depth : bool
-        Depth is 1 at the near plane and 0 at infinity, in 32-bit float: as precise for what is
-        far as for what is near. Else it is 0 to 1, in 24 bits.
+        Depth is 1 at the near plane and 0 at infinity, in 32-bit float: equally precise far
+        and near. Otherwise 0 to 1, in 24 bits.
     functions : Functions
         Entry points that moderngl lacks.
     binding : ContextBinding
     live : set of str
-        The objects that were made and not released yet, by kind and number.
+        Objects not released yet, by kind and number.
     """
 
     handle: Any
@@ -96,7 +96,7 @@ class Device:
         cls, context: Any, backend: str = "given", binding: ContextBinding | None = None
     ) -> "Device":
         """
-        Describe a moderngl context that is current, such as a window's.
+        Wrap the current moderngl context, such as a window's.
 
         ``binding`` makes it current; moderngl's own by default. Raises `UmbraError` if the
         context is no OpenGL 3.3.
@@ -134,19 +134,19 @@ class Device:
 
     @property
     def context(self) -> Any:
-        """The context as moderngl has it, current."""
+        """The moderngl context, made current."""
         self.use()
         return self.handle
 
     @property
     def gl(self) -> Functions:
-        """The entry points, of this context: it is current."""
+        """The entry points of this context, which is made current."""
         self.use()
         return self.functions
 
     def use(self) -> None:
         """
-        Make the context current in this thread, until another is.
+        Make the context current in this thread.
 
         Raises `UmbraError` if it was released, or opened in another thread.
         """
@@ -167,7 +167,7 @@ class Device:
 
     @contextmanager
     def current(self) -> Iterator[None]:
-        """Make the context current, and give back the one before."""
+        """Make the context current, then restore the previous one."""
         before = _find_current()
         self.use()
         try:
@@ -179,17 +179,17 @@ class Device:
                     before.use()
 
     def keep(self, kind: str, number: int) -> str:
-        """Note an object that was made; give the key to ``forget`` it by."""
+        """Register an object; return its key for ``forget``."""
         key = f"{kind} {number}"
         self.live.add(key)
         return key
 
     def forget(self, kind: str, number: int) -> None:
-        """Note that an object was released."""
+        """Unregister a released object."""
         self.live.discard(f"{kind} {number}")
 
     def make(self, kind: str) -> int:
-        """Make one of ``Functions.make``'s objects, and note it."""
+        """Make an object by ``Functions.make`` and register it."""
         number = self.gl.make(kind)
         self.keep(kind.lower(), number)
         return number
@@ -200,13 +200,13 @@ class Device:
         self.forget(kind.lower(), number)
 
     def free(self, kind: str, held: Any) -> None:
-        """Release an object of moderngl's that was noted."""
+        """Release a registered moderngl object."""
         self.use()
         self.forget(kind, held.glo)
         held.release()
 
     def check(self, work: str) -> None:
-        """Raise an `UmbraError` if OpenGL complains; ``work`` says what was done."""
+        """Raise `UmbraError` if OpenGL reports an error; ``work`` names the operation."""
         error = self.gl.GetError()
         if error:
             what = _ERRORS.get(error, hex(error))
@@ -214,7 +214,7 @@ class Device:
             raise UmbraError(msg, code=error)
 
     def release(self) -> None:
-        """Free the context; nothing made in it can be used any more."""
+        """Free the context; its objects become invalid."""
         if not self._is_open:
             return
         with self.current():
@@ -232,14 +232,14 @@ class Device:
 
 
 def _find_current() -> Device | None:
-    """Give the device that is current; someone else may have made another context so since."""
+    """Return the current device, unless foreign code has changed the context."""
     if _current.device is not None and not _current.device.binding.is_current:
         _current.device = None
     return _current.device
 
 
 def _leave() -> None:
-    """Let no context of umbra's be current in this thread."""
+    """Leave umbra's current context in this thread, if any."""
     last, _current.device = _current.device, None
     if last is not None and last._is_open:
         last.binding.__exit__(None, None, None)
@@ -250,7 +250,7 @@ class _Releasable(Protocol):
 
 
 def release_all(*held: _Releasable | None) -> None:
-    """Release what is held on a device, in this order; None is passed over."""
+    """Release device objects in this order; skip None."""
     for each in held:
         if each is not None:
             each.release()
@@ -267,7 +267,7 @@ _R = TypeVar("_R")
 
 
 def on_device(method: Callable[Concatenate[_T, _P], _R]) -> Callable[Concatenate[_T, _P], _R]:
-    """Let a method run with its object's device current, and give back the one before."""
+    """Run a method with its object's device current, then restore the previous one."""
 
     @wraps(method)
     def run(self: _T, *args: _P.args, **options: _P.kwargs) -> _R:
@@ -278,7 +278,7 @@ def on_device(method: Callable[Concatenate[_T, _P], _R]) -> Callable[Concatenate
 
 
 class DeviceUser(ABC):
-    """Draws on the device that it is given, or on one of its own that is released with it."""
+    """Base of classes that draw on a given device, or on their own, released with them."""
 
     def __init__(self, device: Device | None) -> None:
         self.device = device or open_device()
@@ -286,11 +286,11 @@ class DeviceUser(ABC):
 
     @abstractmethod
     def _list_held(self) -> Iterable[_Releasable | None]:
-        """List what is held on the device, in the order in which it is to be released."""
+        """List the objects held on the device, in order of release."""
 
     @on_device
     def release(self) -> None:
-        """Free all that is held on the device."""
+        """Free all objects held on the device."""
         release_all(*self._list_held())
         if self._owns_device:
             self.device.release()
@@ -304,12 +304,12 @@ class DeviceUser(ABC):
 
 def open_device(backend: str | None = None) -> Device:
     """
-    Open a context without any display, or as a last resort a hidden window's.
+    Open a context without a display or, as a last resort, in a hidden window.
 
     Parameters
     ----------
     backend : {'egl', 'osmesa', 'window'}, optional
-        Only this one; by default the first that works.
+        By default the first that works.
 
     Returns
     -------
@@ -336,7 +336,7 @@ def open_device(backend: str | None = None) -> Device:
         for name in BACKENDS if backend is None else [backend]:
             try:
                 return Device._open(name)
-            except Exception as error:  # noqa: BLE001  (drivers fail in every way there is)
+            except Exception as error:  # noqa: BLE001  (drivers raise anything)
                 reasons.append(f"{name}: {' '.join(str(error).split())[:120]}")
     finally:
         _leave()
@@ -347,5 +347,5 @@ def open_device(backend: str | None = None) -> Device:
 
 
 def _find_loader(context: Any) -> Callable[[str], int]:
-    """Give the loader of the context that moderngl took."""
+    """Return the loader of a moderngl context."""
     return context.mglo._context.load_opengl_function

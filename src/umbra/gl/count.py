@@ -1,9 +1,9 @@
 """
 Shadow counts of the visible surface: in the stencil, or in floats beyond 255.
 
-Volumes are wound outward. Before the surface (z-pass) a front adds and a back takes
-away; behind it (z-fail) the other way round (docs/papers.md, M1). Operations wrap, so
-the order of faces does not matter. A fragment at the surface itself counts as behind:
+Volumes are wound outward. In front of the surface (z-pass) a front face increments and a
+back face decrements; behind it (z-fail) the reverse (docs/papers.md, M1). Operations wrap, so
+the order of faces does not matter. A fragment on the surface counts as behind it:
 the depth test is LESS, and light caps, which lie in the surface, use NEVER.
 """
 
@@ -30,9 +30,9 @@ __all__ = ["Stack", "VolumeCounter", "mark_shadow"]
 _BEFORE = Stencil(front_depth_pass="up", back_depth_pass="down")
 _BEHIND = Stencil(front_depth_fail="down", back_depth_fail="up")
 
-# Depth is clamped: z-fail must see all that is behind, to infinity, and z-pass in perspective
-# all that is before, from ``Projection.clipping``'s near plane, where the shader clips, on: z-pass
-# starts with the count in that plane. The depth buffer's own begins at what is nearest.
+# Depth is clamped: z-fail needs all faces behind, to infinity, and z-pass in perspective all
+# in front, from ``Projection.clipping``'s near plane, where the shader clips: z-pass starts
+# with the count in that plane. The depth buffer's own near plane is at the nearest surface.
 _VOLUME = Pass(depth_clamp=True, clip_near=True)
 IN_STENCIL = {
     Z_PASS: replace(_VOLUME, depth_test="less", stencil=_BEFORE),
@@ -55,18 +55,18 @@ _NEARBY_UNIT = FIRST_UNIT + 3
 
 class VolumeCounter:
     """
-    Draws planned volumes.
+    Counts planned shadow volumes.
 
     Parameters
     ----------
     device : Device
     geometry : Geometry
     indices : Indices
-        In which the draws of plans lie.
+        Index lists of the plans' draws.
     two_sided : bool
-        Count fronts and backs in one pass; else in two, where drivers are wrong.
+        Count fronts and backs in one pass; in two where drivers are wrong.
     grows : bool
-        The geometry is that of casters that are enlarged (``umbra.gl.soft``).
+        The geometry is of enlarged casters (``umbra.gl.soft``).
     """
 
     def __init__(
@@ -94,10 +94,10 @@ class VolumeCounter:
         """
         Count, in the stencil, the shadow volumes that hold each visible surface.
 
-        Before: the target's depth holds the scene as ``plan.projection`` shows it. After:
-        stencil 0 means lit. It holds the count itself, or 1 for any other count where more
-        than 255 volumes may overlap (``plan.statistics.counts_in``); the target is in use.
-        Outside ``plan.scissor`` the stencil means nothing.
+        Before: the target's depth holds the scene in ``plan.projection``. After: stencil 0
+        means lit. It holds the count, or 1 for any other count where more than 255 volumes
+        may overlap (``plan.statistics.counts_in``); the target is in use. Outside
+        ``plan.scissor`` the stencil is undefined.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class VolumeCounter:
         target : Target
         plan : VolumePlan
         is_clear : bool
-            The target is in use, and its stencil 0.
+            The target is in use and its stencil is 0.
         """
         if plan.statistics.counts_in == "float":
             floats = self.count_in_floats(state, target, plan)
@@ -133,9 +133,9 @@ class VolumeCounter:
 
     def count_in_floats(self, state: State, target: Target, plan: VolumePlan) -> Target:
         """
-        Count in a float target of its own, exact up to 16 million volumes.
+        Count in a separate float target, exact up to 16 million volumes.
 
-        It is of one ``r32f``, shared by later calls, over the depth of ``target``; it is in use.
+        It is one ``r32f``, reused by later calls, over the depth of ``target``; it is in use.
         """
         floats = self._floats.over(target)
         floats.fill(state, float(plan.start))
@@ -147,17 +147,17 @@ class VolumeCounter:
         return floats
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
-        """Read the counts that ``count`` just made for a plan, (rows, cols), row 0 at the top."""
+        """Read the counts of the last ``count``, (rows, cols), row 0 at the top."""
         if plan.statistics.counts_in == "float" and self._floats.target is not None:
             return np.rint(self._floats.target.read()).astype(np.int32)
         counts = target.read_stencil().astype(np.int32)
         if plan.statistics.deepest < 128:
-            # None can be so high: what is was below 0 by a pixel on an edge, and wrapped.
+            # No count is so high: a pixel on an edge went below 0 and wrapped.
             counts[counts > 127] -= 256
         return counts
 
     def _find_pass(self, passes: dict[str, Pass], plan: VolumePlan, draw: Draw) -> Pass:
-        """Choose the pass of a draw, within where the light's range reaches."""
+        """Choose the pass of a draw, limited to the light's clip range."""
         return replace(
             passes[draw.kind],
             scissor=plan.scissor,
@@ -166,7 +166,7 @@ class VolumeCounter:
         )
 
     def _prepare(self, programs: Programs, plan: VolumePlan, draw: Draw) -> Program:
-        """Choose the program for a draw, and tell it where everything is."""
+        """Choose the program for a draw, and set its inputs."""
         nearby = self._indices.nearby
         needs = self._needs if nearby is None else (*self._needs, "HAS_NEARBY")
         program = programs.find(*needs)
@@ -183,7 +183,7 @@ class VolumeCounter:
 
 
 def mark_shadow(state: State, program: Program, picture: Target, **uniforms: object) -> None:
-    """Set the stencil in use to 1 where a program, of a picture at unit 0, draws a pixel."""
+    """Set the stencil to 1 where a program draws pixels of the picture at unit 0."""
     state.use(_MARK)
     picture.bind(0)
     program.set(**uniforms)
@@ -192,10 +192,10 @@ def mark_shadow(state: State, program: Program, picture: Target, **uniforms: obj
 
 class Stack:
     """
-    A picture of one number a pixel, on which the stencil's shadows are laid one by one.
+    Float picture in which stencil shadows accumulate.
 
-    Counts are made in the picture itself, which has the scene's depth: a device in software
-    finishes all that was asked for whenever another framebuffer is used.
+    Counts are made in the picture itself, over the scene's depth: software devices
+    flush whenever the framebuffer changes.
     """
 
     def __init__(self, device: Device) -> None:
@@ -204,7 +204,7 @@ class Stack:
         self.picture = SharedDepthTarget(device, "r32f")
 
     def begin(self, state: State, target: Target, value: float) -> Target:
-        """Fill the picture that goes with a target's depth with a value; it is in use."""
+        """Fill the picture over a target's depth with a value; it is in use."""
         shown = self.picture.over(target)
         shown.fill(state, value)
         return shown
@@ -214,7 +214,7 @@ class Stack:
         self._lay(state, Pass(color_write=True, blend="add", stencil=_LIT, scissor=scissor), share)
 
     def add_shadow(self, state: State, left: float, scissor: tuple | None = None) -> None:
-        """Leave a part of the light where the stencil is not 0."""
+        """Keep a fraction of the light where the stencil is not 0."""
         blend = Pass(color_write=True, blend="multiply", stencil=_IN_SHADOW, scissor=scissor)
         self._lay(state, blend, left)
 

@@ -1,11 +1,11 @@
 """
-Frames on the gl device: the same questions as ``umbra.cpu.frame``, the same answers.
+Frames on the gl device: same interface and results as ``umbra.cpu.frame``.
 
-The device finds which face each pixel sees and counts; the place of the visible point is
-then computed in float64 from the face's own plane, so positions are as good as the
-CPU's. Edges are float32's and the rasteriser's: faces and counts differ from the CPU's
-within 1/128 of a pixel of an edge, and where two surfaces are nearer than the depth
-buffer's step, d^2 / (2^24 near) at the distance d [m].
+The device finds the face at each pixel and counts; the visible point is then computed
+in float64 from the face's plane, so positions are as accurate as the CPU's. Edges are
+rasterised in float32: faces and counts differ from the CPU's within 1/128 of a pixel of
+an edge, and where two surfaces are closer than the depth buffer's resolution,
+d^2 / (2^24 near) at the distance d [m].
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -51,11 +51,11 @@ class GlFrameCounter(DeviceUser):
     ground : float, optional
         z of a plane that receives shadows, in the model's own coordinates [m].
     device : Device, optional
-        One of its own by default, released with the counter.
+        A new one by default, released with the counter.
     warn : callable
-        Told, in a line, where a forced method is wrong for a view.
+        Called with one line where a forced method is wrong for a view.
     choices : VolumeOptions, optional
-        What may be left out; by default all but what lies out of a light's range.
+        Permitted simplifications; by default all but clipping to a light's range.
     two_sided : bool
         As in ``VolumeCounter``.
     """
@@ -82,7 +82,7 @@ class GlFrameCounter(DeviceUser):
             casters = find_opaque(scene, casters)
             opaque = np.setdiff1d(faces, self.transmitters.faces, assume_unique=True)
             faces, self._n_opaque = np.append(opaque, self.transmitters.faces), len(opaque)
-        self._order = faces.astype(np.int32)  # what is opaque comes first
+        self._order = faces.astype(np.int32)  # opaque faces first
         local = None if ground is None else ground - scene.origin[2]
         with self.device.current():
             tables = None
@@ -106,14 +106,14 @@ class GlFrameCounter(DeviceUser):
         self.plan: VolumePlan | None = None
 
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
-        """Find what a camera sees."""
+        """Find the visible surface of a camera."""
         view = self.look(camera)
         return view, self.locate(view, camera)
 
     @on_device
     def look(self, camera: Camera, before: DepthBuffer | None = None) -> DepthBuffer:
         """
-        Find which face each pixel sees, and how near: keys in float64, of the faces' planes.
+        Find the visible face at each pixel, with float64 depth keys from the faces' planes.
 
         ``before`` as in `Sight.look`.
         """
@@ -123,14 +123,14 @@ class GlFrameCounter(DeviceUser):
         return DepthBuffer(self._find_keys(face, camera), face, before)
 
     def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
-        """Find the places of what a view of this camera shows."""
+        """Find the positions of the visible points of this camera's view."""
         return locate(view, camera, self.triangles, self.ground)
 
     @on_device
     def transmit(
         self, view: DepthBuffer, camera: Camera, light: Light
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Find what transmitting parts leave of a light, and what hides it: `Sight.transmit`."""
+        """Find the light that transmitting parts pass, and hidden points: `Sight.transmit`."""
         places = self.locate(view, camera).position
         if self._sheer is None:
             return np.ones(places.shape, np.float32), np.zeros(places.shape[:2], np.int32)
@@ -151,12 +151,12 @@ class GlFrameCounter(DeviceUser):
         camera : Camera
         light : Light
         method : str
-            Of the device's ``Methods.hard``; `InputError` if it is none of these.
+            One of the device's ``Methods.hard``; else `InputError`.
 
         Returns
         -------
         counts : (rows, cols) int32
-            0 where nothing is seen; 1 for any shadow by a method of ``umbra.gl.masks``.
+            0 for the background; 1 for any shadow by a method of ``umbra.gl.masks``.
         """
         projection, target = self._recall(view, camera)
         counter, method = self.masks.choose(method, self.counter)
@@ -178,15 +178,15 @@ class GlFrameCounter(DeviceUser):
         softness: Softness | None = None,
     ) -> list[NDArray[np.float32]]:
         """
-        Find what share of lights with a size each visible point sees.
+        Find the visible fraction of area lights at each visible point.
 
-        Parameters as in ``count``; the method is of ``umbra.methods.SOFT``, and works as
-        finely as ``softness`` says.
+        Parameters as in ``count``; the method is one of ``umbra.methods.SOFT``, with the
+        resolution of ``softness``.
 
         Returns
         -------
         visibility : list of (rows, cols) float32
-            For each light; 1 is fully lit, 0 umbra, 1 where nothing is seen.
+            Per light; 1 is fully lit, 0 umbra, 1 for the background.
         """
         self.soft.refine(softness or Softness())
         soft = self.soft.choose(method)
@@ -202,7 +202,7 @@ class GlFrameCounter(DeviceUser):
         return found
 
     def _recall(self, view: DepthBuffer, camera: Camera) -> tuple[Projection, Target]:
-        """Give what a camera's view was drawn with; draw it again if another came after it."""
+        """Return the projection and target of a view; redraw it if another replaced it."""
         last = self._seen
         if last is None or last[0] is not camera or last[2] is not view.before:
             self.look(camera, view.before)
@@ -237,14 +237,14 @@ class GlFrameCounter(DeviceUser):
         return face
 
     def _find_keys(self, face: NDArray[np.int32], camera: Camera) -> NDArray[np.float64]:
-        """Find the depth key of each pixel's centre on the plane of the face it sees."""
+        """Find the depth key of each pixel's centre on the plane of its visible face."""
         matrix = camera.matrix(self.scene.origin)
         far, _ = camera.key_range()
         rows, cols = face.shape
         keys = np.full((rows, cols), far)
         y, x = np.nonzero(face != NOTHING)
         is_seen = np.zeros(len(self.triangles.faces) - GROUND, np.bool_)
-        is_seen[face[y, x]] = True  # the ground is the last but one, as its number is negative
+        is_seen[face[y, x]] = True  # the ground's negative number makes it the last but one
         number = np.cumsum(is_seen) - 1
         which, place = np.flatnonzero(is_seen), number[face[y, x]]
         which[which >= len(self.triangles.faces)] = GROUND
@@ -255,7 +255,7 @@ class GlFrameCounter(DeviceUser):
         if self._local_ground is not None:
             points[~mesh] = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, self._local_ground, 1]]
         mapped = points @ matrix.T
-        # The key of a plane is affine in the picture: three of its points fix it.
+        # The key of a plane is affine in the picture: three points determine it.
         corners = mapped[..., :3]
         corners[np.abs(np.linalg.det(corners)) < EDGE_ON] = np.eye(3)  # seen edge-on
         slope = np.linalg.solve(corners, mapped[..., 3:])[place, :, 0]

@@ -1,8 +1,8 @@
 """
-OpenGL's entry points that moderngl has no name for, through the context's own loader.
+OpenGL entry points that moderngl lacks, from the context's own loader.
 
-moderngl knows no stencil and no depth-stencil framebuffer. The loader that made the
-context gives the addresses, so this works alike under EGL, OSMesa and a window.
+moderngl has no stencil and no depth-stencil framebuffer. The context's loader resolves
+the addresses, so this works with EGL, OSMesa and windows.
 """
 
 import ctypes
@@ -16,7 +16,7 @@ __all__ = ["TEXTURE_2D", "TEXTURE_2D_MULTISAMPLE", "Functions"]
 
 TEXTURE_2D, TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 
-# One letter an argument: enum or unsigned, integer, size, float, double, boolean, pointer.
+# One letter per argument: enum or unsigned, integer, size, float, double, boolean, pointer.
 _KINDS = {
     "e": ctypes.c_uint, "i": ctypes.c_int, "z": ctypes.c_ssize_t, "f": ctypes.c_float,
     "d": ctypes.c_double, "b": ctypes.c_ubyte, "p": ctypes.c_void_p,
@@ -103,13 +103,13 @@ _RESULTS = {
 
 
 class Functions:
-    """The entry points as methods, named as in OpenGL without ``gl``; ``load`` gives addresses."""
+    """Entry points as methods, named as in OpenGL without ``gl``; ``load`` finds addresses."""
 
     def __init__(self, load: Callable[[str], int]) -> None:
         self._load = load
 
     def __getattr__(self, name: str) -> Any:
-        """Load an entry point the first time it is asked for."""
+        """Load an entry point on first use."""
         if name not in _ARGUMENTS:
             raise AttributeError(name)
         address = self._load(f"gl{name}")
@@ -122,35 +122,35 @@ class Functions:
         return function
 
     def make(self, kind: str) -> int:
-        """Make one ``Framebuffer``, ``Renderbuffer``, ``Texture`` or ``Query``; give its number."""
+        """Make a ``Framebuffer``, ``Renderbuffer``, ``Texture`` or ``Query``; return its number."""
         number = ctypes.c_uint()
         getattr(self, f"Gen{_PLURALS.get(kind, kind + 's')}")(1, ctypes.addressof(number))
         return number.value
 
     def delete(self, kind: str, number: int) -> None:
-        """Delete what ``make`` made."""
+        """Delete an object of ``make``."""
         one = ctypes.c_uint(number)
         getattr(self, f"Delete{_PLURALS.get(kind, kind + 's')}")(1, ctypes.addressof(one))
 
     def bind_texture(self, unit: int, texture: int, kind: int = TEXTURE_2D) -> None:
-        """Let shaders find a texture at a texture unit."""
+        """Bind a texture to a texture unit."""
         self.ActiveTexture(0x84C0 + unit)
         self.BindTexture(kind, texture)
 
     def integers(self, name: int, count: int = 1) -> list[int]:
-        """Ask for integer state."""
+        """Query integer state."""
         values = np.zeros(max(count, 4), np.int32)
         self.GetIntegerv(name, values.ctypes.data)
         return values[:count].tolist()
 
     def level_integer(self, kind: int, name: int) -> int:
-        """Ask for a property of the bound texture's first level."""
+        """Query a property of the bound texture's first level."""
         value = np.zeros(1, np.int32)
         self.GetTexLevelParameteriv(kind, 0, name, value.ctypes.data)
         return int(value[0])
 
     def floats(self, name: int, count: int = 1) -> list[float]:
-        """Ask for floating-point state."""
+        """Query floating-point state."""
         values = np.zeros(max(count, 4), np.float32)
         self.GetFloatv(name, values.ctypes.data)
         return values[:count].tolist()

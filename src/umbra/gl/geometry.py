@@ -1,10 +1,10 @@
 """
-A scene's points on the device, numbered so that instances share one copy of a mesh.
+A scene's points on the device; instances share one copy of a mesh.
 
-Points have *numbers*: parts without a transform lie in one range, each group of parts
-that moves together in a range of its own. A range says block by block (64 numbers) where
-its points are stored and which transform moves them. So one index list can name the
-points of any number of instances, and one draw is enough for all.
+Points are *numbered*: parts without a transform share one range, and each group of parts
+that moves together has its own. Each block (64 numbers) of a range records where its
+points are stored and which transform applies. So one index list can refer to any number
+of instances, and one draw suffices for all.
 """
 
 import operator
@@ -37,18 +37,18 @@ FIRST_UNIT = 8
 @dataclass(frozen=True, eq=False)
 class Group:
     """
-    Parts that one transform moves.
+    Parts that share a transform.
 
     Parameters
     ----------
     parts : tuple of int
         Indices in ``Scene.parts``.
     offsets : tuple of int
-        Of each part's vertices within the group's.
+        First vertex of each part within the group.
     arrays : tuple of (n, 3) float64
         Each part's vertices.
     vertices : (n, 3) float64
-        In their own frame; groups of the same meshes share the array.
+        In the group's frame; groups of the same meshes share the array.
     first : int
         Number of the group's first point.
     transform : (4, 4) float64, optional
@@ -65,10 +65,10 @@ class Group:
 
 def make_groups(scene: Scene) -> list[Group]:
     """
-    Group a scene's parts: those that stand still, and those of one name and transform.
+    Group a scene's parts: those without a transform, and those of one name and transform.
 
-    A transform that flattens cannot be undone, and no light taken into its frame: it is
-    applied to the vertices at once.
+    A singular transform has no inverse to take a light into its frame: it is applied
+    to the vertices here.
     """
     members: dict[tuple, list[int]] = {}
     for index, part in enumerate(scene.parts):
@@ -94,7 +94,7 @@ def make_groups(scene: Scene) -> list[Group]:
 
 
 def _combine(arrays: Sequence[NDArray]) -> tuple[tuple[int, ...], NDArray[np.float64]]:
-    """Put arrays one after another, each only once; give where each begins."""
+    """Concatenate arrays, each only once; return where each begins."""
     places: dict[int, int] = {}
     distinct, count = [], 0
     for array in arrays:
@@ -107,7 +107,7 @@ def _combine(arrays: Sequence[NDArray]) -> tuple[tuple[int, ...], NDArray[np.flo
 
 
 def find_posed(groups: Sequence[Group], before: Scene, after: Scene) -> list[Group] | None:
-    """Find the groups of another pose, none if no mesh bends; None if it must be built anew."""
+    """Find the bent groups of another pose, or None if geometry must be rebuilt."""
     if not moves_as_wholes(before, after, groups):
         return None
     if all(a.mesh is b.mesh for a, b in zip(before.parts, after.parts, strict=True)):
@@ -117,9 +117,9 @@ def find_posed(groups: Sequence[Group], before: Scene, after: Scene) -> list[Gro
 
 def pose_groups(groups: Sequence[Group], scene: Scene) -> list[Group] | None:
     """
-    Find the groups of a scene of the same parts, some of which bend.
+    Find the groups of a scene of the same parts, some of them bent.
 
-    Groups of the same meshes still share an array. None if they share no longer.
+    Groups of the same meshes must still share an array, or None is returned.
     """
     known: dict[tuple[int, ...], tuple[tuple[int, ...], NDArray[np.float64]]] = {}
     became: dict[int, NDArray[np.float64]] = {}
@@ -156,11 +156,11 @@ class Geometry:
         Vertex numbers (twice the points'), in the order of ``scene.triangles()``,
         outward also where a transform mirrors.
     n_points : int
-        Numbers in use.
+        Number of points, counting each instance's.
     n_stored : int
-        Points stored: those of instances only once.
+        Number of stored points: those of instances once.
     placed : (n_parts, 4, 4) float64
-        From each part's points, as they are stored, to the scene's frame.
+        From each part's stored points to the scene's frame.
     """
 
     def __init__(self, device: Device, scene: Scene) -> None:
@@ -200,7 +200,7 @@ class Geometry:
         ]
 
     def _place(self, scene: Scene) -> None:
-        """Note where the parts of a scene stand."""
+        """Store the transforms of a scene's parts."""
         found = [part.transform for part in scene.parts]
         self.placed = np.array([_STILL if t is None else t for t in found]).reshape(-1, 4, 4)
         self.placed[self._flat] = _STILL
@@ -217,23 +217,23 @@ class Geometry:
         return np.concatenate(lists)
 
     def places(self) -> Iterator[tuple[int, int]]:
-        """Give each part, and where its mesh's first vertex is stored."""
+        """Yield each part and where its mesh's first vertex is stored."""
         for group in self.groups:
             for index, offset in zip(group.parts, group.offsets, strict=True):
                 yield index, self._stored[id(group.vertices)] + offset
 
     def move(self, scene: Scene) -> None:
         """
-        Take new transforms from a scene of the same parts.
+        Update the transforms from a scene of the same parts.
 
-        Parts that had no transform must have none, and a transform that did not mirror must not.
+        Parts without a transform must stay so, and no transform may change its handedness.
         """
         self._place(scene)
         if self.transforms.size:
             self._buffers[2].write(self.transforms[:, :3].astype(np.float32))
 
     def bend(self, groups: list[Group]) -> None:
-        """Take other vertices from groups as ``pose_groups`` gives them; all else stays."""
+        """Replace the vertices by those of groups from ``pose_groups``."""
         written: set[int] = set()
         for old, new in zip(self.groups, groups, strict=True):
             if new.vertices is old.vertices or id(old.vertices) in written:
@@ -247,7 +247,7 @@ class Geometry:
         self._stored = dict(zip((id(group.vertices) for group in groups), places, strict=True))
 
     def bind(self, program: Program) -> None:
-        """Let a program that includes ``place.glsl`` find the points."""
+        """Bind the points for a program that includes ``place.glsl``."""
         for unit, buffer in enumerate(self._buffers, FIRST_UNIT):
             buffer.bind(unit)
         program.set(points=FIRST_UNIT, blocks=FIRST_UNIT + 1, transforms=FIRST_UNIT + 2)
@@ -259,32 +259,32 @@ class Geometry:
 
 
 def is_flat(transform: NDArray[np.float64] | None) -> bool:
-    """Tell whether a transform makes a solid flat, so that nothing can undo it."""
+    """Return whether a transform is singular."""
     return transform is not None and bool(find_flat(np.asarray(transform, np.float64)[None])[0])
 
 
 def find_flat(transforms: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which of the transforms (n, 4, 4) make a solid flat."""
+    """Find the singular transforms among (n, 4, 4)."""
     linear = transforms[:, :3, :3]
     size = np.linalg.norm(linear, axis=1).prod(-1)
     return np.asarray(np.abs(np.linalg.det(linear)) <= 1e-9 * size)
 
 
 def is_mirrored(transform: NDArray[np.float64] | None) -> bool:
-    """Tell whether a transform turns what is wound outward inward."""
+    """Return whether a transform reverses the winding."""
     return transform is not None and bool(find_mirrored(np.asarray(transform)[None])[0])
 
 
 def find_mirrored(transforms: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which of the transforms (n, 4, 4) turn what is wound outward inward."""
+    """Find the transforms among (n, 4, 4) that reverse the winding."""
     return np.asarray(np.linalg.det(transforms[:, :3, :3]) < 0)
 
 
 def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> bool:
     """
-    Tell whether scenes of the same parts differ by the transforms of whole groups alone.
+    Return whether scenes of the same parts differ only by the transforms of whole groups.
 
-    Vertices and normals of meshes may differ, too, if their number is the same: such parts bend.
+    Vertices and normals may differ, too, if their number is the same: such parts bend.
     """
     if (before.origin != after.origin).any():
         return False
@@ -307,17 +307,17 @@ def moves_as_wholes(before: Scene, after: Scene, groups: Sequence[Group]) -> boo
             other = after.parts[index].transform
             if other is not whole and not np.array_equal(other, whole):  # type: ignore[arg-type]
                 return False
-    # What was flat stands with its transform applied to its vertices.
+    # Singular transforms were applied to the vertices.
     return all(group.transform is not None for group in groups if _has_transform(before, group))
 
 
 def _has_transform(scene: Scene, group: Group) -> bool:
-    """Tell whether a group's parts have a transform, applied to its vertices or not."""
+    """Return whether a group's parts have a transform, applied to its vertices or not."""
     return scene.parts[group.parts[0]].transform is not None
 
 
 def _is_bent(before: Mesh, after: Mesh) -> bool:
-    """Tell whether a mesh is another with other vertices and normals."""
+    """Return whether a mesh differs from another in vertices or normals alone."""
     return (
         before.faces is after.faces
         and before.vertices.shape == after.vertices.shape

@@ -1,4 +1,4 @@
-"""What a planner keeps of a light from frame to frame."""
+"""Data of a light that a planner keeps between frames."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ from umbra.gl.volumes import BodyVolumes
 
 __all__ = ["KeptLight"]
 
-_STEPS = 8  # of a lamp for which a bound is made to hold
+_STEPS = 8  # of a lamp's motion that a bound covers
 
 
 @dataclass(eq=False)
 class KeptLight:
-    """What is kept of one light between frames."""
+    """Data of one light kept between frames."""
 
     source: NDArray[np.float64]
     volumes: list[BodyVolumes]
@@ -28,12 +28,12 @@ class KeptLight:
     step: float = 0.0
 
     def follow(self, old: "KeptLight", source: NDArray[np.float64]) -> None:
-        """Take what is known of a light that was near, and how far it came since."""
+        """Take over the bound of a nearby light, and the distance moved since."""
         self.bounded = old.bounded
         self.step = float(np.abs(source - old.source).sum())
 
     def touch(self, source: NDArray[np.float64], drawn: NDArray[np.bool_]) -> Nearby | None:
-        """Find what the light nearly touches of the drawn shells, and of those drawn before."""
+        """Find the points near the light of the shells drawn now or before."""
         if not any(map(len, self.near)):
             return None
         if self.touched is None or (drawn & ~self.touched).any():
@@ -49,7 +49,7 @@ class KeptLight:
     def bound(
         self, source: NDArray[np.float64], bounds: NDArray[np.float64], drawn: NDArray[np.bool_]
     ) -> int:
-        """Bound the count of the drawn shells (n,), of the boxes of all (n, 2, 3)."""
+        """Bound the count of the drawn shells (n,); boxes are of all shells (n, 2, 3)."""
         self.bounded = bound_nearby(
             self.volumes, bounds, source, drawn, self.bounded, _STEPS * self.step
         )

@@ -1,4 +1,4 @@
-"""Transparent surfaces, layer by layer from the farthest: each is lit as the opaque one is."""
+"""Transparent surfaces, layer by layer from the farthest, each lit like the opaque one."""
 
 import ctypes
 from collections.abc import Iterator
@@ -17,10 +17,10 @@ _SAMPLES_PASSED, _RESULT = 0x8914, 0x8866
 
 class TransparentLayers:
     """
-    Peels transparent surfaces: at each pixel the farthest, then the next before it, to the nearest.
+    Peels transparent surfaces from the farthest to the nearest at each pixel.
 
-    A layer has depth, normals, reflectance and light of its own, so that volumes are counted
-    and lights added as for what is opaque.
+    A layer has its own depth, normals, reflectance and light, so that volumes are counted
+    and lights added as for opaque surfaces.
     """
 
     def __init__(self, device: Device) -> None:
@@ -29,7 +29,7 @@ class TransparentLayers:
         self._query = 0
 
     def begin(self, targets: PictureTargets) -> Target:
-        """Return where the layers of a picture will be laid over one another."""
+        """Return the target in which a picture's layers are blended."""
         self._make(targets)
         return self._targets[0].sum
 
@@ -42,10 +42,10 @@ class TransparentLayers:
         targets: PictureTargets,
     ) -> Iterator[PictureTargets]:
         """
-        Give each layer of a picture for lights to be added, and lay it over those before.
+        Yield each layer of a picture to be lit, then blend it over the previous ones.
 
-        Before: ``targets.surface`` holds what is opaque, in its light. After: what ``begin``
-        returned holds all layers, as ``Shading.lay`` leaves them.
+        Before: ``targets.surface`` holds the lit opaque surface. After: the target of
+        ``begin`` holds all layers, as ``Shading.lay`` leaves them.
         """
         shown, behind = self.begin(targets), targets.surface
         shown.fill(state, 0.0)
@@ -66,7 +66,7 @@ class TransparentLayers:
             behind, layer, next_one = layer.surface, next_one, layer
 
     def _make(self, like: PictureTargets) -> None:
-        """Make the targets of two layers, of the size and format of a picture's."""
+        """Make the targets of two layers, in the size and format of a picture."""
         if self._targets and self._targets[0].size != like.size:
             self.release()
         if not self._targets:
@@ -76,7 +76,7 @@ class TransparentLayers:
             ]
 
     def _count_drawn(self) -> int:
-        """Ask how many pixels the last layer has; waits for the device."""
+        """Query the number of pixels in the last layer; waits for the device."""
         count = ctypes.c_uint64()
         self._device.gl.GetQueryObjectui64v(self._query, _RESULT, ctypes.addressof(count))
         return count.value

@@ -1,12 +1,12 @@
 """
-Points near a lamp that name their far ends themselves.
+Points near a lamp with precomputed far ends.
 
-The far end of a point is its way from the light, which a shader takes as a difference of
-float32 numbers. A micrometre from an edge of a few metres that loses all that says where
-the edge's shadow goes, and the ways to the edge's ends are opposite: nothing spans the
-side between them. So near a lamp each edge and each face gets one more point, where it is
-nearest to the lamp, and the ways to it and to corners that are near are found in float64.
-Sides and caps are cut there alike, so volumes stay closed.
+The far end of a point is its direction from the light, which a shader computes as a
+difference of float32 numbers. A micrometre from an edge of a few metres this loses the
+direction of the edge's shadow, and the rays to the edge's ends are opposite: they span no
+side. So near a lamp each edge and each face is split at its point nearest to the lamp, and
+the rays to that point and to nearby corners are computed in float64. Sides and caps are
+cut alike, so volumes stay closed.
 """
 
 from dataclasses import dataclass
@@ -23,23 +23,23 @@ from umbra.scene.mesh import transform_points
 
 __all__ = ["Nearby", "find_nearby"]
 
-_MOST = 2000  # faces; of a finer mesh the nearest
+_MOST = 2000  # faces; of a finer mesh only the nearest
 
 
 @dataclass(frozen=True, eq=False)
 class Nearby:
     """
-    Points near a light that name their far ends themselves.
+    Points near a light with precomputed far ends.
 
     Parameters
     ----------
     points : (n, 2, 3) float64
-        Place relative to the scene's origin, and unit vector from the light.
+        Position relative to the scene's origin, and unit vector from the light.
     at_corner, on_edge, on_face : dict
-        One, two or three point numbers of the geometry, ascending -> which of these points
-        stands for the corner, or lies on the edge or face.
+        One, two or three point numbers of the geometry, ascending -> index of the point
+        that replaces the corner, or lies on the edge or face.
     corners : (n,) int64
-        Points of the geometry from which any of this can be met, ascending.
+        Points of the geometry at the affected faces, ascending.
     """
 
     points: NDArray[np.float64]
@@ -50,7 +50,7 @@ class Nearby:
 
     def refine(self, numbers: NDArray[np.uint32], first: int) -> NDArray[np.uint32]:
         """
-        Cut triangles (n,) uint32 where they are nearest to the light.
+        Split triangles (n,) uint32 at their points nearest to the light.
 
         ``first`` is the number of the first of ``points``, after those of the geometry.
         """
@@ -65,7 +65,7 @@ class Nearby:
         return np.concatenate([triangles[~is_near].ravel(), added])
 
     def _cut(self, triangle: list[int], first: int) -> list[tuple[int, int, int]]:
-        """Cut one triangle at what lies on its edges, and within it if it is a face."""
+        """Split one triangle at the points on its edges and, if it is a face, inside."""
         rim, feet = [], []
         for k, number in enumerate(triangle):
             onward = triangle[(k + 1) % 3]
@@ -93,9 +93,9 @@ def find_nearby(
     volumes: list[BodyVolumes], light: NDArray[np.float64], near: list[NDArray[np.intp]]
 ) -> Nearby | None:
     """
-    Find what a light (4,), relative to the scene's origin, nearly touches; mostly nothing.
+    Find the points near a light (4,), relative to the scene's origin; mostly none.
 
-    ``near`` are instances and shells of each body, of ``find_near``: only these are asked.
+    ``near`` lists instances and shells per body, from ``find_near``: only these are tested.
     """
     points: list[NDArray[np.float64]] = []
     at_corner: dict[int, int] = {}
@@ -113,7 +113,7 @@ def find_nearby(
             if not len(faces):
                 continue
             used, rows = np.unique(body.caster.faces[faces], return_inverse=True)
-            # From the light, so that what is near has all its digits.
+            # Relative to the light, so that near points keep full precision.
             apart = body.caster.vertices[used]
             apart = transform_points(body.transforms[instance], apart) - light[:3]
             numbers = body.first[instance] + used
@@ -143,7 +143,7 @@ def _add_corners(
 def _add_edges(names: list[int], ways: NDArray, reach: float, on_edge: dict, points: list) -> None:
     for i, j in ((0, 1), (1, 2), (2, 0)):
         pair = (min(names[i], names[j]), max(names[i], names[j]))
-        a, b = (ways[names.index(name)] for name in pair)  # in one direction for both faces
+        a, b = (ways[names.index(name)] for name in pair)  # same direction for both faces
         along = b - a
         part = -(a @ along) / (along @ along)
         foot = a + part * along
@@ -161,7 +161,7 @@ def _add_face(names: list[int], ways: NDArray, reach: float, on_face: dict, poin
 
 @njit(cache=True, nogil=True)
 def _find_foot(ways, foot):
-    """Write the point of a face's plane nearest to 0; tell whether it is within the face (3, 3)."""
+    """Write the point of a face's plane nearest to 0; return whether the face (3, 3) holds it."""
     a, b, c = ways[0], ways[1], ways[2]
     normal = np.cross(b - a, c - a)
     square = (normal * normal).sum()

@@ -133,7 +133,7 @@ def find_opened(
 
 
 def _hold(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which boxes (n, 2, 3) hold a lamp."""
+    """Find which boxes (n, 2, 3) hold a lamp."""
     margin = 1e-6 * (bounds[:, 1] - bounds[:, 0]).max(1, keepdims=True)
     place = light[:3]
     inside = (place >= bounds[:, 0] - margin) & (place <= bounds[:, 1] + margin)
@@ -143,7 +143,7 @@ def _hold(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np
 def _hold_components(
     body: Body, shells: NDArray[np.intp], light: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Tell which components' boxes hold a lamp that some shells' boxes hold, (n_components,)."""
+    """Find which components' boxes hold a lamp that some shells' boxes hold, (n_components,)."""
     found = np.zeros(len(body.component_shell), np.bool_)
     some = np.flatnonzero(np.isin(body.component_shell, shells))
     found[some] = _hold(body.component_bounds[some], light)
@@ -166,7 +166,7 @@ def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArra
 def _reach_before(
     body: Body, depth: NDArray[np.float64], near: float, suspects: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Tell which suspected components have a face that reaches before the near plane."""
+    """Find which suspected components have a face that reaches before the near plane."""
     found = np.zeros(len(suspects), np.bool_)
     boxes = body.component_bounds
     nearest = np.minimum(boxes[:, 0] * depth[:3], boxes[:, 1] * depth[:3]).sum(1) + depth[3]

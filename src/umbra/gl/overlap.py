@@ -94,7 +94,7 @@ class KnownBound:
     def holds(
         self, light: NDArray[np.float64], weights: NDArray[np.int64], drawn: NDArray[np.bool_]
     ) -> bool:
-        """Tell whether it holds for a light and the shells that are drawn under it."""
+        """Return whether it holds for a light and the shells that are drawn under it."""
         apart = float(np.abs(light - self.light).sum())  # no less than the distance
         return (
             apart <= self.slack * light[3]
@@ -146,7 +146,7 @@ def bound_boxes(
 def _find_components(
     volumes: list[BodyVolumes], drawn: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Give boxes (n, 2, 3) around drawn components, and what each can add (n,)."""
+    """Return boxes (n, 2, 3) around drawn components, and what each can add (n,)."""
     boxes, weights, offset = [np.zeros((0, 2, 3))], [np.zeros(0, np.int64)], 0
     for each in volumes:
         body = each.body
@@ -163,7 +163,7 @@ def _find_components(
 def _find_casting(
     volumes: list[BodyVolumes], drawn: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Give the points of all instances in the scene's frame, and the faces that cast."""
+    """Return the points of all instances in the scene's frame, and the faces that cast."""
     points, faces, count, offset = [], [], 0, 0
     for each in volumes:
         body = each.body
@@ -298,7 +298,7 @@ def _stack(
 
 @njit(cache=True, nogil=True)
 def _find_deepest(points, shapes, weights, light, frames, cells):
-    """Give the largest weight in one cell of the light's view, in any frame (3, 3) of some."""
+    """Return the largest weight in one cell of the light's view, in any frame (3, 3) of some."""
     boxes, owners = np.zeros((shapes.shape[0], 4)), np.zeros(shapes.shape[0], np.int64)
     heap, column = np.zeros((cells + 1, cells + 1), np.int64), np.zeros(cells + 1, np.int64)
     deepest = 0

@@ -208,7 +208,7 @@ def _ask_triangles(
 
 
 def _find(volumes: list[BodyVolumes], number: int) -> tuple[BodyVolumes, int, int]:
-    """Give the volumes, the instance and the shell of a number among all shells."""
+    """Return the volumes, the instance and the shell of a number among all shells."""
     for each in volumes:
         n = each.body.n_shells * len(each.body.groups)
         if number < n:
@@ -306,6 +306,6 @@ class VolumePlan:
     volumes: tuple[BodyVolumes, ...] = ()
 
     def uniforms(self) -> dict[str, object]:
-        """Give the uniforms of ``volume.vert.glsl`` that all draws share."""
+        """Return the uniforms of ``volume.vert.glsl`` that all draws share."""
         light = self.light.astype(np.float32)
         return {**self.projection.uniforms(), "light": light, "bottom": self.bottom}

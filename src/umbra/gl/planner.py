@@ -157,7 +157,7 @@ class Planner:
         self._measure()
 
     def can_bend(self, groups: Sequence[Group]) -> bool:
-        """Tell whether all bodies can take the vertices of groups, and keep which faces meet."""
+        """Return whether all bodies can take the vertices of groups, and keep which faces meet."""
         posed = {group.parts: group.vertices for group in groups}
         return all(
             posed[body.groups[0].parts] is body.caster.vertices
@@ -358,7 +358,7 @@ class Planner:
         return kept
 
     def twin(self) -> "Planner":
-        """Give another planner of the same casters, with lists and memory of its own."""
+        """Return another planner of the same casters, with lists and memory of its own."""
         other = copy(self)
         other.indices = Indices(self.device, 2 * self.geometry.n_points)
         other._kept, other._last = [], None

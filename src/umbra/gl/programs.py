@@ -104,7 +104,7 @@ class Program:
 
     def set(self, **uniforms: Any) -> None:
         """
-        Give values to uniforms; names that the program does not use are passed over.
+        Return values to uniforms; names that the program does not use are passed over.
 
         Arrays are written as float32 (matrices in rows, as numpy has them); Python's whole
         numbers and truth values go to int, bool and sampler uniforms, its floats to float.

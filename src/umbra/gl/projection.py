@@ -41,7 +41,7 @@ _HORIZON = 1e4  # an orthographic view ends at so many times the scene's size
 
 
 def find_source(light: Light, origin: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give a light relative to a scene's origin, (4,); a direction has length 1."""
+    """Return a light relative to a scene's origin, (4,); a direction has length 1."""
     source = light.local(origin)
     source[:3] /= 1.0 if source[3] else np.linalg.norm(source[:3])
     return source
@@ -107,13 +107,13 @@ class Projection:
         return replace(self, matrix=matrix)
 
     def _find_before(self) -> float:
-        """Give how far before the near plane volumes begin, of ``volume.vert.glsl``."""
+        """Return how far before the near plane volumes begin, of ``volume.vert.glsl``."""
         near, begin, far = self.camera.near, self.clipping.near, self.camera.far
         ratio = 1.0 if np.isinf(far) else (far - begin) / (far - near)
         return near / begin * ratio - 1.0
 
     def uniforms(self) -> dict[str, NDArray | float]:
-        """Give the uniforms of ``place.glsl`` that depend on the camera alone."""
+        """Return the uniforms of ``place.glsl`` that depend on the camera alone."""
         return self._uniforms
 
     @cached_property
@@ -227,7 +227,7 @@ def _find_depths(
 
 
 def find_rays(projection: Projection) -> dict[str, object]:
-    """Give the uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
+    """Return the uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
     return projection.rays
 
 
@@ -312,13 +312,13 @@ def find_clip_ranges(
 
 
 def _meet(one: NDArray[np.int64], two: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Give the rectangle that lies in both; all 0 where none does."""
+    """Return the rectangle that lies in both; all 0 where none does."""
     met = np.concatenate([np.maximum(one[:2], two[:2]), np.minimum(one[2:], two[2:])])
     return met * (met[2:] > met[:2]).all()
 
 
 def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, int, int]:
-    """Give a rectangle as OpenGL has it, its rows counted from below."""
+    """Return a rectangle as OpenGL has it, its rows counted from below."""
     left, top, right, bottom = corners.tolist()
     return left, camera.size[1] - bottom, right - left, bottom - top
 

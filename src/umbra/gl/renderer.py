@@ -380,7 +380,7 @@ class Renderer(DeviceUser):
                 self.shading.add_turned(*given, least=1 if shares is None else 0)
 
     def _spares_turned(self, counter: Counts, plan: VolumePlan) -> bool:
-        """Tell whether the stencil will hold counts, and something has smooth normals."""
+        """Return whether the stencil will hold counts, and something has smooth normals."""
         in_stencil = plan.statistics.counts_in != "float" and counter is self.counter
         return in_stencil and self.surfaces.has_normals
 

@@ -231,7 +231,7 @@ class Timers:
 
     def collect(self) -> dict[str, float]:
         """
-        Give the time of each pass since the last call, in the order in which they began [ms].
+        Return the time of each pass since the last call, in the order in which they began [ms].
 
         Waits until the device is done with them.
         """

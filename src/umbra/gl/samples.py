@@ -83,7 +83,7 @@ class Averaging:
         planner: "Planner",
     ) -> Iterator[Projection]:
         """
-        Give each projection to draw ``targets.drawn`` with; at the end the picture is there.
+        Return each projection to draw ``targets.drawn`` with; at the end the picture is there.
 
         Before: what is drawn has as many samples as ``split_samples`` says, with these offsets.
         After: ``targets.picture`` holds the mean in sRGB.

@@ -253,5 +253,5 @@ class Shading:
 
 
 def _describe_sky(target: Target) -> dict[str, object]:
-    """Give the uniforms of ``sky.glsl``."""
+    """Return the uniforms of ``sky.glsl``."""
     return {"sky": np.array(SKY), "horizon": np.array(HORIZON), "rows": float(target.size[1])}

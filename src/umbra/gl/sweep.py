@@ -130,7 +130,7 @@ class GlSweep(DeviceUser):
 
     @on_device
     def counts(self, suns: NDArray[np.float64]) -> NDArray[np.int32]:
-        """Give the shadow count of every cell for every sun, (n, rows, cols) int32."""
+        """Return the shadow count of every cell for every sun, (n, rows, cols) int32."""
         counts = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.int32)
         with State(self.device) as state:
             for count, plan in zip(counts, self._plan(suns), strict=True):

@@ -266,7 +266,7 @@ class SharedDepthTarget:
         self.target: Target | None = None
 
     def over(self, target: Target) -> Target:
-        """Give the companion that shares this target's depth and stencil."""
+        """Return the companion that shares this target's depth and stencil."""
         if self.target is None or self.target.depth_of is not target:
             self.release()
             self.target = Target(self._device, target.size, self._colors, depth_of=target)
@@ -371,5 +371,5 @@ class PictureTargets:
 
 
 def find_surface_formats(accumulate: str) -> tuple[str, ...]:
-    """Give the formats of a surface target's attachments; light is summed in ``accumulate``."""
+    """Return the formats of a surface target's attachments; light is summed in ``accumulate``."""
     return accumulate, "rgba32f", "rgba8", "rgba16f"

@@ -66,7 +66,7 @@ class TransmitterTables:
             buffer.bind(unit)
 
     def uniforms(self, projection: Projection) -> dict[str, object]:
-        """Give the uniforms of ``transmission.glsl``."""
+        """Return the uniforms of ``transmission.glsl``."""
         high = projection.eye.astype(np.float32)
         return {
             **{name: _FIRST_UNIT + k for k, name in enumerate(_NAMES)},

@@ -93,7 +93,7 @@ class BodyVolumes:
         self._found = self._found | found
 
     def sides_of(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-        """Give the sides of the wanted shells, and the shell of each, ascending."""
+        """Return the sides of the wanted shells, and the shell of each, ascending."""
         self.find(wanted)
         if not (self._found & ~wanted).any():
             return self._sides, self._side_shell
@@ -115,11 +115,11 @@ class BodyVolumes:
         return self.body.caster.is_closed & ~self.opened
 
     def caster_of(self, instance: int) -> Caster:
-        """Give what casts of one instance: all faces but those on which the light lies."""
+        """Return what casts of one instance: all faces but those on which the light lies."""
         return self.body.caster.without(self.held[self.held[:, 0] == instance, 1])
 
     def is_of(self, lights: NDArray[np.float64], opened: NDArray[np.bool_]) -> bool:
-        """Tell whether these are still the volumes of such lights and open components."""
+        """Return whether these are still the volumes of such lights and open components."""
         return (
             self._pose == self.body.poses
             and np.array_equal(self.lights, lights)
@@ -134,7 +134,7 @@ class BodyVolumes:
         return faces[(side > 0) | ((side < 0) & ~self.is_closed[instance, caster.component[faces]])]
 
     def light_cap(self, wanted: NDArray[np.bool_]) -> NDArray[np.uint32]:
-        """Give the casting faces (n, 3) of the wanted components, turned to the light."""
+        """Return the casting faces (n, 3) of the wanted components, turned to the light."""
         if not wanted.any():
             return self._cap[:0]
         if self._capped is None or (wanted & ~self._capped).any():
@@ -143,13 +143,13 @@ class BodyVolumes:
         return self._cap[wanted[self._cap_shell]]
 
     def cap_shells(self, wanted: NDArray[np.bool_]) -> NDArray[np.intp]:
-        """Give the shell of each face of ``light_cap(wanted)``, ascending."""
+        """Return the shell of each face of ``light_cap(wanted)``, ascending."""
         self.light_cap(wanted)
         return self._cap_shell[wanted[self._cap_shell]]
 
     def dark_cap(self, wanted: NDArray[np.bool_], is_fan: NDArray[np.bool_]) -> NDArray[np.uint32]:
         """
-        Give what closes the far end of the wanted components' volumes, (n, 3).
+        Return what closes the far end of the wanted components' volumes, (n, 3).
 
         Where ``is_fan``, a fan over the silhouette is enough; else the casting faces are thrown.
         """

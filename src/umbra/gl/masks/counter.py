@@ -104,7 +104,7 @@ class MaskCounter:
         return self.pieces
 
     def _room(self, plan: VolumePlan) -> int:
-        """Give how wide batches may be: where values tell counts, so that few are lost."""
+        """Return how wide batches may be: where values tell counts, so that few are lost."""
         if not self.method.counts:
             return self.limit
         return max(self.limit - plan.statistics.deepest, self.limit // 3)

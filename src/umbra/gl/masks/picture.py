@@ -297,7 +297,7 @@ class MaskPicture(DeviceUser):
         return np.concatenate([self.planner.bounds, whole])
 
     def _find_targets(self, size: tuple[int, int]) -> tuple[Target, Target, Target]:
-        """Give the picture, its colours alone, and the mask; the last is what counts are in."""
+        """Return the picture, its colours alone, and the mask; the last is what counts are in."""
         if not self._targets or self._targets[0].size != tuple(size):
             self._release_targets()
             place = ("rgba32f",) if self._is_joint else ()

@@ -174,7 +174,7 @@ class _Chosen:
     def name(
         self, sides: NDArray[np.uint32], cap: NDArray[np.uint32]
     ) -> dict[_Key, NDArray[np.uint32]]:
-        """Give the triangles by how they are counted."""
+        """Return the triangles by how they are counted."""
         lists = [sides[:, : self.columns].reshape(-1, 3)]
         if self.dark_cap:
             lists.append(cap[:, ::-1] | FAR)
@@ -187,7 +187,7 @@ class _Chosen:
 def _hold_end(
     each: BodyVolumes, plan: VolumePlan, instance: int, faces: NDArray[np.uint32]
 ) -> NDArray[np.bool_]:
-    """Tell which casting faces (n, 3) have the point where parallel rays end in their volume."""
+    """Find which casting faces (n, 3) have the point where parallel rays end in their volume."""
     camera, light = plan.projection.camera, each.lights[instance]
     if camera.is_perspective or light[3] == 0:
         return np.zeros(len(faces), np.bool_)
@@ -225,7 +225,7 @@ def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
 
 
 def _find_convex(each: BodyVolumes) -> NDArray[np.bool_]:
-    """Tell which shells are one convex component that only its lit faces throw."""
+    """Find which shells are one convex component that only its lit faces throw."""
     body = each.body
     alone = np.bincount(body.component_shell, minlength=body.n_shells) == 1
     simple = body.is_convex & ~each.opened

@@ -117,7 +117,7 @@ class _Held:
         self._target: Target | None = None
 
     def find_target(self, size: tuple[int, int]) -> Target:
-        """Give the target of small surfaces."""
+        """Return the target of small surfaces."""
         if self._target is None or self._target.size != size:
             self.small.release()
             self.small = Stack(self._device)
@@ -126,7 +126,7 @@ class _Held:
         return self._target
 
     def find_upsampler(self, kind: str) -> Upsampler:
-        """Give what lays masks over the picture by a filter."""
+        """Return what lays masks over the picture by a filter."""
         if kind not in self._upsamplers:
             self._upsamplers[kind] = Upsampler(self._device, kind)
         return self._upsamplers[kind]

@@ -101,7 +101,7 @@ _ALIKE = 0.9  # cosine between normals of one surface
 
 
 def shrink(camera: Camera, scale: int) -> Camera:
-    """Give the same view in fewer pixels, ``scale`` to one along each side, rounded up."""
+    """Return the same view in fewer pixels, ``scale`` to one along each side, rounded up."""
     cols, rows = camera.size
     fewer = -(-rows // scale)
     across, down = (shift * fewer / rows for shift in camera.offset)

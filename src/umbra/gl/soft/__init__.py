@@ -96,7 +96,7 @@ class SampledShadows:
         return shares
 
     def _find_plan(self, point: int) -> VolumePlan:
-        """Give the plan of one of all lights' points; plans hold for a chunk of them."""
+        """Return the plan of one of all lights' points; plans hold for a chunk of them."""
         chunk, place = divmod(point, _AT_ONCE)
         if chunk != self._chunk:
             assert self._projection is not None

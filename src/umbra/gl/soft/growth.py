@@ -59,7 +59,7 @@ class Instance:
 
 def part_bodies(bodies: Sequence[Body]) -> tuple[list[Body], list[Instance]]:
     """
-    Give bodies whose components have vertices, and numbers, of their own; and their instances.
+    Return bodies whose components have vertices, and numbers, of their own; and their instances.
 
     Their groups' points are numbered anew, one instance after another.
     """
@@ -198,7 +198,7 @@ class Shown:
 def _find_rows(
     scene: Scene, instances: Sequence[Instance], casters: Sequence[int] | None
 ) -> NDArray[np.int32]:
-    """Give the component of each of a scene's triangles, among all instances'; -1 for none."""
+    """Return the component of each of a scene's triangles, among all instances'; -1 for none."""
     chosen = set(range(len(scene.parts)) if casters is None else casters)
     counts = np.array([part.triangles for part in scene.parts])
     starts = np.cumsum(counts) - counts

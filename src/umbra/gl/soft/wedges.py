@@ -79,7 +79,7 @@ class Keys:
 
 
 def _find_depths(projection: Projection) -> np.ndarray:
-    """Give the nearest depth of a parallel view, and how much farther it goes [m]."""
+    """Return the nearest depth of a parallel view, and how much farther it goes [m]."""
     if projection.camera.is_perspective:
         return np.zeros(2)
     # The window's depth is linear: 2 (depth - near) / (far - near) - 1 before it is halved.
@@ -108,7 +108,7 @@ class LightEdges:
     count: int
 
     def is_of(self, light: AreaLight, plan: VolumePlan) -> bool:
-        """Tell whether these are still the edges of a light's hard volumes."""
+        """Return whether these are still the edges of a light's hard volumes."""
         mine, its = self.light, light
         return (
             len(self.volumes) == len(plan.volumes)
@@ -214,7 +214,7 @@ class WedgePainter:
         return program
 
     def _find_reach(self, projection: Projection) -> float:
-        """Give how far wedges go: 0 to infinity, which parallel rays do not see."""
+        """Return how far wedges go: 0 to infinity, which parallel rays do not see."""
         if projection.camera.is_perspective:
             return 0.0
         whole = self._planner.scene.bounds() - self._planner.scene.origin

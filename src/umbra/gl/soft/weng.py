@@ -74,7 +74,7 @@ class LightLayers:
     deepest: int
 
     def is_of(self, source: NDArray[np.float64], hard: Sequence[BodyVolumes]) -> bool:
-        """Tell whether these are still the layers of a light's hard volumes."""
+        """Return whether these are still the layers of a light's hard volumes."""
         return np.array_equal(self.source, source) and all(
             np.array_equal(one.opened, two.opened)
             for one, two in zip(self.volumes, hard, strict=True)
@@ -118,7 +118,7 @@ def grow(
 
 
 def enlarge(each: Instance, rows: NDArray[np.float64], growing: float) -> NDArray[np.float64]:
-    """Give an instance's vertices in a layer, in the scene's frame: ``grow.glsl`` in float64."""
+    """Return an instance's vertices in a layer, in the scene's frame: ``grow.glsl`` in float64."""
     centers, axes = rows[each.component, 0], rows[each.component, 1, :3]
     apart = each.vertices - centers[:, :3]
     apart -= np.einsum("ij,ij->i", apart, axes)[:, None] * axes
@@ -190,7 +190,7 @@ def plan_layers(
     steps: Sequence[float],
 ) -> list[VolumePlan]:
     """
-    Give a plan for each layer of a light, by how much more than 1 each is enlarged.
+    Return a plan for each layer of a light, by how much more than 1 each is enlarged.
 
     ``hard`` is the plan of the light, ``projection`` that of the picture, without a tilt;
     selection and draws are those of ``list_layers``.
@@ -212,7 +212,7 @@ def plan_layers(
 
 
 def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
-    """Give volumes of enlarged bodies without their sides, each instance by itself."""
+    """Return volumes of enlarged bodies without their sides, each instance by itself."""
     scaled = []
     opened = {id(each.body): each.opened for each in layers.volumes}
     for each in layers.instances:
