@@ -1,4 +1,4 @@
-"""Shadow studies: from a scene, a place and a day to hours of shadow."""
+"""Shadow studies: hours of shadow from a scene, a site and dates."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -37,7 +37,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Load a name on first use: the command's help needs the options alone."""
+    """Load a name on first use: the command's help needs only the options."""
     if name in _HOMES:
         return getattr(import_module(f"umbra.study.{_HOMES[name]}"), name)
     msg = f"module 'umbra.study' has no attribute {name!r}"

@@ -1,4 +1,4 @@
-"""What the variables of a result are, in CF terms: in files, and on the axes of plots."""
+"""CF attributes of a result's variables, for files and the axes of plots."""
 
 __all__ = ["find_attributes", "is_sum"]
 
@@ -95,28 +95,28 @@ _SUMMED = {
     *(f"{of}_{what}_sun_hours" for of in ("surface", "part") for what in ("mean", "least", "most")),
 }
 _JUDGED = {"newly_under", "neighbour_area_touched", "neighbour_area_newly_under"}
-"""Variables judged date by date: a limit is one of a date."""
+"""Variables judged date by date: the limit applies to one date."""
 
 
 def is_sum(name: str) -> bool:
-    """Tell whether a variable of several dates is their sum."""
+    """Return whether a variable of several dates is their sum."""
     return name in _SUMMED
 
 
 def find_attributes(name: str, dates: int = 1) -> dict[str, str]:
     """
-    Return a variable's attributes by its name; results by day have those of all days.
+    Return a variable's attributes by its name; results by day share those of all days.
 
     Parameters
     ----------
     name : str
     dates : int
-        Number of dates of the study; names of sums over several state it.
+        Number of dates of the study, stated in the names of sums.
 
     Returns
     -------
     attributes : dict of str to str
-        ``long_name``, where there is one ``units``; empty for a name that is not known.
+        ``long_name`` and, if any, ``units``; empty for an unknown name.
     """
     attributes = dict(_ATTRIBUTES.get(name, {}))
     if not attributes and name.endswith(_BY_DAY):

@@ -1,4 +1,4 @@
-"""Before against after, of two studies: hours of sun lost, and where too few are left."""
+"""Comparison of two studies: hours of sun lost, and where too few are left."""
 
 import datetime as dt
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ __all__ = ["LEAST", "Losses", "compare", "is_newly_under", "read_hours"]
 
 
 def read_hours(under: str | float | dt.timedelta) -> float:
-    """Read hours: a number of them, or a duration such as ``2h30min``."""
+    """Read hours: a number, or a duration such as ``2h30min``."""
     if isinstance(under, (int, float)):
         return float(under)
     return parse_duration(under, "least sun", "under").total_seconds() / 3600
@@ -32,28 +32,27 @@ def compare(
     Parameters
     ----------
     before, after : ShadowStudy or xarray.Dataset
-        As ``umbra.shadow_study`` gives them.
+        As ``umbra.shadow_study`` returns them.
     under : str or float, optional
-        Where fewer hours of sun than this are left on a date, but were not before:
-        ``"2h"``. None asks for the hours alone.
+        Limit for ``newly_under``: hours of sun on a date. None leaves it out.
 
     Returns
     -------
     dataset : xarray.Dataset
-        ``hours_lost``: sun before less sun after, NaN where the receiver itself is
-        another (something was built there, or removed); ``sun_hours_before`` and
-        ``sun_hours_after``; ``newly_under``: 1 where fewer than ``under`` are left but
-        were not before. Attributes ``under_hours``, and for plans ``area_touched`` and
-        ``area_newly_under`` [m2]. Of several dates hours are sums, ``newly_under`` is 1
-        where it is so on at least one date, and there are ``hours_lost_by_day``,
-        ``newly_under_by_day`` and, instead of the attributes of plans,
-        ``area_touched_by_day`` and ``area_newly_under_by_day``.
+        ``hours_lost``: sun before less sun after, NaN where the receiver itself moved
+        (something was built there, or removed); ``sun_hours_before`` and
+        ``sun_hours_after``; ``newly_under``: 1 where the sun fell below ``under``.
+        Attributes ``under_hours``, and for plans ``area_touched`` and
+        ``area_newly_under`` [m2]. For several dates hours are sums, ``newly_under`` is 1
+        if true on at least one date, and ``hours_lost_by_day``, ``newly_under_by_day``
+        and, instead of the attributes of plans, ``area_touched_by_day`` and
+        ``area_newly_under_by_day`` are added.
 
     Raises
     ------
     InputError
-        If the studies are not of the same receivers or instants, or keep only the sums
-        of several dates while ``under`` is given.
+        If the studies differ in receivers or instants, or keep only the sums of several
+        dates while ``under`` is given.
     """
     import xarray as xr  # noqa: PLC0415
 
@@ -109,7 +108,7 @@ def compare(
 
 
 def _check_same(before: "xr.Dataset", after: "xr.Dataset") -> None:
-    """Refuse studies of other receivers or instants."""
+    """Refuse studies that differ in receivers or instants."""
     for name in (*before.sun_hours.dims, "time"):
         if name not in after.dims or not (
             after.sizes[name] == before.sizes[name]
@@ -123,9 +122,9 @@ def _check_same(before: "xr.Dataset", after: "xr.Dataset") -> None:
 
 
 GROUND = "ground"
-"""The neighbour's name where no part but the ground lost sun."""
+"""Name of the neighbour for receivers on the ground."""
 LEAST = 1e-4
-"""Of an hour: less is rounding."""
+"""Smallest loss that is not rounding [h]."""
 
 Variables = dict[str, tuple[tuple[str, ...], NDArray]]
 
@@ -134,16 +133,16 @@ def is_newly_under(
     sun_hours: NDArray[np.float32], lost: NDArray[np.float32], under: float
 ) -> NDArray[np.bool_]:
     """
-    Tell where a limit was reached before and no longer is, on one date.
+    Find where a limit was reached before and no longer is, on one date.
 
     Parameters
     ----------
     sun_hours : (...) float32
-        Of the date, after [h].
+        After, on the date [h].
     lost : (...) float32
-        Less than before [h].
+        Before less after [h].
     under : float
-        [h]
+        Limit [h].
     """
     return (sun_hours < under - LEAST) & (sun_hours + lost >= under - LEAST)
 
@@ -151,27 +150,27 @@ def is_newly_under(
 @dataclass(frozen=True, eq=False)
 class Losses:
     """
-    What a proposal takes from its neighbours.
+    Sun that a proposal takes from its neighbours.
 
     Parameters
     ----------
     lost : (...) float32
-        Sun less than before, of all dates together [h].
+        Sun lost, sum of all dates [h].
     newly_days : (...) int16
         Number of dates on which a limit was reached before and no longer is.
     is_new : (...) bool
-        Receivers that were not there before.
+        Receivers that did not exist before.
     owner : (...) int
-        Whose each receiver is, in ``names``; negative for the ground.
+        Index of each receiver's neighbour in ``names``; negative for the ground.
     names : list of str
-        Names may repeat: they are one neighbour.
+        Equal names are one neighbour.
     area : (...) float64 or float
         Of each receiver [m2].
     days : int
         Number of dates.
     lost_by_day : (n_days, ...) float32, optional
     newly_by_day : (n_days, ...) uint8, optional
-        Of each date, where they are kept.
+        By date, if kept.
     """
 
     lost: NDArray[np.float32]
@@ -186,9 +185,9 @@ class Losses:
 
     def variables(self, dims: tuple[str, ...]) -> Variables:
         """
-        Return the arrays of ``study.nc``; only neighbours that are touched.
+        Return the arrays of ``study.nc``; only neighbours that lose sun.
 
-        Those who lose most hours over most of their area stand first.
+        Sorted by hours lost times area, largest first.
         """
         nan, left = np.float32(np.nan), ~self.is_new
         newly = left & (self.newly_days > 0)

@@ -1,7 +1,7 @@
 """
-Lights with weights: what a study adds up, one light after another.
+Weighted lights, which a study adds up.
 
-A period makes them: the steps of one or more days, and the sun at their midpoints.
+A period makes them: steps of one or more days, and the sun at their midpoints.
 """
 
 import datetime as dt
@@ -24,24 +24,24 @@ Refraction = Literal["standard", "none"]
 @dataclass(frozen=True, eq=False)
 class Lights:
     """
-    Homogeneous lights, each with a weight in every column.
+    Homogeneous lights with a weight in every column.
 
-    Hours of a day are one column, hours by day a column for each day.
+    One day's hours are one column; hours by day are one column per day.
 
     Parameters
     ----------
     vectors : (n, 4) float64
-        With w = 0 a unit direction toward the light in the model's axes, with w = 1 a lamp's
-        place in the scene's local frame [m].
+        w = 0: unit direction toward the light in the model's axes; w = 1: lamp's position in
+        the scene's local frame [m].
     weights : (n, k) float64
     names, units : tuple of str
-        Of the k columns.
+        Weight in each column.
     starts, ends : (n,) int64
-        Start and end of the time that each light stands for, UTC [us since 1970]; ascending.
+        Start and end of each light's time, UTC [us since 1970]; ascending.
     step : (n,) int64
         Index of each in its source, such as the steps of a study.
     days : tuple of tuple of slice
-        For each day the runs of lights that follow one another; a day may have none.
+        Runs of consecutive lights of each day; a day may have none.
     """
 
     vectors: NDArray[np.float64]
@@ -63,7 +63,7 @@ class Lights:
         step: NDArray[np.int64] | None = None,
     ) -> Self:
         """
-        Make lights that have no place in time.
+        Make lights without times.
 
         Parameters
         ----------
@@ -90,37 +90,37 @@ class Lights:
 
     @property
     def are_suns(self) -> NDArray[np.bool_]:
-        """Whether each is a direction above the horizon, (n,): they are counted without rays."""
+        """Directions above the horizon, which need no rays, (n,) bool."""
         return (self.vectors[:, 3] == 0) & (self.vectors[:, 2] > 0)
 
     @property
     def directions(self) -> NDArray[np.float64]:
-        """Unit directions, (n, 3) float64, as counters of suns take them."""
+        """Unit directions for counters of suns, (n, 3) float64."""
         return np.ascontiguousarray(self.vectors[:, :3])
 
     def pick(self, which: NDArray[np.bool_]) -> Self:
-        """Return some of the lights, without their places in time."""
+        """Return some of the lights, without their times."""
         return type(self).of(
             self.vectors[which], self.weights[which], self.names, self.units, self.step[which]
         )
 
     def split(self) -> "tuple[Lights, AnyLights]":
-        """Return the suns, and all other lights; without their places in time."""
+        """Return the suns, and all other lights; without their times."""
         others = self.pick(~self.are_suns)
         return self.pick(self.are_suns), AnyLights(**vars(others))
 
     @property
     def lengths(self) -> NDArray[np.int64]:
-        """How long each light stands for its weight [us]."""
+        """Duration of each light [us]."""
         return self.ends - self.starts
 
 
 class AnyLights(Lights):
-    """Lights of any place, which rays count: lamps, and directions below the horizon."""
+    """Lights counted by rays: lamps, and directions below the horizon."""
 
     @property
     def directions(self) -> NDArray[np.float64]:
-        """Homogeneous lights, (n, 4) float64, as counters of any lights take them."""
+        """Homogeneous lights for counters of any lights, (n, 4) float64."""
         return self.vectors
 
 
@@ -134,9 +134,9 @@ class Period:
     days : tuple of datetime.date
         Local dates, ascending.
     steps : tuple of Steps
-        Of each day.
+        Steps of each day.
     sun : SunPath
-        At all midpoints, day after day.
+        Sun at all midpoints, in order of the days.
     site : Site
     refraction : {'standard', 'none'}
     """
@@ -169,23 +169,23 @@ class Period:
 
     @property
     def day_of_step(self) -> NDArray[np.intp]:
-        """Index in ``days`` of each step, (n,)."""
+        """Index of each step in ``days``, (n,)."""
         return np.repeat(np.arange(len(self.days)), [len(steps.hours) for steps in self.steps])
 
     @property
     def up_hours_by_day(self) -> NDArray[np.float64]:
-        """How long the sun is up on each day, by whole steps, (n_days,) [h]."""
+        """Time with the sun up on each day, by whole steps, (n_days,) [h]."""
         lengths = np.where(self.sun.is_up, self.hours, 0.0)
         return np.bincount(self.day_of_step, lengths, len(self.days)).astype(np.float64)
 
     def make_lights(self, which: NDArray[np.bool_] | None = None) -> Lights:
         """
-        Return the suns above the horizon at the steps' midpoints, weighed in hours.
+        Return the suns above the horizon at the steps' midpoints, weighted by hours.
 
         Parameters
         ----------
         which : (n,) bool, optional
-            Steps that count, of those with the sun up; all by default.
+            Selection of the steps with the sun up; all by default.
         """
         is_up = self.sun.is_up if which is None else self.sun.is_up & which
         step = np.flatnonzero(is_up)
@@ -199,7 +199,7 @@ class Period:
         )  # fmt: skip
 
     def find_reaching_suns(self) -> NDArray[np.float64]:
-        """Find the suns whose shadows a default extent shall hold: at midpoints and stamps."""
+        """Find the suns at midpoints and stamps, whose shadows the default extent holds."""
         stamps = np.concatenate([steps.stamps for steps in self.steps])
         path = find_sun(self.site, stamps, refraction=self.refraction)
         return np.concatenate([self.sun.direction[self.sun.is_up], path.direction[path.is_up]])
@@ -232,13 +232,13 @@ def make_period(
         As ``umbra.sun.make_steps`` reads them.
     site : Site
     every_days : int
-        Of a range, a month or a year take every N-th day.
+        Take every N-th day of a range, a month or a year.
     refraction : {'standard', 'none'}
 
     Raises
     ------
     InputError
-        If one of them is not written so, or a local time does not exist on a date.
+        If one of them cannot be read, or a local time does not exist on a date.
     """
     days = parse_dates(dates, every_days)
     check_steps(make_steps(days[0], start, end, every, site.zone), len(days), every)

@@ -1,4 +1,4 @@
-"""The one loop of every study: lights pass over receivers, accumulators see their shadows."""
+"""The loop of every study: count each light's shadows and pass them to accumulators."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ __all__ = [
 ]  # fmt: skip
 
 AT_ONCE = 8
-"""Lights whose masks are held at a time."""
-_FEW = 4  # lights of equal weight, on average, from which their integers are added
+"""Number of lights whose masks are held at a time."""
+_FEW = 4  # mean number of lights per weight from which integers are summed
 
 
 def _ignore(_: int) -> None:
@@ -28,18 +28,18 @@ def _ignore(_: int) -> None:
 @dataclass(frozen=True, eq=False)
 class TileRun:
     """
-    Some receivers while lights pass over them.
+    Receivers of a tile and their counters, for one pass of the lights.
 
     Parameters
     ----------
     shape : tuple of int
         Of the receivers.
     counters : sequence of Counter
-        Of all that casts; if there are canopies, then a second one without them.
+        One of all casters; with canopies a second one without them.
     where : index
         Index of these receivers among all; all of them by default.
     tiles : sequence of Tile
-        Tiles of the counters, where accumulators ask for single casters or places.
+        Tiles of the counters, for accumulators that need single casters or positions.
     """
 
     shape: tuple[int, ...]
@@ -50,16 +50,16 @@ class TileRun:
 
 class Accumulator:
     """
-    Keeps a result of the lights that pass over receivers.
+    Base of accumulators: one result of the lights counted on receivers.
 
     Attributes
     ----------
     is_streamed : bool
-        Whether lights have to pass in time order; else ``add_sums`` takes them all at once.
+        Whether lights must come in time order; else ``add_sums`` takes them all at once.
     needs_masks : bool
-        Whether ``add`` needs to know which receivers are in shadow.
+        Whether ``add`` needs masks of the receivers in shadow.
     more_passes : int
-        How many times it tells progress of all lights in ``end``.
+        Number of passes over all lights in ``end``, for progress.
     """
 
     is_streamed = True
@@ -67,13 +67,13 @@ class Accumulator:
     more_passes = 0
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a tile."""
+        """Begin a tile."""
 
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
         """Add all lights up, in any order."""
 
     def begin_run(self, lights: Lights, some: slice) -> None:
-        """Begin with lights that follow one another."""
+        """Begin a run of consecutive lights."""
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
         """
@@ -85,11 +85,11 @@ class Accumulator:
         some : slice
             Indices of these lights.
         masks : sequence of (n, ...) uint8
-            Of each counter: 1 where in shadow.
+            One per counter: 1 where in shadow.
         """
 
     def end_run(self, lights: Lights, some: slice) -> None:
-        """End a run of lights: after it comes a gap in time."""
+        """End a run of lights, before a gap in time."""
 
     def end_day(self, day: int) -> None:
         """End a day."""
@@ -101,7 +101,7 @@ class Accumulator:
         """Blank the results where nothing receives."""
 
     def variables(self, laid: Receivers) -> Variables:
-        """Return the arrays of the result that it holds itself, when all tiles are counted."""
+        """Return its own arrays of the result, after all tiles are counted."""
         return {}
 
 
@@ -109,7 +109,7 @@ def look(
     tile: Tile, canopy: Canopy | None, where: Any = ..., counter: Counter | None = None
 ) -> TileRun:
     """
-    Make a tile ready for lights to pass, a second time without canopies if there are any.
+    Prepare a tile for counting; with canopies, prepare it again without them.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def look(
     where : index
         Index of its receivers among all.
     counter : Counter, optional
-        Of all that casts, on some device; the tile's own by default.
+        Counter of all casters, on any device; the tile's own by default.
     """
     tiles = [tile] if canopy is None else [tile, tile.with_casters()]
     others = [one.make_counter() for one in tiles[1:]]
@@ -132,16 +132,16 @@ def pass_lights(
     progress: Callable[[int], object] = _ignore,
 ) -> None:
     """
-    Let lights pass over the receivers of a tile.
+    Count lights on the receivers of a tile and feed the accumulators.
 
     Parameters
     ----------
     run : TileRun
     lights : Lights
     accumulators : sequence of Accumulator
-        Told in this order.
+        Called in this order.
     progress : callable
-        Told how many lights were done, now and then; of each ``count_passes`` times.
+        Called with the number of lights done; each light ``count_passes`` times.
     """
     for one in accumulators:
         one.begin(run, lights)
@@ -172,7 +172,7 @@ def pass_lights(
 
 def count_passes(accumulators: Sequence[Accumulator]) -> int:
     """
-    Count how often progress is told of each light: for its masks, sums and single casters.
+    Count the progress reports of each light: for its masks, sums and single casters.
 
     Parameters
     ----------
@@ -192,21 +192,21 @@ def add_up(
     """
     Add the weights of the lights that each receiver does not see.
 
-    Where many lights weigh the same they are counted in integers, so that the sum does not
-    depend on their order; else masks are weighed one by one.
+    Lights of equal weight are counted in integers, so that the sum does not depend on their
+    order; if few weights are equal, each mask is weighted.
 
     Parameters
     ----------
     counter : Counter
     shape : tuple of int
-        Of the receivers.
+        Shape of the receivers.
     lights : Lights
     progress : callable
 
     Returns
     -------
     sums : (k, ...) float32
-        Of each column.
+        Sum of each column.
     """
     sums = np.zeros((lights.weights.shape[1], *shape), np.float32)
     rows, group = np.unique(lights.weights, axis=0, return_inverse=True)
@@ -224,7 +224,7 @@ def add_up(
         counter.add_steps(directions[group == k], counts, progress)
         for column in np.flatnonzero(row):
             total, weight = np.atleast_2d(sums[column]), np.float32(row[column])
-            for i, some in enumerate(np.atleast_2d(counts)):  # row by row: no copy of them all
+            for i, some in enumerate(np.atleast_2d(counts)):  # row by row: saves a full copy
                 total[i] += np.multiply(some, weight, dtype=np.float32)
     return sums
 
@@ -232,12 +232,12 @@ def add_up(
 def make_advance(
     progress: Callable[[int, int], object], tile: int, tiles: int, works: int
 ) -> Callable[[int], object]:
-    """Return progress within one of several tiles of equal work as progress of all tiles."""
+    """Return a callback that turns a tile's progress into progress of all tiles."""
     done = tile * works
 
     def advance(n: int) -> None:
         nonlocal done
-        if n:  # in a night there is nothing to tell
+        if n:  # nights report nothing
             done += n
             progress(done, tiles * works)
 

@@ -1,9 +1,9 @@
 """
-The options of a study: each with its type, default, unit, help, flag and heading.
+Options of a study: each with its type, default, unit, help, flag and heading.
 
-The command's options and headings, the checks of types and some attributes of the result are
-made from ``StudyOptions``; the signature of ``umbra.shadow_study`` is written out in full, and
-a test compares the two.
+``StudyOptions`` defines the command's options and headings, the checks of types and some
+attributes of the result; ``umbra.shadow_study`` writes its signature out in full, and a test
+compares the two.
 """
 
 import datetime as dt
@@ -45,7 +45,7 @@ class StudyOptions:
     Raises
     ------
     InputError
-        If a value is wrong in itself, or is not for these receivers.
+        If a value is wrong, or does not apply to these receivers.
     """
 
     date: Date | Sequence[Date] = _time(
@@ -217,7 +217,7 @@ class StudyOptions:
             object.__setattr__(self, "names", self.names or tuple(names))
 
     def _check_receivers(self) -> None:
-        """Refuse options of other receivers; require those that these receivers need."""
+        """Refuse options of other receivers; require the options that these receivers need."""
         own = [(name, said) for name, said, _ in list_options(self) if self._is_own(said)]
         needed = {name: said for name, said in own if said.is_needed}
         for name in needed:
@@ -241,7 +241,7 @@ class StudyOptions:
         from umbra.sun import make_steps, parse_dates  # noqa: PLC0415
         from umbra.sun.clock import check_steps, parse_duration  # noqa: PLC0415
 
-        # In UTC no time is missing or doubled: what fails here fails everywhere.
+        # UTC has no missing or repeated times: what fails here fails in every zone.
         days, every = parse_dates(self.date, self.every_days), self.every
         check_steps(make_steps(days[0], self.start, self.end, every, "UTC"), len(days), every)
         if self.min_spell is not None:
@@ -255,18 +255,18 @@ class StudyOptions:
 
     @cached_property
     def kind(self) -> "ReceiverKind":
-        """Kind of the receivers; for ``auto`` a plan."""
+        """Kind of the receivers; a plan for ``auto``."""
         from umbra.receivers import find_kind  # noqa: PLC0415  (the help needs none)
 
         return find_kind(self.receivers)
 
     def _is_own(self, said: Option) -> bool:
-        """Tell whether an option is only for receivers of this kind."""
+        """Return whether an option is only for receivers of this kind."""
         return self.kind.name in said.receivers
 
     @property
     def attributes(self) -> dict[str, object]:
-        """Attributes of the result that are options of its receivers."""
+        """Options of the receivers, as attributes of the result."""
         return {
             said.attribute: getattr(self, name)
             for name, said, _ in list_options(self)
@@ -274,7 +274,7 @@ class StudyOptions:
         }
 
     def ask_hours(self, receivers: str, **changes: Any) -> "StudyOptions":
-        """Return options for the hours of other receivers, without any further results."""
+        """Return options for the hours of other receivers, without further results."""
         from umbra.receivers import find_kind  # noqa: PLC0415
 
         kind = find_kind(receivers).name

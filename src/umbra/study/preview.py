@@ -1,7 +1,7 @@
 """
-What pictures and films of a study show: moments, and plans with as few cells as a picture.
+Content of a study's pictures and films: moments, and plans at a picture's resolution.
 
-Moments are times that a person would ask for.
+Moments are clock times with the sun up, round unless requested.
 """
 
 import datetime as dt
@@ -30,26 +30,26 @@ __all__ = [
 ]
 
 LONGEST = 1600
-"""Cells along the longer side: more than the map of a picture shows."""
+"""Cells along the longer side: more than a picture's map has pixels."""
 MOST = 400_000_000
-"""Cells of all stamps together: a day of very many stamps is drawn with larger cells."""
+"""Cells of all stamps together: a day of many stamps is drawn with larger cells."""
 COVERED = 0.9
-"""Share of its plan that a model with terrain covers at least."""
+"""Least share of its plan that a model with terrain covers."""
 LOW = 0.25
-"""Share of the model's height that a tenth of the terrain stays below."""
+"""Share of the model's height below which a tenth of the terrain lies."""
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
     """
-    An instant, and the sun at it, above the horizon.
+    An instant with the sun above the horizon.
 
     Parameters
     ----------
     instant : datetime
         UTC.
     local : datetime
-        By the site's clock.
+        Local time at the site.
     altitude, azimuth : float
         Of the sun [degrees].
     direction : (3,) float64
@@ -64,7 +64,7 @@ class Moment:
 
 
 def choose_stamps(steps: Steps, at: Sequence[str] = ()) -> Stamps:
-    """Return the clock times asked for on a date; the ends of its steps by default."""
+    """Return the requested clock times on a date; the ends of its steps by default."""
     return find_stamps(steps.local()[0].date(), at, steps.zone) if at else steps
 
 
@@ -72,7 +72,7 @@ def find_moments(
     study: Study, at: Sequence[str] = (), *, every: int | None, most: int
 ) -> list[Moment]:
     """
-    Find the moments with the sun up that are asked for, or round ones.
+    Find the requested moments with the sun up, or round ones.
 
     Parameters
     ----------
@@ -80,10 +80,10 @@ def find_moments(
     at : sequence of str
         Clock times, as ``umbra.sun.clock.find_stamps`` reads them.
     every : int, optional
-        Without ``at``: the spacing at least [min]; None, and where a date's period is shorter
-        than two of it: the length of the study's steps, or the next round one.
+        Least spacing without ``at`` [min]. If None, or more than half of a date's period:
+        the length of the study's steps, or the next round one.
     most : int
-        Of all dates; of many fewer a date are shown, then of every n-th date only.
+        Limit for all dates: fewer per date are shown, then only every n-th date.
 
     Returns
     -------
@@ -131,15 +131,15 @@ class Preview:
     y : (rows,) float64
         Cell centres in the model's own coordinates [m].
     away : (n_stamps, 2) float64
-        Where the sun casts shadows at each stamp, along x and y; NaN at night.
+        Direction of shadows at each stamp, along x and y; NaN at night.
     heights : (rows, cols) float64
-        z of the topmost surface above the ground [m]; in other views 1 where anything is seen.
+        z of the topmost surface above the ground [m]; in other views 1 where a surface is seen.
     count : function of () -> (n_stamps, rows, cols) bool
         Counts ``shadows``.
     find_parts : function of () -> (rows, cols) int
-        Finds the part that is seen in each cell; -1 for the ground and where there is none.
+        Finds the visible part in each cell; -1 for the ground or none.
     find_canopies : function of () -> (rows, cols) bool
-        Tells where canopies hang over a plan, or stand before what a view shows.
+        Finds cells with canopies over a plan, or in front of a view's surfaces.
     """
 
     x: NDArray[np.float64]
@@ -153,22 +153,22 @@ class Preview:
     @cached_property
     def shadows(self) -> NDArray[np.bool_]:
         """
-        Where shadow falls at each stamp, (n_stamps, rows, cols) bool; none at night.
+        Shadow at each stamp, (n_stamps, rows, cols) bool; none at night.
 
-        Counted at this resolution when first asked for: other pictures need not wait.
+        Counted on first access: other pictures need not wait.
         """
         return self.count()
 
     def has_terrain(self, bounds: NDArray[np.float64]) -> bool:
         """
-        Tell whether the model brings its own ground: it covers its plan, low down for a part.
+        Return whether the model has its own ground: it covers its plan, partly at low height.
 
-        A single house covers its plan as well, but stands high everywhere.
+        A single house covers its plan too, but is high everywhere.
 
         Parameters
         ----------
         bounds : (2, 3) float64
-            Of the model, in its own coordinates [m].
+            Of the model, in its coordinates [m].
 
         Returns
         -------
@@ -184,7 +184,7 @@ class Preview:
 
 def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = None) -> Preview:
     """
-    Count where shadow falls at each stamp of a study's day.
+    Prepare the shadows at each stamp of a study's day.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
     longest : int
         Most cells along a side.
     steps : Stamps, optional
-        The clock times of a day; the first of the study by default.
+        Clock times of a day; the study's first day by default.
 
     Returns
     -------
@@ -211,7 +211,7 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
         shadows &= ~tile.nothing
         return shadows
 
-    # From local coordinates to the model's own, as the study's cells went.
+    # From local coordinates to the model's, by the study's own shift.
     shift_x, shift_y = study.x[0] - study.grid.x0, study.y[0] - study.grid.y0
     return Preview(
         grid.x + shift_x, grid.y + shift_y,
@@ -221,26 +221,26 @@ def make_preview(study: Study, longest: int = LONGEST, steps: Stamps | None = No
 
 
 FINEST = 800
-"""Cells along the longer side: those on which a picture's contours are traced."""
+"""Cells along the longer side, for tracing a picture's contours."""
 FACE = 75
-"""Work of a sun for each face that casts, beside one for each cell. Measured."""
+"""Work per sun and casting face, relative to that per cell. Measured."""
 FREE = 250_000_000
-"""Work that is done in any case: 0.15 to 0.6 s of one core, less than drawing takes."""
+"""Work that is always allowed: 0.15 to 0.6 s of one core, less than drawing takes."""
 LEAST = 60_000_000
-"""Steps are not cut below a minute [us]."""
+"""Least length of a cut step [us]."""
 
 
 @dataclass(frozen=True, eq=False)
 class FinerHours:
     """
-    Hours of one date on the cells of its contours.
+    Hours of one date, on the cells that contours are traced on.
 
     Parameters
     ----------
     shadow_hours : (rows, cols) float32
-        NaN where there is nothing.
+        NaN where nothing receives.
     up_hours : float
-        How long the sun was up, by these steps [h].
+        Time with the sun up, by these steps [h].
     seconds : float
         Length of a step [s].
     """
@@ -252,24 +252,23 @@ class FinerHours:
 
 def count_finer(study: Study, pictures: int = 1) -> FinerHours | None:
     """
-    Count one date of a plan in finer steps, for as much work again as the study took.
+    Count one date of a plan in finer steps, with at most as much work as the study took.
 
-    Of small studies there is more, ``FREE``, which is little beside drawing. Work is the number
-    of suns times the cells and the faces that each of them passes, so that the same study
-    gives the same picture on every machine.
+    Small studies may take more, ``FREE``, still less than drawing. Work is the number of suns
+    times cells and faces, not time, so that a study has the same picture on every machine.
 
     Parameters
     ----------
     study : Study
         Of one date.
     pictures : int
-        How many such dates share what is always free.
+        Number of dates that share ``FREE``.
 
     Returns
     -------
     finer : FinerHours or None
-        None where the work does not allow finer steps, and of several dates together, of views,
-        of canopies, and of studies that solve instants exactly.
+        None if the work does not allow finer steps, and for several dates together, views,
+        canopies, and studies that solve instants exactly.
     """
     facts, period = study.facts, study.period
     if (

@@ -31,20 +31,19 @@ class Study:
     Parameters
     ----------
     laid : Receivers
-        As they were laid out: a raster's ``x``, ``y``, ``grid``, ``heights`` and ``ground`` and
-        single points' ``places`` and ``samples`` are attributes of the study, too.
+        A raster's ``x``, ``y``, ``grid``, ``heights`` and ``ground`` and single points'
+        ``places`` and ``samples`` are attributes of the study, too.
     period : Period
         The time axis: one day, or several.
     shadow_hours : (...) float32
         In the whole period.
     up_hours : float
-        How long the sun was above the horizon [h].
-    masks : (n_steps, ...) Masks, optional
-        1 where in shadow at a midpoint; 0 at night. Reads like a uint8 array.
+        Time with the sun above the horizon [h]. : (n_steps, ...) Masks, optional
+        1 where in shadow at a midpoint, 0 at night; reads like a uint8 array.
     facts : dict
         Attributes of the result.
     more : dict
-        Further arrays of ``study.nc``, by name, each with its dimensions.
+        Further arrays of ``study.nc``: dimensions and values by name.
     """
 
     laid: Receivers
@@ -62,7 +61,7 @@ class Study:
 
     @property
     def kind(self) -> ReceiverKind:
-        """How these receivers are described, drawn and written."""
+        """Kind of receivers: how they are described, drawn and written."""
         return self.laid.kind
 
     @property
@@ -72,7 +71,7 @@ class Study:
 
     @property
     def is_plan(self) -> bool:
-        """Whether it is seen from above."""
+        """Whether the study is seen from above."""
         return self.kind.is_plan
 
     @property
@@ -82,7 +81,7 @@ class Study:
 
     @property
     def model(self) -> Any:
-        """The casters; of a raster they make its tiles."""
+        """The casters; a raster's also make its tiles."""
         return self.laid.casting
 
     @property
@@ -102,12 +101,12 @@ class Study:
 
     @property
     def refraction(self) -> Refraction:
-        """Where the sun was taken to stand: 'standard' or 'none'."""
+        """Refraction of the sun's position: 'standard' or 'none'."""
         return self.period.refraction
 
     @property
     def is_of_model(self) -> NDArray[np.bool_]:
-        """Where the model is seen, not a ground assumed below it; everywhere on a plane."""
+        """Receivers on the model rather than on assumed ground; all on a plane."""
         if "part" in self.more and self.kind.is_raster:
             return self.more["part"][1] != GROUND
         if "assumed_ground_share" in self.facts:
@@ -123,7 +122,7 @@ class Study:
         """
         Return the arrays of ``study.nc`` by name, each with its dimensions.
 
-        ``in_shadow`` is packed and ``sun_hours`` are computed: both read like an array.
+        ``in_shadow`` is packed and ``sun_hours`` computed on access: both read like an array.
         """
         in_sun: Any = SunHours(self.up_hours, self.shadow_hours)
         return {
@@ -142,12 +141,12 @@ class Study:
 
 class SunHours:
     """
-    Hours in the sun, which are computed where they are read: they take no memory.
+    Hours in the sun, computed on access to take no memory.
 
     Parameters
     ----------
     up_hours : float
-        How long the sun was above the horizon [h].
+        Time with the sun above the horizon [h].
     shadow_hours : (...) float32
     """
 
@@ -178,14 +177,14 @@ def time_variables(period: Period) -> Variables:
 
 def make_dataset(variables: Variables, facts: dict[str, object]) -> "xr.Dataset":
     """
-    Make an xarray.Dataset of arrays and attributes; packed masks are unpacked.
+    Make an xarray.Dataset of arrays and attributes; unpack packed masks.
 
     Raises
     ------
     InputError
-        If it does not fit in memory unpacked.
+        If unpacked masks do not fit in memory.
     """
-    import xarray as xr  # noqa: PLC0415  (half a second; scripts that only count do without)
+    import xarray as xr  # noqa: PLC0415  (half a second, saved by scripts that only count)
 
     packed = sum(array.size for _, array in variables.values() if isinstance(array, Masks))
     if packed > find_memory():
@@ -215,7 +214,7 @@ _DATES = {"days", "first_date", "last_date"}
 
 def split_dates(study: AnyStudy) -> list[AnyStudy]:
     """
-    Return the study of each date, as if it were of that date alone.
+    Return a study for each date alone.
 
     Parameters
     ----------
@@ -224,7 +223,7 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
     Returns
     -------
     studies : list of the same
-        Without masks. The study itself, where it has one date or keeps only sums.
+        Without masks. The study itself, if it has one date or keeps only sums.
     """
     if "shadow_hours_by_day" not in study.more:
         return [study]
@@ -245,7 +244,7 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
 
 
 def tell_dates(study: "Study") -> str:
-    """Name the date of the hours, or the number of dates that they are summed over."""
+    """Name the date of the hours, or the number of dates summed."""
     days = study.period.days
     return str(days[0]) if len(days) == 1 else f"sum of {len(days)} dates"
 

@@ -1,4 +1,4 @@
-"""A study's options made ready, and the counting of all kinds of receivers."""
+"""Setup of a study from its options, and counting on receivers of any kind."""
 
 import math
 import time
@@ -46,7 +46,7 @@ class Result:
     arrays : ResultArrays
     accumulators : list of Accumulator
     seconds : float
-        Spent in counting.
+        Time spent counting [s].
     device : str
         The device that counted.
     """
@@ -58,7 +58,7 @@ class Result:
 
     @property
     def masks(self) -> Masks | None:
-        """Masks of every instant, if asked for."""
+        """Masks of every instant, if requested."""
         kept = [one.masks for one in self.accumulators if isinstance(one, InstantMasks)]
         return kept[0] if kept else None
 
@@ -79,7 +79,7 @@ class Result:
 @dataclass(frozen=True, eq=False)
 class Setup:
     """
-    A study's options made ready, for all kinds of receivers.
+    Setup of a study from its options, for all kinds of receivers.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class Setup:
     device : {'auto', 'cpu', 'gl'}
     canopy : Canopy, optional
     begun : float
-        Clock when the work began [s].
+        Clock at the start of the work [s].
     """
 
     scene: Scene
@@ -112,7 +112,7 @@ class Setup:
 
     @classmethod
     def of(cls, scene: Scene, site: Site, options: StudyOptions) -> "Setup":
-        """Read the options that are for all receivers."""
+        """Read the options common to all receivers."""
         threads = check_device(options.device, options.threads)
         is_chosen = options.device != "auto"
         if options.canopy and is_chosen and not find_device(options.device).weakens_light:
@@ -143,7 +143,7 @@ class Setup:
 
     @property
     def bytes_kept(self) -> int:
-        """What else is kept of each receiver besides hours [byte]."""
+        """Memory of each receiver's results besides hours [byte]."""
         days = len(self.period.days)
         behind = (4 + 4 * days * self.results.by_day) if self.canopy else 0
         attribution = self.attribution.bytes_kept(days if self.results.by_day else 0)
@@ -173,7 +173,7 @@ class Setup:
         ----------
         laid : Receivers
         progress : callable
-            Told how many instants are done, and of how many.
+            Called with the number of instants done and the total.
         """
         results, tiles = self.results, laid.make_tiles(self.request)
         has_groups = self.attribution.groups is not None
@@ -190,23 +190,23 @@ class Setup:
             for n, (where, make_tile) in enumerate(tiles):
                 tile = make_tile()
                 counter = counters.make(tile)
-                if n == 0 and len(suns):  # one sun loads or compiles the kernels and makes buffers
+                if n == 0 and len(suns):  # warm up kernels and buffers, untimed
                     counter.add_steps(suns[:1], np.zeros(tile.shape, np.int32))
                 started = time.perf_counter()
                 run = look(tile, self.canopy, where, counter)
                 pass_lights(run, lights, accumulators, make_advance(progress, n, len(tiles), works))
                 seconds += time.perf_counter() - started
-                del tile, counter, run  # or two tiles would be held while the next is made
+                del tile, counter, run  # else two tiles are held while the next is made
         return Result(arrays, accumulators, seconds, counters.device)
 
     def make_lights(self) -> Lights:
-        """Return the suns: at the steps' midpoints, or so dense that no interval is missed."""
+        """Return the suns at the steps' midpoints, or dense enough to miss no interval."""
         if self.results.tolerance:
             return follow_sun(self.period, self.results.tolerance)
         return self.period.make_lights()
 
     def make_accumulators(self, arrays: ResultArrays, laid: Receivers) -> list[Accumulator]:
-        """Return the accumulators that options ask for, hours first: the others read them."""
+        """Return the accumulators that options need, hours first: the others read them."""
         results, attribution = self.results, self.attribution
         found: list[Accumulator] = [
             ExactIntervals(arrays) if results.tolerance
@@ -223,7 +223,7 @@ class Setup:
         return found
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
-        """Return a tile's exact hours in shadow by date if only some parts cast (days, ...) [h]."""
+        """Return a tile's exact hours in shadow of some casters by date, (days, ...) [h]."""
         chosen, canopy = [parts], self.canopy
         if canopy is not None and set(parts).intersection(canopy.casting):
             chosen.append([part for part in parts if part not in set(canopy.casting)])
@@ -263,7 +263,7 @@ class Setup:
         return {name: fact for name, fact in facts.items() if fact is not None}
 
     def _describe_period(self) -> dict[str, object]:
-        """Tell in attributes what the time axis was, where it is more than one plain day."""
+        """Return attributes of the time axis, if it is more than one plain day."""
         facts: dict[str, object] = {}
         days, results = self.period.days, self.results
         if len(days) > 1:

@@ -1,8 +1,8 @@
 """
-The shadow study: hours of shadow in every cell of a plan over a part of a day.
+The shadow study: hours of shadow on every receiver over a period.
 
-The period is cut into steps and each step is judged at its midpoint, so that hours
-add up to exactly the period less the night. The profile is drawn at the steps' ends.
+The period is cut into steps, each judged at its midpoint, so that hours add up to exactly
+the period less the night. The profile is drawn at the steps' ends.
 """
 
 import difflib
@@ -38,7 +38,7 @@ def run(
     progress: Progress = lambda _done, _all: None,
 ) -> Study:
     """
-    Run a study and keep what its pictures need.
+    Run a study and keep the data for its pictures.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def run(
     site : Site
     options : StudyOptions
     progress : callable
-        Told how many instants are done, and of how many.
+        Called with the number of instants done and the total.
     """
     kind = find_kind(options.receivers, scene, options.ground)
     setup = Setup.of(scene, site, options)
@@ -65,7 +65,7 @@ def run(
 def run_study(
     scene: Scene, site: Site, *, progress: Progress = lambda _done, _all: None, **options: Any
 ) -> Study:
-    """Run a study with the options of ``shadow_study``, and keep what its pictures need."""
+    """Run a study with the options of ``shadow_study`` and keep the data for its pictures."""
     return run(scene, site, StudyOptions(**options), progress)
 
 
@@ -75,7 +75,7 @@ T = TypeVar("T")
 
 def check_names(call: Callable[P, T]) -> Callable[P, T]:
     """
-    Decorate a call with a study's options: name unknown options, and a missing date.
+    Decorate a call that takes a study's options: report unknown options and a missing date.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def check_scene(scene: object, site: object) -> None:
     Raises
     ------
     InputError
-        If it is no scene, or its place no site.
+        If either is of another type.
     """
     if not isinstance(scene, Scene):
         msg = f"scene is no Scene but a {type(scene).__name__}; give what umbra.read returns"
@@ -119,7 +119,7 @@ def check_scene(scene: object, site: object) -> None:
 
 class RayCounter:
     """
-    Counts homogeneous lights of any place on a tile, by rays.
+    Counter of any homogeneous lights on a tile, by rays.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ class RayCounter:
         self.tile, self.threads = tile, threads
 
     def masks(self, lights: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Tell for each light (n, 4) which receivers are in shadow, cast or attached."""
+        """Return for each light (n, 4) the receivers in shadow, cast or attached."""
         tile, where = self.tile, self.tile.places
         found = find_hidden_from(tile.tree, where.points, where.normals, lights, self.threads)
         return found.reshape(-1, *tile.shape)
@@ -142,7 +142,7 @@ class RayCounter:
         steps: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Count for each receiver how many lights leave it in shadow."""
+        """Add to each receiver the number of lights that leave it in shadow."""
         for light in lights:
             steps += self.masks(light[None])[0]
             progress(1)
@@ -154,26 +154,26 @@ def count_lights(
     """
     Add the weights of the lights that each receiver does not see.
 
-    Directions above the horizon are counted as suns are; lamps, and lights that shine
-    upward, by rays.
+    Directions above the horizon are counted like suns; lamps, and lights that shine upward,
+    by rays.
 
     Parameters
     ----------
     scene : Scene
     lights : Lights
     options : StudyOptions
-        Options of receivers and casters are read, options of time are not.
+        Only the options of receivers and casters are read.
 
     Returns
     -------
     laid : Receivers
     sums : (k, ...) float32
-        Of each column of weights.
+        Sum of each column of weights.
 
     Raises
     ------
     InputError
-        If an option is wrong, or asks for a canopy.
+        If an option is wrong, or a canopy is chosen.
     """
     if options.canopy:
         msg = "lights of one's own pass no canopies; leave canopy= out, or no_cast= such parts"

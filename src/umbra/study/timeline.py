@@ -1,4 +1,4 @@
-"""Instants of a study, as many and as fine as a web page holds, packed to bits."""
+"""Instants of a study, thinned and coarsened to fit a web page, packed to bits."""
 
 import math
 from collections.abc import Sequence
@@ -28,29 +28,29 @@ __all__ = [
 ]
 
 FEW_DATES = 24
-"""Most dates of which all are shown, if need be at one instant an hour."""
-_COARSE, _COARSEST = 0.25, 1.0  # between instants that are shown: of many dates, of few [h]
+"""Most dates that are all shown, if need be at one instant an hour."""
+_COARSE, _COARSEST = 0.25, 1.0  # longest gap between instants of many dates, of few [h]
 
 
 def thin(period: Period, most: int) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[int, int]]:
     """
-    Choose steps until no more of those with the sun up are left than a page holds.
+    Choose steps so that those with the sun up fit a page.
 
-    Instants of a date are given up first, down to one in 15 minutes (of few dates one an
-    hour); then whole dates, evenly; at last more instants.
+    Instants of a date are dropped first, down to one in 15 minutes (one an hour for few
+    dates); then whole dates, evenly; then more instants.
 
     Parameters
     ----------
     period : Period
     most : int
-        With the sun up; by night nothing is kept of a step but its time.
+        Limit of steps with the sun up; at night only a step's time is kept.
 
     Returns
     -------
     which : (n,) int64
-        The steps that are shown.
+        The chosen steps.
     last : (n,) int64
-        The last step that each one stands for.
+        Last step that each one represents.
     strides : (int, int)
         Of dates and of a date's steps.
     """
@@ -75,36 +75,36 @@ def thin(period: Period, most: int) -> tuple[NDArray[np.int64], NDArray[np.int64
 
 
 LONGEST = 800
-"""Cells along the longer side: a plan as wide as a page shows no more."""
+"""Cells along the longer side: the width of a page."""
 LONGEST_VIEW = 1600
-"""The same of an elevation or a camera's picture, whose sheets have as many."""
+"""Cells along the longer side of an elevation or a camera's picture, as on its sheets."""
 MOST_BYTES = 16_000_000
-"""Of all masks at a bit a cell, before they are compressed; else cells grow."""
+"""Most bytes of all masks at one bit a cell, uncompressed; cells grow to fit."""
 MOST_INSTANTS = 3000
-"""With the sun up; of more ``thin`` chooses some."""
-_FEWEST = 24  # instants that are kept of however many points
-_SMALLEST = 120  # cells along the longer side that are kept however many the instants
+"""Most instants with the sun up; ``thin`` chooses among more."""
+_FEWEST = 24  # least number of instants, for any number of points
+_SMALLEST = 120  # least cells along the longer side, for any number of instants
 
 
 @dataclass(frozen=True, eq=False)
 class Instants:
     """
-    Which receivers are in shadow at the middle of each step that is shown.
+    Receivers in shadow at the midpoint of each chosen step.
 
     Parameters
     ----------
     which : (n,) int64
-        The steps of the study that are shown.
+        The chosen steps of the study.
     last : (n,) int64
-        The last step that each one stands for: itself, or a later one of its day.
+        Last step that each one represents: itself, or a later one of its day.
     strides : (int, int)
-        Of days and of a day's steps: (1, 1) where all are shown.
+        Of days and of a day's steps; (1, 1) if all are chosen.
     bits : (n, (receivers + 7) // 8) uint8
-        A bit for each receiver, the first in the highest bit; 1 in shadow, 0 at night.
+        One bit per receiver, the first in the highest bit; 1 in shadow, 0 at night.
     behind : (n, (receivers + 7) // 8) uint8, optional
-        1 where a receiver is behind canopies alone; None without canopies.
+        1 for receivers behind canopies alone; None without canopies.
     share : (n,) float64, optional
-        Of the light that canopies let through; where it is 1 they are not there.
+        Share of light that canopies transmit; 1 means no canopy.
     """
 
     which: NDArray[np.int64]
@@ -115,7 +115,7 @@ class Instants:
     share: NDArray[np.float64] | None = field(default=None, kw_only=True)
 
     def is_summed(self, study: Study) -> bool:
-        """Tell whether the steps shown add up to the study's own hours of these receivers."""
+        """Return whether the chosen steps add up to the study's hours on these receivers."""
         period, count = study.period, study.shadow_hours.size
         total = np.zeros(count)
         lengths = (period.ends[self.last] - period.starts[self.which]) / 3.6e9
@@ -131,7 +131,7 @@ class Instants:
 @dataclass(frozen=True, eq=False)
 class Timeline(Instants):
     """
-    The instants of a raster's cells.
+    Instants of a raster.
 
     Parameters
     ----------
@@ -141,10 +141,10 @@ class Timeline(Instants):
     y : (rows,) float64
         Cell centres in the model's own coordinates, ascending [m].
     surface : (rows, cols) float64
-        z of the topmost surface above the ground [m]; in a view that is no plan 0 where
-        anything is seen. NaN where nothing receives.
+        z of the topmost surface above the ground [m]; in views other than plans 0 where a
+        surface is seen. NaN where nothing receives.
     is_study : bool
-        Whether the cells are those of the study itself, so that hours are the same.
+        Whether cells are the study's own, with equal hours.
     """
 
     x: NDArray[np.float64]
@@ -166,16 +166,16 @@ class Timeline(Instants):
 
 def make_timeline(study: Study, longest: int | None = None) -> Timeline:
     """
-    Count every step's middle at a page's resolution.
+    Count the steps' midpoints at a page's resolution.
 
-    The study's own cells are kept where they are few enough; else larger ones are
-    counted anew, so that each is exact at its own centre.
+    The study's cells are kept if few enough; else larger ones are counted, each exact at
+    its centre.
 
     Parameters
     ----------
     study : Study
     longest : int, optional
-        Most cells along a side; ``LONGEST`` of a plan, ``LONGEST_VIEW`` of a view.
+        Most cells along a side; by default ``LONGEST``, or ``LONGEST_VIEW`` for views.
 
     Returns
     -------
@@ -201,9 +201,9 @@ def make_timeline(study: Study, longest: int | None = None) -> Timeline:
 
 def make_point_timeline(study: Study) -> Instants:
     """
-    Return every step's middle at single points, or of so many steps as fit a page.
+    Return the steps' midpoints at single points, thinned to fit a page.
 
-    Masks that the study kept are used; else these steps are counted again.
+    The study's masks are used if kept; else these steps are counted again.
     """
     count = len(study.shadow_hours)
     sets = 1 if study.model.canopy is None else 2
@@ -227,16 +227,16 @@ def make_point_timeline(study: Study) -> Instants:
 
 class _InstantPacker(Accumulator):
     """
-    Fills in the bits of ``Instants``.
+    Accumulator that packs the bits of ``Instants``.
 
     Parameters
     ----------
     instants, count : int
         Number of instants and of receivers.
     share : (n,) float64, optional
-        Of the light that canopies let through.
+        Share of light that canopies transmit.
     is_there : (...) bool, optional
-        Which receivers there are.
+        Receivers that exist; all by default.
     """
 
     def __init__(
@@ -248,7 +248,7 @@ class _InstantPacker(Accumulator):
         self._is_there, self._first = is_there, 0
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a run of receivers, which starts at a whole byte."""
+        """Begin a run of receivers, which starts at a whole byte."""
         first = run.where.start if isinstance(run.where, slice) else 0
         self._first = first // 8
 
@@ -257,7 +257,7 @@ class _InstantPacker(Accumulator):
         self.keep(lights.step[some], masks)
 
     def keep(self, some: NDArray[np.signedinteger], masks: Sequence[NDArray[np.uint8]]) -> None:
-        """Pack some instants' shadows, and where there are canopies what they alone cast."""
+        """Pack some instants' shadows, and the shadows of canopies alone."""
         if self._is_there is not None:
             masks = [mask & self._is_there for mask in masks]
         flat = [mask.reshape(len(some), -1) for mask in masks]
@@ -270,7 +270,7 @@ class _InstantPacker(Accumulator):
 
 
 def _find_share(study: Study, which: NDArray[np.int64]) -> NDArray[np.float64] | None:
-    """Return the share of the light that canopies let through at some steps, if there are any."""
+    """Return the share of light that canopies transmit at some steps; None without canopies."""
     canopy, period = study.model.canopy, study.period
     return None if canopy is None else canopy.find_shares(period.days)[period.day_of_step[which]]
 

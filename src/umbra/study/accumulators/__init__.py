@@ -1,9 +1,9 @@
 """
-Accumulators: what a study keeps of the lights that pass over its receivers, one file each.
+Accumulators: results that a study collects while counting lights on its receivers.
 
     hours.py        hours in shadow, added up; sun intervals of steps; every instant
-    intervals.py    first and last sun, the longest interval: what streams through
+    intervals.py    first and last sun, the longest interval, from instants in time order
     exact.py        when shadow begins and ends, solved to a tolerance
-    attribution.py  hours due to chosen casters, and what a proposal takes
-    arrays.py       the arrays of a result that these fill in
+    attribution.py  hours due to chosen casters, and sun lost to a proposal
+    arrays.py       the arrays of a result, filled by the others
 """

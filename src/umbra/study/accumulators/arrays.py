@@ -1,4 +1,4 @@
-"""The arrays of a result: hours, and what options ask for."""
+"""Arrays of a result: hours, and variables chosen by options."""
 
 import datetime as dt
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ from umbra.sun.clock import parse_duration
 __all__ = ["FEW_DAYS", "ResultArrays", "ResultOptions"]
 
 FEW_DAYS = 12
-"""Most dates of which results are kept by day where no option states it."""
+"""Most dates whose results are kept by day by default."""
 LEAST_TOLERANCE, MOST_TOLERANCE = 1e-3, 60
-"""Least and largest tolerance of solved instants [s]."""
+"""Limits of the tolerance of solved instants [s]."""
 _MICROSECOND = dt.timedelta(microseconds=1)
 _INTERVALS = {
     "first_sun": np.dtype("datetime64[us]"),
@@ -33,20 +33,20 @@ _INTERVALS = {
 @dataclass(frozen=True)
 class ResultOptions:
     """
-    What a study shall keep besides the hours in shadow.
+    Options of results besides the hours in shadow.
 
     Parameters
     ----------
     by_day : bool
-        Everything for each date, too.
+        Whether results are also kept for each date.
     spells : bool
-        First and last sun, number of sun intervals, the longest, the shaded share.
+        Whether to keep first and last sun, number of sun intervals, longest, shaded share.
     min_spell : int
-        Also the hours in intervals of at least this length [us]; 0: not asked for.
+        Least length of intervals whose hours are added up [us]; 0: none.
     masks : bool
-        Every instant.
+        Whether to keep every instant.
     tolerance : float
-        Of beginnings and ends that are solved [s]; 0: intervals begin and end with steps.
+        Tolerance of solved interval ends [s]; 0: intervals begin and end with steps.
     """
 
     by_day: bool = False
@@ -58,7 +58,7 @@ class ResultOptions:
     @classmethod
     def of(cls, period: Period, options: StudyOptions) -> "ResultOptions":
         """Read the options: ``min_spell`` implies ``spells``, few dates imply ``by_day``."""
-        tolerance = float(options.exact)  # True is a second
+        tolerance = float(options.exact)  # True means 1 s
         if not (tolerance == 0 or LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE):
             msg = f"exact instants are solved to 0.001 to 60 s; got {options.exact}"
             raise InputError(msg, exact=options.exact)
@@ -72,11 +72,11 @@ class ResultOptions:
 
     @property
     def is_streamed(self) -> bool:
-        """Whether instants have to pass in time order."""
+        """Whether instants must come in time order."""
         return self.spells or self.masks or self.tolerance > 0
 
     def bytes_kept(self, days: int) -> int:
-        """Return the bytes kept of each receiver besides the hours and the masks."""
+        """Return the memory of each receiver besides hours and masks [byte]."""
         each = sum(dtype.itemsize for dtype in self._interval_types().values())
         return each + ((4 + each) * days if self.by_day else 0)
 
@@ -89,7 +89,7 @@ class ResultOptions:
 
 class ResultArrays:
     """
-    Results of all receivers, filled in tile by tile.
+    Results of all receivers, filled tile by tile.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class ResultArrays:
     Attributes
     ----------
     shares : (n_days,) float64, optional
-        Of the light that canopies let through.
+        Share of light that canopies transmit.
     """
 
     def __init__(
@@ -133,12 +133,12 @@ class ResultArrays:
 
     @property
     def up_hours(self) -> float:
-        """How long the sun is up in the whole period [h]."""
+        """Time with the sun up in the whole period [h]."""
         return float(self.up_hours_by_day.sum())
 
     @property
     def has_days(self) -> bool:
-        """Whether the hours of each date are asked for."""
+        """Whether the hours of each date are kept."""
         return self.results.by_day or bool(self._of_tile)
 
     def read_hours(self, day: int, where: Any = ...) -> NDArray:
@@ -146,7 +146,7 @@ class ResultArrays:
         return self._by_day["shadow_hours"][day][where] if self._by_day else self._of_tile[day]
 
     def lets_all_through(self, day: int) -> bool:
-        """Return whether canopies let all light through on a day."""
+        """Return whether canopies transmit all light on a day."""
         return self.shares is not None and self.shares[day] >= 1
 
     def keep_hours(self, hours: NDArray, where: Any = ..., day: int | None = None) -> None:
@@ -193,7 +193,7 @@ class ResultArrays:
             array[..., nothing] = missing
 
     def enter_day(self, intervals: SunIntervalTable, up: int, where: Any, day: int | None) -> None:
-        """Enter the sun intervals of one day, or of all (None), with the sun up so long [us]."""
+        """Store the sun intervals of one day, or of all (None), and the time with sun up [us]."""
         light = intervals.sun if intervals.light is None else intervals.light
         self.keep_hours(to_hours(up - light), where, day)
         self.keep_intervals(intervals, where, day)

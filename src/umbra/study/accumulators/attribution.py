@@ -21,7 +21,7 @@ from umbra.volume.adjacency import Caster
 
 __all__ = ["Attribution", "AttributionOptions", "ExactAttribution"]
 
-_WORK = 256e6  # memory of the pieces' instants while a tile is counted [byte]
+_WORK = 256e6  # memory for the pieces' instants of a tile [byte]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +32,13 @@ class AttributionOptions:
     Parameters
     ----------
     groups : Groups, optional
-        Groups whose hours are asked for; the last is the whole proposal, if there is one.
+        Groups to attribute hours to; the last is the whole proposal, if any.
     shown : int
-        Number of groups asked for themselves.
+        Number of requested groups.
     proposed : tuple of int
         Parts of the proposed development.
     under : float
-        Hours of sun on a date [h].
+        Limit of sun on a date [h].
     """
 
     groups: Groups | None = None
@@ -61,7 +61,7 @@ class AttributionOptions:
         if not proposed:
             return cls(groups, len(groups.names) if groups else 0)
         parts = tuple(scene.select(proposed, option="proposed"))
-        # Refuses those that do not cast.
+        # Refuses parts that do not cast.
         new = find_groups(scene, casters, proposed, None, weak, "proposed")
         whole = Groups(("proposed",), new.pieces, np.atleast_2d(new.member.any(0)), new.is_weak)
         shown = len(groups.names) if groups else 0
@@ -69,7 +69,7 @@ class AttributionOptions:
         return cls(_join(groups, whole), shown, parts, under)
 
     def bytes_kept(self, days: int) -> int:
-        """Return the bytes kept of each receiver, with results by day of some dates."""
+        """Return the memory of each receiver, with results by day of some dates [byte]."""
         kept = (8 + 8 * days) * len(self.groups.names) if self.groups else 0
         return kept + (18 + 5 * days if self.proposed else 0)
 
@@ -79,7 +79,7 @@ class AttributionOptions:
         return {"under_hours": self.under} if self.proposed else {}
 
     def limit_tiles(self, side: int, days: int) -> int:
-        """Return the longest side of a tile whose pieces and dates fit in memory."""
+        """Return the longest tile side whose pieces and dates fit in memory."""
         if self.groups is None:
             return side
         each = len(self.groups.pieces) + 64 + 16 * (days - 1)
@@ -88,7 +88,7 @@ class AttributionOptions:
 
 class Attribution(Accumulator):
     """
-    Finds the hours due to groups of casters, and what a proposal takes.
+    Accumulator of the hours due to groups of casters, and of the sun lost to a proposal.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class Attribution(Accumulator):
         With groups.
     laid : Receivers
     arrays : ResultArrays
-        Of the study; they hold the hours of a day before ``end_day``.
+        Of the study; hold the hours of a day before ``end_day``.
     """
 
     needs_masks = False
@@ -120,7 +120,7 @@ class Attribution(Accumulator):
         self._casters: list[Caster] = []
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a tile: make each piece of casters ready."""
+        """Begin a tile: prepare each piece of casters."""
         self._run, self._lights = run, lights
         if not self._casters:
             self._casters = self.model.make_casters(self.groups.pieces)
@@ -140,7 +140,7 @@ class Attribution(Accumulator):
         self._count.add(lights.directions[some], hours, through)
 
     def end_day(self, day: int) -> None:
-        """Enter the hours of a date."""
+        """Store the hours of a date."""
         shares = self._count.finish()
         self._enter(day, shares.cast, shares.sole, self._run.where)
         self._count.clear()
@@ -152,7 +152,7 @@ class Attribution(Accumulator):
     def _enter(
         self, day: int, due: NDArray[np.float32], sole: NDArray[np.float32], where: Any
     ) -> None:
-        """Add a date of a tile to the whole, and judge it by its own hours."""
+        """Add a date of a tile to the sums, and judge it by its own hours."""
         inside = where if isinstance(where, tuple) else (where,)
         self.cast[:, *inside] += due
         self.sole[:, *inside] += sole
@@ -181,7 +181,7 @@ class Attribution(Accumulator):
             self.nothing |= nothing
 
     def variables(self, laid: Receivers) -> Variables:
-        """Return the hours due to groups, and the losses to the proposal."""
+        """Return the hours due to groups, and the sun lost to the proposal."""
         dims = laid.dims
         attribution, has_days = self.attribution, len(self.cast_by_day) > 0
         found: Variables = {}
@@ -212,18 +212,18 @@ class Attribution(Accumulator):
 
 class ExactAttribution(Attribution):
     """
-    Finds the hours of groups as differences of exact studies.
+    Accumulator of the hours of groups, as differences of exact studies.
 
     Parameters
     ----------
     attribution, laid, arrays
         As in ``Attribution``.
     solve : callable
-        Gives a tile's hours in shadow by date if only some parts cast, (n_days, ...) [h].
+        Returns a tile's hours in shadow of some casters by date, (n_days, ...) [h].
     """
 
-    needs_masks = True  # no single casters are asked for while the lights pass
-    more_passes = 1  # in ``end``, group after group
+    needs_masks = True  # no single casters are counted per light
+    more_passes = 1  # in ``end``, group by group
 
     def __init__(
         self, attribution: AttributionOptions, laid: Receivers, arrays: ResultArrays,
@@ -233,17 +233,17 @@ class ExactAttribution(Attribution):
         self._solve = solve
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a tile."""
+        """Begin a tile."""
         self._run, self._lights = run, lights
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
-        """Do nothing: ``end`` counts all, when the tile's own hours are known."""
+        """Do nothing: ``end`` counts all, once the tile's hours are known."""
 
     def end_day(self, day: int) -> None:
         """Do nothing: ``end`` counts all."""
 
     def end(self, progress: Callable[[int], object]) -> None:
-        """Count the tile with only some parts casting, group after group."""
+        """Count the tile with only some parts casting, group by group."""
         tile, where, groups = self._run.tiles[0], self._run.where, self.groups
         days, works = range(len(self.arrays.period.days)), len(self._lights)
         everything = sorted(part for piece in groups.pieces for part in piece)
@@ -264,7 +264,7 @@ class ExactAttribution(Attribution):
 
 
 def _join(some: Groups | None, more: Groups) -> Groups:
-    """Join two sets of groups, cut into pieces that are whole in both."""
+    """Join two sets of groups, with pieces that are whole in both."""
     if some is None:
         return more
     first = {part: k for k, piece in enumerate(some.pieces) for part in piece}

@@ -1,12 +1,12 @@
 """
-When each receiver enters and leaves shadow, solved to a tolerance.
+Times at which each receiver enters and leaves shadow, solved to a tolerance.
 
-Instants are counted a minute apart at most, the steps' ends and midpoints among
-them. Where two that follow one another differ at a receiver, the instant of the change is
-bisected: the sun's place is found in between, and the way to it is tried face by face, in
-float64, with the same rules. Between two instants that agree a receiver is taken to stay
-as it is, so that sun or shadow of more than a minute is surely found, whatever the step;
-with a smaller step also what is longer than half of it. Sunrise and sunset are solved too.
+Instants are counted at most a minute apart, including the steps' ends and midpoints.
+Where two consecutive instants differ at a receiver, the change is bisected: the sun's
+position is interpolated, and the ray to it is tested face by face, in float64, with the
+same rules. Between two equal instants a receiver is taken not to change, so that sun or
+shadow of more than a minute is always found, or of more than half a step if that is
+shorter. Sunrise and sunset are solved too.
 """
 
 from collections.abc import Sequence
@@ -35,19 +35,19 @@ from umbra.sun import find_sun
 __all__ = ["ExactIntervals", "SunTrack", "find_least_interval", "find_runs", "follow_sun"]
 
 _LOOK = 60_000_000
-"""Instants are at most so far apart, so that nothing longer is missed [us]."""
+"""Longest gap between instants: no longer interval is missed [us]."""
 _SECOND = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class SunTrack(Lights):
     """
-    Instants with the sun up, one after another, and the sun.
+    Instants with the sun up in time order, and the sun's path.
 
     Parameters
     ----------
     paths : (n, 3, 3) float64
-        From the instant before in the same run to each: at its beginning, middle and end.
+        Sun directions from the previous instant of the run: at start, middle and end.
         Within half a minute the path is straight, to 0.01 s.
     """
 
@@ -56,7 +56,7 @@ class SunTrack(Lights):
 
 def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
     """
-    Find the instants of a day to be counted, one list for each time the sun is up.
+    Find the instants of a day to count, one list per period with the sun up.
 
     Parameters
     ----------
@@ -66,19 +66,18 @@ def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
     Returns
     -------
     runs : list of (n,) int64
-        UTC [us since 1970]: the steps' ends and midpoints with the sun up, instants
-        between them at most a minute apart, and sunrise and sunset where they fall into
-        the period.
+        UTC [us since 1970]: the steps' ends and midpoints with the sun up, instants between
+        them at most a minute apart, and sunrise and sunset within the period.
     """
     times = _find_times(period, day)
     is_up = _find_up(period, times)
     change = np.flatnonzero(is_up[1:] != is_up[:-1])
     low, high = times[change], times[change + 1]
-    while len(change) and (high - low).max() > 1000:  # a thousandth of a second
+    while len(change) and (high - low).max() > 1000:  # 1 ms
         middle = (low + high) // 2
         is_low = _find_up(period, middle) == is_up[change]
         low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-    # The instant of a change belongs to the sun: the later for sunrise, the earlier for sunset.
+    # Keep the bracket's end with the sun up: later for sunrise, earlier for sunset.
     edges = np.where(is_up[change], low, high)
     runs = []
     for part in np.split(np.arange(len(times)), change + 1):
@@ -94,7 +93,7 @@ def find_runs(period: Period, day: int) -> list[NDArray[np.int64]]:
 
 
 def find_least_interval(period: Period) -> float:
-    """Return the length from which no interval of sun or shadow is missed [s]."""
+    """Return the length above which no interval of sun or shadow is missed [s]."""
     return max(
         float(np.diff(_find_times(period, day)).max()) / _SECOND for day in range(len(period.days))
     )
@@ -102,9 +101,9 @@ def find_least_interval(period: Period) -> float:
 
 class ExactIntervals(DayIntervals):
     """
-    Solves when each receiver enters and leaves shadow.
+    Accumulator of the solved times at which each receiver enters and leaves shadow.
 
-    The lights are a ``SunTrack``; the tile's run names its tiles.
+    Needs a ``SunTrack`` as lights, and a run with tiles.
 
     Parameters
     ----------
@@ -117,7 +116,7 @@ class ExactIntervals(DayIntervals):
         self._tolerance = round(arrays.results.tolerance * _SECOND)
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a tile."""
+        """Begin a tile."""
         super().begin(run, lights)
         self._run, self._lights = run, lights
         self._begin_day()
@@ -127,11 +126,11 @@ class ExactIntervals(DayIntervals):
         self._states = [IntervalState(self._run.shape, least) for _ in self._run.counters]
 
     def begin_run(self, lights: Lights, some: slice) -> None:
-        """Begin when the sun rises, or the day's period begins."""
+        """Begin at sunrise, or at the start of the day's period."""
         self._before: list[NDArray[np.uint8] | None] = [None] * len(self._states)
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
-        """Go on to the next instants, and solve the changes between."""
+        """Add the next instants, and solve the changes between them."""
         for i in range(some.start, some.stop):
             for k, mask in enumerate(masks):
                 self._follow(k, mask[i - some.start].ravel(), i)
@@ -156,7 +155,7 @@ class ExactIntervals(DayIntervals):
             state.end_all(int(lights.starts[some.stop - 1]))
 
     def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
-        """End the day: the sun was up from the first to the last instant of each run."""
+        """End the day; the sun is up from the first to the last instant of each run."""
         arrays, times = self.arrays, self._lights.starts
         up = sum(int(times[run.stop - 1] - times[run.start]) for run in self._lights.days[day])
         arrays.up_hours_by_day[day] = up / 3.6e9
@@ -172,7 +171,7 @@ class ExactIntervals(DayIntervals):
 
 
 def _find_times(period: Period, day: int) -> NDArray[np.int64]:
-    """Return a day's steps' ends and midpoints, and what lies evenly between them."""
+    """Return the ends and midpoints of a day's steps, and instants evenly between."""
     steps = period.steps[day]
     times = np.zeros(2 * len(steps.hours) + 1, np.int64)
     times[::2], times[1::2] = steps.stamps.astype(np.int64), steps.instants.astype(np.int64)
@@ -194,13 +193,13 @@ def _find_up(period: Period, times: NDArray[np.int64]) -> NDArray[np.bool_]:
 @lru_cache(maxsize=4)
 def follow_sun(period: Period, tolerance: float) -> SunTrack:
     """
-    Find the sun along all days' runs, once for all that is counted on it.
+    Find the sun along all days' runs, once for all accumulators.
 
     Parameters
     ----------
     period : Period
     tolerance : float
-        Within which instants are solved [s].
+        Tolerance of solved instants [s].
     """
     inside = round(tolerance * _SECOND / 2)
     times, suns, paths = [np.zeros(0, np.int64)], [np.zeros((0, 3))], [np.zeros((0, 3, 3))]
@@ -209,7 +208,7 @@ def follow_sun(period: Period, tolerance: float) -> SunTrack:
     for day in range(len(period.days)):
         slices = []
         for run in find_runs(period, day):
-            # At sunrise and sunset a moment within the run.
+            # At sunrise and sunset, a moment inside the run.
             seen = np.clip(run, run[0] + inside, max(run[-1] - inside, run[0] + inside))
             between = (run[:-1] + run[1:]) // 2
             sun = find_sun(
@@ -234,7 +233,7 @@ def follow_sun(period: Period, tolerance: float) -> SunTrack:
 
 
 def _find_steps(period: Period, times: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Find whose step's midpoint each instant is; -1 for those between."""
+    """Find the step whose midpoint each instant is; -1 for other instants."""
     instants = period.instants.astype(np.int64)
     place = np.minimum(np.searchsorted(instants, times), len(instants) - 1)
     return np.where(instants[place] == times, place, -1)
@@ -242,7 +241,7 @@ def _find_steps(period: Period, times: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _begin(mask, at, state):
-    """Open an interval at each receiver in the sun at the first instant of a run."""
+    """Open an interval at each sunlit receiver at the first instant of a run."""
     cells = mask.size
     for block in prange((cells + BLOCK - 1) // BLOCK):
         for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
@@ -254,7 +253,7 @@ def _begin(mask, at, state):
 def _advance(
     before, after, start, end, path, tolerance, points, normals, tree, least, state
 ):  # fmt: skip
-    """Go from one instant to the next: where the receiver changed, solve when."""
+    """Advance to the next instant: solve the time of each receiver's change."""
     cells = before.size
     steps = path.shape[0] - 1
     for block in prange((cells + 255) // 256):

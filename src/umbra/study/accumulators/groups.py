@@ -1,11 +1,11 @@
 """
-Who casts the shadow: the hours that are due to chosen parts.
+Attribution of shadow: hours due to chosen casters.
 
-Casters are cut into *pieces*, such that each group is made of whole pieces; every piece
-is counted by itself, and what each instant's pieces do at a receiver tells two numbers
-for each group: the hours in its shadow, whatever else casts there too, and its *sole*
-hours, which would be sun if it were gone. Neither counts while the surface is turned
-from the sun, which is no one's doing. Canopies count as much as they weaken the light.
+Casters are cut into *pieces* such that each group consists of whole pieces. Each piece is
+counted by itself, which gives two numbers per group and receiver: the hours in its shadow,
+whatever else casts there, and its *sole* hours, which would be sun without it. Neither
+counts while the surface faces away from the sun. Canopies count by the share of light that
+they absorb.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ from umbra.scene.grid import Places
 __all__ = ["BY", "Groups", "ShareCount", "Shares", "find_groups"]
 
 Finder = Callable[[NDArray[np.float64]], tuple[Any, NDArray[np.uint8]]]
-"""Takes suns (n, 3); gives where among the receivers, and the masks (n, ...) there."""
+"""Takes suns (n, 3); returns an index of receivers, and their masks (n, ...)."""
 
 BY = ("part", "kind", "layer")
 _MOST_GROUPS = 4096
@@ -34,18 +34,18 @@ _BLOCK = 256
 @dataclass(frozen=True, eq=False)
 class Groups:
     """
-    Chosen casters, which may overlap, and the pieces that they are made of.
+    Groups of casters, which may overlap, and their pieces.
 
     Parameters
     ----------
     names : tuple of str
         Of the groups.
     pieces : tuple of tuple of int
-        Parts of each piece; all casting parts are in one.
+        Parts of each piece; every casting part is in one.
     member : (n_groups, n_pieces) bool
-        Which pieces make up each group.
+        Pieces of each group.
     is_weak : (n_pieces,) bool
-        Which pieces are canopies.
+        Pieces that are canopies.
     """
 
     names: tuple[str, ...]
@@ -64,7 +64,7 @@ class Shares:
     cast : (n_groups, ...) float32
         In its shadow [h].
     sole : (n_groups, ...) float32
-        In its shadow and in no other, nor turned from the sun [h].
+        In its shadow alone, and facing the sun [h].
     """
 
     cast: NDArray[np.float32]
@@ -80,7 +80,7 @@ def find_groups(
     option: str = "who",
 ) -> Groups:
     """
-    Group casting parts by patterns, or by what they are.
+    Group casting parts by patterns, name, kind or layer.
 
     Parameters
     ----------
@@ -88,19 +88,18 @@ def find_groups(
     casters : sequence of int
         Indices of the parts that cast.
     who : sequence of str
-        Shell patterns of names, kinds, layers or tags. Without ``by`` each is a group.
+        Shell patterns of names, kinds, layers or tags; without ``by`` one group each.
     by : {'part', 'kind', 'layer'}, optional
-        One group for each name, kind or layer, of all casters or of those that ``who``
-        matches.
+        One group per name, kind or layer, of all casters or those that match ``who``.
     weak : sequence of int
-        Indices of those that are canopies.
+        Indices of the canopies among them.
     option : str
-        Whose patterns ``who`` are, for errors.
+        Option that ``who`` comes from, for errors.
 
     Raises
     ------
     InputError
-        If a pattern matches no part or none that casts, or there are too many groups.
+        If a pattern matches no casting part, or there are too many groups.
     """
     if by is not None and by not in BY:
         msg = f"hours cannot be told by '{by}'; choose part, kind or layer"
@@ -130,7 +129,7 @@ def find_groups(
     member = np.zeros((len(scene.parts), len(chosen) + 1), np.bool_)
     for group, parts in enumerate(chosen.values()):
         member[parts, group] = True
-    member[list(weak), -1] = True  # no piece is of both sorts
+    member[list(weak), -1] = True  # no piece mixes canopies and opaque parts
     listed = np.array(sorted(casting))
     kinds, piece = np.unique(member[listed], axis=0, return_inverse=True)
     pieces = tuple(tuple(listed[piece.ravel() == k].tolist()) for k in range(len(kinds)))
@@ -139,12 +138,12 @@ def find_groups(
 
 class ShareCount:
     """
-    Adds up the hours due to each group while instants pass over some receivers.
+    Sums of the hours due to each group on some receivers.
 
     Parameters
     ----------
     finders : sequence of Finder
-        Of each piece's shadows on these receivers, without attached shadow.
+        Finder of each piece's shadows on these receivers, without attached shadow.
     places : Places
         The receivers, flat.
     groups : Groups
@@ -177,15 +176,15 @@ class ShareCount:
         through: NDArray[np.float64],
     ) -> None:
         """
-        Let at most eight instants pass.
+        Add at most eight instants.
 
         Parameters
         ----------
         suns : (n, 3) float64
         hours : (n,) float32
-            That each stands for.
+            Duration of each [h].
         through : (n,) float64
-            Share of the light that canopies let through.
+            Share of light that canopies transmit.
         """
         self._bits[:] = 0
         for find, row in zip(self.finders, self._bits, strict=True):
@@ -208,11 +207,11 @@ class ShareCount:
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _share(bits, suns, normals, lengths, through, first, listed, is_weak, cast, sole):
-    """Add up to eight instants, one bit each, to the hours of every group."""
+    """Add at most eight instants, one bit each, to the hours of every group."""
     cells = bits.shape[1]
     n = lengths.size
     for block in prange((cells + _BLOCK - 1) // _BLOCK):
-        total = np.empty((2, 8), np.int64)  # solid pieces and canopies in the way
+        total = np.empty((2, 8), np.int64)  # opaque pieces and canopies that hide the sun
         for c in range(block * _BLOCK, min(cells, (block + 1) * _BLOCK)):
             total[:] = 0
             some = np.uint8(0)
@@ -229,7 +228,7 @@ def _share(bits, suns, normals, lengths, through, first, listed, is_weak, cast, 
                 for j in range(3):
                     facing += normals[c, j] * suns[k, j]
                 if facing <= 0.0:
-                    total[0, k] = -1  # turned away: no one else's fault
+                    total[0, k] = -1  # attached shadow: due to no caster
             for g in range(first.size - 1):
                 mine = np.uint8(0)
                 for q in range(first[g], first[g + 1]):

@@ -1,9 +1,8 @@
 """
-The masks of a study's steps: kept, eight to a byte, or turned into sun intervals.
+Masks of a study's steps: kept, eight to a byte, or reduced to hours and sun intervals.
 
-Each step is what it is at its midpoint. A year at 15 minutes has about 17,500 instants with
-the sun up; of a million cells they take 2.2 GB. At night nothing is in shadow, so nothing is
-kept.
+Each step is judged at its midpoint. A year at 15 minutes has about 17,500 instants with the
+sun up, 2.2 GB for a million cells. Nights have no shadow and are not kept.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -29,19 +28,19 @@ __all__ = [
 ]
 
 MASKS = ("in_shadow", "under_canopy")
-"""Variables of every instant, which are kept packed."""
+"""Variables of every instant, kept packed."""
 
 
 class Masks:
     """
-    Which receivers are in shadow at each instant: reads like an (n, ...) uint8 array.
+    Receivers in shadow at each instant; reads like an (n, ...) uint8 array.
 
-    ``masks[i]`` unpacks one instant, iteration one after another, ``numpy.asarray`` all.
+    ``masks[i]`` and iteration unpack one instant at a time, ``numpy.asarray`` all.
 
     Parameters
     ----------
     is_up : (n,) bool
-        Instants with the sun up; the others read as 0.
+        Instants with the sun up; others read as 0.
     shape : tuple of int
         Of the receivers.
     """
@@ -69,7 +68,7 @@ class Masks:
 
     @property
     def nbytes(self) -> int:
-        """Memory that they take [byte]."""
+        """Memory of the packed masks [byte]."""
         return self.bits.nbytes
 
     def keep(self, instants: NDArray[np.intp], masks: NDArray[np.uint8], where: Any = ...) -> None:
@@ -117,12 +116,12 @@ class Masks:
 
 class InstantMasks(Accumulator):
     """
-    Keeps the shadow of every instant, and the receivers behind canopies alone.
+    Accumulator of every instant's shadow, and of receivers behind canopies alone.
 
     Parameters
     ----------
     period : Period
-        Lights with a negative ``step`` are none of its midpoints.
+        Lights with a negative ``step`` are not midpoints and are skipped.
     shape : tuple of int
         Of all receivers.
     has_canopy : bool
@@ -133,7 +132,7 @@ class InstantMasks(Accumulator):
         self.behind = Masks(period.sun.is_up, shape) if has_canopy else None
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a tile."""
+        """Begin a tile."""
         self._where = run.where
 
     def add(self, lights: Lights, some: slice, masks: Sequence[NDArray[np.uint8]]) -> None:
@@ -162,21 +161,21 @@ class InstantMasks(Accumulator):
 
 class IntervalCount(Accumulator):
     """
-    Counts the sun intervals of one day.
+    Accumulator of the sun intervals of one day.
 
     Parameters
     ----------
     least : int
-        Length from which an interval counts as long [us].
+        Least length of an interval that counts as long [us].
     share : float, optional
-        Of the light that canopies let through on the day, if there are any.
+        Share of light that canopies transmit on the day, if any.
     """
 
     def __init__(self, least: int, share: float | None = None) -> None:
         self.least, self.share = least, share
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a tile."""
+        """Begin a tile."""
         self._state = IntervalState(run.shape, self.least)
         self._behind = np.zeros(run.shape if len(run.counters) > 1 else (0,), np.int64)
 
@@ -198,7 +197,7 @@ class IntervalCount(Accumulator):
 
 class DayIntervals(Accumulator):
     """
-    Enters the sun intervals of each day, and of all days together.
+    Base of accumulators that store the sun intervals of each day, and of all days.
 
     Parameters
     ----------
@@ -210,17 +209,17 @@ class DayIntervals(Accumulator):
         self.arrays = arrays
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a tile."""
+        """Begin a tile."""
         self._where = run.where
         self._together: SunIntervalTable | None = None
         self._up = 0
 
     def finish_day(self, day: int) -> tuple[SunIntervalTable, int]:
-        """Return the intervals of a day, and how long the sun was up [us]."""
+        """Return the intervals of a day, and the time with the sun up [us]."""
         raise NotImplementedError
 
     def end_day(self, day: int) -> None:
-        """Enter a day."""
+        """Store a day."""
         intervals, up = self.finish_day(day)
         self.arrays.enter_day(intervals, up, self._where, day)
         before = self._together
@@ -228,16 +227,16 @@ class DayIntervals(Accumulator):
         self._up += up
 
     def end(self, progress: Callable[[int], object]) -> None:
-        """Enter all days together."""
+        """Store all days together."""
         if self._together is not None:
             self.arrays.enter_day(self._together, self._up, self._where, None)
 
 
 class SunIntervals(DayIntervals):
-    """Counts sun intervals that begin and end with steps."""
+    """Accumulator of sun intervals that begin and end with steps."""
 
     def begin(self, run: TileRun, lights: Lights) -> None:
-        """Begin with a tile."""
+        """Begin a tile."""
         super().begin(run, lights)
         self._run, self._lights = run, lights
         self._begin_day(0)
@@ -263,10 +262,10 @@ class SunIntervals(DayIntervals):
 
 class HourSums(Accumulator):
     """
-    Adds up hours, in any order.
+    Accumulator of hours, in any order.
 
-    A canopy is a second set of casters: what it alone hides counts by the share that it keeps
-    back on the day.
+    Canopies are a second set of casters: their shadow alone counts by the share of light
+    absorbed on the day.
 
     Parameters
     ----------
@@ -280,7 +279,7 @@ class HourSums(Accumulator):
         self.arrays = arrays
 
     def add_sums(self, run: TileRun, lights: Lights, progress: Callable[[int], object]) -> None:
-        """Add the hours up: day by day where those are asked for, so that one is held at a time."""
+        """Add up the hours; day by day if kept, so that one day is held at a time."""
         arrays, where = self.arrays, run.where
         day = arrays.period.day_of_step[lights.step]
         shares = np.ones(len(arrays.period.days)) if arrays.shares is None else arrays.shares
@@ -306,7 +305,7 @@ class HourSums(Accumulator):
         self, run: TileRun, lights: Lights, group: NDArray[np.intp], shares: NDArray[np.float64],
         progress: Callable[[int], object],
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:  # fmt: skip
-        """Return the hours in shadow, and those behind canopies alone; a share for each group."""
+        """Return the hours in shadow, and behind canopies alone; one share per group."""
         hours, behind = np.zeros((2, *run.shape), np.float32)
         for k, share in enumerate(shares):
             some = lights.pick(group == k)

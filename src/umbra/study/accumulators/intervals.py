@@ -1,10 +1,9 @@
 """
-Sun intervals: first and last sun, how often it comes, how long it stays.
+Sun intervals: first and last sun, number, and longest.
 
-Instants stream through in time order, and each receiver keeps seven numbers. What the
-step [start, end) is at its midpoint it is taken to be throughout, so intervals begin and
-end with steps; ``exact.py`` moves these ends to where they are. An interval ends
-with its day's period, and when the sun sets.
+Instants come in time order, and each receiver keeps seven numbers. A step [start, end) is
+judged at its midpoint, so intervals begin and end with steps; ``exact.py`` solves their
+ends. An interval also ends with its day's period and at sunset.
 """
 
 from dataclasses import dataclass, replace
@@ -29,7 +28,7 @@ BEGAN, TOTAL, LONGEST, COUNTED, INTERVALS, FIRST, LAST = range(7)
 NEVER = np.iinfo(np.int64).min
 """No instant: NaT as an integer."""
 BLOCK = 4096
-"""Receivers that a thread takes at a time."""
+"""Receivers per thread and block."""
 _HOUR = 3.6e9  # [us]
 
 
@@ -43,17 +42,16 @@ class SunIntervalTable:
     sun : (...) int64
         Time in the sun [us].
     first, last : (...) datetime64[us]
-        UTC instants at which the first interval begins and the last one ends; NaT
-        where there is none.
+        UTC start of the first interval and end of the last; NaT if none.
     count : (...) int32
     longest : (...) int64
         Longest unbroken interval [us].
     counted : (...) int64
-        Time in intervals of at least the least length [us].
+        Time in intervals of at least the required length [us].
     behind : (...) int64, optional
-        Time behind canopies alone, which is in no interval [us].
+        Time behind canopies alone, outside all intervals [us].
     light : (...) float64, optional
-        With canopies: ``sun`` and the share of ``behind`` that they let through [us].
+        With canopies: ``sun`` plus the transmitted share of ``behind`` [us].
     """
 
     sun: NDArray[np.int64]
@@ -67,19 +65,19 @@ class SunIntervalTable:
 
     def add_behind(self, behind: NDArray[np.int64], share: float) -> "SunIntervalTable":
         """
-        Return the same with the time behind canopies that let a share of the light through.
+        Return a copy with the time behind canopies that transmit a share of the light.
 
-        With a share of 1 intervals hold this time already, as if there were no canopy.
+        With a share of 1 intervals include this time already, as without canopies.
         """
         light = self.sun + (share * behind if share < 1 else 0.0)
         return replace(self, behind=behind, light=light)
 
 
 def join_days(days: list[SunIntervalTable]) -> SunIntervalTable:
-    """Return the sun intervals of several days, in their order, as one table."""
+    """Join the sun intervals of several days, in order, in one table."""
     first, last = days[0].first.copy(), days[0].last.copy()
     for day in days[1:]:
-        # fmin and fmax pass NaT over.
+        # fmin and fmax skip NaT.
         first, last = np.fmin(first, day.first), np.fmax(last, day.last)
     return SunIntervalTable(
         np.sum([day.sun for day in days], axis=0),
@@ -99,14 +97,14 @@ def _sum(arrays: list[Any]) -> Any:
 
 class IntervalState:
     """
-    Sun intervals of one day while its instants stream through.
+    Running sun intervals of one day.
 
     Parameters
     ----------
     shape : tuple of int
         Of the receivers.
     least : int
-        Length from which an interval counts as long [us].
+        Least length of an interval that counts as long [us].
     """
 
     def __init__(self, shape: tuple[int, ...], least: int = 0) -> None:
@@ -178,13 +176,13 @@ def end_interval(state, c, at, least):
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _add_steps(masks, starts, before, least, state):
-    """Walk through the steps of every receiver; ``before`` is where the step before ended."""
+    """Add steps to every receiver; ``before`` holds the end of the step before each."""
     cells = masks.shape[1]
     for block in prange((cells + BLOCK - 1) // BLOCK):
         for c in range(block * BLOCK, min(cells, (block + 1) * BLOCK)):
             for s in range(masks.shape[0]):
                 is_on = state[BEGAN, c] != NEVER
-                if is_on and before[s] != starts[s]:  # the sun was down between
+                if is_on and before[s] != starts[s]:  # the sun was down in between
                     end_interval(state, c, before[s], least)
                     is_on = False
                 if masks[s, c] == 0 and not is_on:

@@ -1,5 +1,5 @@
 """
-Rules as data: a YAML file says what is to be measured, where and when, and how much is enough.
+Rules as data: a YAML file states what to measure, where and when, and the limit.
 
 ``read.py`` reads a file's checks, ``measure.py`` measures them on their own dates, and ``judge.py``
 gives verdicts with their evidence.

@@ -1,4 +1,4 @@
-"""Judging by rules; of a plan a share of its area, or named places and what stands there."""
+"""Judgement by rules: a share of a plan's area, named places, points or parts."""
 
 import datetime as dt
 from collections.abc import Callable, Iterator
@@ -29,7 +29,7 @@ from umbra.study.rules.read import Check, Place, Rules
 __all__ = ["find_standing", "judge", "judge_parts", "judge_points"]
 
 _TILE = 2048
-_SLACK = 1e-6  # what lies in the ground itself stands on no one [m]
+_SLACK = 1e-6  # surfaces at most this far above the ground count as ground [m]
 _STEEP = 60.0  # tilt from which a surface is a wall [degrees]
 
 
@@ -37,8 +37,7 @@ def judge(study: Study, rules: Rules) -> list[Verdict]:
     """
     Measure and judge every check of a rule file.
 
-    Each is counted anew on its own dates, hours and steps, on the study's receivers, whatever
-    day the study itself shows.
+    Each check is counted on its own dates, hours and steps, on the study's receivers.
 
     Parameters
     ----------
@@ -48,13 +47,13 @@ def judge(study: Study, rules: Rules) -> list[Verdict]:
     Returns
     -------
     verdicts : list of Verdict
-        A check and date after another; of places, points and parts, one each.
+        In order of checks and dates; one for each place, point or part.
 
     Raises
     ------
     InputError
-        If rules do not judge such receivers, a place lies outside the plan, a date or hour does
-        not exist, or there is no such area.
+        If rules cannot judge such receivers, a place lies outside the plan, or a date, hour or
+        area does not exist.
     """
     study.kind.check_judged(study.receivers)
     verdicts: list[Verdict] = []
@@ -72,7 +71,7 @@ def judge(study: Study, rules: Rules) -> list[Verdict]:
 
 
 def _find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) -> dt.date:
-    """Return a date of a check; one without a year lies in the study's."""
+    """Return a date of a check; without a year, in the study's year."""
     year, month, day = date
     try:
         return dt.date(year or studied.days[0].year, month, day)
@@ -82,7 +81,7 @@ def _find_day(studied: Period, check: Check, date: tuple[int | None, int, int]) 
 
 
 def _judge_plan(study: Study, check: Check, period: Period) -> list[Verdict]:
-    """Judge the places that a check names, one verdict each, or a share of the area."""
+    """Judge a check's places, one verdict each, or a share of the area."""
     if check.places:
         return [_judge_place(study, check, period, place) for place in check.places]
     return [_judge_area(study, check, period)]
@@ -123,7 +122,7 @@ def _judge_place(study: Study, check: Check, period: Period, place: Place) -> Ve
             f"{study.y[0]:.6g} to {study.y[-1]:.6g}"
         )
         raise InputError(msg, place=place.name)
-    # The point itself, not its cell's middle.
+    # The point itself, not its cell's centre.
     intervals = _measure_plan(study, check, period, replace(grid, x0=x, y0=y, cols=1, rows=1))
     hours = pick_hours(check, period, intervals)
     standing = find_standing(study, x, y)
@@ -162,25 +161,25 @@ def _find_area(study: Study, check: Check) -> NDArray[np.bool_]:
 
 
 def _measure_plan(study: Study, check: Check, period: Period, grid: Grid) -> SunIntervalTable:
-    """Let the instants that count pass over some cells."""
+    """Measure a check's instants on some cells."""
     run = look(study.model.make_tile(grid), study.model.canopy)
     return measure(check, period, run, study.model.canopy)
 
 
 def find_standing(study: Study, x: float, y: float) -> str:
     """
-    Say in what building, under what or on what a place of a plan lies: ``inside Church``.
+    Describe the building that a place of a plan lies in, under or on: ``inside Church``.
 
-    A vertical line through the place, in the scene's local frame [m], counts how often it leaves
-    each part above the ground, and how often it enters one: who is left more often was being
-    inside. Nothing is said in the open.
+    Counts where a vertical line through the place, in the scene's local frame [m], enters and
+    leaves each part above the ground: a part left more often than entered holds the place.
+    Empty in the open.
     """
     scene, soup = study.model.scene, study.model.soup
     flat = soup.vertices[:, :2] - (x, y)
     corners = flat[soup.faces]
     near = np.flatnonzero((corners.min(1) <= 0).all(1) & (corners.max(1) >= 0).all(1))
     a, b, c = (corners[near, k] for k in range(3))
-    # Twice the areas of the triangles from the place to each edge; their sum is the face's.
+    # Twice the areas of the triangles from the place to each edge; they sum to the face's.
     shares = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], 1)
     whole = shares.sum(1)
     held = (whole != 0) & ((shares >= 0).all(1) | (shares <= 0).all(1))
@@ -205,7 +204,7 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def judge_points(study: Study, check: Check, period: Period) -> list[Verdict]:
-    """Judge given points one by one."""
+    """Judge each given point."""
     _refuse_places(check)
     if check.area in {"roofs", "walls"}:
         msg = (
@@ -235,7 +234,7 @@ def judge_points(study: Study, check: Check, period: Period) -> list[Verdict]:
 
 
 def judge_parts(study: Study, check: Check, period: Period) -> list[Verdict]:
-    """Judge each part by the share of its area, or of that of its roofs or walls."""
+    """Judge each part by a share of its area, or of its roofs' or walls' area."""
     _refuse_places(check)
     is_named = _find_named(study, check)
     if not is_named.any():
@@ -286,7 +285,7 @@ def _refuse_places(check: Check) -> None:
 
 
 def _find_named(study: Study, check: Check) -> NDArray[np.bool_]:
-    """Tell which samples lie on what a check names: walls are steep, roofs are not."""
+    """Find the samples that a check names: walls are steep, roofs are not."""
     owner = np.asarray(study.more["surface_of_sample"][1])
     is_wall = np.asarray(study.more["surface_tilt"][1])[owner] >= _STEEP
     if check.area == "walls":
@@ -295,7 +294,7 @@ def _find_named(study: Study, check: Check) -> NDArray[np.bool_]:
 
 
 def _measure_samples(study: Study, check: Check, period: Period) -> Iterator[SunIntervalTable]:
-    """Let the instants that a check counts pass over all points, some at a time."""
+    """Measure a check's instants on all points, in chunks."""
     canopy = study.model.canopy
     for _, tile in study.laid.look_again():
         yield measure(check, period, look(tile, canopy), canopy)

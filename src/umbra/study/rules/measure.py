@@ -1,4 +1,4 @@
-"""Measuring what a rule asks for on its own dates and hours, and telling it in words."""
+"""Measurement of a rule on its dates and hours, and its wording."""
 
 import datetime as dt
 import zoneinfo
@@ -16,7 +16,7 @@ from umbra.study.rules.read import Check, Place
 
 __all__ = ["Verdict", "measure", "meets_limit", "pick_hours"]
 
-_SLACK = 1e-4  # of sums of microseconds kept as float32 hours [h]
+_SLACK = 1e-4  # rounding of microsecond sums kept as float32 hours [h]
 _WORDS = {
     "sun_hours": "sun",
     "longest_sun_hours": "unbroken sun",
@@ -40,11 +40,11 @@ class Verdict:
         In words, with units.
     passes : bool
     evidence : str
-        What the verdict rests on.
+        Evidence of the verdict.
     place : Place, optional
-        Where a named place is.
+        Position of a named place.
     standing : str
-        What it lies in, under or on: ``inside Church``.
+        Building that it lies in, under or on: ``inside Church``.
     """
 
     check: str
@@ -65,7 +65,7 @@ def measure(
     canopy: Canopy | None = None,
 ) -> SunIntervalTable:
     """
-    Let the instants that a check counts pass over some receivers.
+    Measure a check's instants on some receivers.
 
     Parameters
     ----------
@@ -73,10 +73,9 @@ def measure(
     period : Period
         Of one date of the check.
     run : TileRun
-        With a second counter where there are canopies.
+        With a second counter if there are canopies.
     canopy : Canopy, optional
-        What lets light through; hours behind it alone count by its share, and are in no
-        interval.
+        Hours behind it alone count by its transmitted share, and are in no interval.
 
     Returns
     -------
@@ -89,7 +88,7 @@ def measure(
 
 
 def pick_hours(check: Check, period: Period, intervals: SunIntervalTable) -> NDArray[np.float32]:
-    """Return what the check measures [h]."""
+    """Return the hours that the check measures [h]."""
     light = intervals.sun if intervals.light is None else intervals.light
     if check.measure == "longest_sun_hours":
         return to_hours(intervals.longest)
@@ -102,20 +101,20 @@ def pick_hours(check: Check, period: Period, intervals: SunIntervalTable) -> NDA
 
 
 def meets_limit(check: Check, hours: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Tell which hours are enough, or few enough."""
+    """Return which hours meet the limit."""
     limit = check.limit.total_seconds() / 3600
     return hours >= limit - _SLACK if check.is_least else hours <= limit + _SLACK
 
 
 def say_hours(hours: float) -> str:
-    """Write hours as a person says them."""
+    """Format hours for reading."""
     minutes = round(hours * 60)
     h, m = divmod(minutes, 60)
     return f"{m} min" if not h and m else f"{h} h" + (f" {m} min" if m else "")
 
 
 def say_limit(check: Check) -> str:
-    """Say what is wanted."""
+    """Describe the limit."""
     limit = check.limit.total_seconds() / 3600
     length = f" of at least {say_hours(check.min_spell.total_seconds() / 3600)}"
     return (
@@ -125,13 +124,13 @@ def say_limit(check: Check) -> str:
 
 
 def say_how(check: Check) -> str:
-    """Say when and in what steps it was measured."""
+    """Describe the hours and steps of measurement."""
     altitude = f", sun at {check.min_altitude:g}° or higher" if check.min_altitude > 0 else ""
     return f"{check.start} to {check.end}, steps of {check.every}{altitude}"
 
 
 def say_intervals(zone: str, intervals: SunIntervalTable, place: tuple[int, ...]) -> str:
-    """Say when one receiver has sun."""
+    """Describe the sun intervals of one receiver."""
     first, last = intervals.first[place], intervals.last[place]
     behind = ""
     if intervals.behind is not None and intervals.behind[place] > 0:
@@ -147,6 +146,6 @@ def say_intervals(zone: str, intervals: SunIntervalTable, place: tuple[int, ...]
 
 
 def read_clock(zone: str, instant: np.datetime64) -> str:
-    """Read an instant off the local clock."""
+    """Format an instant in local time."""
     local = instant.astype("datetime64[us]").item().replace(tzinfo=dt.UTC)
     return f"{local.astimezone(zoneinfo.ZoneInfo(zone)):%H:%M}"

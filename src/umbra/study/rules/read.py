@@ -1,4 +1,4 @@
-"""Reading a rule file of format 1: YAML with its lines kept, and keys checked by name."""
+"""Reader of rule files, format 1: YAML with line numbers and checked keys."""
 
 import datetime as dt
 import difflib
@@ -29,7 +29,7 @@ _DATE = re.compile(r"(?:(\d{4})-)?(\d{2})-(\d{2})")
 
 class Block:
     """
-    A mapping of a YAML file whose every key must be asked for.
+    A mapping of a YAML file, with a fixed set of keys.
 
     Parameters
     ----------
@@ -37,14 +37,14 @@ class Block:
         For messages.
     node : yaml.Node
     what : str
-        What the mapping is: "the file", "check 2".
+        Name of the mapping: "the file", "check 2".
     keys : sequence of str
-        All that it may hold.
+        Allowed keys.
 
     Raises
     ------
     InputError
-        If it is no mapping, or holds another key or one twice.
+        If it is not a mapping, or has an unknown or repeated key.
     """
 
     def __init__(self, path: Path, node: Any, what: str, keys: Sequence[str]) -> None:
@@ -69,11 +69,11 @@ class Block:
         raise InputError(msg, path=self.path, line=line)
 
     def has(self, key: str) -> bool:
-        """Tell whether a key is given."""
+        """Return whether a key is present."""
         return key in self.values
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Return a value as it is written; without a default it must be there."""
+        """Return a value as written; required if there is no default."""
         node = self.values.get(key)
         if node is None:
             if default is None:
@@ -95,7 +95,7 @@ class Block:
         return value
 
     def items(self, key: str) -> list[Any]:
-        """Return the nodes of a list; one value counts as a list of it."""
+        """Return the nodes of a list; a single value is a list of one."""
         node = self.values.get(key)
         if node is None:
             self.refuse(f"{self.what} lacks '{key}'")
@@ -110,15 +110,15 @@ _LARGEST = 1_000_000  # [byte]; thousands of rules
 
 def load_block(path: Path, keys: Sequence[str]) -> Block:
     """
-    Read a YAML file whose top is a mapping.
+    Read a YAML file whose root is a mapping.
 
-    Values are kept as text: YAML would read 10:00 as a number to the base of sixty. An InputError
-    says why it cannot be read, or that it is not YAML.
+    Values stay text: YAML reads 10:00 as a sexagesimal number. Raises InputError if the file
+    cannot be read or is not YAML.
     """
     import yaml  # noqa: PLC0415  (few studies have rules)
 
     class Loader(yaml.BaseLoader):
-        """Without aliases, by which a small file names the same rules a million times."""
+        """Loader without aliases, which let a small file repeat rules a million times."""
 
         def compose_node(self, parent: Any, index: Any) -> Any:
             if self.check_event(yaml.AliasEvent):
@@ -172,30 +172,30 @@ class Place:
 @dataclass(frozen=True)
 class Check:
     """
-    One thing that is measured and judged.
+    A quantity to measure, and its limit.
 
     Parameters
     ----------
     name : str
     dates : tuple of (year or None, month, day)
-        Each is judged for itself; without a year, in the study's.
+        Each is judged separately; without a year, in the study's year.
     start, end, every : str
         Local clock and steps.
     min_altitude : float
-        The sun counts from here up [degrees].
+        Least altitude of the sun that counts [degrees].
     measure : str
         One of ``MEASURES``.
     min_spell : timedelta
         For ``sun_hours_in_spells``.
     limit : timedelta
-        That is enough, or too much.
+        Limit of the hours [h].
     is_least : bool
-        Whether ``limit`` is the least rather than the most.
+        Whether ``limit`` is a minimum, not a maximum.
     area : str
         One of ``AREAS``, or empty with places.
     places : tuple of Place
     share : float
-        Of the area that must meet the limit [%].
+        Share of the area that must meet the limit [%].
     """
 
     name: str
@@ -221,7 +221,7 @@ class Rules:
     Parameters
     ----------
     name, version, source : str
-        Whose rule it is, which edition, and where its numbers are written.
+        Author, edition and source of the rule.
     checks : tuple of Check
     """
 
@@ -238,7 +238,7 @@ def read_rules(path: str | os.PathLike[str]) -> Rules:
     Parameters
     ----------
     path : path
-        YAML; the docs tell its keys.
+        YAML; the keys are in the docs.
 
     Returns
     -------
@@ -247,8 +247,7 @@ def read_rules(path: str | os.PathLike[str]) -> Rules:
     Raises
     ------
     InputError
-        If it cannot be read, has a wrong key or value: which, in which line, and what
-        would be right.
+        If it cannot be read, or has a wrong key or value; states key, line and remedy.
     """
     file = Path(path)
     block = load_block(file, FILE_KEYS)
