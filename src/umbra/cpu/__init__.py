@@ -1,1 +1,1 @@
-"""Counting on the CPU, in numba: planes, height fields, and what any camera sees."""
+"""Shadow counts on the CPU, in numba: planes, height fields, patches and camera frames."""

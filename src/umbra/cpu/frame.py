@@ -1,9 +1,9 @@
 """
-A frame: what a camera sees, and how deep in shadow each visible point lies.
+Camera frames: the visible surface, and the shadow count at each visible point.
 
-``auto`` is z-pass started at the eye's own count: right wherever z-fail is, with
-no caps and far less fill. ``z-fail`` counts by its definition, caps and all, behind
-the surface. ``z-pass`` is Heidmann's, which takes the eye to be lit.
+``auto`` is z-pass started at the eye's own count: right wherever z-fail is, with no caps and far
+less fill. ``z-fail`` counts all faces, caps included, behind the surface. ``z-pass`` is Heidmann's,
+which assumes a lit eye.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,10 +38,10 @@ _NOWHERE = 1e300  # a surface nearer than everything: nothing is counted before 
 @dataclass(frozen=True, eq=False)
 class _Surface:
     """
-    The visible surface as volumes meet it.
+    Depth keys of the visible surface, ready for counting.
 
-    ``keys`` (rows, cols + LANES) are depth keys, nearer than everything where nothing is to be
-    counted; ``tiles`` come from ``find_nearest_tiles``.
+    ``keys`` (rows, cols + LANES) are depth keys, nearer than everything where no count is needed;
+    ``tiles`` come from ``find_nearest_tiles``.
     """
 
     view: DepthBuffer
@@ -50,7 +50,7 @@ class _Surface:
 
     @classmethod
     def of(cls, view: DepthBuffer) -> "_Surface":
-        """Make a view ready for counting."""
+        """Prepare a view for counting."""
         rows, cols = view.key.shape
         keys = np.full((rows, cols + LANES), _NOWHERE)
         np.copyto(keys[:, :cols], view.key, where=view.face != NOTHING)
@@ -66,15 +66,15 @@ class FrameCounter:
     ----------
     scene : Scene
     casters : sequence of int, optional
-        Indices of the parts that cast; all by default.
+        Indices of the casting parts; all by default.
     ground : float, optional
         z of a plane that receives shadows, in the model's own coordinates [m].
     threads : int
     warn : callable
-        Told, in a line, where a forced method is wrong for a view.
+        Receives one line where a forced method is wrong for a view.
     transmits : bool
-        Count no volumes of parts that let light through: ``transmit`` follows it through them.
-        Else they are opaque, without holes, as in a study.
+        Leave transmitting parts out of the volumes; ``transmit`` traces light through them.
+        Otherwise they are opaque, without holes, as in a study.
     """
 
     scene: Scene
@@ -103,22 +103,22 @@ class FrameCounter:
         self.floor = min(low, np.inf if self.ground is None else self.ground - self.scene.origin[2])
 
     def see(self, camera: Camera) -> tuple[DepthBuffer, VisibleSurface]:
-        """Find what a camera sees."""
+        """Find the visible surface of a camera."""
         view = self.look(camera)
         return view, self.locate(view, camera)
 
     def look(self, camera: Camera, before: DepthBuffer | None = None) -> DepthBuffer:
-        """Find which face each pixel sees, and how near, behind what is before: `Sight.look`."""
+        """Find the visible face and depth of each pixel behind a layer: `Sight.look`."""
         return self.sight.look(camera, before)
 
     def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
-        """Find the places of what a view of this camera shows."""
+        """Find the visible points of a view of this camera."""
         return self.sight.locate(view, camera)
 
     def transmit(
         self, view: DepthBuffer, camera: Camera, light: Light
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Find what transmitting parts leave of a light, and what hides it: `Sight.transmit`."""
+        """Find the light that transmitting parts leave, and what hides it: `Sight.transmit`."""
         return self.sight.transmit(view, camera, light)
 
     def count(
@@ -130,7 +130,7 @@ class FrameCounter:
         Parameters
         ----------
         view : DepthBuffer
-            Of this camera, from ``see``.
+            From this camera's ``see``.
         camera : Camera
         light : Light
         method : {'auto', 'z-pass', 'z-fail'}
@@ -138,12 +138,12 @@ class FrameCounter:
         Returns
         -------
         counts : (rows, cols) int16 or int32
-            The narrower type where no count can leave it. 0 where nothing is seen.
+            int16 where all counts fit. 0 where nothing is seen.
 
         Raises
         ------
         InputError
-            If the method is not one of these.
+            If the method is unknown.
         """
         METHODS["cpu"].check(method)
         use_threads(self.threads)
@@ -162,11 +162,11 @@ class FrameCounter:
             before = count_polygons(caps, eye.matrix, near, camera.size, nearer=True)
         if method == "z-pass":
             self._judge_z_pass(start, bool(((before != 0) & (view.face != NOTHING)).any()))
-        # Rays that start in the light end at its first surface; those that run straight
-        # to it see no side, only what is behind.
+        # Rays that start in the light end at its first surface; rays straight to the light meet no
+        # sides, only faces behind.
         if (method == "z-fail" and eye.along <= 0) or (method == "auto" and eye.along < 0):
             counts = -self._behind(caster, view, eye.matrix, place, near)
-            if not camera.is_perspective:  # there the dark cap is seen as one point, or not at all
+            if not camera.is_perspective:  # there the dark cap is a single point, or invisible
                 counts += eye.end.count(caster.is_closed)
         else:
             if eye.along > 0:
@@ -177,7 +177,7 @@ class FrameCounter:
             if method != "z-pass" and (start or before.any()):
                 counts = counts + (start + before)
             if not start and not len(caps.multiplicity):
-                return counts  # where nothing is seen no side was counted
+                return counts  # no side was counted where nothing is seen
         return counts * (view.face != NOTHING)
 
     def find_visibility(
@@ -189,11 +189,11 @@ class FrameCounter:
         softness: Softness | None = None,
     ) -> list[NDArray[np.float32]]:
         """
-        Find what share of lights with a size each visible point sees.
+        Find the share of each area light that each visible point sees.
 
         Returns (rows, cols) float32 for each light: 1 is fully lit, 0 umbra, 1 where nothing is
-        seen. ``method`` is of ``umbra.methods.SOFT`` and works as finely as ``softness`` says;
-        `InputError` if it is none of these.
+        seen. ``method`` is one of ``umbra.methods.SOFT``, else `InputError`; ``softness`` sets its
+        resolution.
         """
         find = find_method(method)
         more = (softness or Softness()).select(method)
@@ -201,7 +201,7 @@ class FrameCounter:
         return [find(self, view, frame, camera, light, **more) for light in lights]
 
     def with_caster(self, caster: Caster) -> "FrameCounter":
-        """Return a counter of the same scene and another caster, for ``count_undrawn``."""
+        """Return a counter of the same scene with another caster, for ``count_undrawn``."""
         other = copy(self)
         other.caster, other.blocks, other.ends = caster, FaceBlocks.of(caster), caster.ends()
         return other
@@ -210,10 +210,10 @@ class FrameCounter:
         self, view: DepthBuffer, camera: Camera, light: Light
     ) -> NDArray[np.signedinteger]:
         """
-        Count the shadow volumes of casters that are not in the view, at each visible point.
+        Count the shadow volumes of casters that are not drawn, at each visible point.
 
-        Their light caps are in no depth buffer, so they are tested like sides. What a view
-        shows is counted alike, but for points on the casters, which are within their caps.
+        Their light caps are in no depth buffer, so they are tested like sides. Visible casters are
+        counted alike, except at points on them, which lie within their caps.
         """
         use_threads(self.threads)
         place = light.local(self.scene.origin)
@@ -224,7 +224,7 @@ class FrameCounter:
         size = view.key.shape[::-1]
         cap = make_light_cap(caster, place)
         counts: NDArray[np.signedinteger]
-        if eye.along < 0:  # sides are seen edge-on on the way to the light: count behind
+        if eye.along < 0:  # rays to the light see sides edge-on: count behind
             counts = np.zeros(view.key.shape, np.int32)
             for faces in (make_sides(caster, place), cap, make_dark_cap(caster, place)):
                 counts -= count_polygons(faces, matrix, view.key, size, nearer=False)
@@ -239,14 +239,14 @@ class FrameCounter:
         return counts * (view.face != NOTHING)
 
     def find_casting(self, light: NDArray[np.float64]) -> Caster:
-        """Return the caster without the faces that a light, (4,) in its frame, lies on."""
+        """Return the caster without the faces that hold a light, (4,) in its frame."""
         held = find_holders(self.caster, self.blocks, light, self.scene.origin)
         return self.caster.without(held)
 
     def _in_front(
         self, caster: Caster, view: DepthBuffer, matrix: NDArray, light: NDArray, floor: float
     ) -> NDArray:
-        """Count the sides before the visible surface, in int16 if that is enough."""
+        """Count the sides in front of the visible surface, in int16 if the counts fit."""
         rows, cols = view.key.shape
         if self._surface is None or self._surface.view is not view:
             self._surface = _Surface.of(view)  # the same for every light
@@ -263,7 +263,7 @@ class FrameCounter:
         return counts[:, :cols]
 
     def _find_floor(self, camera: Camera) -> float:
-        """Return the height below which neither receivers nor the eye lie; -inf if that is none."""
+        """Return a height below which neither receivers nor the eye lie; -inf if there is none."""
         apex = camera.apex(self.scene.origin)
         is_above = apex[2] >= self.floor if apex[3] else apex[2] >= 0
         return float(self.floor) if is_above else -np.inf
@@ -274,14 +274,14 @@ class FrameCounter:
         """Count all faces of the volumes behind the visible surface."""
         size = view.key.shape[::-1]
         sums = count_polygons(make_sides(caster, light), matrix, view.key, size, nearer=False)
-        # What casts is drawn, so no cap past the near plane lies before the surface:
-        # caps need no depth test, and their own surface counts as behind.
+        # Casters are drawn, so no cap past the near plane lies in front of the surface: caps need
+        # no depth test, and their own surface counts as behind.
         for cap in (make_light_cap(caster, light), make_dark_cap(caster, light)):
             sums += count_polygons(cap, matrix, near, size, nearer=False)
         return sums
 
     def _judge_z_pass(self, start: int, is_cut: bool) -> None:
-        """Warn where the eye's own count or what the near plane cuts away is needed."""
+        """Warn where z-pass is wrong: an eye in shadow, or faces in front of the near plane."""
         if start:
             self.warn(
                 f"z-pass is wrong for this view: the eye stands in {start} shadow "
@@ -306,10 +306,9 @@ def count_shadows(
     """
     Count the shadow volumes that hold each visible point.
 
-    In closed meshes this is the number of lit surfaces between the point and the
-    light; a triangle that belongs to no closed mesh counts by itself, and so does one with a
-    texture of holes, where it has none. A point is in shadow where the count is not 0, or where
-    its surface is turned from the light.
+    In closed meshes this is the number of lit surfaces between the point and the light; a triangle
+    of an open mesh counts on its own, and so does one with holes in its texture, outside the holes.
+    A point is in shadow where the count is not 0, or where its surface faces away from the light.
 
     Parameters
     ----------
@@ -329,7 +328,7 @@ def count_shadows(
     Raises
     ------
     InputError
-        If the method is unknown, or an argument is of another type.
+        If the method is unknown, or an argument has the wrong type.
 
     Examples
     --------

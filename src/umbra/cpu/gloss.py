@@ -1,9 +1,8 @@
 """
-How glossy surfaces reflect: glTF's metallic-roughness model, under lights and an even sky.
+Reflection of glossy surfaces: glTF's metallic-roughness model, under lights and an even sky.
 
-``shaders/gloss.glsl`` says the same in OpenGL's words; a test compares both. Light is counted so
-that one of intensity 1 makes a white matte surface facing it as bright as 1: what the formulas
-give is multiplied by pi.
+``shaders/gloss.glsl`` is the OpenGL version; a test compares both. A light of intensity 1 makes a
+white matte surface that faces it as bright as 1, so the formulas are multiplied by pi.
 
 Sources: glTF 2.0, appendix B (GGX after Trowbridge and Reitz, masking after Smith and Heitz,
 Fresnel after Schlick); Karis 2014, "Physically based shading on mobile", for the sky.
@@ -16,8 +15,8 @@ from umbra.scene.camera import BOUNCE, HORIZON, SKY
 
 __all__ = ["find_sky", "reflect_light", "reflect_sky"]
 
-_DIELECTRIC = 0.04  # what reflects head-on what is no metal
-_LEAST = 0.045  # roughness: a lamp without size in a mirror would be a single point
+_DIELECTRIC = 0.04  # head-on reflectance of non-metals
+_LEAST = 0.045  # roughness: a mirror would show a point light as a single point
 _TINY = 1e-9
 
 Vectors = NDArray[np.float64]
@@ -32,7 +31,7 @@ def reflect_light(
     eye: Vectors,
 ) -> Vectors:
     """
-    Find what surfaces reflect to the eye of a light of intensity 1.
+    Find the light that surfaces reflect to the eye, from a light of intensity 1.
 
     Parameters
     ----------
@@ -52,7 +51,7 @@ def reflect_light(
     to_light, to_eye = _dot(normal, toward), np.maximum(_dot(normal, eye), 1e-4)
     to_half, between = _dot(normal, half), np.maximum(_dot(eye, half), 0.0)
     lit = np.maximum(to_light, 0.0)
-    square = np.maximum(roughness, _LEAST) ** 4  # of alpha, which is the roughness squared
+    square = np.maximum(roughness, _LEAST) ** 4  # alpha squared; alpha is the roughness squared
     spread = square / np.maximum((to_half**2 * (square - 1.0) + 1.0) ** 2, _TINY)  # pi D
     masked = 0.5 / np.maximum(
         lit * np.sqrt(to_eye**2 * (1.0 - square) + square)
@@ -74,13 +73,13 @@ def reflect_sky(
     ambient: Vectors,
 ) -> Vectors:
     """
-    Find what surfaces reflect of an even ambient light and of the sky.
+    Find the ambient and sky light that surfaces reflect.
 
-    Parameters as in ``reflect_light``; ``ambient`` (n, 3) is the even light on a matte surface.
+    Parameters as in ``reflect_light``; ``ambient`` (n, 3) is the uniform light on a matte surface.
     """
     to_eye = np.maximum(_dot(normal, eye), 0.0)
     mirrored = 2.0 * to_eye[:, None] * normal - eye
-    # Karis's fit of how much of an even sky a rough mirror shows.
+    # Karis's fit of the share of an even sky that a rough mirror reflects.
     x, y = 1.0 - roughness, 0.0425 - 0.0275 * roughness
     z, w = 1.04 - 0.572 * roughness, 0.022 * roughness - 0.04
     low = np.minimum(x * x, 2.0 ** (-9.28 * to_eye)) * x + y
@@ -91,7 +90,7 @@ def reflect_sky(
 
 
 def find_sky(up: NDArray[np.float64], roughness: NDArray[np.float64]) -> Vectors:
-    """Find the sky (n, 3) in directions that rise by sines ``up``, blurred as by rough mirrors."""
+    """Find the sky colour (n, 3) at sines of altitude ``up``, blurred by roughness."""
     blur = 0.05 + 0.95 * roughness
     above = np.clip(0.5 + 0.5 * up / blur, 0.0, 1.0)[:, None]
     rise = np.clip(up, 0.0, 1.0)[:, None]
@@ -100,7 +99,7 @@ def find_sky(up: NDArray[np.float64], roughness: NDArray[np.float64]) -> Vectors
 
 
 def _find_head_on(albedo: Vectors, metallic: NDArray[np.float64]) -> Vectors:
-    """Find what is reflected head-on."""
+    """Find the head-on reflectance."""
     return _DIELECTRIC * (1.0 - metallic[:, None]) + metallic[:, None] * albedo
 
 

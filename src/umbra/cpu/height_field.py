@@ -1,12 +1,11 @@
 """
-Shadow counts on a height field: whatever is topmost in a plan.
+Shadow counts on a height field: the topmost surface of a plan.
 
-Seen from the zenith no visible point can be in shadow while the sun is up, so a
-point's count is the signed number of volume sides above it: z-pass, without caps,
-right for every closed or open caster (its winding number at a topmost point is
-that of the sky, 0). Each silhouette edge sweeps a side away from the sun down to
-the lowest receiver; a row of cells crosses it in one span, along which the side's
-height is affine.
+A ray from the zenith starts in no shadow volume while the sun is up, so a point's count is the
+signed number of volume sides above it: z-pass, without caps, right for every closed or open caster
+(its winding number at a topmost point is that of the sky, 0). Each silhouette edge sweeps a side
+away from the sun down to the lowest receiver; a row of cells crosses it in one span, along which
+the side's height is affine.
 """
 
 from dataclasses import dataclass
@@ -32,14 +31,14 @@ _ROWS = 16  # rows whose first and last cells are found at once
 @dataclass(frozen=True, eq=False)
 class Slopes:
     """
-    Cells whose surface can turn from the sun: attached shadow.
+    Cells whose surface can face away from the sun: attached shadow.
 
     Parameters
     ----------
     cells : (n,) int64
         Flat indices, row * cols + column.
     face : (n,) int32
-        Of each cell, in ``planes``.
+        Column of ``planes`` for each cell.
     planes : (4, n_faces) float64
         Upward normals; the last row is 0.
     """
@@ -50,13 +49,13 @@ class Slopes:
 
     @classmethod
     def none(cls) -> "Slopes":
-        """Return the slopes of a level surface."""
+        """Return the slopes of a horizontal surface."""
         return cls(np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros((4, 0)))
 
 
 class HeightFieldSweep(Sweep):
     """
-    Count shadows on the topmost surface, sun after sun.
+    Count shadows on the topmost surface, one sun at a time.
 
     Parameters
     ----------
@@ -64,7 +63,7 @@ class HeightFieldSweep(Sweep):
     grid : Grid
         In the caster's frame.
     heights : (rows, cols) float64
-        z of the topmost surface, ``ASIDE`` of the centres [m]; no caster may lie above it.
+        z of the topmost surface, ``ASIDE`` from the centres [m]; no caster may lie above it.
     threads : int
     slopes : Slopes
         Cells in attached shadow count as in shadow in ``add_steps`` and ``masks``.
@@ -116,12 +115,12 @@ class HeightFieldSweep(Sweep):
             mask.ravel()[self.slopes.cells[away]] = 1
 
     def is_turned_away(self, suns: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which sloping cells face away from each sun, (n_suns, n_slopes) bool."""
+        """Return whether sloping cells face away from each sun, (n_suns, n_slopes) bool."""
         bits = self._face_sun(suns)[self.slopes.face]
         return (bits >> np.arange(len(suns), dtype=np.uint64)[:, None] & np.uint64(1)) == 0
 
     def _face_sun(self, suns: NDArray[np.float64]) -> NDArray[np.uint64]:
-        """Tell which suns light each sloping face, one bit each."""
+        """Return a bit mask of the suns that light each sloping face."""
         planes = self.slopes.planes
         lit = np.zeros(planes.shape[1], np.uint64)
         edge_on = np.zeros(len(lit) // 512 + 1, np.uint64)
@@ -131,7 +130,7 @@ class HeightFieldSweep(Sweep):
 
 @njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
 def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
-    """Add each side's multiplicity where it lies above; True if counts could not fit."""
+    """Add each side's multiplicity to the cells below it; True if counts could overflow."""
     rows, wide = level.shape
     cols = wide - _LANES
     kx = sx / sz
@@ -171,13 +170,13 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
         r1 = np.int64(np.ceil(min(max(high, 0.0), np.float64(rows))))
         if r0 >= r1:
             continue
-        # Lines that nearly coincide may cross anywhere: never go beyond the corners.
+        # Lines that nearly coincide may cross anywhere: stay within the corners.
         least = max(np.floor(min(min(x0, x1), min(x2, x3))), 0.0)
         most = min(np.ceil(max(max(x0, x1), max(x2, x3))), np.float64(cols))
         if least >= most:
             continue
         # Each bounding line is x = p + q * y, computed from a vertex and a direction that
-        # neighbours share. Of the four, which bound the left follows from their sense.
+        # neighbours share. Its direction decides whether it is a left or a right bound.
         p_l0 = p_l1 = p_l2 = least
         p_r0 = p_r1 = p_r2 = most
         q_l0 = q_l1 = q_l2 = q_r0 = q_r1 = q_r2 = 0.0
@@ -225,7 +224,7 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
                 if widest <= 1:
                     level[r, c] += m if (heights[r, c] < at) & (rest > 0) else 0
                     continue
-                # A row without cells goes through once: cheaper than a branch to mispredict.
+                # A row without cells runs once: cheaper than a mispredicted branch.
                 while True:
                     z = heights[r, c : c + _LANES]
                     n = level[r, c : c + _LANES]
@@ -242,7 +241,7 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _add_steps(level, out, cells, face, lit, sun):
-    """Add 1 to every cell in shadow, cast or attached; leave ``level`` at 0."""
+    """Add 1 to every cell in shadow, cast or attached; reset ``level`` to 0."""
     for q in range(cells.size):
         if (lit[face[q]] >> np.uint64(sun)) & np.uint64(1) == 0:
             level[cells[q] // out.shape[1], cells[q] % out.shape[1]] = 1
@@ -260,7 +259,7 @@ def _sweep(
     ends, weight, codes, starts, away, which, heights, floor, cells, face, lit,
     level, out, counts, too_deep,
 ):  # fmt: skip
-    """Count ``which`` suns as the plane's sweep does, in the buffers of each one's thread."""
+    """Count ``which`` suns as the plane's sweep does, in each thread's buffers."""
     keep = counts.shape[0] == away.shape[0]
     for q in prange(which.size):
         t = get_thread_id()

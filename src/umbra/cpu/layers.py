@@ -1,8 +1,8 @@
 """
-The layers of a picture: what is seen, what is seen through it, and the light on each.
+Layers of a picture: the visible surface, the surfaces seen through it, and their light.
 
-A layer is counted, followed to the lights and shaded as if it were all that is seen. The counter is
-any device's.
+Each layer is counted, traced to the lights and shaded as if it were the only one, by the counter of
+any device.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -27,7 +27,7 @@ def see_behind(
     counter: "FrameCounts", camera: Camera, view: DepthBuffer, frame: VisibleSurface
 ) -> Iterator[tuple[DepthBuffer, VisibleSurface, NDArray[np.float64]]]:
     """
-    Give a view, then what is seen through it, the nearest first, each with its opacity.
+    Yield a view, then the layers seen through it, nearest first, with their opacity.
 
     Parameters
     ----------
@@ -35,12 +35,12 @@ def see_behind(
     camera : Camera
     view : DepthBuffer
     frame : VisibleSurface
-        What the camera sees at first.
+        Visible surface of the first layer.
 
     Yields
     ------
     view, frame
-        A layer, which sees nothing where the one before is opaque.
+        A layer; empty where the previous one is opaque.
     opacity : (rows, cols) float64
         1 where nothing is seen.
     """
@@ -63,10 +63,10 @@ def follow_lights(
     counter: "FrameCounts", view: DepthBuffer, camera: Camera, lights: Sequence[Light | AreaLight]
 ) -> tuple[list[NDArray[np.float32]], list[NDArray[np.int32]]]:
     """
-    Find what transmitting parts leave of lights at each visible point, and what hides them.
+    Find the light that transmitting parts leave at each visible point, and what hides it.
 
-    Of a light with a size the first is the average over some of its points, the second its
-    middle's. See `Sight.transmit` for the arrays.
+    For an area light the first is the average over sample points, the second that of its centre.
+    See `Sight.transmit` for the arrays.
     """
     transmission, hidden = [], []
     for light in lights:
@@ -84,7 +84,7 @@ def follow_lights(
 def blend_layers(
     layers: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]],
 ) -> NDArray[np.float64]:
-    """Lay colours (rows, cols, 3) with their opacity (rows, cols) over those that come later."""
+    """Blend colours (rows, cols, 3) with their opacity (rows, cols), nearest layer first."""
     colors, left = np.zeros(()), np.ones(())
     for shown, opacity in layers:
         colors = colors + (left * opacity)[..., None] * shown

@@ -1,8 +1,8 @@
 """
-Each sun's silhouette in square bins of light space.
+Silhouette edges of each sun, in square bins of light space.
 
-All components are opened: every face counts, so the count at a point is the number of
-faces between it and the sun. Multiplicities of edges with the same ends are added up.
+All components follow the open rule, so the count at a point is the number of faces between it and
+the sun. Multiplicities of edges with the same ends are summed.
 """
 
 from typing import NamedTuple
@@ -17,36 +17,36 @@ from umbra.volume.silhouette import find_silhouettes
 
 __all__ = ["EdgeBinner", "SunBins", "clamp"]
 
-_SLACK = 1e-6  # of a bin: an edge as near to another bin is in both
-_EDGES = 16  # to a bin, were they spread evenly: eight are looked at in one go
+_SLACK = 1e-6  # bins: an edge within this distance of another bin is in both
+_EDGES = 16  # mean edges per bin: eight are tested at once
 _MOST_BINS = 4096  # along a side
-_COARSE = 2.0**-9  # of a bin: more than float32 loses of a coordinate in bins
+_COARSE = 2.0**-9  # bins: above float32's rounding of a coordinate in bins
 
 
 class SunBins(NamedTuple):
     """
-    Silhouette edges of some suns, in bins.
+    Silhouette edges of several suns, in bins.
 
     Parameters
     ----------
     basis : (n_suns, 9) float64
         Two axes across the light, and the direction toward the sun.
     grid : (n_suns, 3) float64
-        Lowest corner of the bins [m], and bins to the metre.
+        Lowest corner of the bins [m], and bins per metre.
     shape : (n_suns, 3) int64
-        Columns, rows, and where the sun's bins begin among ``starts``.
+        Columns, rows, and index of the sun's first bin in ``starts``.
     starts : (n_bins,) int64
-        Where each bin begins among the entries; a sun's last is followed by its end.
+        First entry of each bin; the end follows a sun's last bin.
     edge : (entries,) int32
     change : (entries,) int16
         Multiplicity of the edge.
     order : (entries,) int32
-        Its number in the sun's silhouette.
+        Index of the edge in the sun's silhouette.
     table : (entries + LANES, 5) float32
-        Of each: lowest and highest x [bins], lowest and highest y within the bin's row, and how
-        near the sun the edge comes [m]; in Fortran's order.
+        Lowest and highest x [bins], lowest and highest y within the bin's row, and greatest
+        coordinate toward the sun [m]; in Fortran order.
     most : int
-        Edges of the longest silhouette.
+        Number of edges of the longest silhouette.
     """
 
     basis: NDArray[np.float64]
@@ -62,7 +62,7 @@ class SunBins(NamedTuple):
 
 class EdgeBinner:
     """
-    The edges of a caster, each pair of ends once.
+    Unique edges of a caster, sorted into bins for each sun.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class EdgeBinner:
         pairs = self.caster.edges.astype(np.int64)
         key = pairs[:, 0] << 32 | pairs[:, 1]
         _, first, group = np.unique(key, return_index=True, return_inverse=True)
-        order = np.argsort(first)  # neighbours stay near each other
+        order = np.argsort(first)  # neighbours stay close in memory
         rank = np.zeros(len(order), np.int32)
         rank[order] = np.arange(len(order))
         self._group = rank[group.ravel()]
@@ -87,7 +87,7 @@ class EdgeBinner:
 
     def bin(self, suns: NDArray[np.float64]) -> SunBins:
         """
-        Sort the silhouettes of some suns into bins.
+        Sort the silhouettes of several suns into bins.
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ class EdgeBinner:
     def _find(
         self, suns: NDArray[np.float64]
     ) -> tuple[NDArray[np.int32], NDArray[np.int16], NDArray[np.int64]]:
-        """Find the suns' silhouettes: edges, multiplicities, where each sun's begin."""
+        """Find the suns' silhouettes: edges, multiplicities, and first index of each sun."""
         lights = np.concatenate([suns, np.zeros((len(suns), 1))], 1)
         edges, changes, lengths = [], [], [np.zeros(1, np.int64)]
         for _, found in find_silhouettes(self.caster, lights):
@@ -153,7 +153,7 @@ class EdgeBinner:
 def _make_entries(
     n: int,
 ) -> tuple[NDArray[np.int32], NDArray[np.int16], NDArray[np.int32], NDArray[np.float32]]:
-    """Make room for edges, multiplicities, numbers and their table."""
+    """Allocate edges, multiplicities, indices and their table."""
     return (
         np.zeros(n, np.int32),
         np.zeros(n, np.int16),
@@ -164,7 +164,7 @@ def _make_entries(
 
 @njit(cache=True, nogil=True, parallel=True)
 def _merge(codes, starts, weight, group, n_groups, edge, change, kept):
-    """Add up the multiplicities of edges with the same ends; keep those that are not 0."""
+    """Sum the multiplicities of edges with the same ends; keep nonzero sums."""
     for s in prange(starts.size - 1):
         sums = np.zeros(n_groups, np.int16)
         for q in range(starts[s], starts[s + 1]):
@@ -183,7 +183,7 @@ def _merge(codes, starts, weight, group, n_groups, edge, change, kept):
 
 @njit(cache=True, nogil=True, inline="always")
 def clamp(x, n):
-    """Give the bin that holds x, or the nearest of n bins."""
+    """Return the bin that contains x, or the nearest of n bins."""
     return np.int64(min(max(np.floor(x), 0.0), n - 1.0))
 
 
@@ -192,7 +192,7 @@ def _fill(
     ends, edge, change, first, basis, grid, shape, starts, base,
     out_edge, out_change, out_order, table,
 ):  # fmt: skip
-    """Count the entries of every bin into ``starts`` and ``base``; then write them."""
+    """Count the entries of each bin into ``starts`` and ``base``, then write them."""
     write = out_edge.size > 0
     for s in prange(basis.shape[0]):
         cols, rows, begin = shape[s]

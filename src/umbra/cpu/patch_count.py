@@ -1,16 +1,14 @@
 """
 Shadows on planar patches, counted by the rims of shadow volumes.
 
-A patch that faces the sun takes from the bins the silhouette edges that may lie between it
-and the sun, and throws them onto its plane; where a casting face passes through the plane,
-that segment closes their chains. Crossings then tell the count at every sample up to a
-constant. One ray settles the constant, from a sample where the count is least: if that
-is lit, the least count is 0; if not, every sample is in shadow. A patch that no rim meets
-needs the ray alone.
+For a patch that faces the sun, the silhouette edges that may lie between it and the sun are
+projected onto its plane; where a casting face passes through the plane, the intersection closes
+their chains. Crossings determine the count at every sample up to a constant. One ray from a sample
+of least count finds the constant: if that sample is lit, the least count is 0; if not, every sample
+is in shadow. A patch without rims needs only the ray.
 
-Rays answer whatever float64 cannot tell by crossings: samples as near to a rim as rounding
-reaches, or near another face that hardly rises from the plane; patches of a few samples, and
-patches under a sun that grazes them.
+Rays decide where crossings in float64 cannot: samples within rounding of a rim, or near another
+face that is almost in the plane; patches of few samples, and patches at grazing sun.
 """
 
 from collections.abc import Callable
@@ -30,11 +28,11 @@ from umbra.volume.adjacency import Caster
 
 __all__ = ["PatchCounter"]
 
-_BLOCK = 32  # patches that a thread takes at a time: their bins stay in the cache
-_SUNS = 64  # suns that are binned at a time
-_ROOM = 1024  # doubts of a patch under one sun, besides a quarter of its samples
-_CROSSINGS = 16  # of a column, besides one a row; with more of them rays are asked
-_EPS = 1e-7  # squares that a rim can be off by rounding
+_BLOCK = 32  # patches per block of a thread: their bins stay in the cache
+_SUNS = 64  # suns binned at a time
+_ROOM = 1024  # doubtful samples per patch and sun, plus a quarter of its samples
+_CROSSINGS = 16  # per column, plus one per row; beyond this, rays are cast
+_EPS = 1e-7  # rounding error of a rim [squares]
 
 
 class PatchCounter:
@@ -47,7 +45,7 @@ class PatchCounter:
         The samples.
     caster : Caster
     tree : FaceTree
-        Of the caster.
+        Hierarchy over the caster's faces.
     threads : int
     """
 
@@ -63,7 +61,7 @@ class PatchCounter:
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
         """
-        Tell for each sun which samples are in shadow, cast or attached.
+        Return the samples in cast or attached shadow for each sun.
 
         Parameters
         ----------
@@ -91,7 +89,7 @@ class PatchCounter:
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """
-        Count for each sample how many suns leave it in shadow.
+        Add to each sample the number of suns that leave it in shadow.
 
         Parameters
         ----------
@@ -99,7 +97,7 @@ class PatchCounter:
         steps : (n_samples,) int32
             Added to.
         progress : callable
-            Told how many suns were done, now and then.
+            Called now and then with the number of suns done.
         """
         nothing = np.zeros((0, 0), np.uint8)
         for first in range(0, len(suns), _SUNS):
@@ -108,7 +106,7 @@ class PatchCounter:
             progress(len(some))
 
     def _run(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """Fill masks in, if there are any; else give the suns that leave each sample in shadow."""
+        """Fill in masks, if any; otherwise return each sample's number of suns in shadow."""
         use_threads(self._threads)
         suns = np.ascontiguousarray(suns)
         change = np.zeros(0 if masks.size else len(self._patches.where), np.int32)
@@ -119,21 +117,21 @@ class PatchCounter:
 
 class _Work(NamedTuple):
     """
-    Memory of a thread.
+    Work arrays of a thread.
 
     Parameters
     ----------
     crossings : Crossings
     rims : (n, 5) float64
-        From column, row to column, row; how the count changes to the left.
+        From column, row to column, row; change of the count on the left.
     stamp : (most,) int32
-        Of each edge of a silhouette, the last look that came upon it.
+        Last search that found each silhouette edge.
     is_doubt : (n,) bool
-        Samples of a patch that rays must tell.
+        Samples of a patch that need rays.
     asked : (n,) int32
-        Those samples.
+        Indices of these samples.
     stack : (DEEPEST,) int32
-        Of searches in the tree.
+        Stack for searches in the tree.
     """
 
     crossings: Crossings
@@ -179,7 +177,7 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
         np.zeros(room, np.int32),
         np.zeros(DEEPEST, np.int32),
     )
-    last = np.full(p1 - p0, -1, np.int64)  # what hid the sun before mostly still does
+    last = np.full(p1 - p0, -1, np.int64)  # the last face that hid the sun usually still does
     look = 0
     for i in range(p0, p1):
         if patches.graze[i] == np.inf:
@@ -200,7 +198,7 @@ def _count_block(patches, bins, ends, tree, change, masks, p0, p1):
 
 @njit(cache=True, nogil=True, inline="always")
 def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, last):
-    """Count a patch under a sun; give a face that hides it, or the one given."""
+    """Count a patch for one sun; return a face that hides it, or ``last``."""
     d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
     f = patches.frame
     sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
@@ -215,7 +213,7 @@ def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, las
     sv = (f[i, 4] * d[0] + f[i, 5] * d[1] + f[i, 6] * d[2]) / sine
     tau = patches.tau[i]
     cols, rows = patches.size[i, 0], patches.size[i, 1]
-    # As heights up to tau count as 0, rims can be off by this much.
+    # Heights up to tau count as 0, so rims can be off by this much.
     bu, bv = _EPS + 2.0 * tau * abs(su), _EPS + 2.0 * tau * abs(sv)
     if last >= 0 and covers(tree, last, f, i, su, sv, cols - 1.0, rows - 1.0, tau, bu, bv):
         darken(change, masks, s, first, end, end)
@@ -250,7 +248,7 @@ def _count_patch(patches, bins, ends, tree, change, masks, work, s, i, look, las
 
 @njit(cache=True, nogil=True, inline="always")
 def _find_doubts(patches, work, i, n_doubts, reach):
-    """List the samples that rays must tell, each once; give their number, or -1 if too many."""
+    """List the samples that need rays, each once; return their number, or -1 if too many."""
     cell = patches.cell[i]
     n = 0
     for q in range(n_doubts):
@@ -283,7 +281,7 @@ def _find_doubts(patches, work, i, n_doubts, reach):
 
 @njit(cache=True, nogil=True, inline="always")
 def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
-    """Find from crossings and one ray what is in shadow, and ask rays for samples in doubt."""
+    """Find the samples in shadow by crossings and one ray; cast rays for doubtful samples."""
     first, end = patches.first[i], patches.first[i + 1]
     runs = work.crossings.runs
     n = find_runs(
@@ -319,7 +317,7 @@ def _settle(patches, tree, change, masks, work, s, i, d, n_asked, last):
         work.is_doubt[k] = False
         was = 1
         if is_lit:
-            a, b = 0, n - 1  # the run that holds it
+            a, b = 0, n - 1  # the run that contains it
             while a < b:
                 middle = (a + b + 1) // 2
                 if runs[middle, 0] <= k:

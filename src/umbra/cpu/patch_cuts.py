@@ -1,4 +1,4 @@
-"""Where casting faces pass through the plane of a patch, or come close to it."""
+"""Intersections of casting faces with the plane of a patch, and faces close to it."""
 
 import numpy as np
 from numba import njit
@@ -9,7 +9,7 @@ from umbra.rays.lanes import LANES
 
 __all__ = ["cut_edge", "find_cuts"]
 
-_CLEAR = 1e-4  # squares and metres by which anything beside a patch is left alone
+_CLEAR = 1e-4  # faces farther than this outside a patch are ignored [squares and m]
 
 
 def find_cuts(
@@ -26,16 +26,16 @@ def find_cuts(
     tree: FaceTree,
 ) -> tuple[NDArray, ...]:
     """
-    Find where casting faces pass through patches, and the samples near faces that hardly do.
+    Find where casting faces pass through patches, and the samples near almost coplanar faces.
 
     Parameters
     ----------
     frame, place, size, tau, graze, cell, before
-        Of ``Patches``.
+        See ``Patches``.
     own : (n, 2) int64
-        First and last triangle (exclusive) of each patch's surface.
+        First triangle and end of each patch's surface.
     corners : (n_triangles, 9) float64
-        Of those.
+        Corners of these triangles.
     spacing : float
         [m]
     tree : FaceTree
@@ -43,12 +43,12 @@ def find_cuts(
     Returns
     -------
     cut_start, cuts, cut_normal, mark_start, marks, mark_far
-        Of ``Patches``.
+        See ``Patches``.
     """
     start, cuts, normal, mark_start, marks, far = _find(
         frame, place, size, tau, graze, cell, before, own, corners, spacing, tree
     )  # fmt: skip
-    # A sample once, where the face is nearest; nearest first within a patch.
+    # Each sample once, with its nearest face; nearest first within a patch.
     patch = np.repeat(np.arange(len(frame)), np.diff(mark_start))
     order = np.lexsort((far, marks, patch))
     patch, marks, far = patch[order], marks[order], far[order]
@@ -61,7 +61,7 @@ def find_cuts(
 
 @njit(cache=True, nogil=True, inline="always")
 def cut_edge(ua, va, ha, ub, vb, hb, is_first):
-    """Find where an edge passes through the plane, asked from its lower vertex."""
+    """Find where an edge passes through the plane, computed from its lower vertex."""
     if not is_first:
         ua, va, ha, ub, vb, hb = ub, vb, hb, ua, va, ha
     if hb == 0.0:
@@ -74,7 +74,7 @@ def cut_edge(ua, va, ha, ub, vb, hb, is_first):
 
 @njit(cache=True, nogil=True)
 def _is_own(c, corners, t0, t1):
-    """Whether a face is one of the surface's own."""
+    """Return whether a face belongs to the patch's own surface."""
     for t in range(t0, t1):
         same = 0
         for k in range(3):
@@ -93,7 +93,7 @@ def _is_own(c, corners, t0, t1):
 
 @njit(cache=True, nogil=True)
 def _clip(poly, n, sign, limit, out):
-    """Keep of a polygon of (u, v, h) what has sign * h <= limit; give its corners' number."""
+    """Clip a polygon of (u, v, h) to sign * h <= limit; return its number of corners."""
     m = 0
     for k in range(n):
         j = (k + 1) % n
@@ -112,7 +112,7 @@ def _clip(poly, n, sign, limit, out):
 
 @njit(cache=True, nogil=True)
 def _mark(poly, n, reach, spacing, size, before, marks, mark_far, total):
-    """Note the samples over a polygon or within reach [m]; give the new total."""
+    """Mark the samples over a polygon or within reach [m]; return the new total."""
     beside = reach / spacing + 1e-6
     area = 0.0
     u0, u1, v0, v1 = np.inf, -np.inf, np.inf, -np.inf
@@ -122,7 +122,7 @@ def _mark(poly, n, reach, spacing, size, before, marks, mark_far, total):
         u0, u1 = min(u0, poly[q, 0]), max(u1, poly[q, 0])
         v0, v1 = min(v0, poly[q, 1]), max(v1, poly[q, 1])
     turn = 1.0 if area > 0.0 else -1.0
-    # A face that stands on the plane has as good as no area there: a line between two corners.
+    # A face perpendicular to the plane has almost no area there: a line between two corners.
     one, two, length = 0, 0, 0.0
     for q in range(n):
         for j in range(q):
@@ -165,7 +165,7 @@ def _mark(poly, n, reach, spacing, size, before, marks, mark_far, total):
 
 @njit(cache=True, nogil=True)
 def _list_near(low, high, f, margin, tree, stack, found):
-    """List the faces that may reach a box and come near the plane of a frame; give their number."""
+    """List the faces near a box and near the plane of a frame; return their number."""
     n = 0
     stack[0] = 0
     waiting = 1
@@ -221,7 +221,7 @@ def _find(
                 continue
             f, p, t = frame[i], place[i], tau[i]
             w, top = size[i, 0] - 1.0, size[i, 1] - 1.0
-            reach = 2.0 * t / graze[i]  # beside a face, so far a shadow's rim can be off
+            reach = 2.0 * t / graze[i]  # error of a shadow's rim beside a face
             margin = _CLEAR + 2.0 * t + reach
             for k in range(3):
                 a, b = p[3 + k] * w, p[6 + k] * top
@@ -230,7 +230,7 @@ def _find(
             for q in range(_list_near(low, high, f, margin, tree, stack, near)):
                 g = near[q]
                 above = 0
-                within = t < 1.5e-6  # the samples themselves are off a thick plane
+                within = t < 1.5e-6  # samples of a thick patch lie off its plane
                 for k in range(3):
                     x, y, z = corners[g, 3 * k], corners[g, 3 * k + 1], corners[g, 3 * k + 2]
                     poly[k, 0] = f[0] * x + f[1] * y + f[2] * z + f[3]
@@ -250,7 +250,7 @@ def _find(
                             ids[g, k] < ids[g, j],
                         )  # fmt: skip
                         if h[k] > 0.0:
-                            u0, v0 = cu, cv  # here the face's rim goes below
+                            u0, v0 = cu, cv  # the face's boundary goes below here
                         else:
                             u1, v1 = cu, cv
                     far = _CLEAR + reach / spacing
@@ -267,7 +267,7 @@ def _find(
                     continue
                 m = _clip(poly, 3, 1.0, 2.0 * t, part)
                 m = _clip(part, m, -1.0, 2.0 * t, poly) if m else 0
-                # A face of the surface's own that no such sun can light from behind is as flat.
+                # Flat, too: a face of the surface itself that no such sun can light from behind.
                 slope = abs(f[8] * normals[g, 0] + f[9] * normals[g, 1] + f[10] * normals[g, 2])
                 is_flat = slope > 1.0 - graze[i] * graze[i] / 7.9
                 if m and not (is_flat and _is_own(corners[g], own_corners, own[i, 0], own[i, 1])):

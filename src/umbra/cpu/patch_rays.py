@@ -1,4 +1,4 @@
-"""Rays from the samples of patches, and what they leave in shadow."""
+"""Shadow of patch samples by rays."""
 
 import numpy as np
 from numba import njit
@@ -10,13 +10,13 @@ __all__ = ["ask", "ask_all", "ask_one_by_one", "covers", "darken"]
 
 @njit(cache=True, nogil=True, inline="always")
 def ask(patches, tree, stack, k, d, last):
-    """Find a face between a sample and the sun by a ray; -1 if there is none."""
+    """Find a face between a sample and the sun; -1 if there is none."""
     return is_hidden(get(patches.points, k), get(patches.normals, k), d, tree, stack, last)
 
 
 @njit(cache=True, nogil=True, inline="always")
 def ask_one_by_one(patches, bins, tree, stack, change, masks, i):
-    """Ask rays for every sample of a patch, under all suns one after another."""
+    """Cast rays from every sample of a patch to each sun."""
     first, end = patches.first[i], patches.first[i + 1]
     for k in range(first, end):
         m = get(patches.normals, k)
@@ -33,7 +33,7 @@ def ask_one_by_one(patches, bins, tree, stack, change, masks, i):
 
 @njit(cache=True, nogil=True, inline="always")
 def ask_all(patches, tree, stack, change, masks, s, i, d, last):
-    """Ask rays for every sample of a patch; give a face that hides some, or the one given."""
+    """Cast rays from every sample of a patch; return a face that hides some, or ``last``."""
     first, end = patches.first[i], patches.first[i + 1]
     for k in range(first, end):
         m = get(patches.normals, k)
@@ -48,7 +48,7 @@ def ask_all(patches, tree, stack, change, masks, s, i, d, last):
 
 @njit(cache=True, nogil=True, inline="always")
 def darken(change, masks, s, a, b, end):
-    """Put samples from a to b in shadow, in a patch that ends at ``end``."""
+    """Mark samples from a to b as in shadow, in a patch that ends at ``end``."""
     if masks.size > 0:
         for k in range(a, b):
             masks[s, k] = 1
@@ -61,18 +61,18 @@ def darken(change, masks, s, a, b, end):
 @njit(cache=True, nogil=True)
 def covers(tree, face, f, i, su, sv, w, h, tau, bu, bv):
     """
-    Tell whether the shadow of a face holds the whole rectangle of a patch.
+    Return whether the shadow of a face covers the whole rectangle of a patch.
 
     Parameters
     ----------
     tree : FaceTree
     face : int
     f : (n, 12) float64
-        The patches' frames.
+        Frames of the patches.
     i : int
-        The patch.
+        Index of the patch.
     su, sv : float
-        How far a point's shadow moves for each metre of height [squares].
+        Shift of a point's shadow per metre of height [squares].
     w, h, tau, bu, bv : float
     """
     turn = 1.0
@@ -93,7 +93,7 @@ def covers(tree, face, f, i, su, sv, w, h, tau, bu, bv):
     for k in range(3):
         j = (k + 1) % 3
         eu, ev = turn * (u[j] - u[k]), turn * (v[j] - v[k])
-        x = w + bu if ev > 0.0 else -bu  # the corner farthest out
+        x = w + bu if ev > 0.0 else -bu  # the outermost corner
         y = -bv if eu > 0.0 else h + bv
         if eu * (y - v[k]) - ev * (x - u[k]) <= 0.0:
             return False

@@ -1,9 +1,9 @@
 """
-Rims of shadows on a patch: where they cross its columns, and what that tells of samples.
+Shadow rims on a patch: their crossings with its columns, and the counts between them.
 
-Going up a column, the count changes by a rim's multiplicity where the column crosses it;
-along the lowest row, where the rim passes under it. Both are decided by the same numbers,
-so that rounding leaves no streak.
+Going up a column, the count changes by a rim's multiplicity where the column crosses it; along the
+lowest row, where the rim passes under it. Both use the same numbers, so that rounding leaves no
+streaks.
 """
 
 from typing import NamedTuple
@@ -20,27 +20,27 @@ __all__ = ["Crossings", "add_rim", "clear", "find_rims", "find_runs"]
 
 _MISSES, _BESIDE, _MEETS = 0, 1, 2
 _EDGE_ON = 1e-9  # sine of the sun over a face that passes through a patch
-_MANY = 24  # crossings of a column that are sooner added up row by row than sorted
+_MANY = 24  # crossings of a column from which summing row by row is faster than sorting
 
 
 class Crossings(NamedTuple):
     """
-    Where rims cross the columns of a patch.
+    Crossings of rims with the columns of a patch.
 
     Parameters
     ----------
     steps : (columns + 1,) int32
         Change of the count along the lowest row.
     number : (columns + 1,) int32
-        Crossings of each column.
+        Number of crossings of each column.
     cross : (columns, most) int64
-        First row above each, and how the count changes: see ``_pack``.
+        First row above each crossing and change of the count: see ``_pack``.
     doubts : (n,) int64
-        Squares so near to a rim that rounding could tell either way.
+        Squares within rounding of a rim.
     runs : (n_samples, 3) int64
-        Stretches of samples with one count: first, end, count.
+        Runs of samples with one count: first, end, count.
     level : (rows + 1,) int32
-        Changes at each row of a column that is crossed often; 0 between uses.
+        Changes at each row of a column with many crossings; 0 between uses.
     """
 
     steps: np.ndarray
@@ -53,13 +53,13 @@ class Crossings(NamedTuple):
 
 @njit(cache=True, nogil=True, inline="always")
 def _pack(row, change):
-    """Put a row and a change of the count into one number."""
+    """Pack a row and a change of the count into one number."""
     return row << 32 | (change + 0x80000000)
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _unpack(crossing):
-    """Return a row and a change of the count."""
+    """Unpack a row and a change of the count."""
     return crossing >> 32, (crossing & 0xFFFFFFFF) - 0x80000000
 
 
@@ -70,7 +70,7 @@ def _ceil(x, most):
 
 @njit(cache=True, nogil=True)
 def _doubt(c, low, high, rows, doubts, n):
-    """Note the squares of a column between two heights; give the new number."""
+    """List the squares of a column between two heights; return the new number."""
     for r in range(
         _ceil(low, rows * 1.0), np.int64(np.floor(min(max(high, -1.0), rows - 1.0))) + 1
     ):
@@ -88,23 +88,23 @@ def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
     Parameters
     ----------
     u0, v0, u1, v1 : float
-        From here to there [squares].
+        Ends of the rim [squares].
     m : int
-        How much more is to its left.
+        Multiplicity: count on its left minus count on its right.
     bu, bv : float
-        How far it can be off [squares].
+        Error bounds [squares].
     cols, rows : int
     crossings : Crossings
         Written to.
     n : int
-        Doubts so far.
+        Number of doubtful squares so far.
 
     Returns
     -------
     changes : int
         Whether the count changes anywhere; -1 if a column has too many crossings.
     n : int
-        Doubts by now; more than there is room for are only counted.
+        New number of doubtful squares; those that do not fit are only counted.
     """
     w, h = cols - 1.0, rows - 1.0
     if (v0 > h + bv and v1 > h + bv) or (v0 < -bv and v1 < -bv):
@@ -115,7 +115,7 @@ def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
         return 0, n
     width = u1 - u0
     rise = (v1 - v0) / width if width > 0.0 else 0.0
-    if width > 0.0 and u0 <= 0.0 and u1 >= w:  # above or below all of it?
+    if width > 0.0 and u0 <= 0.0 and u1 >= w:  # wholly above or below?
         a = v0 - u0 * rise
         b = a + w * rise
         slack = 2.0 * bv + (2.0 * bu + 1e-9) * (1.0 + abs(rise))
@@ -148,7 +148,7 @@ def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
     if 0 < c1 < cols and (v1 <= 0.0) != was_under:
         steps[c1] += m if v1 <= 0.0 else -m
         changes = 1
-    # Columns just beside its ends.
+    # Columns next to its ends.
     low, high = min(v0, v1) - bv, max(v0, v1) + bv
     is_steep = width <= 2.0 * bu
     c = np.rint(u0)
@@ -165,14 +165,14 @@ def add_rim(u0, v0, u1, v1, m, bu, bv, cols, rows, crossings, n):
 
 @njit(cache=True, nogil=True, inline="always")
 def clear(cols, crossings):
-    """Forget all crossings."""
+    """Clear all crossings."""
     crossings.steps[: cols + 1] = 0
     crossings.number[: cols + 1] = 0
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _sort(cross, c, n, rows, level):
-    """Put the crossings of a column in order; give their number, less where rows are merged."""
+    """Sort the crossings of a column and merge equal rows; return their number."""
     if n > _MANY:
         for q in range(n):
             r, m = _unpack(cross[c, q])
@@ -197,13 +197,13 @@ def _sort(cross, c, n, rows, level):
 @njit(cache=True, nogil=True, inline="always")
 def find_runs(cols, rows, before, cell, crossings):
     """
-    List the stretches of samples with one count, up to a constant; forget the crossings.
+    List the runs of samples with one count, up to a constant; clear the crossings.
 
     Parameters
     ----------
     cols, rows : int
     before : (entries,) int32
-        Samples before each square, from entry ``cell`` on.
+        Number of samples before each square, from entry ``cell`` on.
     cell : int
     crossings : Crossings
         Its ``runs`` are written.
@@ -215,7 +215,7 @@ def find_runs(cols, rows, before, cell, crossings):
     runs, steps, number, cross = crossings.runs, crossings.steps, crossings.number, crossings.cross
     n = -1
     base = 0
-    here = 0  # of the run that goes on
+    here = 0  # count of the current run
     first = 0
     for c in range(cols):
         base += steps[c]
@@ -223,7 +223,7 @@ def find_runs(cols, rows, before, cell, crossings):
         k = number[c]
         number[c] = 0
         if k == 0 and base == here and n >= 0:
-            continue  # all of it goes on
+            continue  # the run continues through the column
         at = cell + c * rows
         k = _sort(cross, c, k, rows, crossings.level)
         count = base
@@ -248,7 +248,7 @@ def find_runs(cols, rows, before, cell, crossings):
 
 @njit(cache=True, nogil=True, inline="always")
 def _meets(u0, v0, u1, v1, bu, bv, w, h, hull, i):
-    """Tell whether a rim misses the rectangle, lies beside the samples in it, or may meet them."""
+    """Classify a rim: outside the rectangle, clear of its samples, or possibly across them."""
     if (
         (v0 > h + bv and v1 > h + bv) or (v0 < -bv and v1 < -bv)
         or (u0 > w + bu and u1 > w + bu) or (u0 < -bu and u1 < -bu)
@@ -275,16 +275,16 @@ def _meets(u0, v0, u1, v1, bu, bv, w, h, hull, i):
 
 @njit(cache=True, nogil=True, inline="always")
 def _four(rows, i, k):
-    """Return four numbers of a row, from the k-th on."""
+    """Return four values of a row, from the k-th on."""
     return rows[i, k], rows[i, k + 1], rows[i, k + 2], rows[i, k + 3]
 
 
 @njit(cache=True, nogil=True, inline="always")
 def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
     """
-    Throw the edges between a patch and the sun onto it, and add where faces pass through it.
+    Project the edges between a patch and the sun onto it, and add its cuts by faces.
 
-    Gives their number, 0 if none meets the samples, or -1 where rays must be asked.
+    Returns the number of rims, 0 if none meets the samples, or -1 if rays must be cast.
     """
     b0, b1, b2 = bins.basis[s, 0], bins.basis[s, 1], bins.basis[s, 2]
     b3, b4, b5 = bins.basis[s, 3], bins.basis[s, 4], bins.basis[s, 5]
@@ -298,7 +298,7 @@ def find_rims(patches, bins, ends, work, s, i, look, su, sv, bu, bv):
     gx, gy, scale = bins.grid[s, 0], bins.grid[s, 1], bins.grid[s, 2]
     cols, rows, begin = bins.shape[s, 0], bins.shape[s, 1], bins.shape[s, 2]
     stamp, rims = work.stamp, work.rims
-    # The patch's rectangle in light space: its bins, and how far it is from the sun.
+    # The patch's rectangle in light space: its bins and its distance from the sun.
     xa, xb = (
         (b0 * p[i, 3] + b1 * p[i, 4] + b2 * p[i, 5]) * w,
         (b0 * p[i, 6] + b1 * p[i, 7] + b2 * p[i, 8]) * h,

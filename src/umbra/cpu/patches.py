@@ -1,9 +1,8 @@
 """
-Planar patches: the samples of one plane on a grid of squares of its own.
+Planar patches: samples of one plane on a regular grid of squares.
 
-A point is given in a patch's frame by its column, its row and its height over the plane.
-The samples are sorted column by column, so that any stretch of a column is a range of
-samples, and what is told of a stretch needs no cells.
+Coordinates in a patch's frame are column, row and height above the plane. The samples are sorted
+column by column, so that any run of a column is a range of samples.
 """
 
 from typing import NamedTuple, Protocol
@@ -19,20 +18,20 @@ __all__ = ["PatchSource", "Patches", "make_patches"]
 
 FEW = 8
 """Patches of at most this many samples are faster counted by one ray for each sample."""
-_FLAT = 2.5e-7  # m: triangles nearer than this to one plane lie in it
-_NEAR = 1e-6  # m: heights that count as 0 over a plane
-_THICK = 5e-3  # m: a surface less flat than this is cut into its planes,
-_TILT = 5e-3  # or if its triangles are turned by more [rad],
-_MARKED = 0.05  # or if a greater share of its samples needs rays
+_FLAT = 2.5e-7  # m: triangles within this distance of a plane lie in it
+_NEAR = 1e-6  # m: heights above a plane that count as 0
+_THICK = 5e-3  # m: a less flat surface is split into its planes,
+_TILT = 5e-3  # also if its triangles are tilted by more [rad],
+_MARKED = 0.05  # or a greater share of its samples needs rays
 _GRAZE = 6.0  # rays are cast if the sine of the sun is below 6 times the thickness [m]
 _LOW = 3e-4  # sine of the sun over a plane below which rays are cast
-_SPARSE = 64  # squares for each sample; with more of them rays are cast
+_SPARSE = 64  # squares per sample above which rays are cast
 _MARK_WITHIN = 0.01  # m
-_OFF = 1e-5  # of a square that a sample may be beside its centre
+_OFF = 1e-5  # largest offset of a sample from its square's centre [squares]
 
 
 class PatchSource(Protocol):
-    """What ``umbra.receivers.samples.Samples`` gives; see there."""
+    """Fields of ``umbra.receivers.samples.Samples``; see there."""
 
     @property
     def points(self) -> NDArray[np.float64]: ...  # noqa: D102
@@ -54,41 +53,41 @@ class PatchSource(Protocol):
 
 class Patches(NamedTuple):
     """
-    Patches and their samples, which are sorted by patch, column and row.
+    Patches and their samples, sorted by patch, column and row.
 
     Parameters
     ----------
     frame : (n, 12) float64
-        A point's column, row [squares] and height [m] as four numbers each.
+        Affine maps from a point to column, row [squares] and height [m], four numbers each.
     place : (n, 9) float64
-        First square's centre, and the steps of a column and of a row [m].
+        Centre of the first square, step to the next column, step to the next row [m].
     size : (n, 2) int64
         Columns and rows.
     first : (n + 1,) int64
-        First sample.
+        First sample of each patch.
     cell : (n + 1,) int64
-        First entry of ``before``.
+        First entry of each patch in ``before``.
     before : (entries,) int32
-        Samples of the patch before each square, column by column, and after the last.
+        Number of the patch's samples before each square, column by column, then their total.
     tau : (n,) float64
-        Heights up to this count as 0 [m].
+        Heights up to this value count as 0 [m].
     graze : (n,) float64
-        Below this sine of the sun over the plane, rays are cast.
+        Sine of the sun's angle above the plane below which rays are cast.
     hull : (n, 21) float64
-        Bounds of the samples along both diagonals, the corners of their octagon, and the
-        rounding of these.
+        Bounds of the samples along both diagonals, the corners of their octagon, and the rounding
+        error of these.
     cut_start : (n + 1,) int64
     cuts : (n_cuts, 4) float64
         Where casting faces pass through the plane, from column, row to column, row.
     cut_normal : (n_cuts, 3) float64
     mark_start : (n + 1,) int64
     marks : (n_marks,) int64
-        Samples of the patch near which another face comes close to the plane.
+        Samples of the patch near another face that is close to the plane.
     mark_far : (n_marks,) float64
-        How far beside the sample that is [m], ascending within a patch.
+        Distance of that face from the sample [m], ascending within a patch.
     points, normals : (n_samples, 3) float64
     where : (n_samples,) int64
-        Place of each among the samples that were given.
+        Index of each sample in the input.
     """
 
     frame: NDArray[np.float64]
@@ -113,17 +112,16 @@ class Patches(NamedTuple):
 
 def make_patches(surfaces: PatchSource, tree: FaceTree) -> Patches:
     """
-    Lay out the samples of surfaces in patches.
+    Arrange the samples of surfaces in patches.
 
-    A surface that is not quite flat becomes one patch as thick as it is uneven. If that is
-    more than 5 mm, or too many of its samples lie near faces of others, it is cut into
-    planes.
+    A surface that is not quite flat becomes one patch, as thick as it is uneven. If that exceeds 5
+    mm, or too many of its samples lie near other faces, it is split into planes.
 
     Parameters
     ----------
     surfaces : PatchSource
     tree : FaceTree
-        Of what casts.
+        Hierarchy over the casting faces.
     """
     s = surfaces
     normals = np.cross(s.corners[:, 1] - s.corners[:, 0], s.corners[:, 2] - s.corners[:, 0])
@@ -131,7 +129,7 @@ def make_patches(surfaces: PatchSource, tree: FaceTree) -> Patches:
     normals /= np.maximum(double, 1e-300)[:, None]
     order = np.lexsort((-double, s.owner))
     first = np.searchsorted(s.owner, np.arange(len(s.axes)))
-    lead = order[first][s.owner]  # the largest triangle of each one's surface
+    lead = order[first][s.owner]  # the largest triangle of each sample's surface
     height = np.abs(np.einsum("fkj,fj->fk", s.corners - s.corners[lead, :1], normals[lead])).max(1)
     uneven = np.maximum.reduceat(height, first)
     tilt = np.maximum.reduceat(np.linalg.norm(normals - normals[lead], axis=1), first)
@@ -154,7 +152,7 @@ def _lay_out(
     order: NDArray[np.intp],
     uneven: NDArray[np.float64],
 ) -> tuple[Patches, NDArray[np.int64]]:
-    """Make a patch of the samples in each plane; give each one's surface as well."""
+    """Make a patch of the samples in each plane; return the patches and their surfaces."""
     largest = np.full(plane.max() + 1, -1)
     largest[plane[order[::-1]]] = order[::-1]
     there = np.flatnonzero(np.bincount(s.triangle, minlength=len(plane)))
@@ -182,7 +180,7 @@ def _lay_out(
     back = np.linalg.inv(np.stack([along, up, out], 1))
     origin = np.einsum("nij,nj->ni", back, -frame[:, [3, 7, 11]])
     place = np.concatenate([origin, back[:, :, 0], back[:, :, 1]], 1)
-    # Patches that fit no grid are counted by rays.
+    # Patches that fit no grid are counted with rays.
     is_ray |= (count <= FEW) | (size.prod(1) > _SPARSE * count + 1024)
     cell = np.append(0, np.cumsum(np.where(is_ray, 1, size.prod(1) + 1)))
     before = np.zeros(cell[-1], np.int32)
@@ -210,7 +208,7 @@ def _lay_out(
 
 @njit(cache=True, nogil=True)
 def _find_squares(points, own, along, up, shift, square, low, high, is_ray):
-    """Find each sample's square, and each patch's bounds; note patches with samples off centre."""
+    """Find each sample's square and each patch's bounds; flag patches with off-centre samples."""
     for i in range(own.size):
         p, k = points[i], own[i]
         u, v = -shift[k, 0], -shift[k, 1]
@@ -227,7 +225,7 @@ def _find_squares(points, own, along, up, shift, square, low, high, is_ray):
 
 @njit(cache=True, nogil=True)
 def _sort(own, square, low, size, cell, first, is_ray, before, where):
-    """Sort the samples by column and row; note patches with two in one square."""
+    """Sort the samples by column and row; flag patches with two samples in one square."""
     at = np.zeros(own.size, np.int64)
     for i in range(own.size):
         k = own[i]
@@ -249,7 +247,7 @@ def _sort(own, square, low, size, cell, first, is_ray, before, where):
 
 @njit(cache=True, nogil=True)
 def _split(order, owner, corners, normals, is_thick):
-    """Give each triangle the number of its plane; a thick surface has only one."""
+    """Assign a plane number to each triangle; only thick surfaces have several."""
     plane = np.full(order.size, -1, np.int64)
     n = 0
     i = 0
@@ -281,7 +279,7 @@ def _split(order, owner, corners, normals, is_thick):
 
 @njit(cache=True, nogil=True)
 def _make_hulls(own, square, n):
-    """Bound the samples in eight ways, and give the corners of the octagon that this makes."""
+    """Find the bounding octagons of the patches' samples, with their corners."""
     low = np.full((n, 4), np.inf)
     high = np.full((n, 4), -np.inf)
     for i in range(own.size):

@@ -1,11 +1,10 @@
 """
 Shadow counts on a horizontal plane: crossings and a prefix sum, no fill.
 
-Each silhouette edge falls along the light onto the plane as a segment. Going up a
-column of cells, the count changes by the edge's multiplicity where the column
-crosses the segment; a sum over the rows gives every cell its count. Vertices are
-projected once and rows are rounded up (half open), so every closed chain of edges
-leaves a column with the count it came with.
+Each silhouette edge projects along the light onto the plane as a segment. Going up a column of
+cells, the count changes by the edge's multiplicity where the column crosses the segment; a sum over
+the rows gives every cell its count. Vertices are projected once and rows are rounded up (half
+open), so every closed chain of edges leaves the count beyond it unchanged.
 """
 
 from dataclasses import replace
@@ -22,17 +21,17 @@ from umbra.volume.silhouette import Silhouettes
 
 __all__ = ["PlaneSweep", "clip_above"]
 
-_WRAPPED = 255  # count up to which 8 bits that wrap around are 0 only for 0
+_WRAPPED = 255  # largest count for which a wrapped 8-bit sum is 0 only for 0
 
 
 def clip_above(caster: Caster, height: float) -> Caster:
     """
-    Keep what lies strictly above z = height.
+    Clip a caster to the half space strictly above z = height.
 
-    Every edge that crosses the plane is cut once, and every face that crosses it
-    gets a new edge along the cut, with the multiplicity that the face adds: the
-    chain of edges stays closed on any soup. Faces keep their planes; those wholly
-    below are kept too, without edges. ``faces`` is as before, uncut.
+    Every edge that crosses the plane is cut once, and every face that crosses it gets a new edge
+    along the cut, with the multiplicity that the face adds, so chains of edges stay closed in any
+    triangle soup. Faces keep their planes; faces wholly below stay, without edges. ``faces`` is
+    unchanged.
     """
     z = caster.vertices[:, 2]
     above = z > height
@@ -42,7 +41,7 @@ def clip_above(caster: Caster, height: float) -> Caster:
     kept = np.flatnonzero(above_first | above_second)
     crossed = np.flatnonzero(above_first != above_second)
 
-    # One cut point for each pair of vertices, shared by all that meet there.
+    # One cut point for each pair of vertices, shared by all its edges.
     def key(a: NDArray, b: NDArray) -> NDArray[np.int64]:
         return (np.minimum(a, b).astype(np.int64) << 32) | np.maximum(a, b)
 
@@ -57,7 +56,7 @@ def clip_above(caster: Caster, height: float) -> Caster:
     edges = caster.edges.copy()
     edges[crossed, above_first[crossed].astype(np.intp)] = n + place
 
-    # The new edge of a face runs from where it leaves the upper side to where it comes back.
+    # The new edge of a face runs from where its outline goes below to where it returns.
     cut, leaves, enters = _find_cut_faces(caster.faces, above)
     cut_edges = n + np.stack([np.searchsorted(cuts, key(*m)) for m in (leaves, enters)], 1)
     closed = caster.face_is_closed[cut]
@@ -76,7 +75,7 @@ def clip_above(caster: Caster, height: float) -> Caster:
 
 @njit(cache=True, nogil=True)
 def _find_cut_faces(faces, above):
-    """Return faces with corners on both sides, and where each leaves the upper and comes back."""
+    """Return faces with corners on both sides, and where their outlines go below and return."""
     cut = np.zeros(faces.shape[0], np.int64)
     count = 0
     for f in range(faces.shape[0]):
@@ -98,7 +97,7 @@ def _find_cut_faces(faces, above):
 
 class PlaneSweep(Sweep):
     """
-    Count shadows on the plane z = height, sun after sun.
+    Count shadows on the plane z = height, one sun at a time.
 
     Parameters
     ----------
@@ -115,7 +114,7 @@ class PlaneSweep(Sweep):
     def __init__(self, caster: Caster, grid: Grid, height: float, threads: int = 1) -> None:
         def cut() -> tuple[Caster, NDArray[np.float64]]:
             clipped = derive(caster, "clip", height, lambda: clip_above(caster, height))
-            # Judged a hair beside their centres, where edges along the raster do not pass.
+            # Offset from cell centres, so that edges along the raster miss the sample points.
             placed = grid.to_cells(clipped.vertices, ASIDE)
             placed[:, 2] -= height
             opened = _open_where_negative(clipped, placed, (grid.rows, grid.cols))
@@ -148,14 +147,14 @@ def _open_where_negative(
     caster: Caster, placed: NDArray[np.float64], shape: tuple[int, int]
 ) -> Caster:
     """
-    Let components follow the open rule where the closed one could miss a shadow.
+    Open the components for which the closed rule could miss a shadow.
 
-    ``placed`` are its vertices as (column, row, metres above the plane).
+    ``placed`` holds the vertices as (column, row, height above the plane [m]).
 
-    Lit minus unlit faces above a point is its winding number, and the lit ones
-    tell shadow from light only where that is not negative: not inside a house
-    that is wound inward (docs/papers.md, S1). The cut through the closed
-    components is a polygon with just this winding number, so it is counted once.
+    Lit minus unlit faces above a point is its winding number, and lit faces alone separate shadow
+    from light only where it is not negative: not inside a house that is wound inward
+    (docs/papers.md, S1). The plane cuts the closed components in a polygon of this winding number,
+    so one count of it suffices.
     """
     n_faces = len(caster.faces)
     cut = np.flatnonzero(caster.edge_faces[:, 1] == n_faces)
@@ -173,7 +172,7 @@ def _open_where_negative(
     )  # fmt: skip
     if winding.min() >= 0:
         return caster
-    # Only negative components can be to blame, if each is wound one way throughout.
+    # If each component is wound consistently, only negative ones can be at fault.
     inward = caster.is_inward
     rest = caster.opened(inward)
     if inward.any() and (rest.is_closed != caster.is_closed).any():
@@ -182,7 +181,7 @@ def _open_where_negative(
 
 
 def _reclip(caster: Caster) -> Caster:
-    """Give the cut edges of components that were opened the open rule, too."""
+    """Apply the open rule to the cut edges of opened components."""
     n_faces = len(caster.faces)
     a, b = caster.edge_faces.T
     opened = (b == n_faces) & ~caster.face_is_closed[a]
@@ -196,10 +195,10 @@ def _reclip(caster: Caster) -> Caster:
 @njit(cache=True, nogil=True, boundscheck=False)
 def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
     """
-    Add each edge's multiplicity where columns cross it.
+    Add each edge's multiplicity where it crosses columns.
 
-    Gives the first row that may hold a crossing, the one after the last, and the largest
-    count that a cell may have; -1 if a crossing's own does not fit in ``diff``.
+    Returns the first row that may hold a crossing, the end row, and a bound of all counts; -1 if a
+    single crossing may overflow ``diff``.
     """
     rows = diff.shape[0] - 1
     cols = diff.shape[1]
@@ -227,7 +226,7 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
         if c0 >= c1:
             continue
         rise = (y1 - y0) / (x1 - x0)
-        # Most edges lie within the raster, where no row needs to be clamped.
+        # Most edges lie within the raster and need no clamping of rows.
         if min(y0, y1) >= 0.0 and max(y0, y1) <= top - 1.0:
             for c in range(c0, c1):
                 r = np.int64(np.ceil(y0 + (c - x0) * rise))
@@ -245,10 +244,10 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
         load[c0] += abs(m)
         load[c1] -= abs(m)
         deepest += abs(m)
-    # A row more on both sides than rounding can reach.
+    # One row more on each side, for rounding.
     first = np.int64(max(lowest - 1.0, 0.0))
     last = np.int64(min(highest + 2.0, top))
-    # A closed chain leaves a column with the count it came with: half its crossings count up.
+    # Crossings of a closed chain in a column sum to 0: half of them count up.
     depth = bound_counts(load, deepest, 2 * _WRAPPED) // 2
     return first, last, depth if 0 <= spill < 2 * half else -1
 
@@ -256,9 +255,9 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
 @njit(cache=True, nogil=True, boundscheck=False)
 def _sum_steps(diff, first, last, level, out):
     """
-    Sum up the columns over some rows; add 1 to every cell in shadow; leave ``diff`` at 0.
+    Sum columns over a range of rows; add 1 to every cell in shadow; reset ``diff`` to 0.
 
-    Sums may wrap around: only 0 must be told from all others.
+    Sums may wrap around: only 0 must differ from the rest.
     """
     for r in range(first, last):
         d = diff[r]
@@ -271,7 +270,7 @@ def _sum_steps(diff, first, last, level, out):
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _sum_counts(diff, first, last, out):
-    """Sum up the columns over some rows into ``out``, which is 0; leave ``diff`` at 0."""
+    """Sum columns over a range of rows into ``out``, which is 0; reset ``diff`` to 0."""
     level = np.zeros(diff.shape[1], np.int32)
     for r in range(first, last):
         d = diff[r]
@@ -285,10 +284,10 @@ def _sum_counts(diff, first, last, out):
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _sweep(ends, weight, codes, starts, slope, which, diff, out, counts, too_deep):
     """
-    Count ``which`` suns, in the buffers of the thread that takes each.
+    Count ``which`` suns, in each thread's buffers.
 
-    Each adds its steps in shadow to ``out[thread]``, or with as many ``counts`` as
-    suns writes them there instead.
+    Steps in shadow are added to ``out[thread]``; if there are as many ``counts`` as suns, counts
+    are written there instead.
     """
     keep = counts.shape[0] == slope.shape[0]
     for q in prange(which.size):

@@ -1,11 +1,10 @@
 """
 The faces of shadow volumes as homogeneous polygons: sides, light caps, dark caps.
 
-A volume is closed: light cap (the casting faces), dark cap (their counterparts at
-infinity) and sides wound outward. For a directional light everything meets in one
-point at infinity: no dark cap, and sides are triangles (McGuire et al. 2003,
-section 6.3). Points at infinity have w = 0. They are counted against a depth buffer one by
-one: plain, for caps and for z-fail.
+A volume is closed: light cap (the casting faces), dark cap (the light cap extruded to infinity) and
+sides, wound outward. A directional light extrudes everything to one point at infinity: no dark cap,
+and sides are triangles (McGuire et al. 2003, section 6.3). Points at infinity have w = 0. Each
+polygon is counted against a depth buffer, without tiles: for caps and for z-fail.
 """
 
 from dataclasses import dataclass
@@ -25,10 +24,10 @@ __all__ = ["VolumePolygons", "count_polygons", "make_dark_cap", "make_light_cap"
 @dataclass(frozen=True, eq=False)
 class VolumePolygons:
     """
-    Equal polygons with multiplicities.
+    Polygons of the same number of corners, with multiplicities.
 
     ``corners`` (n, 3 or 4, 4) are homogeneous, wound counter-clockwise seen from outside the
-    volume; ``multiplicity`` (n,) says how many times each one counts, above 0.
+    volume; ``multiplicity`` (n,) is positive.
     """
 
     corners: NDArray[np.float64]
@@ -39,10 +38,10 @@ def make_light_cap(
     caster: Caster, light: NDArray[np.float64], among: NDArray[np.intp] | None = None
 ) -> VolumePolygons:
     """
-    Return the faces that cast, turned to face the light: triangles with w = 1.
+    Return the casting faces, wound to face the light: triangles with w = 1.
 
-    Lit faces of closed components; all faces of open ones but those seen edge-on. Only faces
-    ``among`` some, if they are given.
+    Lit faces of closed components; all faces of open components except edge-on ones. ``among``
+    limits the faces, if given.
     """
     some = np.arange(len(caster.faces)) if among is None else among
     side = find_sides(caster.planes[:, some], light)
@@ -58,7 +57,7 @@ def make_sides(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
     edges, multiplicity = find_silhouette_edges(caster, light)
     corners = np.ones((len(edges), 4 if light[3] else 3, 4))
     ends = caster.vertices[edges]
-    # A lit face lies left of its edge: the side goes back along it, then away.
+    # A lit face lies left of its edge: the side runs back along it, then away from the light.
     corners[:, 0, :3] = ends[:, 1]
     corners[:, 1, :3] = ends[:, 0]
     if light[3]:
@@ -73,16 +72,15 @@ def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
     """
     Close the volume at infinity: triangles with w = 0; none for a directional light.
 
-    A fan over the extruded silhouette (McGuire et al. 2003) is enough, and cheap,
-    where the light is outside the caster's bounds; a fan around an enclosed light
-    closes the wrong way and shifts every z-fail count, so there the light cap's
-    faces are extruded instead (docs/papers.md, M3).
+    Where the light is outside the caster's bounds, a fan over the extruded silhouette suffices
+    (McGuire et al. 2003). A fan around an enclosed light closes the wrong way and shifts every
+    z-fail count, so there the light cap's faces are extruded (docs/papers.md, M3).
     """
     if light[3] == 0:
         return VolumePolygons(np.zeros((0, 3, 4)), np.zeros(0, np.int64))
     used = caster.vertices[caster.faces.ravel()]
     low, high = used.min(0), used.max(0)
-    margin = 1e-6 * (high - low).max()  # a light in a wall sees the silhouette all around it
+    margin = 1e-6 * (high - low).max()  # a light in a wall is surrounded by the silhouette
     if ((light[:3] > low - margin) & (light[:3] < high + margin)).all():
         cap = make_light_cap(caster, light)
         return VolumePolygons(
@@ -94,12 +92,12 @@ def make_dark_cap(caster: Caster, light: NDArray[np.float64]) -> VolumePolygons:
         return VolumePolygons(np.zeros((0, 3, 4)), multiplicity)
     ends = caster.vertices[edges]
     hub = np.broadcast_to(ends[0, 0], (len(edges), 3))
-    fan = np.stack([hub, ends[:, 1], ends[:, 0]], 1)  # the dark cap shows its back to the light
+    fan = np.stack([hub, ends[:, 1], ends[:, 0]], 1)  # the dark cap faces away from the light
     return VolumePolygons(_extrude(fan.reshape(-1, 3), light).reshape(-1, 3, 4), multiplicity)
 
 
 def _extrude(points: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points at infinity in whose direction the light throws points, (n, 4)."""
+    """Extrude points to infinity, away from the light, (n, 4)."""
     away = np.zeros((len(points), 4))
     away[:, :3] = light[3] * points - light[:3]
     return away
@@ -114,11 +112,11 @@ def count_polygons(
     nearer: bool,
 ) -> NDArray[np.int32]:
     """
-    Sum the multiplicities of polygons in front of a surface, or not in front of it.
+    Sum the multiplicities of polygons in front of a surface, or behind it.
 
-    ``keys`` are the surface's depth keys, (rows, cols) or one for all; ``nearer`` counts where
-    a polygon's key is greater, else where it is not (and the polygon is in front of the eye).
-    Polygons that face the eye count + their multiplicity, others -.
+    ``keys`` are the surface's depth keys, (rows, cols) or one for all; ``nearer`` counts where a
+    polygon's key is greater, else where it is not (and the polygon is in front of the eye).
+    Polygons that face the eye add their multiplicity, others subtract it.
     """
     cols, rows = size
     sums = np.zeros((rows, cols), np.int32)
@@ -137,12 +135,12 @@ def _cross(p, q, out):
 
 @njit(cache=True, nogil=True)
 def _plane_of(p, slope):
-    """Find the key's functional on a polygon's plane; return the doubled signed area."""
+    """Find the key as a linear functional on a polygon's plane; return twice the signed area."""
     u = np.empty(4)
     v = np.empty(4)
     part = np.empty((3, 3))
     best = 0.0
-    # Corners may coincide at infinity: take the corner whose triangle is largest.
+    # Corners may coincide at infinity: use the corner with the largest triangle.
     for k in range(2, p.shape[0]):
         for j in range(4):
             u[j] = p[1, j] - p[0, j]

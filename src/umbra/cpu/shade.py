@@ -1,4 +1,4 @@
-"""Colours of a frame: textures, smooth normals, diffuse surfaces, shadows hard or soft, a sky."""
+"""Colours of a frame: textures, smooth normals, diffuse surfaces, hard or soft shadows, a sky."""
 
 from collections.abc import Sequence
 
@@ -17,10 +17,10 @@ from umbra.soft import AreaLight
 __all__ = ["encode", "find_colors", "find_reached", "find_surfaces", "shade"]
 
 
-_LINEAR = 0.0031308  # below, sRGB is a straight line
-_COMPRESSED, _DESATURATION = 0.8, 0.15  # from where highlights are compressed, how they pale
+_LINEAR = 0.0031308  # below, sRGB is linear
+_COMPRESSED, _DESATURATION = 0.8, 0.15  # start of highlight compression; desaturation of highlights
 _NO_SIZE = 1e-12  # sine of a light's angular radius
-_ALIKE = 0.99999  # cosine between a face's normal and a smooth one that is the same
+_ALIKE = 0.99999  # cosine above which a face's normal and a smooth normal count as equal
 
 
 def shade(
@@ -34,13 +34,12 @@ def shade(
     camera: Camera | None = None,
 ) -> NDArray[np.uint8]:
     """
-    Shade the visible surface: by Lambert's cosine law, and what is glossy as glTF says.
+    Shade the visible surface by Lambert's cosine law, and glossy materials by glTF's model.
 
-    Each light weakens as its attenuation, range and cone say; several share the
-    exposure of one. What a material emits is added, and an unlit one shows its colour
-    as it is.
+    Each light falls off by its attenuation, range and cone; several lights share the exposure of
+    one. Emission is added, and unlit materials keep their colour.
 
-    What can be seen through is shaded as if it were opaque: it is a layer of ``layers.py``.
+    Transparent surfaces are shaded as if opaque: each is a layer of ``layers.py``.
 
     Parameters
     ----------
@@ -48,17 +47,16 @@ def shade(
     frame : VisibleSurface
     lights : sequence of Light
     lit : sequence of (rows, cols) bool or float
-        Where each light reaches the surface, or what share of it does.
+        Where each light reaches the surface, or the share of it that does.
     view : DepthBuffer, optional
-        Of the frame; without it neither textures, vertex colours nor smooth normals
-        show.
+        View of the frame, needed for textures, vertex colours and smooth normals.
     counts : sequence of (rows, cols) int, optional
-        Shadow counts of each light, or of its middle: with them the terminator of smooth normals
-        is smooth, see ``find_reached``.
+        Shadow counts of each light, or of its centre; they smooth the terminator of smooth normals,
+        see ``find_reached``.
     areas : sequence of AreaLight
-        The lights with their sizes, where ``lit`` are shares of soft shadows.
+        The lights with their sizes, where ``lit`` holds shares of soft shadows.
     camera : Camera, optional
-        Of the frame; without it nothing is glossy.
+        Camera of the frame, needed for gloss.
 
     Returns
     -------
@@ -68,7 +66,7 @@ def shade(
     Raises
     ------
     InputError
-        If a texture cannot be decoded (which).
+        If a texture cannot be decoded; the error names it.
     """
     return encode(find_colors(scene, frame, lights, lit, view, counts, areas, camera))
 
@@ -85,10 +83,10 @@ def find_colors(
     transmission: Sequence[NDArray] | None = None,
 ) -> NDArray[np.float64]:
     """
-    Find the linear RGB that ``shade`` shows, (rows, cols, 3).
+    Find the linear RGB that ``shade`` encodes, (rows, cols, 3).
 
-    Parameters as there; ``transmission``, (rows, cols, 3) for each light, is what glass and leaves
-    leave of it.
+    Parameters as there; ``transmission``, (rows, cols, 3) for each light, is the share of it that
+    passes glass and leaves.
     """
     rows, cols = frame.part.shape
     seen = frame.part != NOTHING
@@ -138,11 +136,11 @@ def find_colors(
 
 def compress(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Compress what is brighter than a screen shows, linear RGB (..., 3), toward white.
+    Compress highlights beyond a screen's range, linear RGB (..., 3), toward white.
 
-    The highlights of Khronos' PBR Neutral tone mapper (2024): the largest channel approaches 1
-    from 0.8 on, and colours lose saturation above 1. What is darker stays as it is: the offset
-    by which that mapper makes up for reflections would darken matte surfaces.
+    The highlights of Khronos' PBR Neutral tone mapper (2024): the largest channel approaches 1 from
+    0.8 on, and colours lose saturation above 1. Darker colours are unchanged: the mapper's offset,
+    which compensates for reflections, would darken matte surfaces.
     """
     peak = linear.max(-1, keepdims=True)
     room = 1.0 - _COMPRESSED
@@ -162,30 +160,30 @@ def find_reached(
     is_smooth: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
     """
-    Find what share of a light smooth surfaces show, so that their terminator has no teeth.
+    Find the share of a light on smooth surfaces, so that their terminator is not jagged.
 
-    Past the terminator of the faces, up to that of the smooth normals, a face is in the shadow
-    of its own body alone where the count is 1: it is lit, and Lambert's cosine fades it out.
-    Before it a soft share lacks the part of the light that is below the face's own horizon:
-    the share is of what is above it.
+    Between the terminators of the faces and of the smooth normals, a count of 1 means that only the
+    face's own body shadows it: it is lit, and Lambert's cosine fades it out. On the lit side of the
+    face's terminator, a soft share misses the part of the light below the face's horizon, so it is
+    taken relative to the part above.
 
     Parameters
     ----------
     share : (n,) bool or float
-        Of the light that reaches the faces as they are.
+        Share of the light that reaches the flat faces.
     count : (n,) int
         Shadow volumes that hold the point.
     facing, smooth : (n,) float64
-        Cosines between the way to the light and the normals of face and surface.
+        Cosines between the direction to the light and the normals of face and surface.
     sine : (n,) float64 or float
-        Of the light's angular radius.
+        Sine of the light's angular radius.
     is_smooth : (n,) bool
         Whether both normals differ at all.
 
     Returns
     -------
     share : (n,) float64
-        As it was where the normals are one.
+        Unchanged where the normals are equal.
     """
     turned = (facing <= 0) & (smooth > 0)
     above = np.clip(facing / np.maximum(sine, _NO_SIZE), -1.0, 1.0)
@@ -205,10 +203,10 @@ def find_surfaces(
     scene: Scene, frame: VisibleSurface, view: DepthBuffer | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
-    Find reflectance (linear RGB) and unit normal of visible pixels, (n, 3) each, row by row.
+    Find reflectance (linear RGB) and unit normals of visible pixels, (n, 3) each, row by row.
 
-    Without a view parts are of one colour and faces are flat. `InputError` if a texture cannot
-    be decoded (which).
+    Without a view, parts have one colour and faces are flat. `InputError` if a texture cannot be
+    decoded.
     """
     seen = frame.part != NOTHING
     part = frame.part[seen]
@@ -218,7 +216,7 @@ def find_surfaces(
     if view is None:
         return albedo, normal
     faces, position = view.face[seen], frame.position[seen] - scene.origin
-    first = 0  # of a part's faces, in the order of `Scene.triangles`
+    first = 0  # a part's first face, in the order of `Scene.triangles`
     for index, one in enumerate(scene.parts):
         mesh = one.mesh
         has_look = one.material.image is not None or one.material.normal_image is not None
@@ -239,13 +237,13 @@ def find_surfaces(
 def _find_shares(
     part: Part, corners: NDArray[np.int32], position: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return barycentric coordinates (n, 3) of places on triangles; they sum to 1."""
+    """Return barycentric coordinates (n, 3) of points on triangles; they sum to 1."""
     a, b, c = _find_corners(part, corners)
     across = np.cross(b - a, c - a)
     area = np.maximum(np.einsum("ij,ij->i", across, across), np.finfo(np.float64).tiny)
     second = np.einsum("ij,ij->i", np.cross(position - a, c - a), across) / area
     third = np.einsum("ij,ij->i", np.cross(b - a, position - a), across) / area
-    # What a sliver's rounding throws outside comes back to its rim.
+    # Points that rounding puts outside a sliver are clamped to its boundary.
     shares = np.clip(np.stack([1 - second - third, second, third], axis=1), 0.0, 1.0)
     return shares / np.maximum(shares.sum(1, keepdims=True), np.finfo(np.float64).tiny)
 
@@ -259,13 +257,13 @@ def _mix(
 def _find_tint(
     part: Part, corners: NDArray[np.int32], shares: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return what multiplies the material's colour, (n, 3): vertex colours, texture."""
+    """Return the factors of the material's colour, (n, 3): vertex colours times texture."""
     mesh, image = part.mesh, part.material.image
     tint = np.ones((len(corners), 3))
     if mesh.colors is not None:
         tint *= _mix(mesh.colors, corners, shares)
     if image is not None:
-        # As on a graphics device: without coordinates all see the first corner's texel.
+        # As on a graphics device: without coordinates, all points use the first corner's texel.
         uv = np.zeros((len(corners), 2)) if mesh.uv is None else _mix(mesh.uv, corners, shares)
         tint *= sample(image, uv)[:, :3]
     return tint
@@ -277,12 +275,12 @@ def _find_normals(
     shares: NDArray[np.float64],
     flat: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Mix normals and turn them to the side that is seen; the face's own where there is none."""
+    """Interpolate normals, or use the face's own, and flip them to the visible side."""
     assert part.mesh.normals is not None
     smooth = _mix(part.mesh.normals, corners, shares)
     if part.transform is not None:
         x, y, z = part.transform[:3, :3]
-        # The inverse transposed, but for its size and sign.
+        # The inverse transpose, up to scale and sign.
         smooth = smooth @ np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)]).T
     length = np.linalg.norm(smooth, axis=1, keepdims=True)
     smooth = np.where(length > 0, smooth / np.where(length > 0, length, 1.0), flat)
@@ -297,7 +295,7 @@ def _bend_normals(
     shares: NDArray[np.float64],
     normal: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Bend normals as the material's image says, in a frame along the face's own u and v."""
+    """Perturb normals by the material's normal map, in a frame along the face's u and v."""
     image, uv = part.material.normal_image, part.mesh.uv
     assert image is not None
     assert uv is not None
@@ -305,7 +303,7 @@ def _bend_normals(
     (u1, v1), (u2, v2) = (
         (uv[corners[:, k]] - uv[corners[:, 0]]).T.astype(np.float64)[..., None] for k in (1, 2)
     )
-    # Places along u and against v, but for a factor whose sign is that of the area in the image.
+    # Tangents along u and against v, up to a factor with the sign of the area in the image.
     sign = np.where(u1 * v2 - u2 * v1 < 0, -1.0, 1.0)
     along, against = sign * ((b - a) * v2 - (c - a) * v1), sign * ((b - a) * u2 - (c - a) * u1)
     along -= normal * np.einsum("ij,ij->i", along, normal)[:, None]
@@ -317,12 +315,12 @@ def _bend_normals(
     bend[:, :2] *= part.material.normal_scale
     bent = bend[:, :1] * along + bend[:, 1:2] * across + bend[:, 2:] * normal
     size = np.linalg.norm(bent, axis=1, keepdims=True)
-    is_sound = (length > 0) & (size > 0)  # else the image has no extent here, or no direction
+    is_sound = (length > 0) & (size > 0)  # else the image has no extent or no direction here
     return np.where(is_sound, bent / np.where(size > 0, size, 1.0), normal)
 
 
 def _find_corners(part: Part, corners: NDArray[np.int32]) -> list[NDArray[np.float64]]:
-    """Return the three corners of triangles, (n, 3) each, where the part stands."""
+    """Return the three corners of triangles, (n, 3) each, in the scene's frame."""
     vertices = part.mesh.vertices
     if part.transform is not None:
         vertices = transform_points(part.transform, vertices)
@@ -332,7 +330,7 @@ def _find_corners(part: Part, corners: NDArray[np.int32]) -> list[NDArray[np.flo
 def find_gloss(
     scene: Scene, frame: VisibleSurface, view: DepthBuffer
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Find which visible pixels (n,), row by row, are glossy, and how metallic and rough (2, n)."""
+    """Find the glossy visible pixels (n,), row by row, and their metallic and roughness (2, n)."""
     seen = frame.part != NOTHING
     part, faces, position = frame.part[seen], view.face[seen], frame.position[seen] - scene.origin
     places, values = [np.zeros(0, np.intp)], [np.zeros((2, 0))]

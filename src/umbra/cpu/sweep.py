@@ -1,4 +1,4 @@
-"""Sweeping many suns over one receiver: batches, widening, and what is shared by both kinds."""
+"""Shadow counts of many suns on one raster: batches, widening, and code shared by both sweeps."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -19,10 +19,10 @@ __all__ = ["Sweep", "bound_counts"]
 @njit(cache=True, nogil=True)
 def bound_counts(load, deepest, limit):
     """
-    Return a bound of all counts, and clear ``load``.
+    Return an upper bound of all counts, and clear ``load``.
 
-    Only if ``deepest``, the sum of all multiplicities, exceeds the limit is it worth summing up
-    ``load``: what begins (+) and ends (-) at each row or column.
+    ``load``, the multiplicities that begin (+) and end (-) at each row or column, is summed only if
+    ``deepest``, the sum of all multiplicities, exceeds the limit.
     """
     if deepest > limit:
         deepest = 0
@@ -36,7 +36,7 @@ def bound_counts(load, deepest, limit):
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _empty_into(steps, out):
-    """Add up what each thread counted, and leave ``out`` at 0."""
+    """Add each thread's counts to ``steps``, and reset ``out`` to 0."""
     for r in prange(steps.shape[0]):
         for t in range(out.shape[0]):
             for c in range(steps.shape[1]):
@@ -46,7 +46,7 @@ def _empty_into(steps, out):
 
 class Sweep(ABC):
     """
-    Count the shadows of many suns on one raster.
+    Counter of the shadows of many suns on one raster.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Sweep(ABC):
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """
-        Count for each cell how many suns leave it in shadow.
+        Add to each cell the number of suns that leave it in shadow.
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class Sweep(ABC):
         steps : (rows, cols) int32
             Added to.
         progress : callable
-            Called with the number of suns done, now and then.
+            Called now and then with the number of suns done.
         """
         shape = (self.threads, *steps.shape)
         at_once = max(8 * self.threads, 16)
@@ -96,7 +96,7 @@ class Sweep(ABC):
         self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None
     ) -> NDArray[np.uint8]:
         """
-        Tell for each sun which cells are in shadow, cast or attached.
+        Return the cells in cast or attached shadow for each sun.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class Sweep(ABC):
 
     def counts(self, suns: NDArray[np.float64]) -> NDArray[np.int32]:
         """
-        Give the shadow count of every cell for every sun.
+        Return the shadow count of every cell for every sun.
 
         Parameters
         ----------
@@ -146,13 +146,13 @@ class Sweep(ABC):
         out: NDArray,
         counts: NDArray,
     ) -> None:
-        # A sun whose counts the narrow type might not hold is counted anew in int32.
+        # Suns whose counts might overflow the narrow type are counted again in int32.
         deep = self._run(found, suns, which, out, counts, self.narrow)
         if deep.any():
             self._run(found, suns, np.flatnonzero(deep), out, counts, np.int32)
 
     def _attach(self, suns: NDArray[np.float64], masks: NDArray[np.uint8]) -> None:  # noqa: B027
-        """Add the shadow of surfaces turned from the sun; a plane under the sun has none."""
+        """Add attached shadow (surfaces facing away from the sun); a horizontal plane has none."""
 
     @abstractmethod
     def _run(
@@ -164,10 +164,10 @@ class Sweep(ABC):
         counts: NDArray,
         count_type: type,
     ) -> NDArray[np.bool_]:
-        """Count some suns; tell of which the counts might not fit (those are left out)."""
+        """Count some suns; return the suns whose counts might overflow (left out)."""
 
     def _buffer(self, name: str, shape: tuple[int, ...], dtype: type) -> NDArray:
-        """Give a work array that is kept for the next batch; it starts at 0."""
+        """Return a work array that the next batch reuses; it starts at 0."""
         key = (name, shape, dtype)
         if key not in self._buffers:
             self._buffers[key] = np.zeros(shape, dtype)

@@ -1,10 +1,10 @@
 """
-Volume sides over any picture: homogeneous quads, filled row by row.
+Rasteriser of volume sides for any camera: homogeneous quads, filled row by row.
 
-A side is the silhouette edge swept away from the light, to infinity or to the
-lowest receiver. In the picture it is an intersection of half planes, however much
-of it lies behind the eye, and its depth key is affine. Where it is nearer than the
-visible surface it adds its multiplicity: + if it faces the eye, - if not.
+A side is the silhouette edge swept away from the light, to infinity or to the lowest receiver. In
+the picture it is an intersection of half planes, even if part of it lies behind the eye, and its
+depth key is affine. Where it is nearer than the visible surface it adds its multiplicity: + if it
+faces the eye, - if not.
 """
 
 import numpy as np
@@ -24,9 +24,9 @@ _COLUMNS = 21  # (p, q) of 4 left and 4 right bounds, the key's 3 factors, first
 
 def find_nearest_tiles(keys: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Find the lowest key, so the farthest surface, in each tile of 32 x 32 pixels.
+    Find the lowest key, i.e. the farthest surface, in each tile of 32 x 32 pixels.
 
-    A side nowhere above it adds nothing there; keys are infinite where nothing is counted.
+    A side with no greater key adds nothing there; keys are infinite where nothing is counted.
     """
     rows, cols = keys.shape[0], keys.shape[1] - LANES
     strips = np.minimum.reduceat(keys[:, :cols], np.arange(0, rows, TILE), axis=0)
@@ -46,11 +46,11 @@ def add_sides(
     threads: int,
 ) -> bool:
     """
-    Add the sides in front of the visible surface to ``counts``; False if they might not fit.
+    Add the sides in front of the visible surface to ``counts``; False if they might overflow.
 
-    Nothing is added then. ``counts`` and ``keys`` are (rows, cols + LANES); ``ends`` (n_edges, 6),
-    ``codes`` a silhouette as in ``Silhouettes``; no receiver lies below ``floor``, nor does the
-    eye: -inf leaves sides infinite.
+    On overflow nothing is added. ``counts`` and ``keys`` are (rows, cols + LANES); ``ends``
+    (n_edges, 6), ``codes`` a silhouette as in ``Silhouettes``; neither receivers nor the eye lie
+    below ``floor``: -inf leaves sides infinite.
     """
     rows, cols = keys.shape[0], keys.shape[1] - LANES
     quads = np.zeros((len(codes), _COLUMNS))
@@ -78,7 +78,7 @@ def _dot(p, q):
 
 @njit(cache=True, nogil=True)
 def _project(matrix, x, y, z, first):
-    """Map a point, with the matrix's last column as ``first``, or a direction, with 0."""
+    """Transform a point, with ``first`` the matrix's last column, or a direction, with zeros."""
     return (
         first[0] + matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
         first[1] + matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z,
@@ -89,13 +89,13 @@ def _project(matrix, x, y, z, first):
 
 @njit(cache=True, nogil=True)
 def _go(p, way, far):
-    """Return the point p + far * way, in all four coordinates."""
+    """Return the point p + far * way, in homogeneous coordinates."""
     return p[0] + far * way[0], p[1] + far * way[1], p[2] + far * way[2], p[3] + far * way[3]
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads, spans, filled):
-    """Turn edges into bounds and key planes, dropping sides that cannot add."""
+    """Turn edges into bounds and key planes; drop sides that cannot change a count."""
     chunks = filled.size
     length = (codes.size + chunks - 1) // chunks
     origin = (matrix[0, 3], matrix[1, 3], matrix[2, 3], matrix[3, 3])
@@ -135,7 +135,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             if goes_down and floor > -np.inf:
                 far0 = max(0.0, (z0 - floor) / -down0)
                 far1 = max(0.0, (z1 - floor) / -down1)
-                # Under a light as good as level both ends are lost in rounding: no cut there.
+                # For an almost horizontal light both ends are lost in rounding: no cut there.
                 if min(far0, far1) < FARTHEST:
                     p2 = _go(p0, away0, far0)
                     p3 = _go(p1, away1, far1)
@@ -156,7 +156,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                     high_y = max(high_y, y)
                     nearest = max(nearest, p[3] / wi)
                 if (wi > 0.0) != (wj > 0.0):
-                    # It leaves the picture's half space in this direction.
+                    # The side leaves the half space in front of the eye in this direction.
                     a = wi / (wi - wj) if wi != wj else 0.0
                     x = p[0] + a * (onward[0] - p[0])
                     y = p[1] + a * (onward[1] - p[1])
@@ -173,7 +173,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                 continue
             span[0] = np.floor(max(low_y, 0.0))
             span[1] = min(np.ceil(min(high_y, np.float64(rows))) + 1.0, np.float64(rows))
-            # Wholly behind the farthest surface of every tile it touches?
+            # Is it wholly behind the farthest surface of every tile that it touches?
             tx0 = np.int64(max(low_x - 1.0, 0.0)) // TILE
             tx1 = np.int64(min(high_x + 1.0, cols - 1.0)) // TILE
             ty0 = np.int64(span[0]) // TILE
@@ -189,7 +189,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
             if hidden:
                 continue
             record = quads[out]
-            # Lines that nearly coincide may cross anywhere: never go beyond the corners.
+            # Lines that nearly coincide may cross anywhere: stay within the corners.
             least = np.floor(max(low_x, 0.0))
             most = np.ceil(min(high_x, np.float64(cols - 1))) + 1.0
             record[19] = least
@@ -208,7 +208,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
                 )  # fmt: skip
             if span[0] >= span[1]:
                 continue
-            # The key on the side's plane, from differences: it passes close to receivers.
+            # The key on the side's plane, from differences: the side passes close to receivers.
             edge = _go(p1, p0, -1.0)  # their difference
             part0 = _cross(edge, away0)
             part1 = _cross(away0, p0)
@@ -227,7 +227,7 @@ def _set_up(ends, codes, weight, matrix, light, floor, tiles, rows, cols, quads,
 
 @njit(cache=True, nogil=True)
 def _deepest(spans, starts, filled, rows):
-    """Bound what any count can reach: the sum of multiplicities that share a row."""
+    """Bound all counts by the largest sum of multiplicities that share a row."""
     load = np.zeros(rows + 1, np.int64)
     for chunk in range(starts.size):
         for i in range(starts[chunk], starts[chunk] + filled[chunk]):
@@ -238,7 +238,7 @@ def _deepest(spans, starts, filled, rows):
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _list_by_stripe(spans, starts, filled, stripes):
-    """List the sides of each stripe of rows: places in the list, and the list."""
+    """List the sides of each stripe of rows; return offsets and the list."""
     places = np.zeros(stripes + 1, np.int64)
     for chunk in range(starts.size):
         for i in range(starts[chunk], starts[chunk] + filled[chunk]):
@@ -257,7 +257,7 @@ def _list_by_stripe(spans, starts, filled, stripes):
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False, fastmath={"nsz", "nnan"})
 def _fill(quads, spans, places, listed, keys, counts):
-    """Fill all sides, stripe by stripe: a stripe's surface stays in the cache."""
+    """Fill all sides, one stripe at a time, so that the stripe's surface stays in the cache."""
     for stripe in prange(places.size - 1):
         top = stripe * STRIPE
         first = np.zeros(STRIPE, np.int32)
@@ -266,7 +266,7 @@ def _fill(quads, spans, places, listed, keys, counts):
             i = listed[q]
             m = spans[i, 2]
             b = quads[i]
-            # Where each row of the stripe begins and ends, all at once.
+            # First and last column of each row of the stripe, all at once.
             widest = np.int32(0)
             for j in range(STRIPE):
                 y = np.float64(top + j)
@@ -289,7 +289,7 @@ def _fill(quads, spans, places, listed, keys, counts):
                 if widest <= 1:
                     counts[r, c] += m if (keys[r, c] < side) & (rest > 0) else 0
                     continue
-                # A row without pixels goes through once: cheaper than a branch to mispredict.
+                # A row without pixels runs once: cheaper than a mispredicted branch.
                 while True:
                     k = keys[r, c : c + LANES]
                     n = counts[r, c : c + LANES]
