@@ -1,11 +1,11 @@
 """
-Lights in and near casters: which they are, what to open, where counts start.
+Lights in and near casters: nearby shells, components to open, start of counts.
 
-Closed components must follow the open rule in some views, as the CPU device decides.
+Closed components must follow the open rule in some views, as on the CPU device.
 
-Lit faces alone tell how deep a visible point lies only where its winding number is at
-least the light's (docs/papers.md, S1). That can fail only for a component that
-holds the light, or is wound inward; of most scenes there is none, and nothing is done.
+Lit faces alone determine the count only where a visible point's winding number is at
+least the light's (docs/papers.md, S1). That can fail only for a component that holds
+the light or is wound inward; most scenes have none, and nothing is done.
 """
 
 from collections.abc import Sequence
@@ -33,10 +33,10 @@ def find_near(
     bodies: Sequence[Body], tree: BoxTree, light: NDArray[np.float64]
 ) -> list[NDArray[np.intp]]:
     """
-    Find the shells near a light (4,), relative to the scene's origin, on which all below depends.
+    Find the shells near a light (4,), relative to the scene's origin.
 
-    Returns for each body instances and shells, (n, 2) int each; none under a directional light.
-    ``tree`` is of the boxes of all shells of all bodies.
+    Returns per body instances and shells, (n, 2) int each; none for a directional light.
+    ``tree`` holds the boxes of all shells of all bodies.
     """
     nothing = np.zeros((0, 2), np.intp)
     if light[3] == 0.0 or not bodies:
@@ -59,7 +59,7 @@ def find_held(
     near: NDArray[np.intp],
 ) -> NDArray[np.intp]:
     """
-    Find the faces of a body's instances that hold the light, and so cast nothing.
+    Find the faces of a body's instances on which the light lies; they cast nothing.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def find_held(
     lights : (n_instances, 4) float64
         In each instance's own frame.
     near : (n, 2) int
-        Instances and shells near the light, of ``find_near``.
+        Instances and shells near the light, from ``find_near``.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def find_held(
         return near
     for instance in np.unique(near[:, 0]).tolist():
         transform = body.transforms[instance]
-        coarse = np.abs(origin) + np.abs(transform[:3, 3])  # what the model's coordinates add
+        coarse = np.abs(origin) + np.abs(transform[:3, 3])  # magnitude of the model's coordinates
         moved = np.abs(np.linalg.inv(transform[:3, :3])) @ coarse
         shells = near[near[:, 0] == instance, 1]
         some = body.list_faces(shells)
@@ -101,7 +101,7 @@ def find_opened(
     """
     Find the components to open, (n_instances, n_components) bool.
 
-    Parameters as in ``find_held``, which gives ``held``.
+    Parameters as in ``find_held``, which returns ``held``.
     """
     opened = np.zeros((len(lights), len(body.caster.is_closed)), np.bool_)
     if not len(near) and not body.any_inward:
@@ -123,7 +123,7 @@ def find_opened(
         eye[3] = apex[3]
         caster = body.caster.without(held[held[:, 0] == instance, 1])
         found = _enclose(body, caster, eye, light)
-        # Past a wall that the near plane cuts away the winding number is not the eye's.
+        # Beyond a wall cut away by the near plane the winding number is not the eye's.
         depth = np.append(forward, -forward @ (camera.eye - origin)) @ transform
         cut = _reach_before(body, depth, camera.near, suspects)
         if cut.any():
@@ -133,7 +133,7 @@ def find_opened(
 
 
 def _hold(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Find which boxes (n, 2, 3) hold a lamp."""
+    """Find the boxes (n, 2, 3) that hold a lamp."""
     margin = 1e-6 * (bounds[:, 1] - bounds[:, 0]).max(1, keepdims=True)
     place = light[:3]
     inside = (place >= bounds[:, 0] - margin) & (place <= bounds[:, 1] + margin)
@@ -143,7 +143,7 @@ def _hold(bounds: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np
 def _hold_components(
     body: Body, shells: NDArray[np.intp], light: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Find which components' boxes hold a lamp that some shells' boxes hold, (n_components,)."""
+    """Find the components of the shells whose boxes hold a lamp, (n_components,)."""
     found = np.zeros(len(body.component_shell), np.bool_)
     some = np.flatnonzero(np.isin(body.component_shell, shells))
     found[some] = _hold(body.component_bounds[some], light)
@@ -151,11 +151,11 @@ def _hold_components(
 
 
 def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArray[np.bool_]:
-    """Find the components around the light more often than around the eye."""
+    """Find the components with a larger winding number at the light than at the eye."""
     size = 1.0 + max(np.abs(eye[:3]).max(), np.abs(body.bounds).max())
     if eye[3] == 0:
         size = 1.0
-    for attempt in range(_ATTEMPTS):  # an eye in a volume's side steps aside
+    for attempt in range(_ATTEMPTS):  # an eye in a volume's side is moved slightly
         aside = 1e-10 * attempt * size * np.array([0.83, 0.56, 0.37, 0.0])
         anchor = find_anchor(caster, body.blocks, eye + aside, light)
         if anchor.is_clean:
@@ -166,7 +166,7 @@ def _enclose(body: Body, caster: Caster, eye: NDArray, light: NDArray) -> NDArra
 def _reach_before(
     body: Body, depth: NDArray[np.float64], near: float, suspects: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Find which suspected components have a face that reaches before the near plane."""
+    """Find the suspected components with a face in front of the near plane."""
     found = np.zeros(len(suspects), np.bool_)
     boxes = body.component_bounds
     nearest = np.minimum(boxes[:, 0] * depth[:3], boxes[:, 1] * depth[:3]).sum(1) + depth[3]
@@ -186,10 +186,10 @@ def find_start(
     chosen: NDArray[np.bool_],
 ) -> tuple[int, NDArray[np.float64]]:
     """
-    Count the volumes that parallel rays end in, of those drawn to infinity behind surfaces.
+    Count the infinite z-fail volumes that hold the far end of parallel rays.
 
-    In perspective dark caps are drawn there; parallel rays all end in one point, where
-    nothing can be drawn. If that point lies in a volume's side, rays tilt a little.
+    In perspective, dark caps are drawn there; parallel rays all end in one point, where
+    nothing can be drawn. If that point lies in a volume's side, rays are tilted slightly.
 
     Parameters
     ----------
@@ -198,20 +198,20 @@ def find_start(
     light : (4,) float64
         Relative to the scene's origin, a direction of length 1.
     chosen : (n_shells,) bool
-        Components, of all bodies, whose volumes are counted behind and not cut.
+        Components of all bodies whose volumes are z-fail and not cut.
 
     Returns
     -------
     start : int
         0 in perspective, and under a directional light.
     tilt : (2,) float64
-        Of the rays to the left and down, as tangents; for ``Projection.tilted``.
+        Of the rays, left and down, as tangents; for ``Projection.tilted``.
     """
     tilt = np.zeros(2)
     if camera.is_perspective or not volumes:
         return 0, tilt
     right, up, forward = camera.axes()
-    # Rays along a directional light would meet all ends of volumes in one point.
+    # Rays parallel to a directional light end where all its volumes end.
     along = light[3] == 0 and bool(np.linalg.norm(np.cross(forward, light[:3])) < _TILT)
     for attempt in range(int(along), _ATTEMPTS):
         tilt = _TILT * attempt * np.array([0.83, 0.56])
@@ -224,7 +224,7 @@ def find_start(
 def _end_rays(
     volumes: list[BodyVolumes], way: NDArray[np.float64], chosen: NDArray[np.bool_]
 ) -> tuple[int, bool]:
-    """Count the chosen volumes at the far end of a way; tell whether none begins there."""
+    """Count the chosen volumes at the far end of a ray; return whether none begins there."""
     start, is_clean, offset = 0, True, 0
     for each in volumes:
         body = each.body

@@ -1,10 +1,10 @@
 """
-How many shadow volumes can hold one point at most: whether 8 bits of stencil are enough.
+Upper bounds on the shadow count, to decide whether 8 bits of stencil are enough.
 
-Seen from the light every volume is what throws it, so the deepest count is the largest
-number of casting faces on one ray from the light. Boxes around shells, piled up on a grid,
-bound it quickly. It changes only where the ray crosses the silhouette, so half the edges
-that cross a row of the light's view bound it, too; and so do boxes around faces.
+The largest count is the largest number of casting faces on one ray from the light. Boxes
+around shells, accumulated on a grid in the light's view, bound it quickly. It changes only
+where the ray crosses the silhouette, so half the edges that cross a row of the light's
+view bound it, too; and so do boxes around faces.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from umbra.volume.facing import find_sides
 __all__ = ["KnownBound", "bound_boxes", "bound_count", "bound_nearby", "find_most"]
 
 _ROWS = 4096
-_SIGNED_MOST = 127  # counts so small may be read as signed bytes: no closer bound is of use
+_SIGNED_MOST = 127  # counts that fit a signed byte: no closer bound is of use
 _NO_BOUND = 1 << 62
 _CUBE = [np.roll(np.eye(3), k + 1, 1) * [[1], [1], [s]] for k in range(3) for s in (1, -1)]
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
@@ -38,9 +38,9 @@ def bound_count(
     """
     Bound the shadow count of any point under a light (4,), relative to the scene's origin.
 
-    The bound is never too low, and no closer than is needed to tell that 255 are enough.
-    ``most`` is what ``find_most`` gives for each of the volumes. Only shells that are
-    ``drawn`` (n_shells,) are counted, all by default.
+    The bound is never too low, and only as close as needed to show that 255 is enough.
+    ``most`` is ``find_most`` of each of the volumes. Only ``drawn`` shells (n_shells,)
+    are counted, all by default.
     """
     if not volumes:
         return 0
@@ -69,20 +69,20 @@ def bound_count(
 @dataclass(frozen=True, eq=False)
 class KnownBound:
     """
-    A bound that holds for all lamps near a place, so that one that moves need not be asked again.
+    A bound that holds for all lamps near a point, reused while a lamp moves.
 
     Parameters
     ----------
     light : (4,) float64
         Relative to the scene's origin.
     slack : float
-        How far from there a lamp may be [m].
+        Largest distance of a lamp from there [m].
     weights : (n_shells,) int64
-        What each shell can add, where it stands.
+        Largest count that each shell adds.
     counted : (n_shells,) bool
-        Shells that the bound counts.
+        Shells included in the bound.
     most : int
-        No count of these can be larger.
+        Upper bound of their count.
     """
 
     light: NDArray[np.float64]
@@ -94,8 +94,8 @@ class KnownBound:
     def holds(
         self, light: NDArray[np.float64], weights: NDArray[np.int64], drawn: NDArray[np.bool_]
     ) -> bool:
-        """Return whether it holds for a light and the shells that are drawn under it."""
-        apart = float(np.abs(light - self.light).sum())  # no less than the distance
+        """Return whether the bound holds for a light and its drawn shells."""
+        apart = float(np.abs(light - self.light).sum())  # at least the distance
         return (
             apart <= self.slack * light[3]
             and not (drawn & ~self.counted).any()
@@ -112,12 +112,11 @@ def bound_nearby(
     slack: float,
 ) -> KnownBound:
     """
-    Bound the shadow count of any point, for a light (4,) and if it can be for lamps near it.
+    Bound the shadow count of any point for a light (4,) and, if possible, for lamps near it.
 
-    Seen from a lamp that stands a little aside, boxes are boxes that stand a little aside: one
-    larger by ``slack`` [m] holds them all. ``bounds`` (n_shells, 2, 3) are of all shells,
-    relative to the scene's origin, as the light; ``known`` is what was known of the light
-    before, while nothing else moved.
+    Moving a lamp is the same as moving the boxes the other way: boxes enlarged by ``slack``
+    [m] cover them all. ``bounds`` (n_shells, 2, 3) are of all shells, relative to the scene's
+    origin, as the light; ``known`` is the light's previous bound, if nothing else moved.
     """
     most = [find_most(each.body, each.opened) for each in volumes]
     weights = np.concatenate([np.zeros(0, np.int64), *most])
@@ -135,7 +134,7 @@ def bound_nearby(
 def bound_boxes(
     boxes: NDArray[np.float64], weights: NDArray[np.int64], light: NDArray[np.float64]
 ) -> int:
-    """Bound the count of any point by boxes (n, 2, 3) around casters and what each can add (n,)."""
+    """Bound the count of any point by boxes (n, 2, 3) of casters and their largest counts (n,)."""
     if weights.sum() <= _SIGNED_MOST:
         return int(weights.sum())
     corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
@@ -146,7 +145,7 @@ def bound_boxes(
 def _find_components(
     volumes: list[BodyVolumes], drawn: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return boxes (n, 2, 3) around drawn components, and what each can add (n,)."""
+    """Return boxes (n, 2, 3) of drawn components, and the largest count of each (n,)."""
     boxes, weights, offset = [np.zeros((0, 2, 3))], [np.zeros(0, np.int64)], 0
     for each in volumes:
         body = each.body
@@ -187,9 +186,9 @@ def _find_casting(
 
 def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
     """
-    Bound what each component of a body's instances adds to a count, (n,) int64.
+    Bound the count that each component of a body's instances adds, (n,) int64.
 
-    What is convex adds 1, all else at most its faces.
+    A convex component adds 1, any other at most its number of faces.
     """
     most = np.tile(body.most, (len(opened), 1))
     if not opened.any():
@@ -209,14 +208,14 @@ def _count_in_rows(
     """
     Bound counts by the silhouette edges that cross a row of the light's view.
 
-    Rows begin and end where nothing throws shadows. A lamp has such a view only from
-    outside of everything; elsewhere the answer is useless, and very large.
+    Rows begin and end outside all shadows. A lamp has such a view only from outside all
+    boxes; elsewhere the result is very large, and useless.
     """
     low, high = boxes[:, 0].min(0), boxes[:, 1].max(0)
     inside = (light[:3] > low - 1e-6) & (light[:3] < high + 1e-6)
     if light[3] > 0 and inside.all():
         return _NO_BOUND
-    # Toward the nearest point of the box, so that all of it is ahead.
+    # Toward the nearest point of the box, so that the whole box is ahead.
     nearest = np.clip(light[:3], low, high) - light[:3]
     ahead = nearest if light[3] > 0 else -light[:3]
     ahead = ahead / np.linalg.norm(ahead)
@@ -243,7 +242,7 @@ def _count_in_rows(
 @njit(cache=True, nogil=True)
 def _find_heights(sides, instances, first, vertices, transforms, light, ahead, across, heights):
     """
-    Write how high the ends of edges lie in the light's view.
+    Write the heights of edges' ends in the light's view.
 
     Returns the nearest depth and the largest coordinate.
     """
@@ -268,7 +267,7 @@ def _find_heights(sides, instances, first, vertices, transforms, light, ahead, a
 
 @njit(cache=True, nogil=True)
 def _load_rows(heights, load):
-    """Note in which row each edge begins, and after which it ends."""
+    """Mark the row in which each edge begins, and that after which it ends."""
     low, high = np.inf, -np.inf
     for a, b in heights:
         low, high = min(low, a, b), max(high, a, b)
@@ -284,13 +283,13 @@ def _load_rows(heights, load):
 def _stack(
     points: NDArray[np.float64], shapes: NDArray[np.integer], weights: NDArray, light: NDArray
 ) -> int:
-    """Bound how much weight lies on one ray from the light; shapes are hulls of points."""
+    """Bound the total weight on one ray from the light; shapes are hulls of points."""
     if light[3] == 0:
         toward = light[:3] / np.linalg.norm(light[:3])
         right = np.cross(toward, _AXES[np.abs(toward).argmin()])
         right /= np.linalg.norm(right)
         frames = [np.stack([right, np.cross(toward, right), toward])]
-    else:  # the six sides of a cube around it
+    else:  # the six sides of a cube around the light
         frames = _CUBE
     cells = int(np.clip(4 * np.sqrt(len(shapes)), 64, 1024))
     return int(_find_deepest(points, shapes, weights, light, np.array(frames), cells))
@@ -298,7 +297,7 @@ def _stack(
 
 @njit(cache=True, nogil=True)
 def _find_deepest(points, shapes, weights, light, frames, cells):
-    """Return the largest weight in one cell of the light's view, in any frame (3, 3) of some."""
+    """Return the largest weight in one cell of the light's view, over all frames (3, 3)."""
     boxes, owners = np.zeros((shapes.shape[0], 4)), np.zeros(shapes.shape[0], np.int64)
     heap, column = np.zeros((cells + 1, cells + 1), np.int64), np.zeros(cells + 1, np.int64)
     deepest = 0
@@ -321,10 +320,10 @@ def _find_deepest(points, shapes, weights, light, frames, cells):
 @njit(cache=True, nogil=True)
 def _flatten(points, shapes, light, frame, boxes, owners):
     """
-    Box the shapes as a light sees them along a frame's third row; give how many it sees.
+    Bound the shapes in a light's view along a frame's third row; return how many are in view.
 
-    A point light sees the square from -1 to 1 through one side of a cube; a shape that
-    reaches beside it and back may be anywhere in it.
+    A point light's view through one side of a cube is the square from -1 to 1; a shape
+    that extends behind the light may cover all of it.
     """
     n = 0
     for s in range(shapes.shape[0]):
@@ -332,7 +331,7 @@ def _flatten(points, shapes, light, frame, boxes, owners):
         u1 = v1 = -np.inf
         is_ahead = False
         is_beside = False
-        right = left = above = below = True  # of the square with all points
+        right = left = above = below = True  # all points on that side of the square
         for k in range(shapes.shape[1]):
             i = shapes[s, k]
             x = points[i, 0] - light[3] * light[0]
@@ -368,7 +367,7 @@ def _flatten(points, shapes, light, frame, boxes, owners):
 
 @njit(cache=True, nogil=True)
 def _pile(boxes, weights, heap):
-    """Note where boxes begin and end: two cumulative sums then give what lies in a cell."""
+    """Mark where boxes begin and end: two cumulative sums then give the weight in each cell."""
     cells = heap.shape[0] - 1
     u0 = v0 = np.inf
     u1 = v1 = -np.inf

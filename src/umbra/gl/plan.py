@@ -1,8 +1,8 @@
 """
-The plan of one light: which faces of which volumes are drawn, and how they are counted.
+Drawing plan of one light: the faces drawn of each volume, and how they are counted.
 
-McGuire's cases, culling and cuts. All components of a scene are judged at once by their
-bounds; only those that bounds cannot decide are judged one by one, by their triangles.
+McGuire's cases, culling and cuts. All components of a scene are classified at once by
+their bounds; only undecided ones are then classified by their triangles.
 """
 
 from dataclasses import dataclass
@@ -36,28 +36,28 @@ STENCIL_MOST = 255
 MARGIN = 1e-5
 """By how much the occlusion pyramid is widened, since the device computes in float32."""
 
-_FACES_ASKED = 50_000  # for a light; the bounds' answer is right for the rest, if not the least
+_FACES_ASKED = 50_000  # per light; for the rest, the bounds' answer is right but not minimal
 
 
 @dataclass(frozen=True, kw_only=True)
 class VolumeOptions:
     """
-    What may be left out or made simpler; none of it changes a count where the light shines.
+    Permitted simplifications; none changes a count where the light shines.
 
     Parameters
     ----------
     cull : bool
-        Leave out volumes and caps that are out of view.
+        Leave out volumes and caps outside the view.
     cut : bool
-        End volumes where no receiver can lie.
+        End volumes below all receivers.
     fans : bool
-        Close far ends by fans over silhouettes, where that is right, rather than by
-        throwing all casting faces there.
+        Close far ends by fans over silhouettes, where valid, rather than by projecting
+        all casting faces.
     ask_triangles : bool
-        Let triangles decide the case where bounds cannot.
+        Use triangles to decide the case where bounds cannot.
     narrow : bool
-        Count only where the light's range and cone may reach: within scissor and depth bounds.
-        What is counted elsewhere means nothing, for the light does not shine there.
+        Count only within the scissor and depth bounds of the light's range and cone.
+        Counts elsewhere are undefined, for the light does not shine there.
     """
 
     cull: bool = True
@@ -70,7 +70,7 @@ class VolumeOptions:
 @dataclass(frozen=True, eq=False)
 class Selection:
     """
-    What to draw of each shell's volume.
+    Faces to draw of each shell's volume.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Selection:
         McGuire's; 0 where culled.
     sides, dark_cap, light_cap : (n_shells,) bool
     z_fail : (n_shells,) bool
-        Count behind the visible surface rather than before it.
+        Count behind the visible surface rather than in front of it.
     is_cut : (n_shells,) bool
         End at the floor rather than at infinity.
     is_fan : (n_shells,) bool
@@ -109,7 +109,7 @@ def select(
     scissor: NDArray[np.int64] | None = None,
 ) -> Selection:
     """
-    Select what is drawn for a light.
+    Select the faces to draw for a light.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def select(
     tree : BoxTree
         Of the shells' boxes (n_shells, 2, 3), relative to the origin [m].
     projection : Projection
-        Cases are those of the near rectangle at which it clips volumes.
+        Cases refer to the near rectangle at which it clips volumes.
     origin : (3,) float64
     source : (4,) float64
         The light, relative to the origin.
@@ -131,7 +131,7 @@ def select(
     cone : (n, 4) float64, optional
         Inward planes around the light's cone.
     scissor : (4,) int, optional
-        Left, top, right, bottom [pixels]: where to count.
+        Left, top, right, bottom [pixels] of the region to count in.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def select(
     seen = np.flatnonzero(sides)
     if not len(seen):
         return none
-    # From here on only of what is seen.
+    # From here on, visible shells only.
     bounds = tree.bounds[seen]
     is_cut = can_end_at_floor(bounds, source) if may_cut else nothing[seen]
     regions = make_regions(clipping, source, origin, scissor, margin=MARGIN)
@@ -171,7 +171,7 @@ def select(
         light_cap[fails] = parts.light_cap
         dark_cap[fails] = parts.dark_cap
     dark_cap |= fails & ~is_fan
-    # At infinity a directional light's volumes end in one point, and parallel rays too.
+    # At infinity a directional light's volumes end in one point, and so do parallel rays.
     dark_cap &= is_cut | (bool(source[3]) and camera.is_perspective)
     if method in ("auto", "mcguire"):
         light_cap &= needs_cap
@@ -180,7 +180,7 @@ def select(
 
 
 def _spread(chosen: NDArray[np.bool_], values: NDArray) -> NDArray:
-    """Put the values of what is chosen in their places among all, where 0 is for the rest."""
+    """Scatter the values of chosen elements into an array of 0."""
     whole = np.zeros(len(chosen), values.dtype)
     whole[chosen] = values
     return whole
@@ -189,7 +189,7 @@ def _spread(chosen: NDArray[np.bool_], values: NDArray) -> NDArray:
 def _ask_triangles(
     volumes: list[BodyVolumes], seen: NDArray[np.intp], placements: Placements, regions: Regions
 ) -> None:
-    """Place the shells that bounds left undecided by their triangles, as long as there are few."""
+    """Classify the shells that bounds left undecided by their triangles, up to a limit."""
     left = _FACES_ASKED
     for place in np.flatnonzero(placements.undecided).tolist():
         each, instance, shell = _find(volumes, int(seen[place]))
@@ -222,7 +222,7 @@ Z_PASS, Z_FAIL, LIGHT_CAP = "z_pass", "z_fail", "light_cap"
 
 @dataclass(frozen=True)
 class Draw:
-    """Triangles to count in one way, ``z_pass``, ``z_fail`` or ``light_cap``, in the list."""
+    """Range of the index list to count as ``z_pass``, ``z_fail`` or ``light_cap``."""
 
     kind: str
     is_cut: bool
@@ -233,20 +233,20 @@ class Draw:
 @dataclass(frozen=True, kw_only=True)
 class Statistics:
     """
-    What one light's plan draws.
+    Statistics of one light's plan.
 
     Parameters
     ----------
     shells, culled, cut : int
-        Shells that cast; those out of view; those in view whose volumes end at the floor.
+        Shells that cast; those outside the view; those in view whose volumes end at the floor.
     cases : (int, int, int)
         Shells in view of case 1, 2 and 3.
     sides, sides_z_pass, dark_caps, light_caps : int
         Triangles: all sides, those counted before the visible surface, and caps.
     index_bytes : int
-        That travel to the device.
+        Bytes uploaded to the device.
     deepest : int
-        No count can be larger.
+        Upper bound of the counts.
     """
 
     shells: int = 0
@@ -280,17 +280,17 @@ class VolumePlan:
         z, relative to the eye, where cut volumes end [m].
     draws : tuple of Draw
     start : int
-        The count from which to start: of the far ends of rays, in orthographic views.
+        Initial count: that of the far ends of rays, in orthographic views.
     case : (n_shells,) int8
         McGuire's; 0 where culled.
     statistics : Statistics
     scissor : (int, int, int, int), optional
-        Left, bottom, columns, rows [pixels]: where counts are made.
+        Left, bottom, columns, rows [pixels] of the counted region.
     depth_bounds : (float, float), optional
-        Window depths between which they are.
+        Window depths of the counted region.
     selection : Selection, optional
     volumes : tuple of BodyVolumes
-        From which the draws were selected.
+        Volumes from which the draws were selected.
     """
 
     projection: Projection
@@ -306,6 +306,6 @@ class VolumePlan:
     volumes: tuple[BodyVolumes, ...] = ()
 
     def uniforms(self) -> dict[str, object]:
-        """Return the uniforms of ``volume.vert.glsl`` that all draws share."""
+        """Return the uniforms of ``volume.vert.glsl`` shared by all draws."""
         light = self.light.astype(np.float32)
         return {**self.projection.uniforms(), "light": light, "bottom": self.bottom}

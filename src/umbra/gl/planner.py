@@ -1,8 +1,8 @@
 """
-What to draw for each light of a frame, and one upload for all lights.
+Plans of all lights of a frame, with one upload for all of them.
 
-Volumes are kept from frame to frame and made anew only where a body moved relative to a
-light. While nothing moves at all, the last plan still holds and nothing is done.
+Volumes are kept between frames and rebuilt only where a body moved relative to a
+light. While nothing moves, the last plan is reused.
 """
 
 import operator
@@ -52,8 +52,8 @@ from umbra.volume.scissor import find_cone_planes
 
 __all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Planner", "Statistics", "VolumePlan"]
 
-_BELOW = 0.002  # volumes end so much of the scene's size below the lowest receiver
-_FEW_FACES = 300_000  # one thread finds their silhouettes before a second is awake
+_BELOW = 0.002  # distance from lowest receiver to floor, as a fraction of the scene's size
+_FEW_FACES = 300_000  # below this, one thread is faster than starting more
 
 
 @dataclass(eq=False)
@@ -68,12 +68,12 @@ class Planner:
     geometry : Geometry
         Of the scene; the planner does not release it.
     casters : sequence of int, optional
-        Indices of the parts that cast; all by default. Whatever casts must be in the
-        depth buffer when counts are made.
+        Indices of the parts that cast; all by default. All casters must be in the depth
+        buffer when counts are made.
     ground : float, optional
-        z, relative to the scene's origin, of a plane that receives too [m].
+        z of a receiving plane, relative to the scene's origin [m].
     before : sequence of Body
-        Of the same parts in another pose.
+        Bodies of the same parts in another pose.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class Planner:
         self._last = None
 
     def _find_whole(self) -> NDArray[np.float64]:
-        """Bound all parts, (2, 3), relative to the origin; what moves by its bodies' boxes."""
+        """Bound all parts, (2, 3), relative to the origin; moving parts by their bodies' boxes."""
         if not self._has_moved:
             return self.scene.bounds() - self.scene.origin
         boxes = [self.bounds]
@@ -139,10 +139,10 @@ class Planner:
 
     def move(self, scene: Scene, groups: Sequence[Group] = ()) -> None:
         """
-        Take new transforms from a scene of the same parts; where there was none must be none.
+        Update the transforms from a scene of the same parts; none may be added.
 
-        Only volumes of bodies that moved relative to a light are made anew. ``groups`` are those
-        of ``pose_groups`` where meshes bend, and every body ``can_bend``.
+        Only volumes of bodies that moved relative to a light are rebuilt. ``groups`` are from
+        ``pose_groups`` where meshes bend, and every body ``can_bend``.
         """
         self.scene = scene
         self.geometry.move(scene)
@@ -157,7 +157,7 @@ class Planner:
         self._measure()
 
     def can_bend(self, groups: Sequence[Group]) -> bool:
-        """Return whether all bodies can take the vertices of groups, and keep which faces meet."""
+        """Return whether all bodies keep their adjacency with the vertices of groups."""
         posed = {group.parts: group.vertices for group in groups}
         return all(
             posed[body.groups[0].parts] is body.caster.vertices
@@ -166,7 +166,7 @@ class Planner:
         )
 
     def project(self, camera: Camera) -> Projection:
-        """Find the projection that shows the scene, and the plane that receives, best."""
+        """Find the projection with the best depth for the scene and the receiving plane."""
         origin = self.scene.origin
         bounds = self.bounds
         if not len(bounds) or self.casters is not None:
@@ -185,10 +185,10 @@ class Planner:
         warn: Callable[[str], object] = lambda _: None,
     ) -> list[VolumePlan]:
         """
-        Plan all lights of a frame, and upload their triangles at once.
+        Plan all lights of a frame, and upload their triangles together.
 
-        Plans are valid until the next call. ``warn`` is told, in a line, where the method is
-        wrong for this view; `InputError` if there is no such method.
+        Plans are valid until the next call. ``warn`` is called with one line where the method
+        is wrong for this view; `InputError` if there is no such method.
         """
         METHODS["gl"].check(method, masks=False)
         choices = choices or VolumeOptions()
@@ -235,7 +235,7 @@ class Planner:
         method: str,
         choices: VolumeOptions,
     ) -> Selection:
-        """Select what to draw of one light, and keep its volumes."""
+        """Select the faces to draw for one light, and keep its volumes."""
         kept = self._keep(number, projection.asked, source)
         cone = None
         if choices.narrow and light.axis is not None:
@@ -248,7 +248,7 @@ class Planner:
 
     @staticmethod
     def _warn(selection: Selection, method: str, warn: Callable[[str], object]) -> None:
-        """Tell where z-pass is wrong for a view."""
+        """Warn where z-pass is wrong for a view."""
         if method == "z-pass" and (selection.case > 1).any():
             warn(
                 f"z-pass is wrong for this view: {int((selection.case > 1).sum())} casters stand "
@@ -311,7 +311,7 @@ class Planner:
         lists: list[NDArray[np.uint32]],
         nearby: list[NDArray[np.float64]],
     ) -> None:
-        """Add a light's triangles to the lists, and what to draw of them."""
+        """Add a light's triangles and draws to the lists."""
         touched = kept.touch(kept.source, selection.sides)
         place = sum(map(len, lists))
         first = self.geometry.n_points + sum(map(len, nearby))
@@ -332,7 +332,7 @@ class Planner:
                 lists.append(found)
 
     def _keep(self, number: int, camera: Camera, source: NDArray) -> KeptLight:
-        """Find a light's volumes; those of the last frame where nothing moved."""
+        """Find a light's volumes, reusing those of the last frame where nothing moved."""
         old = self._kept[number] if number < len(self._kept) else None
         volumes: list[BodyVolumes] = []
         near = find_near(self.bodies, self.tree, source)
@@ -358,7 +358,7 @@ class Planner:
         return kept
 
     def twin(self) -> "Planner":
-        """Return another planner of the same casters, with lists and memory of its own."""
+        """Return another planner of the same casters, with its own lists and kept volumes."""
         other = copy(self)
         other.indices = Indices(self.device, 2 * self.geometry.n_points)
         other._kept, other._last = [], None
@@ -370,7 +370,7 @@ class Planner:
 
 
 def _list_draws(selection: Selection) -> list[tuple[str, bool, NDArray[np.bool_]]]:
-    """List what to draw, whether cut, and of which shells; caps after their sides."""
+    """List the kinds of faces to draw, whether cut, and their shells; caps after sides."""
     kinds = [
         ("sides_z_pass", selection.sides & ~selection.z_fail),
         ("sides_z_fail", selection.sides & selection.z_fail),

@@ -1,8 +1,8 @@
 """
-What a caster's vertices say of it, found anew for each pose of a mesh that bends.
+Geometry of a posed caster, recomputed for each pose of a bending mesh.
 
 Planes, boxes, volumes and dents in one pass over the faces and one over the edges, so that a
-mesh can bend at every frame. Which faces meet is not asked again.
+mesh can bend at every frame. Adjacency is kept.
 """
 
 from dataclasses import dataclass
@@ -16,26 +16,26 @@ from umbra.volume.adjacency import Caster, make_planes
 
 __all__ = ["PosedShape", "find_welds", "measure_shape"]
 
-_DENT = 1e-6  # of a face's size: files in float32 dent what was meant flat
+_DENT = 1e-6  # of a face's size: float32 files dent flat surfaces
 
 
 @dataclass(frozen=True, eq=False)
 class PosedShape:
     """
-    What one pose of a caster's vertices tells.
+    Geometry of a posed caster.
 
     Parameters
     ----------
     planes : (4, n_faces + 1) float64
-        As a caster keeps them.
+        As in ``Caster``.
     bounds : (n_components, 2, 3) float64
         Of each component [m].
     blocks : (n_blocks, 6) float64
-        As ``FaceBlocks`` keeps them [m].
+        As in ``FaceBlocks`` [m].
     volumes : (n_components,) float64
         Six times each component's signed volume [m³].
     is_dented : (n_components,) bool
-        Whether it bends inward at any edge.
+        Whether the component is concave at any edge.
     """
 
     planes: NDArray[np.float64]
@@ -46,7 +46,7 @@ class PosedShape:
 
 
 def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> PosedShape:
-    """Measure a caster whose vertices are these, (n_vertices, 3) float64 in its own frame [m]."""
+    """Measure a caster with vertices (n_vertices, 3) float64 in its own frame [m]."""
     n_faces, n_components = len(caster.faces), len(caster.is_closed)
     planes = make_planes(vertices, caster.faces)
     bounds = np.zeros((n_components, 2, 3))
@@ -66,7 +66,7 @@ def measure_shape(caster: Caster, vertices: NDArray[np.float64]) -> PosedShape:
 
 @njit(cache=True, nogil=True)
 def _measure_faces(vertices, faces, component, planes, bounds, blocks, volumes):
-    """Write boxes and volumes face by face; give the vertices' largest coordinate."""
+    """Write boxes and volumes in one pass over faces; return the largest coordinate."""
     largest = 0.0
     for vertex in range(vertices.shape[0]):
         for axis in range(3):
@@ -94,7 +94,7 @@ def _find_dents(vertices, faces, component, edges, edge_faces, planes, limit, is
         if is_dented[component[a]]:
             continue
         corner = faces[b, 0] + faces[b, 1] + faces[b, 2] - edges[edge, 0] - edges[edge, 1]
-        corner = min(max(corner, 0), vertices.shape[0] - 1)  # of a face that is not a neighbour
+        corner = min(max(corner, 0), vertices.shape[0] - 1)  # where the face is no neighbour
         height, square = planes[3, a], 0.0
         for axis in range(3):
             height += planes[axis, a] * vertices[corner, axis]
@@ -104,9 +104,9 @@ def _find_dents(vertices, faces, component, edges, edge_faces, planes, limit, is
 
 def find_welds(caster: Caster, soup: NDArray[np.int32]) -> NDArray[np.int64]:
     """
-    Find the vertices (n, 2) that must stay at one place for the caster's adjacency to hold.
+    Find the pairs of vertices (n, 2) that must coincide for the adjacency to hold.
 
-    ``soup`` (n, 3) are the faces of which the caster was made, before vertices were welded.
+    ``soup`` (n, 3) are the source faces of the caster, before vertices were welded.
     """
     given = soup[caster.source]
     apart = given != caster.faces

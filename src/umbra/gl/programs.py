@@ -1,9 +1,9 @@
 """
-Shaders from files, linked to programs; what does not compile is named by file and line.
+Shaders from files, linked to programs; compile errors name file and line.
 
 A line ``#include "name.glsl"`` is replaced by that file. Every vertex shader declares
-``invariant gl_Position``, so that programs that place a vertex by the same lines place
-it on the same bits.
+``invariant gl_Position``, so that programs that share the code of a position agree to
+the last bit.
 """
 
 import re
@@ -27,7 +27,7 @@ _PLACE = re.compile(r"^(?:ERROR:\s*)?\d+[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)
 
 @lru_cache
 def load_source(name: str) -> tuple[tuple[str, str], ...]:
-    """Read a file of ``shaders/`` with all that it includes: lines, and ``file:line`` of each."""
+    """Read a file of ``shaders/`` and its includes: lines, and ``file:line`` of each."""
     try:
         text = (resources.files("umbra.gl") / "shaders" / name).read_text("utf-8")
     except FileNotFoundError:
@@ -50,7 +50,7 @@ class Program:
     vertex, fragment : str
         Files in ``shaders/``.
     defines : mapping, optional
-        Names for the preprocessor, for both.
+        Preprocessor definitions, for both shaders.
 
     Raises
     ------
@@ -104,11 +104,11 @@ class Program:
 
     def set(self, **uniforms: Any) -> None:
         """
-        Return values to uniforms; names that the program does not use are passed over.
+        Set uniforms; ignore names that the program does not use.
 
-        Arrays are written as float32 (matrices in rows, as numpy has them); Python's whole
-        numbers and truth values go to int, bool and sampler uniforms, its floats to float.
-        Numbers, and arrays that nobody can write to, are not given twice in a row.
+        Arrays are written as float32 (matrices row by row, as in numpy); Python's int and
+        bool go to int, bool and sampler uniforms, its float to float. Numbers and read-only
+        arrays are not uploaded twice in a row.
         """
         gl = self._device.gl
         gl.UseProgram(self.handle.glo)
@@ -122,12 +122,12 @@ class Program:
                 matrix = value.T if value.ndim == 2 and value.shape[0] == value.shape[1] else value
                 member.write(np.ascontiguousarray(matrix, np.float32).tobytes())
             elif isinstance(value, int):
-                gl.Uniform1i(member.location, value)  # moderngl knows no buffer samplers
+                gl.Uniform1i(member.location, value)  # moderngl lacks buffer samplers
             else:
                 gl.Uniform1f(member.location, value)
 
     def draw(self, count: int) -> None:
-        """Draw triangles of so many vertices, made by the shader from their numbers alone."""
+        """Draw triangles of ``count`` vertices, computed by the shader from their numbers."""
         if self._array is None:
             self._array = self._device.context.vertex_array(self.handle, [])
             self._device.keep("vertex array", self._array.glo)
@@ -138,19 +138,19 @@ class Program:
         if self._array is not None:
             self._device.free("vertex array", self._array)
             self._array = None
-        self._device.gl.UseProgram(0)  # one in use would live on
+        self._device.gl.UseProgram(0)  # a program in use would not be deleted
         self._device.free("program", self.handle)
 
 
 class Programs:
-    """Programs of the same two shaders, each made when it is asked for by what it defines."""
+    """Variants of two shaders by their definitions, each linked on first use."""
 
     def __init__(self, device: Device, vertex: str, fragment: str) -> None:
         self._device, self._shaders = device, (vertex, fragment)
         self._made: dict[tuple, Program] = {}
 
     def find(self, *needs: str, **values: object) -> Program:
-        """Find the program for which names are defined as 1, and others have these values."""
+        """Find the program with names defined as 1 (``needs``) or as given ``values``."""
         key = (*needs, *values.items())
         if key not in self._made:
             defines = {**dict.fromkeys(needs, 1), **values}
@@ -158,6 +158,6 @@ class Programs:
         return self._made[key]
 
     def release(self) -> None:
-        """Free them."""
+        """Free the programs."""
         release_all(*self._made.values())
         self._made = {}

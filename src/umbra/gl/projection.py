@@ -1,7 +1,7 @@
 """
-From the world to OpenGL's clip space, relative to the eye so that float32 is enough.
+Projection to OpenGL's clip space, relative to the eye so that float32 is enough.
 
-A light of limited range, or a spot, can change only part of a picture: its *clip range*, a
+A spot or a light of limited range affects only part of a picture: its *clip range*, a
 scissor and depth bounds.
 """
 
@@ -37,7 +37,7 @@ __all__ = [
 EDGE_ON = 1e-300
 """Planes whose points in the picture span a smaller volume are seen edge-on."""
 
-_HORIZON = 1e4  # an orthographic view ends at so many times the scene's size
+_HORIZON = 1e4  # depth of an orthographic view, in sizes of the scene
 
 
 def find_source(light: Light, origin: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -50,7 +50,7 @@ def find_source(light: Light, origin: NDArray[np.float64]) -> NDArray[np.float64
 @dataclass(frozen=True, eq=False)
 class Projection:
     """
-    What the shaders need of a camera.
+    A camera's projection, as shaders need it.
 
     Parameters
     ----------
@@ -59,10 +59,10 @@ class Projection:
     eye : (3,) float64
         Relative to the scene's origin [m].
     camera : Camera
-        The same camera with the near plane moved up to what is nearest: nothing drawn is
-        lost, and the depth buffer has more digits left.
+        The same camera with the near plane moved to the nearest surface: nothing drawn is
+        lost, and depth is more precise.
     asked : Camera
-        As it was given.
+        The camera as requested.
     reverses_depth : bool
         As in ``Device``.
     """
@@ -76,21 +76,21 @@ class Projection:
     @property
     def clipping(self) -> Camera:
         """
-        The camera whose near plane clips volumes: in perspective the one that was given.
+        The camera whose near plane clips volumes: in perspective the requested one.
 
-        Depth is clamped between that plane and what is nearest. In parallel views that would
-        leave points at infinity along the view, which have no place in the picture.
+        Depth is clamped between that plane and the nearest surface. In parallel views that
+        would keep points at infinity along the view, which have no position in the picture.
         """
         return self.asked if self.camera.is_perspective else self.camera
 
     @property
     def sees_all(self) -> bool:
-        """Whether nothing reaches before the near plane, so that nothing is cut open."""
+        """Whether nothing extends in front of the near plane, so that no solid is cut open."""
         return self.camera.near > self.asked.near
 
     @property
     def clip_matrix(self) -> NDArray[np.float64]:
-        """The matrix as shaders take it: depth -w to w, or reversed w to 0."""
+        """The matrix for shaders: depth -w to w, or reversed w to 0."""
         if not self.reverses_depth:
             return self.matrix
         matrix = self.matrix.copy()
@@ -98,7 +98,7 @@ class Projection:
         return matrix
 
     def tilted(self, tilt: NDArray[np.float64]) -> "Projection":
-        """Let parallel rays lean to the left and down by the tangents (2,) ``tilt``."""
+        """Tilt parallel rays to the left and down by the tangents (2,) ``tilt``."""
         if not tilt.any():
             return self
         matrix = self.matrix.copy()
@@ -107,7 +107,7 @@ class Projection:
         return replace(self, matrix=matrix)
 
     def _find_before(self) -> float:
-        """Return how far before the near plane volumes begin, of ``volume.vert.glsl``."""
+        """Return how far before the near plane volumes begin, for ``volume.vert.glsl``."""
         near, begin, far = self.camera.near, self.clipping.near, self.camera.far
         ratio = 1.0 if np.isinf(far) else (far - begin) / (far - near)
         return near / begin * ratio - 1.0
@@ -125,18 +125,18 @@ class Projection:
             "eye_low": (self.eye - high).astype(np.float32),
         }
         for array in arrays.values():
-            array.setflags(write=False)  # so a program need not be given them twice
+            array.setflags(write=False)  # so that a program uploads them once
         return {**arrays, "before": self._find_before()}
 
     @cached_property
     def lowest(self) -> float:
-        """How low the near rectangle reaches at which volumes are clipped: z as of ``eye`` [m]."""
+        """Lowest z of the near rectangle that clips volumes, in the frame of ``eye`` [m]."""
         corners = find_near_rectangle(self.clipping, self.asked.eye - self.eye)
         return float(corners[:, 2].min())
 
     @cached_property
     def rays(self) -> dict[str, object]:
-        """The uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
+        """The uniforms of ``picture.glsl``: the rays of pixels."""
         found = _find_rays(self)
         for array in found.values():
             if isinstance(array, np.ndarray):
@@ -155,7 +155,7 @@ def make_projection(
     """
     Find the projection that shows a scene with the best depth.
 
-    Points at infinity get the farthest depth to the bit in perspective, so that no far plane
+    In perspective, points at infinity get exactly the farthest depth, so that no far plane
     cuts them.
 
     Parameters
@@ -164,9 +164,9 @@ def make_projection(
     origin : (3,) float64
         Of the scene.
     bounds : (n, 2, 3) float64
-        Boxes around all that is drawn, relative to the origin [m].
+        Bounds of all drawn surfaces, relative to the origin [m].
     ground : float, optional
-        z of a plane that is drawn too, relative to the origin [m].
+        z of a plane drawn, too, relative to the origin [m].
 
     Returns
     -------
@@ -201,7 +201,7 @@ def make_projection(
 def _find_depths(
     camera: Camera, origin: NDArray, bounds: NDArray, ground: float | None
 ) -> tuple[float, float]:
-    """Bound the depths of what may be seen: (nearest, furthest) [m] along the view axis."""
+    """Bound the depths of visible points: (nearest, furthest) [m] along the view axis."""
     forward = camera.axes()[2]
     eye = camera.eye - origin
     outside, _ = sort_boxes(find_view_planes(camera, origin), bounds)
@@ -227,7 +227,7 @@ def _find_depths(
 
 
 def find_rays(projection: Projection) -> dict[str, object]:
-    """Return the uniforms of ``picture.glsl``: how a pixel leads to what is seen there."""
+    """Return the uniforms of ``picture.glsl``: the rays of pixels."""
     return projection.rays
 
 
@@ -256,7 +256,7 @@ Rectangle = NDArray[np.int64]
 def find_clip_range(
     camera: Camera, origin: NDArray, source: NDArray, light: Light
 ) -> tuple[Rectangle | None, tuple[float, float] | None]:
-    """Find what a light can change of a picture; as ``find_clip_ranges``."""
+    """Find the clip range of a light; see ``find_clip_ranges``."""
     return find_clip_ranges(camera, origin, source[None], [light])[0]
 
 
@@ -264,7 +264,7 @@ def find_clip_ranges(
     camera: Camera, origin: NDArray, sources: NDArray, lights: Sequence[Light]
 ) -> list[tuple[Rectangle | None, tuple[float, float] | None]]:
     """
-    Find what lights, by their ranges and cones, can change of a picture.
+    Find the clip ranges of lights, by their ranges and cones.
 
     Parameters
     ----------
@@ -278,8 +278,8 @@ def find_clip_ranges(
     Returns
     -------
     ranges : list of (corners, depths)
-        A rectangle, None where all of the picture is reached; lowest and highest window depth
-        (float, float), None where there is no range, or no perspective.
+        Rectangle, None for the whole picture; lowest and highest window depth (float, float),
+        None without a range or in parallel views.
     """
     found: list[tuple[Rectangle | None, tuple[float, float] | None]] = [(None, None)] * len(lights)
     some = [
@@ -312,13 +312,13 @@ def find_clip_ranges(
 
 
 def _meet(one: NDArray[np.int64], two: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the rectangle that lies in both; all 0 where none does."""
+    """Return the intersection of two rectangles; all 0 if empty."""
     met = np.concatenate([np.maximum(one[:2], two[:2]), np.minimum(one[2:], two[2:])])
     return met * (met[2:] > met[:2]).all()
 
 
 def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, int, int]:
-    """Return a rectangle as OpenGL has it, its rows counted from below."""
+    """Return a rectangle as OpenGL's scissor, its rows counted from below."""
     left, top, right, bottom = corners.tolist()
     return left, camera.size[1] - bottom, right - left, bottom - top
 
@@ -326,7 +326,7 @@ def turn_scissor(corners: NDArray[np.int64], camera: Camera) -> tuple[int, int, 
 def find_scissors(
     camera: Camera, origin: NDArray, lights: Sequence[Light]
 ) -> list[tuple[int, int, int, int] | None]:
-    """Find the rectangles that lights' ranges reach, as OpenGL has them; None: all."""
+    """Find the scissors of lights' ranges, as OpenGL's; None: whole picture."""
     sources = np.array([light.local(origin) for light in lights]).reshape(-1, 4)
     ranges = find_clip_ranges(camera, origin, sources, lights)
     return [None if corners is None else turn_scissor(corners, camera) for corners, _ in ranges]
