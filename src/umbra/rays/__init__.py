@@ -1,8 +1,8 @@
 """
-What lies on rays: what the eye sees, and what is between a place and the light.
+Ray queries: the visible surface of a camera, and occluders between points and lights.
 
-``depth`` tells which face a pixel sees and how near; here this becomes the visible surface:
-places in the model's own coordinates, normals and parts.
+``depth`` finds the face and depth of each pixel; this module turns them into the visible surface:
+positions in the model's own coordinates, normals and parts.
 """
 
 import math
@@ -18,7 +18,7 @@ from umbra.scene.scene import Triangles
 
 __all__ = ["VisibleSurface", "count_cut", "locate"]
 
-_CLOSEST = 1e-6  # of the near plane's distance: what is nearer to the eye is not looked for
+_CLOSEST = 1e-6  # of the near plane's distance: nearer faces are ignored
 _GRAIN = 2.0**-42
 """Of the largest coordinate: how well the place of a visible point is known."""
 
@@ -33,7 +33,7 @@ class VisibleSurface:
     position : (rows, cols, 3) float64
         In the model's own coordinates [m]; NaN where nothing is seen.
     normal : (rows, cols, 3) float64
-        Unit normal of the side that is seen; NaN where nothing is.
+        Unit normal of the visible side; NaN where nothing is seen.
     part : (rows, cols) int32
         Index in ``Scene.parts``; ``NOTHING`` or ``GROUND``.
     """
@@ -44,10 +44,10 @@ class VisibleSurface:
 
     def lit(self, counts: NDArray[np.signedinteger], light: Light) -> NDArray[np.bool_]:
         """
-        Tell which visible points a light reaches: unshadowed, turned to it, within its reach.
+        Return the visible points that a light reaches: unshadowed, facing it, in its range.
 
-        Surfaces are what they are for every material: one that glows, is unlit or lets
-        light through can be in shadow and casts one.
+        Materials do not matter: surfaces that are emissive, unlit or transparent cast and receive
+        shadows.
 
         Parameters
         ----------
@@ -62,7 +62,7 @@ class VisibleSurface:
         seen = self.part != NOTHING
         position = self.position[seen]
         way = light.position[:3] - light.position[3] * position
-        # What a lamp lies in the plane of, it sees edge-on: positions tell no more than this.
+        # A lamp in the plane of a face sees it edge-on, within the rounding of positions.
         coarse = np.abs(position).max(-1) + np.abs(light.position[:3]).max()
         least = light.position[3] * _GRAIN * coarse
         facing = np.einsum("ij,ij->i", self.normal[seen], way) > least
@@ -77,15 +77,15 @@ def locate(
     view: DepthBuffer, camera: Camera, triangles: Triangles, ground: float | None = None
 ) -> VisibleSurface:
     """
-    Find where in the model the points lie that a camera sees.
+    Find the points of the model that a camera sees.
 
     Parameters
     ----------
     view : DepthBuffer
-        Of this camera.
+        View of this camera.
     camera : Camera
     triangles : Triangles
-        Whose faces the view names.
+        Triangles that the view's faces index.
     ground : float, optional
         z of the ground plane in the view [m].
 
@@ -119,7 +119,7 @@ def _place(
     height: float,
     is_perspective: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Place each visible point, and find the unit normal of the side that is seen."""
+    """Find the position of each visible point, and the unit normal of the visible side."""
     rows, cols = key.shape
     right, up, forward = axes
     pixel, ray = height / rows, forward.copy()
@@ -159,7 +159,7 @@ def _find_normal(
 
 
 def count_cut(scene: Scene, camera: Camera, threads: int = 1) -> int:
-    """Count the pixels where something that is not drawn lies between eye and near plane."""
+    """Count the pixels where a face lies between the eye and the near plane, so is not drawn."""
     soup = scene.triangles()
     forward = camera.axes()[2]
     ahead = soup.vertices @ forward - (camera.eye - scene.origin) @ forward

@@ -1,7 +1,7 @@
 """
-What a triangle with a texture covers, and what it leaves of a ray's light.
+Opacity of textured triangles, and the light that they let through along rays.
 
-Rows, materials and texels are those of `umbra.rays.transmission.Transmitters`, which says the rule.
+Rows, materials, texels and the rule are those of `umbra.rays.transmission.Transmitters`.
 """
 
 import numpy as np
@@ -12,18 +12,18 @@ from umbra.scene.material import find_linear
 __all__ = ["BLEND", "HIGH", "LEVELS", "MASK", "find_cover", "find_opacities", "trace_light"]
 
 MASK, BLEND = 1.0, 2.0
-HIGH = 4096  # of a texel's number: float32 holds both parts exactly
+HIGH = 4096  # splits a texel's index so that float32 holds both parts exactly
 LEVELS = 256
 
 _TINY = 1e-200
 _ASIDE = (0.61, 0.57, 0.33)
-_BLOCK = 256  # points that a thread takes at a time
+_BLOCK = 256  # points per block of a thread
 _LINEAR = find_linear(np.arange(LEVELS) / (LEVELS - 1))
 
 
 @njit(cache=True, nogil=True)
 def _find_texels(at, count, how):
-    """Find the texels on both sides of a place, and how far it is to the second."""
+    """Find the texels on both sides of a coordinate, and the weight of the second."""
     place = at * count - 0.5
     first = np.floor(place)
     share = place - first
@@ -45,9 +45,9 @@ def _find_texels(at, count, how):
 @njit(cache=True, nogil=True)
 def find_cover(f, w0, w1, w2, rows, materials, texels, color):
     """
-    Find how opaque a triangle is at weights of its corners, 0 in a hole; write its colour.
+    Find a triangle's opacity at barycentric weights, 0 in a hole; write its colour.
 
-    The opacity is 1 exactly where nothing is let through.
+    The opacity is exactly 1 where no light passes.
     """
     row = rows[f]
     look = materials[np.int64(row[7])]
@@ -63,7 +63,7 @@ def find_cover(f, w0, w1, w2, rows, materials, texels, color):
         start = np.int64(look[6]) * HIGH + np.int64(look[7])
         a, b = texels[start + above * cols + left], texels[start + above * cols + right]
         c, d = texels[start + below * cols + left], texels[start + below * cols + right]
-        # Between equal levels this gives that level, to the bit.
+        # Between equal levels this returns the level itself, bit for bit.
         upper = np.float64(a[3]) + along * (np.float64(b[3]) - np.float64(a[3]))
         lower = np.float64(c[3]) + along * (np.float64(d[3]) - np.float64(c[3]))
         level = upper + down * (lower - upper)
@@ -80,7 +80,7 @@ def find_cover(f, w0, w1, w2, rows, materials, texels, color):
 
 @njit(cache=True, nogil=True)
 def _invert(x):
-    """Return 1 / x, or a finite number as large for 0, which no box's corner makes NaN."""
+    """Return 1 / x, or a large finite number for 0, so that no box's corner makes NaN."""
     if abs(x) < _TINY:
         return 1.0 / _TINY if x >= 0.0 else -1.0 / _TINY
     return 1.0 / x
@@ -88,7 +88,7 @@ def _invert(x):
 
 @njit(cache=True, nogil=True)
 def _cross(f, p, light, way, touch, rows, weights):
-    """Tell whether a ray from p, ``way`` to the light, crosses a triangle; write where."""
+    """Return whether the ray from p along ``way`` to the light crosses a triangle; write where."""
     row = rows[f]
     ux, uy, uz = row[4] - row[0], row[5] - row[1], row[6] - row[2]
     vx, vy, vz = row[8] - row[0], row[9] - row[1], row[10] - row[2]
@@ -119,7 +119,7 @@ def _cross(f, p, light, way, touch, rows, weights):
             + way[1] * (az * bx - ax * bz)
             + way[2] * (ax * by - ay * bx)
         )
-        if side == 0.0:  # through the edge: as if the ray were a hair aside
+        if side == 0.0:  # through the edge: treat the ray as slightly offset
             side = _TINY * (
                 _ASIDE[0] * (way[1] * (bz - az) - way[2] * (by - ay))
                 + _ASIDE[1] * (way[2] * (bx - ax) - way[0] * (bz - az))
@@ -138,7 +138,7 @@ def _cross(f, p, light, way, touch, rows, weights):
 
 @njit(cache=True, nogil=True, parallel=True)
 def trace_light(points, light, touch, nodes, rows, materials, texels, left, hidden):
-    """Walk the hierarchy for each point; multiply what every triangle on the way leaves."""
+    """Traverse the hierarchy for each point; multiply the transmittance of the triangles hit."""
     n = points.shape[0]
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         way, inverse, color, weights = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -173,7 +173,7 @@ def trace_light(points, light, touch, nodes, rows, materials, texels, left, hidd
 
 @njit(cache=True, nogil=True)
 def find_opacities(which, places, rows, materials, texels):
-    """Find how opaque triangles are at places on them; masks as if nowhere cut."""
+    """Find the opacity of triangles at points on them; masks as if without holes."""
     found = np.empty(which.size)
     color = np.empty(3)
     for i in range(which.size):

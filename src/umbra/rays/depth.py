@@ -1,11 +1,10 @@
 """
-What each pixel sees: a depth buffer of our own, in float64.
+Software depth buffer in float64: the visible face of each pixel.
 
-Triangles are rasterised in homogeneous coordinates, so nothing is clipped: a pixel
-(x, y) is inside where the three edge functions of (x, y, 1) are not negative, also
-when corners lie behind the eye. An edge's line is computed alike from both of its
-faces (a cross product changes only its sign), and bounds are rounded up on both
-sides: every pixel centre belongs to exactly one of two faces that share an edge.
+Triangles are rasterised in homogeneous coordinates, without clipping: a pixel (x, y) is inside
+where the three edge functions of (x, y, 1) are not negative, also when corners lie behind the eye.
+Both faces of an edge compute the same line (a cross product changes only its sign), and bounds are
+rounded up on both sides: every pixel centre belongs to exactly one of two faces that share an edge.
 """
 
 from dataclasses import dataclass
@@ -34,7 +33,7 @@ NOTHING = -1
 GROUND = -2
 STRIPE = 16
 """Rows that one thread takes at a time."""
-_EDGE_ON = 1e-300  # determinant of a plane that holds the eye
+_EDGE_ON = 1e-300  # determinant of a plane through the eye
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +63,7 @@ def rasterise_depth(
     threads: int = 1,
 ) -> DepthBuffer:
     """
-    Find the nearest face at each pixel centre; the first of equally near ones.
+    Find the nearest face at each pixel centre; of equally near faces, the first.
 
     Parameters
     ----------
@@ -75,7 +74,7 @@ def rasterise_depth(
     size : (int, int)
         Columns and rows.
     key_range : (float, float)
-        Keys of the far and near limits; what lies outside is not seen.
+        Keys of the far and near limits; faces outside are invisible.
     threads : int
 
     Returns
@@ -101,25 +100,25 @@ def add_transmitting(
     threads: int = 1,
 ) -> DepthBuffer:
     """
-    Put the nearest transmitting triangle that is there, not a hole, in front of a view.
+    Draw the nearest transmitting triangles, except in their holes, into a view.
 
     Parameters
     ----------
     view : DepthBuffer
-        Without them.
+        View of the opaque faces.
     transmitters : Transmitters
     matrix : (4, 4) float64
         As in ``rasterise_depth``.
     near : float
         Key of the near limit.
     before : DepthBuffer, optional
-        What is nearer than all that is looked for; behind what it does not see is nothing.
+        Layer in front: only triangles behind it are drawn, and none where it is empty.
     threads : int
 
     Returns
     -------
     view : DepthBuffer
-        A new one; its faces are numbered as in ``Scene.triangles``.
+        A new buffer; faces are numbered as in ``Scene.triangles``.
     """
     corners, faces = transmitters.corners
     key, face, t = view.key, view.face, transmitters
@@ -141,16 +140,16 @@ def add_ground(
     height: float,
     key_range: tuple[float, float] = (-np.inf, np.inf),
 ) -> None:
-    """Let the plane z = height, in the frame of ``matrix``, hide what lies behind it, in place."""
-    # The plane's key is affine in the picture: fix it at two of the plane's points
-    # at infinity and one at hand.
+    """Draw the plane z = height, in the frame of ``matrix``, into the view, in place."""
+    # The plane's key is affine in the picture: find it from two points of the plane at infinity and
+    # one finite point.
     points = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, height, 1]], np.float64) @ matrix.T
     if abs(np.linalg.det(points[:, :3])) < _EDGE_ON:
         return  # the eye lies in the plane
     slope = np.linalg.solve(points[:, :3], points[:, 3])
     rows, cols = view.key.shape
     key = slope[0] * np.arange(cols) + (slope[1] * np.arange(rows) + slope[2])[:, None]
-    # A model's own floor in the plane stays in sight: rounding would speckle it.
+    # A model's own floor in this plane stays visible: rounding would speckle it.
     nearer = (key - 1e-9 * np.abs(key) > view.key) & (key <= key_range[1])
     view.key[nearer] = key[nearer]
     view.face[nearer] = GROUND
@@ -180,8 +179,7 @@ def bound(a, b, c, sign, left, right, rows):
         rows[1] = rows[0]
 
 
-# Corners and edges are handed over as rows of one array: slices of it would cost more than
-# the arithmetic.
+# Corners and edges are passed as rows of one array: slices would cost more than the arithmetic.
 
 
 @njit(cache=True, nogil=True)
@@ -194,7 +192,7 @@ def _cross(p, i, j, line, k):
 
 @njit(cache=True, nogil=True)
 def _key_plane(p, det, out):
-    """Find the functional of (X, Y, W) that gives K on a triangle's plane."""
+    """Find K on a triangle's plane as a linear functional of (X, Y, W)."""
     du = p[1, 3] - p[0, 3]
     dv = p[2, 3] - p[0, 3]
     for k in range(3):
@@ -213,15 +211,15 @@ def _key_plane(p, det, out):
 @njit(cache=True, nogil=True)
 def _place_edge(p, i, j, line, k, sign, edge, span):
     """
-    Place a triangle's edge from corner i to j for its rows.
+    Set up a triangle's edge from corner i to j for scan conversion.
 
-    Writes its first corner, slope dx/dy, second corner and whether it bounds the left (1) or
-    the right (-1) of the face into row k of ``edge``; a level edge (0) narrows ``span`` instead.
+    Writes its first corner, slope dx/dy, second corner and whether it bounds the left (1) or the
+    right (-1) of the face into row k of ``edge``; a horizontal edge (0) narrows ``span`` instead.
     """
     a = line[k, 0]
     b = line[k, 1]
     c = line[k, 2]
-    sure = p[i, 2] > 0.0 and p[j, 2] > 0.0  # else a corner is not in the picture
+    sure = p[i, 2] > 0.0 and p[j, 2] > 0.0  # else a corner is behind the eye
     if a == 0.0:
         edge[k, 0] = edge[k, 1] = edge[k, 2] = edge[k, 3] = edge[k, 5] = 0.0
         edge[k, 4] = np.nan
@@ -249,7 +247,7 @@ def _place_edge(p, i, j, line, k, sign, edge, span):
 
 @njit(cache=True, nogil=True)
 def _is_there(skin, f, line, r, c, key, color):
-    """Tell whether a pixel sees a face, whose edges' lines in the picture are given."""
+    """Return whether a pixel sees a face, given by its edges' lines: behind ``before``, no hole."""
     before, rows, materials, texels = skin
     if key >= before[r, c]:
         return False
@@ -265,7 +263,7 @@ def _is_there(skin, f, line, r, c, key, color):
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _rasterise(points, faces, key, face, near, threads, skin):
-    """Draw faces; those with a skin (see ``add_transmitting``) only where it is no hole."""
+    """Draw faces; faces with a skin (see ``add_transmitting``) except in its holes."""
     n_rows, n_cols = key.shape
     for t in prange(threads):
         color = np.empty(3)
@@ -308,13 +306,13 @@ def _rasterise(points, faces, key, face, near, threads, skin):
             if det == 0.0:
                 continue
             sign = 1.0 if det > 0.0 else -1.0
-            # Lines that nearly coincide may cross anywhere: never go far beyond the corners.
-            # A column of room, since rounding may put a line just past its own corner, and
-            # the face across it begins only there.
+            # Lines that nearly coincide may cross anywhere: stay near the corners. One column of
+            # margin, since rounding may put a line just past its own corner, where the neighbouring
+            # face begins.
             least = min(max(np.floor(least) - 1.0, 0.0), np.float64(n_cols))
             most = min(max(np.ceil(most) + 1.0, 0.0), np.float64(n_cols))
             for k in range(3):
-                # The corner with the lower number comes first: both faces see one edge alike.
+                # The corner with the lower index comes first: both faces compute the same edge.
                 i = (k + 1) % 3
                 j = (k + 2) % 3
                 if faces[f, i] > faces[f, j]:
@@ -328,7 +326,7 @@ def _rasterise(points, faces, key, face, near, threads, skin):
                 x0 = least
                 x1 = most
                 for k in range(3):
-                    # Through a corner an edge goes exactly: all that meet there agree.
+                    # Edges pass exactly through their corners: all edges of a corner agree.
                     x = edge[k, 0] + (y - edge[k, 1]) * edge[k, 2]
                     if y == edge[k, 4]:
                         x = edge[k, 3]

@@ -1,12 +1,11 @@
 """
-The eye's own shadow count: which faces lie between the eye and the light.
+Shadow count of the eye: the faces between the eye and the light.
 
-z-pass starts at the eye, so it must know how deep in shadow the eye stands. That
-anchor is counted once per view, with the same lit flags as everything else.
+z-pass starts at the eye, so it needs the eye's shadow count. This anchor is counted once per view,
+with the same lit flags as the volumes.
 
-An eye that stands exactly in the side of a volume is both in and out: rays to the
-left and to the right of that side have different counts. The anchor says so, for
-the eye to step aside by less than matters.
+An eye exactly in a side of a volume has no single count: rays to the left and right of that side
+differ. The anchor reports this, so that the eye can be moved by a negligible distance.
 """
 
 from dataclasses import dataclass
@@ -37,7 +36,7 @@ BLOCK = 64
 @dataclass(frozen=True, eq=False)
 class FaceBlocks:
     """
-    Bounding boxes of runs of 64 faces, which lie near each other in a caster.
+    Bounding boxes of runs of 64 consecutive faces, which a caster sorts by position.
 
     Parameters
     ----------
@@ -62,15 +61,15 @@ class FaceBlocks:
 @dataclass(frozen=True, eq=False)
 class Anchor:
     """
-    Faces pierced on the way from the eye to the light.
+    Faces crossed between the eye and the light.
 
     Parameters
     ----------
     lit, unlit : (n_components,) int64
-        Pierced faces of each component that face the light, or do not.
+        Crossed faces of each component that are lit or unlit.
     is_clean : bool
-        Whether the way passes no edge within rounding, nor starts in a face: the eye is
-        in no volume's side.
+        Whether the ray neither passes an edge within rounding nor starts in a face: the eye is in
+        no volume's side.
     """
 
     lit: NDArray[np.int64]
@@ -84,10 +83,10 @@ class Anchor:
     @property
     def enclosed(self) -> NDArray[np.bool_]:
         """
-        Components around the light but not the eye, more often than the reverse.
+        Components that enclose the light more often than the eye.
 
-        Lit minus unlit is the winding number at the eye less that at the light;
-        where it is negative, the closed rule could miss a shadow.
+        Lit minus unlit faces is the winding number at the eye minus that at the light; where it is
+        negative, the closed rule could miss a shadow.
         """
         return self.lit < self.unlit
 
@@ -123,7 +122,7 @@ def find_anchor(
 
 @njit(cache=True, nogil=True)
 def _side(a, b, start, way):
-    """Tell on which side of the directed line the edge a to b passes (Pluecker)."""
+    """Return the side of the directed line on which the edge a to b passes (Pluecker)."""
     ax, ay, az = a[0] - start[0], a[1] - start[1], a[2] - start[2]
     bx, by, bz = b[0] - start[0], b[1] - start[1], b[2] - start[2]
     return (
@@ -133,7 +132,7 @@ def _side(a, b, start, way):
 
 @njit(cache=True, nogil=True)
 def _misses(box, start, way, finite):
-    """Whether the way certainly misses a box; rounding only ever keeps boxes."""
+    """Return whether the ray surely misses a box; in doubt it does not."""
     near = 0.0
     far = 1.0 if finite else np.inf
     for k in range(3):
@@ -153,7 +152,7 @@ def _misses(box, start, way, finite):
 
 @njit(cache=True, nogil=True)
 def _lies_on(point, a, b, c, normal):
-    """Whether a point of a triangle's plane lies in the triangle, rim included."""
+    """Return whether a point of a triangle's plane lies in the triangle, edges included."""
     for k in range(3):
         margin = 1e-9 * (abs(a[k]) + abs(b[k]) + abs(c[k]))
         low = min(a[k], min(b[k], c[k])) - margin
@@ -176,7 +175,7 @@ def _lies_on(point, a, b, c, normal):
 
 @njit(cache=True, nogil=True)
 def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, light, lit, unlit):
-    """Count pierced faces; False if the way passes an edge or starts in a face, about."""
+    """Count crossed faces; False if the ray passes an edge or starts in a face, within rounding."""
     clean = True
     end = light[:3] if eye[3] else eye[:3]
     for block in range(boxes.shape[0]):
@@ -202,9 +201,9 @@ def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, 
             for k in range(3):
                 i = faces[f, k]
                 j = faces[f, (k + 1) % 3]
-                # Both faces of an edge must agree on a tie: ask in one direction only.
+                # Both faces of an edge must agree on a tie: test it in one direction only.
                 low, high = vertices[min(i, j)], vertices[max(i, j)]
-                # Seen from the end that is nearer, which may be as good as on the edge.
+                # Relative to the nearer end, which may lie almost on the edge.
                 size = _size_of_side(low, high, start, way)
                 side = _side(low, high, start, way)
                 if finite:
@@ -231,7 +230,7 @@ def _pierce(vertices, faces, planes, component, boxes, start, way, finite, eye, 
 
 @njit(cache=True, nogil=True)
 def _size_of_side(a, b, start, way):
-    """Return what rounding in ``_side`` is relative to."""
+    """Return the magnitude to which rounding in ``_side`` is relative."""
     apart_a = 0.0
     apart_b = 0.0
     length = 0.0
@@ -243,16 +242,16 @@ def _size_of_side(a, b, start, way):
 
 
 UP = np.array([0.0, 0.0, 1.0])
-_SKY = np.array([0.36, 0.48, 0.8, 0.0])  # a way out of everything
-_ALIKE = 1e-9  # places relative to their coordinates, directions as sines
+_SKY = np.array([0.36, 0.48, 0.8, 0.0])  # a direction to infinity
+_ALIKE = 1e-9  # tolerance: positions relative to their coordinates, directions as sines
 
 
 @dataclass(frozen=True, eq=False)
 class EyeCount:
     """
-    A view in which no ray starts in a volume's side.
+    Shadow count at the start of a view's rays, none of which starts in a volume's side.
 
-    ``start`` and ``end`` tell of where rays start and, in an orthographic view, where they end;
+    ``start`` and ``end`` are the counts where rays start and, in an orthographic view, end;
     ``along`` is 1 if rays start in the light, -1 if they run straight to it, else 0.
     """
 
@@ -270,9 +269,9 @@ def find_eye_count(
     light: NDArray[np.float64],
 ) -> EyeCount:
     """
-    Find how deep in shadow a camera stands, under a light (4,) in the caster's frame.
+    Find the shadow count of a camera, for a light (4,) in the caster's frame.
 
-    An eye in the side of a volume steps aside (or parallel rays tilt) until it is in none.
+    An eye in the side of a volume is moved (or parallel rays tilted) until it is in none.
     """
     apex = camera.apex(origin)
     right, up, _ = camera.axes()
@@ -296,10 +295,10 @@ def find_eye_count(
 def find_faces_before(
     caster: Caster, blocks: FaceBlocks, camera: Camera, origin: NDArray[np.float64]
 ) -> NDArray[np.intp]:
-    """Find the casting faces that reach in front of the near plane, where nothing is drawn."""
+    """Find the casting faces in front of the near plane, at least in part: not drawn there."""
     forward = camera.axes()[2]
     at = (camera.eye - origin) @ forward
-    corner = np.where(forward > 0, [0, 1, 2], [3, 4, 5])  # of a box, the nearest
+    corner = np.where(forward > 0, [0, 1, 2], [3, 4, 5])  # the box's nearest corner
     nearest = blocks.bounds[:, corner] @ forward - at
     some = np.flatnonzero(nearest < camera.near)
     faces = (some[:, None] * BLOCK + np.arange(BLOCK)).ravel()
@@ -311,7 +310,7 @@ def find_faces_before(
 def find_around(
     caster: Caster, blocks: FaceBlocks, light: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Find the components that a light, (4,) in the caster's frame, is inside of."""
+    """Find the components that enclose a light, (4,) in the caster's frame."""
     anchor = find_anchor(caster, blocks, _SKY, light)
     return np.asarray(anchor.lit != anchor.unlit)
 
@@ -320,10 +319,10 @@ def find_cut_open(
     caster: Caster, blocks: FaceBlocks, near_faces: NDArray[np.intp], light: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
     """
-    Find components, (n_components,) bool, that the near plane opens and whose inside might mislead.
+    Find components, (n_components,) bool, cut by the near plane, where the closed rule may fail.
 
-    Past a wall that is not drawn the winding number is not the eye's. Lit faces
-    alone still tell, unless the light is inside or the component is wound inward.
+    Behind a clipped wall the winding number differs from the eye's. Lit faces alone still decide,
+    unless the light is inside or the component is wound inward.
     """
     opened = np.zeros(len(caster.is_closed), np.bool_)
     if not len(near_faces):

@@ -19,7 +19,7 @@ Of the largest coordinate: within so much of a plane a point lies on it. A sampl
 off its plane by some 2^-50 of it.
 """
 _BINS = 16
-_BALANCED = 48  # below this depth nodes are halved, so that no search keeps more waiting
+_BALANCED = 48  # below this depth nodes are halved, to bound the stack of a search
 
 
 class FaceTree(NamedTuple):
@@ -29,17 +29,17 @@ class FaceTree(NamedTuple):
     Parameters
     ----------
     boxes : (n_nodes, 6, LANES) float32
-        Of a node's children: lowest x, y, z and highest x, y, z, a little enlarged; a place
-        without a child is never met.
+        Bounds of a node's children: lowest x, y, z and highest x, y, z, slightly enlarged; no ray
+        meets the box of an empty slot.
     links : (n_nodes, LANES) int32
         The children: a node, or a face's complement (``~face``, below 0).
     corners : (n_faces, 9) float64
-        In the tree's order.
+        Corners of the faces, in the tree's order.
     ids : (n_faces, 3) int32
         Welded vertices.
     normals : (n_faces, 4) float64
-        Unit normals, and how near a face's plane a point lies on it, for all that float64
-        tells at these coordinates [m].
+        Unit normals, and the distance within which a point lies on the face's plane, by rounding of
+        float64 at these coordinates [m].
     """
 
     boxes: NDArray[np.float32]
@@ -51,10 +51,10 @@ class FaceTree(NamedTuple):
 
 def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     """
-    Build the tree of a caster's faces; those without area are left out, nothing hides behind them.
+    Build the tree of a caster's faces; faces without area hide nothing and are left out.
 
-    ``farthest`` is the largest coordinate of the model's own frame [m], in which points are
-    given: they are as coarse as that.
+    ``farthest`` is the largest coordinate of the model's own frame [m], which limits the precision
+    of points given in it.
     """
     planes = caster.planes[:3, :-1].T
     length = np.linalg.norm(planes, axis=1)
@@ -65,7 +65,7 @@ def make_face_tree(caster: Caster, farthest: float = 0.0) -> FaceTree:
     order, halves, children = halve_boxes(low, high)
     most = np.abs(corners).max(initial=0.0)
     touch = TOUCH * max(most, farthest)
-    # A ray that is tried again is lifted over faces on which its point lies: see ``hidden``.
+    # A repeated ray starts above the faces on which its point lies: see ``hidden``.
     margin = 1e-9 * (1.0 + most) + max(2.0**-19, 2.0**10 * touch)
     boxes, links = _join(halves, children, margin)
     return FaceTree(
@@ -81,10 +81,10 @@ def halve_boxes(
     low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.int32]]:
     """
-    Split boxes, given by their corners (n, 3), in two, and each half again, down to one.
+    Split boxes, given by their corners (n, 3), recursively in two, down to single boxes.
 
-    Returns their order; the boxes of nodes (2 n, 6); and of each node the first of its two
-    children, or the complement of a place in that order.
+    Returns their order; the boxes of nodes (2 n, 6); and for each node the first of its two
+    children, or the complement of an index in that order.
     """
     order = np.arange(len(low))
     halves = np.zeros((max(2 * len(low), 1), 6))
@@ -115,9 +115,9 @@ def _clear(box):
 @njit(cache=True, nogil=True)
 def _halve(low, high, middle, order, boxes, children):
     """
-    Split faces in two by the surface area heuristic over bins, down to one; reorder ``order``.
+    Split faces recursively by the binned surface area heuristic; reorder ``order``.
 
-    Fills in each node's box and the first of its two children, or the complement of its face.
+    Writes each node's box and the first of its two children, or the complement of its face.
     """
     n = order.size
     if n == 0:
@@ -179,7 +179,7 @@ def _halve(low, high, middle, order, boxes, children):
                     order[i], order[cut] = order[cut], order[i]
                     cut += 1
         if cut in (first, end):
-            cut = (first + end) // 2  # all in one place
+            cut = (first + end) // 2  # all middles coincide
         children[node] = nodes
         for child in range(2):
             work[waiting + child, 0] = nodes + child
@@ -192,7 +192,7 @@ def _halve(low, high, middle, order, boxes, children):
 
 @njit(cache=True, nogil=True)
 def _join(halves, children, margin):
-    """Give each node up to LANES children: its children's children, the largest boxes first."""
+    """Collapse levels so that each node has up to LANES children, largest boxes first."""
     some = np.zeros(LANES, np.int64)
     source = np.zeros(1 + halves.shape[0] // 2, np.int64)
     boxes = np.zeros((0, 6, LANES), np.float32)

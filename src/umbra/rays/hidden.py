@@ -1,14 +1,13 @@
 """
-What lies between single points and the sun, for receivers that no raster can serve.
+Occlusion between single points and the sun, for receivers without a raster.
 
-Each ray is tried in float64, face by face, through a hierarchy of boxes. A point is meant as
-the limit from the side that its surface shows: a face on which it lies is between it
-and the sun only if the sun is on the other side. Every edge tells the same to both its
-faces, so that they never both miss a ray. Where rounding could tell either way (the point on
-a fold or a plane, the ray through an edge or a corner), the whole ray is tried again from a
-hair above and beside the point, to the east and north as cells of a plan are: faces of parts
-that touch then tell one story. With the sun as light any face between hides it, so the answer
-is whether the shadow count is not 0.
+Each ray is tested in float64 against faces, through a bounding volume hierarchy. A point is the
+limit from the visible side of its surface: a face through it hides the sun only if the sun is on
+the face's other side. Both faces of an edge evaluate it alike, so that they never both miss a ray.
+Where rounding decides (the point on a fold or a plane, the ray through an edge or a corner), the
+whole ray is repeated from slightly above and beside the point, to the east and north as for cells
+of a plan, so that faces of touching parts agree. Any face between hides the sun, so the result is
+whether the shadow count is not 0.
 """
 
 import numpy as np
@@ -27,12 +26,12 @@ _ABOVE = 2.0**-28
 """... and how far above its surface: less, so that a ray which grazes an edge passes beside it."""
 _LIFT = 16.0 * _ASIDE
 """Above a face on which its point lies it starts higher: there the surface's side decides."""
-_STEEP = 0.125  # cosine; faces that are steeper to a surface are not left by going above it
-_ROUNDING = 2.0**-48  # of a product of two lengths
-_TINY = 1e-30  # of a direction: its inverse is still a float32
-_COARSE = 2.0**-22  # of a coordinate: more than float32 loses of it
+_STEEP = 0.125  # cosine: a step above the surface does not clear steeper faces
+_ROUNDING = 2.0**-48  # relative to a product of two lengths
+_TINY = 1e-30  # least direction component: its inverse fits in float32
+_COARSE = 2.0**-22  # relative to a coordinate: above float32's rounding
 _NO, _YES, _UNSURE = 0, 1, 2
-_BLOCK = 64  # points that a thread takes at a time
+_BLOCK = 64  # points per block of a thread
 
 
 def find_hidden(
@@ -45,7 +44,7 @@ def find_hidden(
     attached: bool = True,
 ) -> NDArray[np.uint8]:
     """
-    Tell for each sun which points are in shadow, cast or attached.
+    Return the points in cast or attached shadow for each sun.
 
     Parameters
     ----------
@@ -53,12 +52,12 @@ def find_hidden(
     points : (n, 3) float64
         In the caster's frame [m].
     normals : (n, 3) float64
-        Of the side that the surface shows there; NaN for a point on no surface.
+        Normals of the visible side of the surface; NaN for points on no surface.
     suns : (n_suns, 3) float64
         Unit directions toward the sun.
     threads : int
     attached : bool
-        Whether a point that is turned from the sun is in shadow; if not, it is in none.
+        Whether a point that faces away from the sun is in shadow; if not, it is lit.
 
     Returns
     -------
@@ -79,19 +78,19 @@ def find_hidden_from(
     threads: int = 1,
 ) -> NDArray[np.uint8]:
     """
-    Tell for each light, a lamp or a direction, which points are in shadow, cast or attached.
+    Return the points in cast or attached shadow for each light, lamp or direction.
 
     Parameters
     ----------
     tree, points, normals, threads
         As in ``find_hidden``.
     lights : (m, 4) float64
-        Homogeneous, in the caster's frame: a unit direction with w = 0, a place with w = 1 [m].
+        Homogeneous, in the caster's frame: a unit direction with w = 0, a position with w = 1 [m].
 
     Returns
     -------
     masks : (m, n) uint8
-        0 or 1; a point in a lamp is in its light.
+        0 or 1; a point at a lamp's position is lit.
     """
     masks = np.zeros((len(lights), len(points)), np.uint8)
     use_threads(threads)
@@ -111,9 +110,9 @@ def is_hidden(p, n, d, tree, stack, last, light=None):
     Find a face between a point and the light; -1 where there is none.
 
     ``p`` is the point, ``n`` its surface's normal toward the viewer, ``d`` the direction toward the
-    light (tuples of three), ``tree`` a ``FaceTree``, ``stack`` room for DEEPEST int32, ``last`` a
-    face to try first (negative for none); ``light``, if any, a lamp's place, beyond which nothing
-    hides.
+    light (tuples of three), ``tree`` a ``FaceTree``, ``stack`` scratch for DEEPEST int32, ``last``
+    a face to try first (negative for none); ``light``, if any, a lamp's position, beyond which
+    faces are ignored.
     """
     if last >= 0 and _hides(last, p, n, d, tree, light) == _YES:
         return last
@@ -127,7 +126,7 @@ def is_hidden(p, n, d, tree, stack, last, light=None):
 
 @njit(cache=True, nogil=True)
 def _step_aside(p, n, scale):
-    """Find the place a hair above a surface and beside the point, to the east and north."""
+    """Find the position slightly above a surface and beside the point, to the east and north."""
     x, y, z = n
     if not x * x + y * y + z * z > 0.0:  # NaN: the point has no surface
         x, y, z = 0.0, 0.0, 0.0
@@ -142,9 +141,9 @@ def _step_aside(p, n, scale):
 @njit(cache=True, nogil=True)
 def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
     """
-    Find a face that hides the sun; tell whether the answer is sure.
+    Find a face that hides the sun; return whether the answer is certain.
 
-    ``p`` is where the ray starts: the point, or ``scale`` hairs beside ``point``.
+    ``p`` is the start of the ray: the point, or a step of ``scale`` beside ``point``.
     """
     inverse = (_invert(d[0]), _invert(d[1]), _invert(d[2]))
     sides = (
@@ -152,7 +151,7 @@ def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
         1 if inverse[1] > 0.0 else 4,
         2 if inverse[2] > 0.0 else 5,
     )
-    # Boxes are asked in float32: the ray starts a little early, and ends a little late.
+    # Boxes are tested in float32: the ray is slightly extended at both ends.
     x = np.copysign(_COARSE * p[0], d[0])
     y = np.copysign(_COARSE * p[1], d[1])
     z = np.copysign(_COARSE * p[2], d[2])
@@ -185,13 +184,13 @@ def _search(p, n, d, tree, stack, light, point=None, scale=0.0):
 
 @njit(cache=True, nogil=True, inline="always")
 def _invert(x):
-    """Return 1 / x in float32, or a finite number as large for 0, which no box makes NaN."""
+    """Return 1 / x in float32, or a large finite number for 0, so that no box makes NaN."""
     return np.float32(1.0 / x if abs(x) > _TINY else np.copysign(1.0 / _TINY, x))
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _hides(f, p, n, d, tree, light):
-    """Tell whether a face lies between a point and the sun, or that rounding would decide."""
+    """Return whether a face lies between a point and the sun, or whether rounding decides."""
     m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
     at_light = _dot(m, d) if light is None else _height(light, c, m)
     height = _height(p, c, m)
@@ -199,16 +198,16 @@ def _hides(f, p, n, d, tree, light):
     if is_on:
         above = _dot(m, n)
         if above * at_light > 0.0 and abs(above) > _STEEP:
-            return _NO  # the surface itself, or one that goes on from it
+            return _NO  # the surface itself, or a coplanar continuation
     elif not height * at_light < 0.0:
         return _NO
     a, b, e = _see(p, f, tree)
-    # These come out the same, but for the sign, whichever way an edge is followed.
+    # These are equal up to sign for both directions of an edge.
     ab, bc, ca = _side(a, b, d), _side(b, e, d), _side(e, a, d)
     least, most = min(ab, bc, ca), max(ab, bc, ca)
     one, two, three = _measure(a), _measure(b), _measure(e)
     length = one + two + three
-    error = touch * length + _ROUNDING * length * length  # of any edge, at most
+    error = touch * length + _ROUNDING * length * length  # bound for any edge
     if least < -error and most > error:
         return _NO
     if not is_on and (least > error or most < -error):
@@ -220,7 +219,7 @@ def _hides(f, p, n, d, tree, light):
         min(ab + ab_error, bc + bc_error, ca + ca_error) < 0.0
         and max(ab - ab_error, bc - bc_error, ca - ca_error) > 0.0
     ):
-        return _NO  # outside of one edge, whatever the others say
+        return _NO  # outside one edge, whatever the others
     if is_on or abs(ab) <= ab_error or abs(bc) <= bc_error or abs(ca) <= ca_error:
         return _UNSURE
     return _YES
@@ -228,7 +227,7 @@ def _hides(f, p, n, d, tree, light):
 
 @njit(cache=True, nogil=True)
 def _hides_beside(f, q, n, d, tree, light, p, scale):
-    """Tell the same of a ray that starts at ``q``, ``scale`` hairs beside its point ``p``."""
+    """As ``_hides``, for a ray from ``q``, a step of ``scale`` beside its point ``p``."""
     m, touch, c = get(tree.normals, f), tree.normals[f, 3], get(tree.corners, f)
     at_light = _dot(m, d) if light is None else _height(light, c, m)
     if abs(_height(p, c, m)) <= touch and n[0] == n[0]:  # not NaN: the point has a surface
@@ -238,20 +237,20 @@ def _hides_beside(f, q, n, d, tree, light, p, scale):
         return _NO
     a, b, e = _see(q, f, tree)
     i, j, k = get(tree.ids, f)
-    # Every edge is asked from its lower vertex, so that 0 is on one side of it for both its faces.
+    # Every edge is tested from its lower vertex, so that 0 is on the same side for both faces.
     ab, bc, ca = _is_left(a, b, d, i < j), _is_left(b, e, d, j < k), _is_left(e, a, d, k < i)
     return _YES if ab == bc == ca else _NO
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _is_left(u, v, d, forward):
-    """Tell on which side of the edge u to v a ray passes, asked from v to u if not forward."""
+    """Return the side of the edge u to v on which a ray passes, tested from v if not forward."""
     return ((_side(u, v, d) if forward else _side(v, u, d)) >= 0.0) == forward
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _see(p, f, tree):
-    """Return where a face's corners lie from a place."""
+    """Return a face's corners relative to a point."""
     c = tree.corners
     return (
         (c[f, 0] - p[0], c[f, 1] - p[1], c[f, 2] - p[2]),
@@ -267,13 +266,13 @@ def _dot(a, b):
 
 @njit(cache=True, nogil=True, inline="always")
 def _height(p, c, m):
-    """Return how high a place lies above a face's plane [m]."""
+    """Return the height of a point above a face's plane [m]."""
     return m[0] * (p[0] - c[0]) + m[1] * (p[1] - c[1]) + m[2] * (p[2] - c[2])
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _side(u, v, d):
-    """Tell on which side of the edge u to v a ray passes."""
+    """Return the side of the edge u to v on which a ray passes."""
     return (
         d[0] * (u[1] * v[2] - u[2] * v[1])
         + d[1] * (u[2] * v[0] - u[0] * v[2])
@@ -293,7 +292,7 @@ def _find(points, normals, suns, tree, attached, masks):
         stack = np.zeros(DEEPEST, np.int32)
         for i in range(block * _BLOCK, min(count, (block + 1) * _BLOCK)):
             p, n = get(points, i), get(normals, i)
-            last = -1  # what hid the sun before mostly still does
+            last = -1  # the last face that hid the sun usually still does
             for s in range(suns.shape[0]):
                 d = get(suns, s)
                 if _dot(n, d) <= 0.0:

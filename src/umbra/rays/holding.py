@@ -1,14 +1,13 @@
 """
 Faces that hold a light: a lamp on a wall, on an edge or at a corner of a caster.
 
-Seen from there a face is neither lit nor unlit, and rounding would decide differently for
-each face that meets at a corner. So one rule is applied once for each light, and all
-devices follow it: **a face that holds the light casts nothing**, and its component
-follows the open rule, as the light is neither inside of it nor outside.
+Such a face is neither lit nor unlit, and rounding would decide differently for each face at a
+corner. So all devices apply one rule: **a face that holds the light casts nothing**, and its
+component follows the open rule, as the light is neither inside nor outside it.
 
-A face holds a light that lies on it as well as float64 can tell: no farther from it than
-``HOLDS`` times the largest coordinate. Its edges and corners belong to it, so no edge that
-the light lies on is ever part of a silhouette.
+A face holds a light that lies on it within float64 rounding: no farther than ``HOLDS`` times the
+largest coordinate. Edges and corners belong to the face, so no edge through the light is ever in a
+silhouette.
 """
 
 import numpy as np
@@ -38,13 +37,13 @@ def find_holders(
     ----------
     caster : Caster
     blocks : FaceBlocks
-        Of the caster.
+        Boxes of the caster.
     light : (4,) float64
         Homogeneous, in the caster's frame.
     origin : (3,) float64
-        Of that frame in the model's own coordinates, which are rounded there [m].
+        Origin of that frame in the model's own coordinates, which limit the precision [m].
     among : (n,) int, optional
-        Only these faces are asked.
+        Test only these faces.
     """
     if light[3] == 0.0:
         return np.zeros(0, np.intp)
@@ -66,7 +65,7 @@ def find_near_faces(
     reach: float,
     among: NDArray[np.intp] | None = None,
 ) -> NDArray[np.intp]:
-    """Find the faces within reach of a point light in the caster's frame, the nearest first."""
+    """Find the faces within reach of a point light in the caster's frame, nearest first."""
     faces, apart, _ = _find_near(caster, blocks, light[:3] / light[3], np.array(reach), among)
     order = np.argsort(apart, kind="stable")
     return faces[order[: np.count_nonzero(apart <= reach)]]
@@ -79,7 +78,7 @@ def _find_near(
     margin: NDArray[np.float64],
     among: NDArray[np.intp] | None,
 ) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-    """Find the faces of blocks near a place, how far from it they are, and their coordinates."""
+    """Find the faces of blocks near a point, their distances and their largest coordinates."""
     if among is None:
         low, high = blocks.bounds[:, :3], blocks.bounds[:, 3:]
         margin = margin[..., None]
@@ -108,11 +107,11 @@ def _to_segment(p, q):
 
 @njit(cache=True, nogil=True)
 def _measure(vertices, faces, some, place, apart, largest):
-    """Find how far a place is from some faces, and their largest coordinates."""
+    """Find the distances of faces from a point, and their largest coordinates."""
     for i in range(some.size):
         corners = vertices[faces[some[i]]]
         largest[i] = np.abs(corners).max()
-        # Seen from the place, so that what is near it has all its digits.
+        # Relative to the point, so that near corners keep all digits.
         a, b, c = corners[0] - place, corners[1] - place, corners[2] - place
         apart[i] = min(_to_segment(a, b), _to_segment(b, c), _to_segment(c, a))
         normal = np.cross(b - a, c - a)

@@ -1,4 +1,4 @@
-"""Eight boxes against a ray, or eight rectangles against one, in vector instructions."""
+"""Vector tests of eight boxes against a ray, or eight rectangles against one."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ def meet_boxes(
     _: Any, boxes: Any, node: Any, sides: Any, start: Any, end: Any, inverse: Any
 ) -> Any:  # numpydoc ignore=RT01
     """
-    Find which of a node's boxes a ray may meet, one bit for each, the first box lowest.
+    Return a bit mask of the node's boxes that a ray may meet; bit 0 is the first box.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def meet_boxes(
     sides : (3,) int64
         The rows of ``boxes`` where the ray enters: 0 or 3, 1 or 4, 2 or 5.
     start, end : (3,) float32
-        Where the ray starts, for the sides where it enters and where it leaves.
+        Start of the ray, for entry and exit sides.
     inverse : (3,) float32
         1 / direction, finite.
     """
@@ -43,7 +43,7 @@ def meet_boxes(
         first = builder.gep(data, [builder.mul(node, _LONG(6 * LANES))])
 
         def meet(row: Any, place: Any, k: int) -> Any:
-            """Find how far along the ray each box's side lies."""
+            """Find the ray parameter of each box's side."""
             side = _load(builder, builder.gep(first, [builder.mul(row, _LONG(LANES))]))
             place, scale = _spread(builder, place, k), _spread(builder, inverse, k)
             return builder.fmul(builder.fsub(side, place), scale)
@@ -66,16 +66,16 @@ def meet_boxes(
 @intrinsic
 def meet_rectangles(_: Any, table: Any, at: Any, limits: Any) -> Any:  # numpydoc ignore=RT01
     """
-    Find which of eight rectangles may meet another and come near the light, one bit for each.
+    Return a bit mask of the rectangles that may meet another and are near enough the light.
 
     Parameters
     ----------
     table : (n, 5) float32, in Fortran's order
-        Lowest and highest x, lowest and highest y, and how near the light each comes.
+        Lowest and highest x, lowest and highest y, and greatest coordinate toward the light.
     at : int64
-        The first; seven more must follow.
+        First rectangle; seven more must follow.
     limits : (5,) float32
-        Highest and lowest x, highest and lowest y, and how near one must come.
+        Highest and lowest x, highest and lowest y, and least coordinate toward the light.
     """
     signature = types.int64(table, types.int64, types.UniTuple(types.float32, 5))
 
@@ -99,20 +99,20 @@ def _load(builder: Any, at: Any) -> Any:
 
 
 def _spread(builder: Any, values: Any, k: int) -> Any:
-    """Put the k-th of some values into all lanes."""
+    """Broadcast the k-th value to all lanes."""
     one = builder.insert_element(_VECTOR(ir.Undefined), builder.extract_value(values, k), _SHORT(0))
     zeros = ir.Constant(ir.VectorType(_SHORT, LANES), [0] * LANES)
     return builder.shuffle_vector(one, _VECTOR(ir.Undefined), zeros)
 
 
 def _pack(builder: Any, lanes: Any) -> Any:
-    """Make a number of what is true in which lane."""
+    """Pack booleans into a bit mask, one bit per lane."""
     return builder.zext(builder.bitcast(lanes, ir.IntType(LANES)), _LONG)
 
 
 @intrinsic
 def find_lowest(_: Any, bits: Any) -> Any:  # numpydoc ignore=RT01
-    """Find the lowest bit that is set, of at least one (int64)."""
+    """Find the lowest set bit of a nonzero int64."""
 
     def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
         return builder.cttz(arguments[0], ir.IntType(1)(1))

@@ -1,4 +1,4 @@
-"""What a camera sees of a scene, layer behind layer where surfaces can be seen through."""
+"""The visible surfaces of a scene, in layers where surfaces are transparent."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,21 +14,21 @@ __all__ = ["Sight"]
 
 class Sight:
     """
-    Looks at a scene, and from what it sees to lights.
+    Finds the visible surfaces of a scene, and the light that reaches them.
 
     Parameters
     ----------
     scene : Scene
     transmitters : Transmitters, optional
-        Triangles of the scene that light passes through; all are opaque by default.
+        Triangles that transmit light; by default all are opaque.
     ground : float, optional
-        z of a plane that is seen, in the model's own coordinates [m].
+        z of a visible ground plane, in the model's own coordinates [m].
     threads : int
 
     Attributes
     ----------
     triangles : Triangles
-        The scene's, whose numbers views name.
+        Triangles of the scene, which views index.
     """
 
     triangles: Triangles
@@ -43,20 +43,20 @@ class Sight:
         self.scene, self.transmitters = scene, transmitters
         self.ground, self.threads = ground, threads
         self.triangles = scene.triangles()
-        self._opaque: NDArray[np.intp] | None = None  # numbers of the faces that transmit nothing
+        self._opaque: NDArray[np.intp] | None = None  # indices of the opaque faces
         if transmitters is not None:
             is_opaque = np.ones(len(self.triangles.faces), np.bool_)
             is_opaque[transmitters.faces] = False
             self._opaque = np.flatnonzero(is_opaque)
-        self._last: tuple[Camera, DepthBuffer] | None = None  # without what transmits light
+        self._last: tuple[Camera, DepthBuffer] | None = None  # of the opaque faces
         self._seen: tuple[DepthBuffer, VisibleSurface] | None = None
 
     def look(self, camera: Camera, before: DepthBuffer | None = None) -> DepthBuffer:
         """
-        Find which face each pixel sees, and how near.
+        Find the visible face and depth of each pixel.
 
-        What can be seen through hides the rest, but for its holes. ``before`` is what was seen in
-        front: only what is behind it is looked at, and nothing where it sees nothing.
+        Transmitting triangles are drawn, except in their holes. ``before`` is the layer in front:
+        only faces behind it are drawn, and none where it is empty.
         """
         if self._last is None or self._last[0] is not camera:
             self._last = camera, self._see_opaque(camera)
@@ -67,7 +67,7 @@ class Sight:
         return add_transmitting(view, self.transmitters, matrix, near, before, self.threads)
 
     def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
-        """Find the places of what a view of this camera shows; kept for the last view."""
+        """Find the visible points of a view of this camera; kept for the last view."""
         if self._seen is None or self._seen[0] is not view:
             self._seen = view, locate(view, camera, self.triangles, self.ground)
         return self._seen[1]
@@ -76,14 +76,14 @@ class Sight:
         self, view: DepthBuffer, camera: Camera, light: Light
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """
-        Find what the transmitting triangles leave of a light at each visible point.
+        Find the light that transmitting triangles leave at each visible point.
 
         Returns
         -------
         left : (rows, cols, 3) float32
-            Share of the light, of each colour; 1 where nothing is seen.
+            Transmitted share of each colour; 1 where nothing is seen.
         hidden : (rows, cols) int32
-            Triangles that hide it, where they are no holes and not transparent.
+            Number of triangles that hide the light: opaque where the ray meets them.
         """
         left, hidden = np.ones((*view.face.shape, 3), np.float32), np.zeros_like(view.face)
         if self.transmitters is not None:
@@ -94,7 +94,7 @@ class Sight:
         return left, hidden
 
     def _see_opaque(self, camera: Camera) -> DepthBuffer:
-        """Find what a camera would see without what transmits light."""
+        """Find the view of the opaque faces alone."""
         origin, soup = self.scene.origin, self.triangles
         matrix, limits = camera.matrix(origin), camera.key_range()
         faces = soup.faces if self._opaque is None else soup.faces[self._opaque]

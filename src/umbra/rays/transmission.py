@@ -1,21 +1,19 @@
 """
 Light through triangles that are transparent or have holes in their texture.
 
-Such triangles cast no shadow volume. A ray from a visible point to the light crosses some of
-them, and each leaves of the light, of each colour,
+Such triangles cast no shadow volume. Each one that a ray from a visible point to the light crosses
+leaves this share of each colour:
 
     (1 - a) (1 - a (1 - c))
 
-where it is crossed: a is its opacity there and c its colour. In a hole a is 0. What has a = 1 hides
-the light, and adds 1 to the shadow count, as any triangle of an open mesh does.
+a is the opacity at the crossing and c the colour. In a hole a is 0. A crossing with a = 1 hides the
+light and adds 1 to the shadow count, as any triangle of an open mesh does.
 
-Both devices follow this page: triangles are `Transmitters`, with a hierarchy of boxes in the
-order in which it is walked, whatever is hit; here in float64, in
-``gl/shaders/transmission.glsl`` in float32. The texture is looked up between its four nearest
-texels, never in smaller copies of it. Each edge is asked from its lower corner to its higher, so
-that of two triangles that share one a ray crosses one; one exactly through an edge or a corner
-counts as if it were a hair aside. A triangle that the point or the lamp
-lies on is not crossed.
+Both devices follow this rule: triangles are `Transmitters`, with a bounding volume hierarchy in
+fixed traversal order; here in float64, in ``gl/shaders/transmission.glsl`` in float32. Texture
+lookup is bilinear, without mipmaps. Each edge is tested from its lower to its higher corner, so
+that a ray crosses only one of two triangles that share it; a ray exactly through an edge or a
+corner counts as slightly offset. A triangle through the point or the lamp is not crossed.
 """
 
 from collections.abc import Sequence
@@ -44,30 +42,30 @@ TOUCH = 2.0**-40
 _ROW, _MATERIAL, _NODE = 32, 12, 8
 _CORNERS, _FLAGS, _LOOK, _UV, _TINT = slice(0, 12), 3, 7, 12, 20
 _KINDS = {"opaque": 0.0, "mask": MASK, "blend": BLEND}
-_MARGIN = 1e-9  # of the largest coordinate: so much are boxes enlarged
+_MARGIN = 1e-9  # margin of the boxes, relative to the largest coordinate
 
 
 @dataclass(frozen=True, eq=False)
 class Transmitters:
     """
-    The triangles of a scene that light passes through in part, as both devices take them.
+    The triangles of a scene that transmit light, as both devices store them.
 
     Parameters
     ----------
     faces : (n,) int64
-        Their numbers in ``Scene.triangles``; row by row.
+        Index in ``Scene.triangles`` of each row.
     rows : (n, 32) float64
         Corners a, b, c in the scene's frame (x, y, z at 0, 4, 8) [m]; at 3 which edges run from
         the higher to the lower corner (1: a b, 2: b c, 4: c a), at 7 the material; uv of the
         corners from 12 on, their tints from 20 on.
     nodes : (n_nodes, 8) float64
-        Lowest corner, the node to go on with where the box is missed; highest corner, the row of
-        a leaf, or -1. Only what casts is in it.
+        Lowest corner, next node if the ray misses the box; highest corner, row of a leaf, or -1.
+        Casters only.
     materials : (m, 12) float64
-        Colour and opacity; 0, 1 for a mask or 2 for blending, a mask's cutoff [levels], where its
-        texels begin (times 4096, and the rest); columns (0: no texture) and rows, wrap in u and v.
+        Colour and opacity; 0, 1 for a mask or 2 for blending, a mask's cutoff [levels], first texel
+        (multiples of 4096, and remainder); columns (0: no texture) and rows, wrap in u and v.
     texels : (k, 4) uint8
-        Of all textures, sRGB with a linear alpha.
+        Texels of all textures, sRGB with linear alpha.
     """
 
     faces: NDArray[np.int64]
@@ -84,7 +82,7 @@ class Transmitters:
         threads: int = 1,
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """
-        Find what is left of a light on the way to some points.
+        Find the light that reaches points through the triangles.
 
         Parameters
         ----------
@@ -92,15 +90,15 @@ class Transmitters:
             In the model's own coordinates [m].
         light : Light
         origin : (3,) float64
-            Of the scene.
+            Origin of the scene.
         threads : int
 
         Returns
         -------
         left : (n, 3) float32
-            Share of the light, of each colour.
+            Transmitted share of each colour.
         hidden : (n,) int32
-            Triangles on the way that leave nothing.
+            Number of triangles on the ray that hide the light.
         """
         left, hidden = np.ones((len(points), 3), np.float32), np.zeros(len(points), np.int32)
         place = light.local(origin)
@@ -119,10 +117,10 @@ class Transmitters:
         self, faces: NDArray[np.signedinteger], places: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """
-        Find how opaque visible points are, (n,): 1 where the face (n,) is none of these.
+        Find the opacity of visible points, (n,): 1 where the face (n,) does not transmit.
 
-        ``places`` (n, 3) are in the scene's frame. A mask that is seen is there, whatever rounding
-        says of its rim.
+        ``places`` (n, 3) are in the scene's frame. A visible mask counts as no hole, whatever
+        rounding finds at its rim.
         """
         rows, opacity = self.find_rows(faces), np.ones(len(faces))
         mine = np.flatnonzero(rows >= 0)
@@ -132,7 +130,7 @@ class Transmitters:
         return opacity
 
     def find_rows(self, faces: NDArray[np.signedinteger]) -> NDArray[np.intp]:
-        """Find the rows of faces, numbered as in ``Scene.triangles``; -1 for any other."""
+        """Find the rows of faces, numbered as in ``Scene.triangles``; -1 for opaque faces."""
         order = self._order
         place = np.searchsorted(self.faces, faces, sorter=order)
         row = order[np.minimum(place, len(order) - 1)]
@@ -140,7 +138,7 @@ class Transmitters:
 
     @cached_property
     def corners(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        """Their corners, each place once, (k, 3), and which of them each has, (n, 3)."""
+        """Unique corners, (k, 3), and the corner indices of each triangle, (n, 3)."""
         every = self.rows[:, _CORNERS].reshape(-1, 4)[:, :3]
         places, which = np.unique(every, axis=0, return_inverse=True)
         return places, which.reshape(-1, 3).astype(np.int32)
@@ -152,18 +150,18 @@ class Transmitters:
 
 def make_transmitters(scene: Scene, casters: Sequence[int] | None = None) -> Transmitters | None:
     """
-    Gather the triangles of a scene that transmit light; None where none does.
+    Collect the triangles of a scene that transmit light; None if there are none.
 
     Parameters
     ----------
     scene : Scene
     casters : sequence of int, optional
-        Parts that cast, all by default; the others are only seen through.
+        Casting parts, all by default; other parts only transmit the view.
 
     Raises
     ------
     InputError
-        If a texture cannot be decoded (which).
+        If a texture cannot be decoded; the error names it.
     """
     parts = [k for k, part in enumerate(scene.parts) if part.material.transmits]
     if not parts:
@@ -191,9 +189,9 @@ def make_transmitters(scene: Scene, casters: Sequence[int] | None = None) -> Tra
 
 def find_opaque(scene: Scene, casters: Sequence[int] | None = None) -> list[int] | None:
     """
-    Find the parts, of some or of all (None), that let no light through.
+    Find the parts among ``casters``, or all, that transmit no light.
 
-    None if these are all of a scene; raises as ``make_transmitters``.
+    None if no part of the scene transmits; raises as ``make_transmitters``.
     """
     some = range(len(scene.parts)) if casters is None else casters
     found = [index for index in some if not scene.parts[index].material.transmits]
@@ -216,7 +214,7 @@ def _make_rows(scene: Scene, index: int, looks: dict[int, int]) -> NDArray[np.fl
     rows[:, _LOOK] = looks[id(part.material)]
     if mesh.uv is not None and image is not None:
         uv = np.nan_to_num(mesh.uv[mesh.faces].astype(np.float64), posinf=0.0, neginf=0.0)
-        # What repeats may begin near 0, where float32 has digits left for a part of a texel.
+        # Repeating coordinates are shifted near 0, where float32 resolves parts of a texel.
         whole = 2.0 * np.floor(uv.min(1, keepdims=True) / 2.0)
         uv -= np.where(np.array(image.wrap) == "clamp", 0.0, whole)
         rows[:, _UV : _UV + 6] = uv.reshape(-1, 6)
@@ -228,13 +226,13 @@ def _make_rows(scene: Scene, index: int, looks: dict[int, int]) -> NDArray[np.fl
 
 
 def _is_after(one: NDArray[np.float64], two: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which places come after others, by x, then y, then z."""
+    """Return whether points come after others, by x, then y, then z."""
     x, y, z = ((one[:, k] > two[:, k], one[:, k] == two[:, k]) for k in range(3))
     return np.asarray(x[0] | (x[1] & (y[0] | (y[1] & z[0]))))
 
 
 def _describe(kinds: Sequence[Material]) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Write materials as rows, and their textures one after another."""
+    """Pack materials as rows, and their textures end to end."""
     materials = np.zeros((len(kinds), _MATERIAL))
     places: dict[int, int] = {}
     texels = [np.zeros((1, 4), np.uint8)]
@@ -255,8 +253,8 @@ def _describe(kinds: Sequence[Material]) -> tuple[NDArray[np.float64], NDArray[n
 
 @njit(cache=True, nogil=True)
 def _line_up(halves, children, margin, nodes):
-    """Write a hierarchy's nodes in the order in which they are walked, each with the next."""
-    waiting = np.zeros(halves.shape[0] + 3, np.int64)  # nodes; as -1 - place, branches that end
+    """Write a hierarchy's nodes in traversal order, each with its next node."""
+    waiting = np.zeros(halves.shape[0] + 3, np.int64)  # nodes; -1 - index marks the end of a branch
     size = 1 if nodes.shape[0] > 0 else 0
     place = 0
     while size > 0:
