@@ -34,22 +34,22 @@ def find_kind(
     receivers: str, scene: Scene | None = None, ground: float | None = None
 ) -> ReceiverKind:
     """
-    Find the kind of receivers that a caller asks for.
+    Find a kind of receivers by name.
 
     Parameters
     ----------
     receivers : str
         A name of ``KINDS``; the direction of an elevation or a view; or ``"auto"``: the topmost
-        surfaces of a model with ground of its own, else the ground plane.
+        surfaces of a model with its own ground, else the ground plane.
     scene : Scene, optional
-        The scene of the study; without it ``"auto"`` is a plan of the ground.
+        Scene of the study; without it ``"auto"`` is the ground plane.
     ground : float, optional
-        The ground's height, if it is given.
+        Height of the ground, if given.
 
     Raises
     ------
     InputError
-        If there are no such receivers.
+        If the name is unknown.
     """
     if receivers == "auto":
         if scene is None or ground is not None or scene.ground is not None:

@@ -1,4 +1,4 @@
-"""Pixels of a camera's picture."""
+"""Pixels of a camera's picture as receivers."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 __all__ = ["CameraPicture"]
 
 _PIXELS = (1024, 768)
-_STEEPEST = 1e-9  # level way to the target of a camera that looks straight down [m]
+_STEEPEST = 1e-9  # horizontal distance to the target of a camera that looks straight down [m]
 
 
 class CameraPicture(ReceiverKind):
-    """What a camera sees, the ground plane included."""
+    """Surfaces that a camera sees, including the ground plane."""
 
     name = "camera"
     has_scale = False
@@ -84,7 +84,7 @@ class CameraPicture(ReceiverKind):
         return f"from {eye} toward {target}, {facts['fov_deg']:g}° high"
 
     def find_north(self, facts: dict[str, Any], true_north: float) -> tuple[float | None, float]:
-        """Find where true north points as the camera sees the ground; nowhere from the zenith."""
+        """Find the direction of true north in the picture; none if it looks straight down."""
         way = np.asarray(facts["target"]) - np.asarray(facts["eye"])
         level = math.hypot(way[0], way[1])
         if level < _STEEPEST:

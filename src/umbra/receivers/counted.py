@@ -1,4 +1,4 @@
-"""Which receivers count in a study's figures, and what each stands for."""
+"""Receivers that count in a study's figures, and their weights."""
 
 from dataclasses import dataclass
 
@@ -11,18 +11,18 @@ __all__ = ["Counted"]
 @dataclass(frozen=True, eq=False)
 class Counted:
     """
-    Receivers whose hours mean something, with their weights.
+    Receivers with meaningful hours, and their weights.
 
     Parameters
     ----------
     which : (...) bool
-        Of the study's receivers.
+        Selection of the study's receivers.
     weight : (...) float64
-        What each stands for.
+        Area or number that each represents.
     unit : str
-        Of the weights.
+        Unit of the weights.
     what : str
-        All of them, in words.
+        Description of them all.
     """
 
     which: NDArray[np.bool_]
@@ -32,13 +32,13 @@ class Counted:
 
     @property
     def whole(self) -> float:
-        """What all stand for."""
+        """Total weight."""
         return float(self.weight[self.which].sum())
 
     def add_up(self, test: NDArray[np.bool_]) -> float:
-        """Return what those stand for that count and pass a test."""
+        """Return the weight of the receivers that pass a test."""
         return float(self.weight[self.which & test].sum())
 
     def average(self, values: NDArray) -> float:
-        """Return the mean over what they stand for."""
+        """Return the weighted mean."""
         return float(np.average(values[self.which], weights=self.weight[self.which]))

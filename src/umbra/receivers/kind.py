@@ -31,7 +31,7 @@ Variables = dict[str, tuple[tuple[str, ...], NDArray]]
 
 
 class Counter(Protocol):
-    """Counts shadows on receivers, sun after sun."""
+    """Counter of suns' shadows on receivers."""
 
     def add_steps(
         self,
@@ -39,18 +39,18 @@ class Counter(Protocol):
         steps: NDArray[np.int32],
         progress: Callable[[int], object] = ...,
     ) -> None:
-        """Count for each receiver how many suns leave it in shadow."""
+        """Add to each receiver the number of suns that leave it in shadow."""
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Tell for each sun which receivers are in shadow, cast or attached."""
+        """Return for each sun the receivers in shadow, cast or attached."""
 
 
 class Tile(Protocol):
-    """Some of a study's receivers, which can be counted for any caster."""
+    """Some of a study's receivers, to be counted for any caster."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the receivers."""
+        """Shape of the receivers."""
 
     @property
     def places(self) -> Places:
@@ -76,7 +76,7 @@ class Tile(Protocol):
 @dataclass(frozen=True, eq=False)
 class Request:
     """
-    Request of a study for its receivers.
+    Data that a study passes to its receivers' layout.
 
     Parameters
     ----------
@@ -88,21 +88,21 @@ class Request:
     threads : int
     canopy : Canopy, optional
     true_north : float
-        Its azimuth in the model's plan [degrees].
+        Azimuth of true north in the model's plan [degrees].
     lights : int
         Number of lights.
     find_reaching : callable
-        Returns the directions (n, 3) whose shadows a default extent holds.
+        Returns the directions (n, 3) whose shadows the default extent holds.
     bytes_kept, bytes_of_masks : int
-        Memory of each receiver for results besides the hours, and for masks [byte].
+        Memory per receiver for results besides hours, and for masks [byte].
     by_day : bool
-        Whether results by day are kept, too, which can be left out.
+        Whether results by day are kept, too; errors suggest leaving them out.
     is_streamed : bool
-        Whether lights pass in time order, which takes more memory of each receiver.
+        Whether lights come in time order, which takes more memory per receiver.
     has_groups : bool
-        Whether the shadows of single casters are asked for.
+        Whether shadows of single casters are needed.
     limit_tiles : callable
-        Returns how long a tile's side may be, at most the given one.
+        Returns the longest allowed tile side, at most the given one.
     """
 
     scene: Scene
@@ -125,14 +125,14 @@ class Request:
         return prepare_casting(self.scene, self.casters, self.threads, self.canopy)
 
     def find_shown(self) -> list[int] | None:
-        """Return the parts that are shown or sampled, without canopies; None: all."""
+        """Return the parts to show or sample, without canopies; None: all."""
         on = self.options.on
         if self.canopy is not None:
             return self.canopy.find_receivers(self.scene, on)
         return self.scene.select(on, option="on") if on else None
 
     def find_room(self) -> dict[str, Any]:
-        """Return the options of a raster, and the memory of each of its cells."""
+        """Return the options of a raster, and the memory of a cell."""
         return {
             **{name: getattr(self.options, name) for name in ("extent", "cell", "size")},
             "masks": self.bytes_of_masks,
@@ -158,7 +158,7 @@ class Receivers:
     area : (...) float64 or float
         Of each receiver [m2].
     facts : dict
-        Attributes of the result about them.
+        Attributes of the result.
     """
 
     kind: "ReceiverKind"
@@ -169,11 +169,11 @@ class Receivers:
     facts: dict[str, Any] = field(default_factory=dict)
 
     def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
-        """Cut them into tiles: the index of each among all receivers, and its maker."""
+        """Cut them into tiles: index of each among all receivers, and its maker."""
         raise NotImplementedError
 
     def look_again(self) -> Iterator[tuple[Any, Any]]:
-        """Return tiles that rays count, and where each lies, for a few instants more."""
+        """Return tiles to count a few more instants by rays, and their indices."""
         raise NotImplementedError
 
     def finish(self) -> NDArray[np.bool_] | None:
@@ -185,15 +185,15 @@ class Receivers:
         return {}
 
     def variables(self) -> Variables:
-        """Return arrays of each receiver's place."""
+        """Return the arrays of each receiver's position."""
         return {}
 
     def locate(self) -> Variables:
-        """Return what of each receiver's place is a result."""
+        """Return positions found by counting, as results."""
         return {}
 
     def sum_up(self, study: "Study") -> Variables:
-        """Return the results of surfaces and parts as wholes."""
+        """Return the results of whole surfaces and parts."""
         return {}
 
 
@@ -206,19 +206,19 @@ class ReceiverKind:
     Attributes
     ----------
     name : str
-        As results state it.
+        Name in results.
     is_chosen_by_name : bool
-        Whether callers ask for it by its name, not by a direction.
+        Whether it is chosen by name, not by a direction.
     is_plan : bool
-        Whether cells lie in x and y, seen from the zenith.
+        Whether cells lie along x and y, seen from the zenith.
     is_raster : bool
-        Whether receivers are the cells or pixels of a raster; else they are single samples.
+        Whether receivers are cells or pixels of a raster, else single samples.
     is_level : bool
-        Whether all lie in one level plane: no shade and no edges are drawn on it, and the
-        outlines of shadows are exact.
+        Whether all lie in one level plane: it is drawn without shading and edges, and outlines
+        of shadows are exact.
     lies_under_roofs : bool
-        Whether receivers lie under buildings, too: roofs are drawn over them, and those under
-        roofs do not count.
+        Whether receivers lie under buildings, too: roofs are drawn over them, and receivers
+        under roofs do not count.
     belongs_to_parts : bool
         Whether each receiver belongs to a part of the model, or to the ground.
     is_upright : bool
@@ -228,15 +228,15 @@ class ReceiverKind:
     follows_extent : bool
         Whether areas grow with the extent of the raster.
     spot : str
-        The point of a receiver at which shadow is judged, in words.
+        Description of the point of a receiver at which shadow is judged.
     formats : tuple of str
-        Of ``umbra.writers.formats.FORMATS``, in which it is written.
+        Its formats, of ``umbra.writers.formats.FORMATS``.
     has_roofs : bool
         Whether roofs are among the receivers of a plan.
     tables : dict of str to str
-        Names of CSV files of samples, each with the dimension whose lines it has.
+        Names of CSV files of samples, each with the dimension of its lines.
     what_counts : str
-        The receivers whose hours mean something, in words.
+        Description of the receivers with meaningful hours.
     """
 
     name: ClassVar[str]
@@ -271,7 +271,7 @@ class ReceiverKind:
         raise NotImplementedError
 
     def choose_level(self, assumed: "Level") -> float:
-        """Choose the ground's height where none is given: so low that it hides nothing."""
+        """Choose the ground's default height: low enough to hide nothing."""
         return assumed.low
 
     def describe_level(
@@ -286,14 +286,14 @@ class ReceiverKind:
         level : float
             z of the ground [m].
         assumed : Level, optional
-            The basis of the assumption; None where the caller or the file states a height.
+            Basis of the assumption; None if the caller or the file states a height.
         bare : float
-            Share of the cells in which nothing of the model stands.
+            Share of the cells without any of the model.
 
         Returns
         -------
         facts : dict
-            ``assumption``, a line, and ``assumed_ground_share``, where there is any.
+            ``assumption``, a line, and ``assumed_ground_share``, if any.
         """
         return {}
 
@@ -302,7 +302,7 @@ class ReceiverKind:
         raise NotImplementedError
 
     def describe_places(self, study: Any) -> tuple[str, str]:
-        """Describe the number and spacing of the receivers: a heading, and the words."""
+        """Describe the number and spacing of the receivers: a heading and a text."""
         grid = study.grid
         cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
         size = f" of {cell}" if self.has_scale else ""
@@ -322,23 +322,23 @@ class ReceiverKind:
         return true_north, 1.0
 
     def find_counted(self, study: Any) -> Counted | None:
-        """Return the receivers whose hours mean something; None where there are none."""
+        """Return the receivers with meaningful hours; None if there are none."""
         which = np.isfinite(study.shadow_hours) & study.is_of_model & self.find_open(study)
         weight = np.full(which.shape, study.grid.dx * study.grid.dy)
         return Counted(which, weight, "m²", self.what_counts) if which.any() else None
 
     def find_open(self, study: Any) -> NDArray[np.bool_]:
-        """Tell which receivers lie under no roof."""
+        """Find the receivers under no roof."""
         return np.ones(study.shadow_hours.shape, np.bool_)
 
     def check_judged(self, receivers: str) -> None:
         """
-        Refuse to judge such receivers by rules, if they cannot be.
+        Refuse receivers that rules cannot judge.
 
         Parameters
         ----------
         receivers : str
-            As they were asked for.
+            As requested.
 
         Raises
         ------
@@ -352,7 +352,7 @@ class ReceiverKind:
 
 
 class SampleKind(ReceiverKind):
-    """Single receivers, each with a place and a normal of its own."""
+    """Kind of single receivers, each with its position and normal."""
 
     is_raster = False
 
@@ -369,10 +369,10 @@ class Raster(Receivers):
     ----------
     x : (cols,) float64
     y : (rows,) float64
-        Cell centres in the model's own coordinates, ascending [m]; of an elevation along the
-        view and z; of a camera's picture pixels, upward.
+        Cell centres in the model's own coordinates, ascending [m]; for elevations along the
+        view and z; for camera pictures pixels, upward.
     grid : Grid
-        In the frame in which ``casting`` makes its tiles.
+        In the frame of ``casting``'s tiles.
     ground : float
         z of the ground [m].
     """
@@ -385,7 +385,7 @@ class Raster(Receivers):
     @property
     def heights(self) -> NDArray[np.float64]:
         """
-        What stands in each cell, (rows, cols) float64.
+        Surface heights, (rows, cols) float64.
 
         z of the topmost surface or the ground, in the model's own coordinates [m]; NaN where
         nothing receives.

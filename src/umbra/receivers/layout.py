@@ -1,4 +1,4 @@
-"""Where a study's raster lies: extent, cell size, and whether it fits in memory."""
+"""Layout of a study's raster: extent, cell size, and memory."""
 
 import math
 from collections.abc import Sequence
@@ -16,17 +16,17 @@ __all__ = ["LONGEST_SHADOW", "TILE", "Skyline", "lay_out"]
 LONGEST_SHADOW = 4.0
 """The default extent follows shadows up to this many times the model's height."""
 TILE = 4096
-"""Side of the tiles that a large raster is counted in [cell], so that work arrays stay small."""
-_PIECES = 256  # that the model is cut into along each axis, for its highest points
+"""Tile side of a large raster [cell], to keep work arrays small."""
+_PIECES = 256  # pieces of the model along each axis, for its skyline
 _LONG_SIDE = 1024  # cells of the default raster
-_VAST = 50_000.0  # [m]; a plan that nobody chose is not wider, unless parts lie far apart
-NEARBY = 10_000.0  # [m]; so far from a model, and
-LOWEST_SUN = 100  # times its height farther, an extent may lie: the sun is half a degree high there
-_BYTES = 32  # held for each cell: heights, hours, and their copies on the way to the file
-LEAST_CELL = 1e-9  # [m]; what no coordinate tells apart any more
-_WORK = 30  # held for each cell of the tile that is counted,
-_THREAD_WORK = 4  # and this by each thread
-_BASE = 0.4e9  # what the program and the one that draws hold without any cell [byte]
+_VAST = 50_000.0  # [m]; widest default plan, unless parts lie far apart
+NEARBY = 10_000.0  # [m]; an extent may lie this far from a model, plus
+LOWEST_SUN = 100  # times its height: the shadow's reach at half a degree of altitude
+_BYTES = 32  # per cell: heights, hours, and copies made in writing
+LEAST_CELL = 1e-9  # [m]; below the resolution of coordinates
+_WORK = 30  # bytes per cell of the current tile,
+_THREAD_WORK = 4  # and per cell and thread
+_BASE = 0.4e9  # memory of the program and of drawing without any cell [byte]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +39,9 @@ class Skyline:
     low, high : (2,) float64
         In the model's own coordinates [m].
     tall : float
-        Of its highest point above the ground [m]; 0 if all of it is below.
+        Of the highest point above the ground [m]; 0 if all is below.
     edges : (2, n + 1) float64
-        Ends of the pieces that x and y are cut into [m].
+        Ends of the pieces along x and y [m].
     tops : (2, n) float64
         Height above the ground of the highest point over each piece [m].
     """
@@ -86,7 +86,7 @@ def lay_out(
     skyline : Skyline
         Of the model.
     suns : (n, 3) float64
-        Directions toward the sun that the default extent shall hold the shadows of.
+        Directions toward the sun whose shadows the default extent holds.
     extent : (4,) float, optional
         xmin, ymin, xmax, ymax [m].
     cell : float, optional
@@ -94,14 +94,14 @@ def lay_out(
     size : (int, int), optional
         Columns and rows, instead of ``cell``.
     masks : int
-        Held for each cell by masks [byte]: one for eight instants.
+        Memory of a cell's masks [byte]: one for eight instants.
     kept : int
-        Held for each cell by other results that were asked for [byte].
+        Memory of a cell's other results [byte].
     threads : int
-        Each holds counts of its own.
+        Each holds its own counts.
 
     by_day : bool
-        Whether each of several dates is kept besides, which can be left out.
+        Whether results by day are kept, which errors suggest leaving out.
 
     Returns
     -------
@@ -160,7 +160,7 @@ def lay_out(
 
 
 def _check_near(low: NDArray[np.float64], high: NDArray[np.float64], skyline: Skyline) -> None:
-    """Refuse an extent that no shadow reaches: the map would be blank."""
+    """Refuse an extent beyond every shadow, whose map would be blank."""
     least, most = skyline.low, skyline.high
     gap = float(np.hypot(*np.maximum(np.maximum(least - high, low - most), 0)))
     if gap <= NEARBY + LOWEST_SUN * skyline.tall:
@@ -176,7 +176,7 @@ def _check_near(low: NDArray[np.float64], high: NDArray[np.float64], skyline: Sk
 def _reach(
     skyline: Skyline, suns: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the bounds of the model and its shadows on the ground, long ones cut short."""
+    """Return the bounds of the model and its shadows on the ground, cut to a length."""
     low, high = skyline.low.copy(), skyline.high.copy()
     longest = LONGEST_SHADOW * skyline.tall
     flat = np.maximum(np.hypot(suns[:, 0], suns[:, 1]), 1e-12)
@@ -233,7 +233,7 @@ def _too_large(
     while (wide / side + 2) * (deep / side + 2) > max(most, 9):
         side *= 1.1
     advice = f"a cell of {_round_up(side, 1.0):g} m would fit"
-    if is_vast:  # such a cell would show nothing of any building
+    if is_vast:  # such cells would be too large to show buildings
         advice = (
             f"the plan is {wide / 1000:.0f} x {deep / 1000:.0f} km: are all parts in the same "
             "coordinates? choose a smaller one (extent=)"

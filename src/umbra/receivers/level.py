@@ -1,4 +1,4 @@
-"""What ground a model brings, and the height of a level one: where its buildings stand."""
+"""Ground of a model, and the assumed height of level ground: the base of its buildings."""
 
 from dataclasses import dataclass
 
@@ -18,32 +18,32 @@ TERRAIN = {
     "Raster", "TINRelief", "LandUse", "Road", "Railway", "TransportSquare", "WaterBody",
     "PlantCover", "IfcSite", "IfcGeographicElement",
 }  # fmt: skip
-"""Kinds of parts that lie on the ground, or are it."""
+"""Kinds of parts that are ground, or lie on it."""
 RELIEF = {"Raster", "TINRelief"}
-"""Of these, what is a terrain however little it covers."""
+"""Kinds that are terrain at any coverage."""
 COVERED = 0.2
-"""Share of the model's plan, a rectangle, that ground of other kinds covers at least."""
+"""Least share of the model's plan rectangle that ground of other kinds covers."""
 GROUND_SURFACE = "GroundSurface"
 STRAY = 0.02
-"""Share of a thing's area, and of all things' plans, that may lie far too low by mistake."""
+"""Share of an object's area, and of all objects' plans, that may be stray and far too low."""
 GAP = 3.0
-"""So far below all else it then lies, and by so much feet differ that it is told [m]."""
+"""Least distance of strays below the rest, and least difference of bases to report [m]."""
 
 
 @dataclass(frozen=True)
 class Level:
     """
-    A height that is taken for the ground's.
+    Assumed height of the ground.
 
     Parameters
     ----------
     middle : float
-        Where the middle one of the model's things stands, each by its plan's area; or the middle
-        of its ground surfaces. In the model's own coordinates [m].
+        Median base of the model's objects, weighted by plan area; or median of its ground
+        surfaces. In the model's own coordinates [m].
     low, high : float
-        From where to where things stand, one far below all others left out [m].
+        Lowest and highest base of objects, without strays far below [m].
     things : int
-        How many stand on no other.
+        Number of objects that stand on no other.
     """
 
     middle: float
@@ -52,7 +52,7 @@ class Level:
     things: int
 
     def describe(self, level: float) -> dict[str, object]:
-        """Tell in attributes where things stand that do not stand on one level."""
+        """Return attributes of the objects' bases, if they are not level."""
         if self.high - self.low <= GAP:
             return {}
         told = (
@@ -75,14 +75,14 @@ def find_level(
     kind : ReceiverKind
         Of the receivers.
     ground : float or None
-        As it was asked for.
+        As requested.
 
     Returns
     -------
     level : float
         In the model's own coordinates [m].
     assumed : Level or None
-        From what it was taken; None where the caller or the file says it.
+        Basis of the assumption; None if the caller or the file states a height.
 
     Raises
     ------
@@ -101,10 +101,10 @@ def find_level(
 
 def assume_level(scene: Scene) -> Level:
     """
-    Find where things stand; one bad polygon far below does not count.
+    Find the base of the model's objects, without stray polygons far below.
 
-    A thing that has another below it may stand on that, as a roof on its walls. Things are
-    parts of one name.
+    Objects are parts of one name. An object above another may stand on it, as a roof on
+    walls.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def assume_level(scene: Scene) -> Level:
     feet, size = _drop_strays(feet, size)
     is_floor = np.array([part.kind == GROUND_SURFACE for part in scene.parts])[soup.part]
     if is_floor.any():
-        # A building's own ground surface tells better than the lowest corner of its walls.
+        # A building's ground surface is more reliable than its walls' lowest corner.
         middle = _find_middle(middle_z[is_floor], flat[is_floor])
     else:
         middle = _find_middle(feet, size)
@@ -143,8 +143,8 @@ def _measure(vertices, faces, thing, count):
     """
     Measure the faces, and bound the objects that they belong to.
 
-    Gives (4, n_faces): each one's lowest z, twice its area, twice that of its plan, and the
-    mean of its corners' z; and the objects' bounds, (count, 3) twice.
+    Returns (4, n_faces): lowest z, twice the area, twice the plan area, and mean z of the
+    corners; and the objects' bounds, (count, 3) twice.
     """
     found = np.zeros((4, faces.shape[0]))
     low = np.full((count, 3), np.inf)
@@ -185,7 +185,7 @@ def _find_feet(
 def _drop_strays(
     heights: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Leave out the lowest of some sorted heights that are few and lie far below the rest."""
+    """Drop the lowest of sorted heights that are few and lie far below the rest."""
     few = np.cumsum(weights)[:-1] < STRAY * weights.sum()
     gaps = np.flatnonzero((np.diff(heights) > GAP) & few)
     first = int(gaps[-1]) + 1 if len(gaps) else 0
@@ -200,7 +200,7 @@ def _find_middle(heights: NDArray[np.float64], weights: NDArray[np.float64]) -> 
 
 def has_terrain(scene: Scene) -> bool:
     """
-    Tell whether a model brings ground of its own, and not only a street or a pond.
+    Return whether a model has its own ground, more than a street or a pond.
 
     Parameters
     ----------

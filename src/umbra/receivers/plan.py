@@ -1,4 +1,4 @@
-"""Plans: their cells, and what receives in each: the ground as a plane, or the topmost surface."""
+"""Plans: cells that receive on the ground plane, or on the topmost surface."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["GroundPlane", "PlanKind", "TopmostSurface"]
 
 STREAMED_TILE = 1024
-"""Side of the tiles of a study whose instants pass in order: each cell holds more then."""
-_LEVEL = 1e-6  # m above the ground that are rounding
+"""Tile side of a study whose instants come in time order: its cells hold more [cell]."""
+_LEVEL = 1e-6  # height above the ground that is rounding [m]
 
 
 @dataclass(eq=False)
@@ -34,7 +34,7 @@ class PlanRaster(Raster):
     Parameters
     ----------
     assumed : Level, optional
-        From what the ground's height was taken, where nobody says it.
+        Basis of the ground's height, if assumed.
     """
 
     casting: PlanModel
@@ -68,14 +68,14 @@ class PlanRaster(Raster):
 
     @cached_property
     def heights(self) -> NDArray[np.float64]:
-        """What stands in each cell; on a plane looked for when a picture asks."""
+        """Surface heights; on a plane found on first access, for pictures."""
         if self.kind.tile.on_plane:
             for rows, cols, part in self._parts:
                 self._look((rows, cols), self.casting.make_tile(part))
         return self._seen[0]
 
     def finish(self) -> NDArray[np.bool_] | None:
-        """Tell what was assumed of the ground."""
+        """Add the assumptions about the ground to the facts."""
         heights, bare = self._seen
         scene, share = self.casting.scene, float(bare.mean())
         self.facts |= self.kind.describe_level(scene, self.ground, self.assumed, share)
@@ -88,7 +88,7 @@ class PlanRaster(Raster):
 
 
 class PlanKind(ReceiverKind):
-    """What ground and topmost surfaces have in common."""
+    """Base of ground planes and topmost surfaces."""
 
     is_plan = True
     formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "gif", "mp4")
@@ -98,7 +98,7 @@ class PlanKind(ReceiverKind):
         """Accept rules."""
 
     def has_end(self, request: Request, *, is_assumed: bool) -> bool:
-        """Tell whether nothing receives beside the visible parts."""
+        """Return whether only the visible parts receive."""
         return False
 
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
@@ -115,7 +115,7 @@ class PlanKind(ReceiverKind):
             scene, cast.soup, cast.caster, request.threads, level - origin[2], self.tile,
             canopy=request.canopy, has_end=has_end,
         )  # fmt: skip
-        # Where nothing receives beside a terrain no shadow has to be followed.
+        # If nothing receives beyond a terrain, the extent need not hold shadows.
         reaching = np.zeros((0, 3)) if has_end else request.find_reaching()
         grid, x, y = lay_out(_find_skyline(model, level), reaching, **request.find_room())
         return PlanRaster(
@@ -126,7 +126,7 @@ class PlanKind(ReceiverKind):
 
 
 def _find_skyline(model: PlanModel, level: float) -> Skyline:
-    """Return the skyline of what is seen, and of the canopies."""
+    """Return the skyline of the visible parts and canopies."""
     origin = model.scene.origin
 
     def find() -> Skyline:
@@ -149,7 +149,7 @@ class GroundPlane(PlanKind):
     tile = PlaneTile
 
     def choose_level(self, assumed: Level) -> float:
-        """Choose the height at which the middle one of the model's buildings stands."""
+        """Choose the median base of the model's buildings."""
         return assumed.middle
 
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
@@ -159,7 +159,7 @@ class GroundPlane(PlanKind):
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float
     ) -> dict[str, object]:
-        """Tell that a model's own ground is not shown, or that its buildings stand unevenly."""
+        """Report that a model's own ground is not shown, or that its buildings' bases differ."""
         if has_terrain(scene):
             told = (
                 f"the model brings ground of its own, of which a plane at z = {level:.6g} m shows "
@@ -173,12 +173,12 @@ class GroundPlane(PlanKind):
         return f"the level ground at z = {study.ground:.6g} m, including under buildings"
 
     def find_open(self, study: "Study") -> NDArray[np.bool_]:
-        """Tell which cells lie under no roof."""
+        """Find the cells under no roof."""
         return study.heights <= study.ground + _LEVEL
 
 
 class TopmostSurface(PlanKind):
-    """Roofs, terrain, and the assumed ground where nothing of the model lies."""
+    """Roofs, terrain, and assumed ground elsewhere."""
 
     name = "top"
     has_roofs = True
@@ -186,7 +186,7 @@ class TopmostSurface(PlanKind):
     tile = TopmostTile
 
     def has_end(self, request: Request, *, is_assumed: bool) -> bool:
-        """Tell whether the model's own terrain ends, with no ground that anyone named beyond."""
+        """Return whether the model's own terrain ends without a stated ground beyond it."""
         return is_assumed and has_terrain(request.scene)
 
     def find_receiver_z(self, laid: PlanRaster) -> NDArray[np.float64]:
@@ -196,7 +196,7 @@ class TopmostSurface(PlanKind):
     def describe_level(
         self, scene: Scene, level: float, assumed: Level | None, bare: float
     ) -> dict[str, object]:
-        """Tell where the ground is assumed, or that the model's buildings stand unevenly."""
+        """Report assumed ground, or that the buildings' bases differ."""
         if assumed is None:
             return {}
         if bare > 0:

@@ -1,4 +1,4 @@
-"""Tiles of plans: rasters that are seen from the zenith, and how shadows are counted on them."""
+"""Tiles of plans, and their shadow counters."""
 
 import math
 from abc import abstractmethod
@@ -23,7 +23,7 @@ from umbra.volume.adjacency import Caster
 
 __all__ = ["PlanModel", "PlanTile", "PlaneTile", "TopmostTile"]
 
-_KEPT = 1 << 22  # cells of a surface that is kept for the next study, 80 MB of them
+_KEPT = 1 << 22  # most cells of a surface kept for the next study, 80 MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +38,9 @@ class PlanModel(Casting):
     ground : float
         z of the ground, local frame [m].
     tile : type
-        Receivers: the plane, or the topmost surface.
+        Whether the plane or the topmost surface receives.
     has_end : bool
-        Whether there is no ground plane, so that nothing receives beside the visible parts.
+        Whether there is no ground plane, so that only the visible parts receive.
     """
 
     ground: float
@@ -63,7 +63,7 @@ class PlanModel(Casting):
 
     @property
     def floor(self) -> float:
-        """From where upward things are seen: also what lies in the plane, if there is no plane."""
+        """Height above which parts are visible; just below the plane if there is no plane."""
         return self.ground - self.has_end
 
 
@@ -85,12 +85,12 @@ class PlanTile:
 
     @cached_property
     def surface(self) -> Surface:
-        """What is topmost in each cell, found when it is first asked for."""
+        """Topmost surface of the cells, found on first access."""
         return self.model.look_down(self.grid)
 
     @cached_property
     def covered(self) -> NDArray[np.intp]:
-        """Flat indices of the cells that a sweep cannot count, but rays: none on a plane."""
+        """Flat indices of the cells that need rays instead of a sweep: none on a plane."""
         return np.zeros(0, np.intp)
 
     @property
@@ -128,7 +128,7 @@ class PlanTile:
 
     @abstractmethod
     def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
-        """Make ready to count one caster's shadows, on all cells or on a window of them."""
+        """Prepare to count one caster's shadows, on all cells or a window of them."""
 
     @abstractmethod
     def find_z(self) -> NDArray[np.float64]:
@@ -139,7 +139,7 @@ class PlanTile:
         return self.with_rays(self.make_sweep(self.model.caster))
 
     def with_rays(self, sweep: Any) -> Any:
-        """Return a sweep of any device with rays for the cells that it cannot count."""
+        """Complement any device's sweep with rays for the cells that it cannot count."""
         if not len(self.covered):
             return sweep
         places = self.places.pick(self.covered)
@@ -159,7 +159,7 @@ class PlanTile:
         Returns
         -------
         window : tuple of slice
-            Rows and columns that hold all of them.
+            Rows and columns that hold all shadows.
         masks : (n, rows, cols) uint8
             Of the window.
         """
@@ -184,7 +184,7 @@ class PlanTile:
 
     @cached_property
     def places(self) -> Places:
-        """The cells' centres on the receiver, as far beside them as it was looked at."""
+        """Receiver points of the cells, at the offsets from the centres used for heights."""
         x, y = np.meshgrid(self.grid.x, self.grid.y)
         aside = self._find_aside()
         x += (aside[:, 0] * self.grid.dx).reshape(x.shape)
@@ -204,12 +204,12 @@ class PlanTile:
         """Return the same receivers with other parts casting; all but canopies by default."""
         model = self.model.solid if parts is None else self.model.with_casters(parts)
         other, known = replace(self, model=model), ("surface", "covered", "places")
-        _ = self.covered  # rays count the same cells, whoever casts
+        _ = self.covered  # rays count the same cells for any casters
         vars(other).update({name: vars(self)[name] for name in known if name in vars(self)})
         return other
 
     def find_canopies(self) -> NDArray[np.bool_]:
-        """Tell which cells lie under canopies, (rows, cols)."""
+        """Find the cells under canopies, (rows, cols)."""
         model = self.model
         if model.canopy is None:
             return np.zeros(self.shape, np.bool_)
@@ -217,7 +217,7 @@ class PlanTile:
         return find_surface(crowns, self.grid, model.ground, model.threads).face >= 0
 
     def find_parts(self) -> NDArray[np.intp]:
-        """Return the part that is topmost in each cell, (rows, cols); -1 on the ground."""
+        """Return the topmost part of each cell, (rows, cols); -1 on the ground."""
         face = self.surface.face
         return np.where(face < 0, -1, self.model.soup.part[np.maximum(face, 0)])
 
@@ -228,7 +228,7 @@ class PlaneTile(PlanTile):
     on_plane = True
 
     def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
-        """Count by the crossings of a plane."""
+        """Prepare a sweep over the plane's crossings."""
         grid = self.grid if window is None else self.grid.part(*window)
         return PlaneSweep(caster, grid, self.model.ground, self.model.threads)
 
@@ -248,7 +248,7 @@ class TopmostTile(PlanTile):
 
     @cached_property
     def covered(self) -> NDArray[np.intp]:
-        """Cells on the surface's rim, and those over which canopies hang."""
+        """Cells on the surface's rim, and cells under canopies."""
         model, surface = self.model, self.surface
         if model.canopy is None:
             return surface.rim
@@ -257,7 +257,7 @@ class TopmostTile(PlanTile):
         return np.union1d(surface.rim, np.flatnonzero(above.heights > surface.heights))
 
     def make_sweep(self, caster: Caster, window: tuple[slice, ...] | None = None) -> Sweep:
-        """Count over a height field by spans; attached shadow where all cells are counted."""
+        """Prepare a sweep over the height field, with attached shadow if all cells are counted."""
         model, surface = self.model, self.surface
         if window is None:
             return HeightFieldSweep(
@@ -287,25 +287,25 @@ class TopmostTile(PlanTile):
 
 class CoveredSweep:
     """
-    Count shadows on a plan some of whose cells have casters right above them.
+    Counter of a plan, by a sweep and by rays for covered and rim cells.
 
-    A plan's sweep takes its receivers to be topmost, and to lie a hair to the east and north
-    of the cells' centres. Where canopies, which are looked through, are above them, or there
-    is nothing on that side, the way to each sun is tried instead, with the same rules.
+    A sweep assumes topmost receivers, slightly east and north of the cells' centres. Cells
+    below canopies, which are seen through, or without a surface on that side are counted by
+    rays to each sun instead, with the same rules.
 
     Parameters
     ----------
     sweep : Counter
-        Right in all other cells, on any device.
+        Counter of all other cells, on any device.
     cells : (n,) int
         Flat indices of the cells that rays count.
     tree : FaceTree
-        Of what casts.
+        Over the casting faces.
     places : Places
         Of these cells.
     threads : int
     attached : bool
-        Whether a cell that is turned from the sun is in shadow.
+        Whether a cell that faces away from the sun is in shadow.
     """
 
     def __init__(
@@ -316,7 +316,7 @@ class CoveredSweep:
         self.threads, self.attached = threads, attached
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Tell for each sun which cells are in shadow, (n, rows, cols) uint8."""
+        """Return for each sun the cells in shadow, (n, rows, cols) uint8."""
         masks = self.sweep.masks(suns)
         masks.reshape(len(suns), math.prod(masks.shape[1:]))[:, self.cells] = self._find(suns)
         return masks
@@ -327,7 +327,7 @@ class CoveredSweep:
         steps: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Count for each cell how many suns leave it in shadow."""
+        """Add to each cell the number of suns that leave it in shadow."""
         beneath = steps.ravel()[self.cells]
         for first in range(0, len(suns), 64):
             beneath += self._find(suns[first : first + 64]).sum(0, dtype=np.int32)
@@ -343,7 +343,7 @@ class CoveredSweep:
 
 
 def _fill(shape: tuple[int, ...], window: tuple[slice, ...]) -> NDArray[np.bool_]:
-    """Return where a window lies among all cells."""
+    """Return a mask of all cells that is true in a window."""
     where = np.zeros(shape, np.bool_)
     where[window] = True
     return where
@@ -352,7 +352,7 @@ def _fill(shape: tuple[int, ...], window: tuple[slice, ...]) -> NDArray[np.bool_
 def _crop(
     grid: Grid, caster: Caster, suns: NDArray[np.float64], floor: float
 ) -> tuple[tuple[slice, slice], Grid]:
-    """Find the part of a raster that a caster's shadows can reach, down to the lowest receiver."""
+    """Find the window of a raster that a caster's shadows reach, down to the lowest receiver."""
     corners = caster.vertices[caster.faces.ravel()]
     low, high = grid.to_cells(np.stack([corners.min(0), corners.max(0)]))
     drop = max(high[2] - floor, 0.0)

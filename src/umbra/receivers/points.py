@@ -1,7 +1,7 @@
 """
 Points as receivers: samples of walls and roofs, or given points.
 
-Given are points such as windows, sensors and places in a garden, with their tables.
+Given points are windows, sensors or places in a garden, read from tables.
 """
 
 import csv
@@ -46,7 +46,7 @@ class SampledSurfaces(SampleKind):
     }  # fmt: skip
 
     def lay_out(self, request: Request) -> "SurfaceSamples":
-        """Sample the surfaces of all parts, or of those chosen."""
+        """Sample the surfaces of all or of chosen parts."""
         on, spacing = request.options.on, request.options.spacing
         casting = request.prepare()
         left = None if request.canopy is None else request.canopy.find_receivers(request.scene, on)
@@ -75,7 +75,7 @@ class SampledSurfaces(SampleKind):
         )
 
     def find_counted(self, study: "Study") -> Counted:
-        """Weigh each sample by the area that it stands for."""
+        """Weight each sample by its area."""
         which = np.isfinite(study.shadow_hours)
         return Counted(which, np.asarray(study.more["area"][1]), "m²", "sampled surfaces")
 
@@ -144,7 +144,7 @@ class GivenPoints(SampleKind):
     tables = {"points.csv": "sample"}  # noqa: RUF012  (a constant)
 
     def lay_out(self, request: Request) -> "NamedPoints":
-        """Take the points as they are given, with normals or without."""
+        """Make receivers of the points, with or without normals."""
         casting = request.prepare()
         given = check_points(request.options.points)
         normals = given[:, 3:] if given.shape[1] == 6 else np.full((len(given), 3), np.nan)
@@ -177,7 +177,7 @@ class NamedPoints(SingleReceivers):
     """Points, some with names."""
 
     def sum_up(self, study: "Study") -> Variables:
-        """Return the points' names, where they have some."""
+        """Return the points' names, if any."""
         return {"name": (DIMS, np.array(self.names))} if self.names else {}
 
 
@@ -188,19 +188,19 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
     Parameters
     ----------
     path : path
-        Columns x, y, z, or x, y, z, nx, ny, nz, in this order; with a first line of
-        names they may be in any, with others beside them; ``name`` names the points.
+        Columns x, y, z, or x, y, z, nx, ny, nz, in this order; with a header line in any
+        order, among other columns; ``name`` names the points.
 
     Returns
     -------
     points : (n, 3) or (n, 6) float64
     names : list of str
-        Empty where there are none.
+        Empty if there are none.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or a line has other than numbers.
+        If the file cannot be read, or a value is not a number.
     """
     try:
         with Path(path).open(encoding="utf-8-sig", newline="") as file:

@@ -1,11 +1,11 @@
 """
 Walls and roofs, sampled in their own planes.
 
-A surface is what lies in one plane and hangs together by edges within one part. It is
-laid out in squares along its horizontal and the way up; each square whose centre is on
-the surface is a sample there, on the very triangle that holds it. A surface that holds
-no centre has one sample, in the middle of its largest triangle. A sample stands for an
-equal share of its surface's area.
+A surface is a set of coplanar triangles of one part, connected by edges. It is covered with
+squares along its horizontal and upward axes; each square whose centre is on the surface
+gives a sample, on the triangle that holds it. A surface that holds no centre has one
+sample, at the centroid of its largest triangle. All samples of a surface represent equal
+shares of its area.
 """
 
 from collections.abc import Sequence
@@ -21,17 +21,17 @@ from umbra.volume.adjacency import make_caster, weld_vertices
 
 __all__ = ["LEVEL", "Samples", "sample_surfaces"]
 
-_COS = 1.0 - 1e-6  # triangles within 0.08 degrees of each other lie in one plane
+_COS = 1.0 - 1e-6  # triangles within 0.08 degrees are coplanar
 LEVEL = 1e-6
-"""Of a unit normal: a surface whose normal leans less is level."""
-_RIM = 1e-9  # of a triangle's height: nearer to its edge a point is on it
+"""Largest horizontal part of a unit normal of a level surface."""
+_RIM = 1e-9  # distance from an edge, relative to the triangle's height, that counts as on it
 _MOST = 50_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
     """
-    Places on surfaces.
+    Samples of surfaces.
 
     Parameters
     ----------
@@ -40,28 +40,28 @@ class Samples:
     normals : (n, 3) float64
         Outward unit normals.
     surface : (n,) int32
-        Of each sample; ascending.
+        Surface of each sample; ascending.
     area : (n,) float64
-        That each stands for [m2].
+        Area of each sample [m2].
     part : (n_surfaces,) int32
-        Of each surface, in ``Scene.parts``.
+        Part of each surface, in ``Scene.parts``.
     surface_area : (n_surfaces,) float64
         [m2]
     surface_normal : (n_surfaces, 3) float64
     corners : (n_triangles, 3, 3) float64
-        Of the triangles that were sampled, surface after surface; local frame [m].
+        Sampled triangles, in order of surfaces; local frame [m].
     owner : (n_triangles,) int64
-        The surface of each.
+        Surface of each triangle.
     triangle : (n,) int64
-        The triangle that holds each sample.
+        Triangle that holds each sample.
     axes : (n_surfaces, 2, 3) float64
         Horizontal and upward axis of each surface's squares.
     start : (n_surfaces, 2) float64
         The first square's centre along these axes [m].
     cells : (n_surfaces, 2) int64
-        Squares along them.
+        Number of squares along the axes.
     spacing : float
-        The squares' side [m].
+        Side of the squares [m].
     """
 
     points: NDArray[np.float64]
@@ -86,7 +86,7 @@ class Samples:
         Parameters
         ----------
         some : slice
-            Holding one sample at least.
+            Of at least one sample.
         """
         surface = self.surface[some]
         which = slice(int(surface[0]), int(surface[-1]) + 1)
@@ -115,14 +115,14 @@ def sample_surfaces(
     """
     Sample the surfaces of some parts.
 
-    Sides are those that the file's winding calls outward; a closed thing that is wound
-    inward is turned about. What faces straight down never sees the sun and is left out.
+    Outward sides follow the file's winding; closed components wound inward are reversed.
+    Surfaces that face straight down never see the sun and are left out.
 
     Parameters
     ----------
     scene : Scene
     spacing : float
-        Between samples [m].
+        Distance between samples [m].
     on : sequence of str
         Shell patterns of names, kinds, layers or tags; all parts by default.
     parts : sequence of int, optional
@@ -131,8 +131,8 @@ def sample_surfaces(
     Raises
     ------
     InputError
-        If the spacing is not above 0 or makes too many samples, a pattern matches no
-        part, or nothing is left to sample.
+        If the spacing is not above 0 or makes too many samples, a pattern matches no part,
+        or no surface is left to sample.
     """
     if not 0 < spacing < np.inf:
         msg = f"the spacing must be larger than 0 m; got {spacing:g}"
@@ -168,7 +168,7 @@ def sample_surfaces(
     flat = np.einsum("fij,fkj->fik", corners, axes[owner])  # (n, 3 corners, along and up)
     low = np.minimum.reduceat(flat.min(1), first, axis=0)
     high = np.maximum.reduceat(flat.max(1), first, axis=0)
-    # Squares lie evenly about the middle of each surface.
+    # Squares are centred on each surface.
     cells = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1)
     start = (low + high) / 2 - (cells - 1) / 2 * spacing
     triangle, weights = _find_samples(
@@ -222,7 +222,7 @@ def _join(
     Returns
     -------
     owner : (n,) int
-        Number of each face's surface.
+        Surface of each face.
     is_border : (n, 3) bool
         Whether the edge from each corner to the next bounds its surface.
     """
@@ -279,9 +279,9 @@ def _unite(one, two, root):
 @njit(cache=True, nogil=True)
 def _find_samples(flat, owner, is_border, start, spacing):
     """
-    Find the squares' centres in each triangle: which triangle, and barycentric weights.
+    Find the squares' centres in each triangle, with barycentric weights.
 
-    A centre on the very border of a surface is left out: there it has two sides to choose.
+    Centres exactly on a surface's border are left out: they belong to two sides.
     """
     count = 0
     at_left, at_right, weight = np.zeros((3, 3))
@@ -300,7 +300,7 @@ def _find_samples(flat, owner, is_border, start, spacing):
                 np.int64(np.floor((high - s[1]) / spacing)) + 2,
             ):
                 y = s[1] + r * spacing
-                # The row's stretch in the triangle, half open, from edges that neighbours share.
+                # The row's half-open span in the triangle, from edges that neighbours share.
                 left = np.inf
                 right = -np.inf
                 for k in range(3):
@@ -319,14 +319,14 @@ def _find_samples(flat, owner, is_border, start, spacing):
                         right = x
                         at_right[:] = 0.0
                         at_right[i], at_right[j] = 1.0 - t, t
-                # Compared as neighbours do: a quotient may be rounded to either side of a centre.
+                # Same comparison as in neighbours: a quotient may round to either side.
                 c = np.int64(np.ceil((left - s[0]) / spacing)) - 1 if left < right else 0
                 while left < right and s[0] + c * spacing < right:
                     x = s[0] + c * spacing
                     c += 1
                     if x < left:
                         continue
-                    # Between two edges, so that no rounding leads out of a needle.
+                    # Clamped between two edges: rounding must not leave a needle.
                     t = (x - left) / (right - left)
                     for k in range(3):
                         weight[k] = (1.0 - t) * at_left[k] + t * at_right[k]

@@ -1,10 +1,9 @@
 """
 Pixels of a view as receivers.
 
-An elevation is seen from infinitely far, level. No point there is in shadow while the
-sun is up: a shadow that runs to infinity runs downward. So z-pass counts are right, and
-the same holds for every view that looks level or down from infinity; from an eye at
-hand counting starts at the eye's own count.
+A view from infinity that looks level or down starts outside every shadow while the sun is
+up, as shadows run downward; so z-pass counts are right. From an eye at finite distance
+counting starts at the eye's own count.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,13 +27,13 @@ from umbra.volume.adjacency import Caster
 
 __all__ = ["SeenRaster", "ViewModel", "ViewTile"]
 
-_FAR = 1e9  # where nothing is seen a point stands this high, out of every shadow [m]
+_FAR = 1e9  # height of empty pixels' points, above every shadow [m]
 
 
 @dataclass(frozen=True, eq=False)
 class ViewModel(Casting):
     """
-    Casters, and receivers that a camera sees.
+    Casters, and receivers seen by a camera.
 
     Parameters
     ----------
@@ -43,11 +42,11 @@ class ViewModel(Casting):
     casters : list of int
         Parts that cast.
     make_camera : callable
-        Gives the camera of a grid of the view.
+        Returns the camera of a grid of the view.
     ground : float, optional
-        z of a ground that is seen, in the model's own coordinates [m].
+        z of a visible ground, in the model's own coordinates [m].
     shown : list of int, optional
-        Parts that are seen, as if no others stood before them; all by default.
+        Visible parts, as if no others hid them; all by default.
     """
 
     casters: list[int]
@@ -56,7 +55,7 @@ class ViewModel(Casting):
     shown: list[int] | None = None
 
     def with_casters(self, parts: Sequence[int]) -> "ViewModel":
-        """Return the same receivers with other parts casting, which need not be seen."""
+        """Return the same receivers with other parts casting, visible or not."""
         shown = range(len(self.scene.parts)) if self.shown is None else self.shown
         return replace(super().with_casters(parts), shown=list(shown))
 
@@ -110,7 +109,7 @@ class ViewTile:
 
     @property
     def is_seen(self) -> NDArray[np.bool_]:
-        """Where anything is seen, (rows, cols) bool."""
+        """Pixels with a visible surface, (rows, cols) bool."""
         return self.frame.part[::-1] != NOTHING
 
     @property
@@ -120,7 +119,7 @@ class ViewTile:
 
     @property
     def nothing(self) -> NDArray[np.bool_]:
-        """Where nothing is seen, (rows, cols) bool."""
+        """Pixels without a visible surface, (rows, cols) bool."""
         return ~self.is_seen
 
     @property
@@ -130,17 +129,17 @@ class ViewTile:
 
     @property
     def relief(self) -> NDArray[np.float64]:
-        """1 where anything is seen, so that outlines are drawn, (rows, cols) float64."""
+        """1 where a surface is seen, so that outlines are drawn, (rows, cols) float64."""
         return self.is_seen.astype(np.float64)
 
     @property
     def drawn_heights(self) -> NDArray[np.float64]:
-        """0 where anything is seen, NaN elsewhere, (rows, cols)."""
+        """0 where a surface is seen, NaN elsewhere, (rows, cols)."""
         return np.where(self.is_seen, 0.0, np.nan)
 
     @cached_property
     def places(self) -> Places:
-        """The pixels' centres on the surface; far above everything where there is none."""
+        """The pixels' centres on the surface; far above the model where there is none."""
         origin = self.model.scene.origin
         position = (self.frame.position[::-1] - origin).reshape(-1, 3)
         normal = self.frame.normal[::-1].reshape(-1, 3).copy()
@@ -154,8 +153,8 @@ class ViewTile:
         return self
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Tell for each sun which pixels are in shadow, cast or attached."""
-        if self.model.shown is not None:  # z-pass needs all that casts to be drawn
+        """Return for each sun the pixels in shadow, cast or attached."""
+        if self.model.shown is not None:  # z-pass needs all casters in the picture
             tree, where = self.model.tree, self.places
             found = find_hidden(tree, where.points, where.normals, suns, self.model.threads)
             return found.reshape(-1, *self.shape)
@@ -174,7 +173,7 @@ class ViewTile:
         steps: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Count for each pixel how many suns leave it in shadow."""
+        """Add to each pixel the number of suns that leave it in shadow."""
         for sun in suns:
             steps += self.masks(sun[None])[0]
             progress(1)
@@ -190,7 +189,7 @@ class ViewTile:
         return replace(self, model=model)
 
     def find_canopies(self) -> NDArray[np.bool_]:
-        """Tell which pixels have canopies before what they show, (rows, cols)."""
+        """Find the pixels with canopies in front of their surface, (rows, cols)."""
         model = self.model
         if model.canopy is None:
             return np.zeros(self.shape, np.bool_)
@@ -200,7 +199,7 @@ class ViewTile:
         return np.isin(crowned.find_parts(), model.canopy.parts)
 
     def find_parts(self) -> NDArray[np.intp]:
-        """Return each pixel's part; -1 for the ground and where there is none."""
+        """Return each pixel's part; -1 for the ground or none."""
         part = self.frame.part[::-1]
         return np.where(part < 0, -1, part)
 
@@ -208,7 +207,7 @@ class ViewTile:
 @dataclass(eq=False)
 class SeenRaster(Raster):
     """
-    The pixels of a view, seen at once.
+    Pixels of a view, in one tile.
 
     Parameters
     ----------
@@ -220,19 +219,19 @@ class SeenRaster(Raster):
 
     @property
     def heights(self) -> NDArray[np.float64]:
-        """0 where anything is seen, NaN elsewhere."""
+        """0 where a surface is seen, NaN elsewhere."""
         return self.tile.drawn_heights
 
     def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
-        """Return the one tile that all pixels are."""
+        """Return all pixels as one tile."""
         return [(..., lambda: self.tile)]
 
     def finish(self) -> NDArray[np.bool_] | None:
-        """Return where nothing is seen."""
+        """Return the pixels without a visible surface."""
         return ~self.tile.is_seen
 
     def locate(self) -> Variables:
-        """Return the place, normal and part of each pixel's centre."""
+        """Return the position, normal and part at each pixel's centre."""
         frame = self.tile.frame
         return {
             "position": ((*self.dims, "xyz"), frame.position[::-1].copy()),

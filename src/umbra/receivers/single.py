@@ -1,4 +1,4 @@
-"""Single points as receivers: how they are counted, tile by tile."""
+"""Single points as receivers, counted tile by tile."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,10 +24,10 @@ __all__ = ["DIMS", "PointTile", "SingleReceivers"]
 
 DIMS = ("sample",)
 CHUNK = 65_536
-"""Points that are counted at a time."""
-_CHUNK_OF_SURFACES = 2_097_152  # samples: each time every sun's silhouettes are found anew
-_MANY_SUNS = 16  # that are worth laying surfaces out in patches; fewer are sooner asked by rays
-_BYTES = 300  # held for each point: place, normal, hours, and copies on the way to the file
+"""Points per tile."""
+_CHUNK_OF_SURFACES = 2_097_152  # samples: each chunk finds every sun's silhouette edges again
+_MANY_SUNS = 16  # suns from which patches of surfaces pay; rays are faster for fewer
+_BYTES = 300  # per point: position, normal, hours, and copies made in writing
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,9 @@ class PointTile:
     places : Places
         In the scene's local frame.
     part : (n,) int
-        Of each point; -1 for none.
+        Part of each point; -1 for none.
     samples : Samples, optional
-        How the points lie on surfaces, where they do.
+        Surface samples that the points come from, if any.
     """
 
     casting: Casting
@@ -62,7 +62,7 @@ class PointTile:
         return self.casting.tree
 
     def make_counter(self) -> "PointTile | PatchCounter":
-        """Return a counter: of surfaces by the edges of shadows, of other points by rays."""
+        """Return a counter: by shadow edges on surfaces, by rays for other points."""
         if self.samples is None:
             return self
         casting = self.casting
@@ -70,7 +70,7 @@ class PointTile:
         return PatchCounter(patches, casting.caster, casting.tree, casting.threads)
 
     def masks(self, suns: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Tell for each sun which points are in shadow, cast or attached."""
+        """Return for each sun the points in shadow, cast or attached."""
         where = self.places
         return find_hidden(
             self.casting.tree, where.points, where.normals, suns, self.casting.threads
@@ -82,7 +82,7 @@ class PointTile:
         steps: NDArray[np.int32],
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
-        """Count for each point how many suns leave it in shadow."""
+        """Add to each point the number of suns that leave it in shadow."""
         for first in range(0, len(suns), 64):
             some = suns[first : first + 64]
             steps += self.masks(some).sum(0, dtype=np.int32)
@@ -112,11 +112,11 @@ class SingleReceivers(Receivers):
     local : Places
         In the scene's local frame.
     part : (n,) int
-        Of each; -1 for none.
+        Part of each point; -1 for none.
     samples : Samples, optional
-        How they lie on surfaces, where they do.
+        Surface samples that the points come from, if any.
     names : sequence of str
-        Of the points, where they have some.
+        Names of the points, if any.
     """
 
     local: Places
@@ -131,7 +131,7 @@ class SingleReceivers(Receivers):
 
     def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
         """
-        Cut them into runs; surfaces are laid out in patches where there are suns enough.
+        Cut them into chunks; surfaces are laid out in patches if there are many suns.
 
         Raises
         ------
@@ -152,7 +152,7 @@ class SingleReceivers(Receivers):
         return self._cut(chunk, samples)
 
     def look_again(self) -> Iterator[tuple[slice, PointTile]]:
-        """Return the receivers run by run, to be counted by rays, and where each run lies."""
+        """Return the receivers in chunks to be counted by rays, and their indices."""
         return ((some, make()) for some, make in self._cut(CHUNK, None))
 
     def _cut(
@@ -166,7 +166,7 @@ class SingleReceivers(Receivers):
         return PointTile(self.casting, self.local.pick(some), self.part[some], piece)
 
     def variables(self) -> Variables:
-        """Return where each lies, and its normal."""
+        """Return the position and normal of each."""
         return {
             "receiver_z": (DIMS, self.places.points[:, 2].copy()),
             "position": ((*DIMS, "xyz"), self.places.points),

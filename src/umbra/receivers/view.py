@@ -1,4 +1,4 @@
-"""What is seen from infinitely far: elevations from any azimuth, and views from above."""
+"""Orthographic views as receivers: elevations from any azimuth, and views from above."""
 
 import math
 from collections.abc import Sequence
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
 
 __all__ = ["COMPASS", "Elevation", "ElevationView", "ViewFromAbove", "find_direction"]
 
-_TURNS = 1e4  # degrees that are surely meant as an azimuth
+_TURNS = 1e4  # largest azimuth that is accepted [degrees]
 _MARGIN = 0.02  # of the model's length
-_AROUND = 0.08  # of it, where the ground about it is seen
+_AROUND = 0.08  # of it, if the ground around is visible
 PIXEL_BYTES = 200
-"""Held for each pixel: its position, normal, depth and counts."""
+"""Memory of a pixel: its position, normal, depth and counts [byte]."""
 COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
 
 
 def find_direction(receivers: str, names: Sequence[str] = ()) -> tuple[float, float]:
     """
-    Read from where a view is seen.
+    Read the direction of a view.
 
     Parameters
     ----------
     receivers : str
-        North, east, south, west, or degrees clockwise from true north; after a slash
-        how far the view looks down: ``215/35``.
+        North, east, south, west, or degrees clockwise from true north; after a slash the
+        tilt downward: ``215/35``.
     names : sequence of str
         Other receivers that a message names.
 
@@ -90,16 +90,16 @@ class Elevation:
     @classmethod
     def of(cls, azimuth: float, true_north: float, tilt: float = 0.0) -> "Elevation":
         """
-        Look at what faces an azimuth.
+        Make the frame of a view from an azimuth.
 
         Parameters
         ----------
         azimuth : float
-            From where it is seen, clockwise from true north [degrees].
+            Azimuth of the viewer, clockwise from true north [degrees].
         true_north : float
             Azimuth of true north in the plan [degrees].
         tilt : float
-            How far it looks down [degrees].
+            Tilt of the view downward [degrees].
         """
         quarters, rest = divmod(azimuth + true_north, 90.0)
         sine, cosine = np.sin(np.radians(rest)), np.cos(np.radians(rest))
@@ -114,11 +114,11 @@ class Elevation:
 
     @property
     def is_level(self) -> bool:
-        """Whether up is z."""
+        """Whether upward is along z."""
         return self.forward[2] == 0
 
     def find_extent(self, scene: Scene, parts: list[int] | None = None) -> NDArray[np.float64]:
-        """Return the bounds of parts along the view and upward in it, (2, 2) [m]."""
+        """Return the bounds of parts along the view's right and up axes, (2, 2) [m]."""
         soup = scene.triangles(parts)
         used = soup.find_corners() + scene.origin
         across = used @ np.array([self.right, self.up]).T
@@ -126,12 +126,12 @@ class Elevation:
 
     def make_camera(self, grid: Grid, bounds: NDArray[np.float64]) -> Camera:
         """
-        Look at a raster of square cells, its axes along the view and upward in it.
+        Make the camera of a raster of square cells along the view's right and up axes.
 
         Parameters
         ----------
         grid : Grid
-            Of distances along the view and upward, in the model's own coordinates [m].
+            Along right and up, in the model's own coordinates [m].
         bounds : (2, 3) float64
             Of the model.
         """
@@ -166,10 +166,10 @@ class OrthographicKind(ReceiverKind):
         frame = Elevation.of(azimuth, request.true_north, tilt)
         low, high = frame.find_extent(scene, shown)
         margin = _MARGIN * (high[0] - low[0]) + 1e-3
-        room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # a long row of houses is low
+        room = min(margin, 0.1 * (high[1] - low[1]) + 1e-3)  # long rows of houses are low
         ground = None
         if not frame.is_level and not has_terrain(scene):
-            ground, margin = level, _AROUND * (high[0] - low[0])  # what stands on it throws shadows
+            ground, margin = level, _AROUND * (high[0] - low[0])  # room for shadows on the ground
             room = margin * -frame.forward[2]
         bottom = level if frame.is_level else low[1] - room
         default = (low[0] - margin, bottom, high[0] + margin, max(high[1], bottom) + room)
@@ -177,7 +177,7 @@ class OrthographicKind(ReceiverKind):
         extent, size, cell = raster["extent"] or default, raster["size"], raster["cell"]
         if size is None and cell is None:
             cell = _choose_cell(extent)
-        # What is seen, in the view's own axes, as the extent is.
+        # Visible parts in the view's axes, like the extent.
         grid, _, _ = lay_out(
             Skyline.of(np.array([(*low, level), (*high, level)]), level),
             np.zeros((0, 3)),
@@ -199,7 +199,7 @@ class OrthographicKind(ReceiverKind):
         )  # fmt: skip
 
     def describe_tilt(self, tilt: float) -> dict[str, object]:
-        """Tell in attributes how far the view looks down [degrees]."""
+        """Return the view's tilt downward as an attribute [degrees]."""
         return {}
 
     def describe_receivers(self, study: "Study") -> str:
@@ -229,7 +229,7 @@ class ElevationView(OrthographicKind):
 
 
 class ViewFromAbove(OrthographicKind):
-    """What is seen from an azimuth and looking down."""
+    """View from an azimuth, looking down."""
 
     name = "view"
     rows = "up"
@@ -240,24 +240,24 @@ class ViewFromAbove(OrthographicKind):
         return f", seen from azimuth {azimuth:g}°, looking down {tilt:g}°"
 
     def find_north(self, facts: dict[str, Any], true_north: float) -> tuple[float | None, float]:
-        """Find where true north points, seen from above at an angle."""
+        """Find the direction of true north in the tilted view."""
         tilt = math.radians(float(facts["view_tilt_deg"]))
         return 180.0 - float(facts["view_azimuth_deg"]), math.sin(tilt)
 
     def describe_tilt(self, tilt: float) -> dict[str, object]:
-        """Tell in attributes how far the view looks down [degrees]."""
+        """Return the view's tilt downward as an attribute [degrees]."""
         return {"view_tilt_deg": tilt}
 
 
 def _find_facing(tile: ViewTile) -> NDArray[np.float64]:
-    """Return the cosine between each surface and the view; 1 where nothing is seen."""
+    """Return the cosine between each normal and the view; 1 in empty pixels."""
     way = tile.camera.axes()[2]
     facing = -np.nan_to_num(tile.frame.normal[::-1]) @ way
     return np.where(tile.is_seen, np.maximum(facing, 1e-6), 1.0)
 
 
 def _choose_cell(extent: Sequence[float]) -> float:
-    """Return the 1, 2 or 5 times a power of ten that makes at most a million cells, 2048 a side."""
+    """Choose 1, 2 or 5 times a power of ten for at most a million cells and 2048 a side."""
     wide, high = extent[2] - extent[0], extent[3] - extent[1]
     least = max(wide / 2048, high / 2048, math.sqrt(wide * high) / 1024, 1e-9)
     power = 10.0 ** math.floor(math.log10(least))
@@ -265,7 +265,7 @@ def _choose_cell(extent: Sequence[float]) -> float:
 
 
 def _make_square(grid: Grid) -> Grid:
-    """Make the cells square, about the same centre, around at least the same extent."""
+    """Make the cells square, with the same centre and at least the same extent."""
     side = max(grid.dx, grid.dy)
     x = grid.x0 + grid.dx * (grid.cols - 1) / 2 - side * (grid.cols - 1) / 2
     y = grid.y0 + grid.dy * (grid.rows - 1) / 2 - side * (grid.rows - 1) / 2

@@ -1,4 +1,4 @@
-"""What is seen of a model from the zenith: the topmost surface of each cell."""
+"""Topmost surface of a model: the face visible from the zenith in each cell."""
 
 from dataclasses import dataclass, field, replace
 
@@ -15,8 +15,8 @@ __all__ = ["Surface", "find_surface"]
 
 _INWARD = (2.0**-10, 0.618 * 2.0**-10)
 """
-How far from its centre a cell on the rim is looked at [cells]: so far that a ray from there
-tells the neighbouring faces, which meet in the centre, from its own.
+Offset of the sample point of a rim cell from its centre [cells], large enough for a ray to
+separate its face from neighbouring faces that meet in the centre.
 """
 _AT_ONCE = 2**18  # faces whose bounds are held in memory
 
@@ -24,21 +24,21 @@ _AT_ONCE = 2**18  # faces whose bounds are held in memory
 @dataclass(frozen=True, eq=False)
 class Surface:
     """
-    The plan of a model over its ground, looked at ``ASIDE`` of the cells' centres.
+    Topmost surface of a model over its ground, sampled ``ASIDE`` of the cells' centres.
 
     Parameters
     ----------
     heights : (rows, cols) float64
-        z of the topmost surface, the ground where nothing stands higher; local frame [m].
+        z of the topmost surface, or of the ground if higher; local frame [m].
     slopes : Slopes
-        The cells whose surface is not level, which can turn from the sun.
+        Cells whose surface is not level and can face away from the sun.
     face : (rows, cols) int32
-        Of the soup; ``NOTHING`` where there is only the ground.
+        Face of the soup; ``NOTHING`` on the ground.
     rim : (n,) int64
-        Flat indices of the cells whose centres lie on the eastern or northern end of all that
-        is seen.
+        Flat indices of the cells whose centres lie on the eastern or northern edge of the
+        visible surface.
     inward : (n, 2) float64
-        Where those were looked at, from their centres [cells].
+        Offsets of their sample points from the centres [cells].
     """
 
     heights: NDArray[np.float64]
@@ -52,7 +52,7 @@ def find_surface(
     soup: Triangles, grid: Grid, ground: float, threads: int = 1, *, has_end: bool = False
 ) -> Surface:
     """
-    Look at a model from the zenith.
+    Find a model's topmost surface.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def find_surface(
         z of the ground plane, local frame [m].
     threads : int
     has_end : bool
-        Whether cells on the very end of what is seen belong to it, as there is no ground.
+        Whether cells on the surface's edge belong to it, as there is no ground.
 
     Returns
     -------
@@ -85,11 +85,11 @@ def find_surface(
     faces, owner = np.unique(view.face.ravel()[seen], return_inverse=True)
     a, b, c = (soup.vertices[soup.faces[faces, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
-    # The visible side decides, however the face is wound.
+    # The visible side decides, for either winding.
     normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)
     level = (normals[:, :2] == 0).all(1)
     sloping = ~level[owner]
-    # What is level has its corners' very height, which interpolation would miss by a digit.
+    # Level faces take their corners' exact height, which interpolation rounds.
     view.key.ravel()[seen[~sloping]] = a[owner[~sloping], 2]
     planes = np.zeros((4, len(faces)))
     planes[:3] = normals.T
@@ -120,7 +120,7 @@ def _find_near(soup: Triangles, grid: Grid, empty: NDArray[np.bool_]) -> NDArray
 def _look_down(
     soup: Triangles, grid: Grid, ground: float, threads: int, aside: ArrayLike
 ) -> DepthBuffer:
-    """Find the topmost faces so far beside the cells' centres [cells]."""
+    """Find the topmost faces at an offset from the cells' centres [cells]."""
     east, north = np.asarray(aside, np.float64).tolist()
     matrix = np.array(
         [
@@ -141,7 +141,7 @@ def _look_down(
 
 
 def _find_plans(soup: Triangles) -> NDArray[np.int32]:
-    """Return the faces no two of whose corners lie above each other, as those of walls do."""
+    """Return the faces without corners above each other, so without walls."""
     plans = [soup.vertices[soup.faces[:, k], :2] for k in range(3)]
     is_upright = np.zeros(len(soup.faces), np.bool_)
     for k in range(3):
