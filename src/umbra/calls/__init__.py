@@ -1,13 +1,13 @@
 """
-What Python calls, where it is more than one room's work: the functions that commands call, too.
+Python API calls that span several packages; commands call them, too.
 
-    picture.py   what `umbra render` draws                      render
-    study.py     a shadow study, and what it gives (result.py)  shadow_study
+    picture.py   pictures of `umbra render`                     render
+    study.py     a shadow study, and its result (result.py)     shadow_study
     window.py    the window of `umbra view`, or a picture       show
-    counts.py    points and lights of one's own                 count
+    counts.py    given points and lights                        count
                  shadows on a plane as polygons                 shadow_polygons
-    options.py   the options of pictures and windows; the commands' are made from them
-    arguments.py scenes, cameras and lights that calls are given, checked
+    options.py   options of pictures and windows, also for the commands
+    arguments.py checks of scenes, cameras and lights
 
-Importing this room, or the options, loads no numpy: the commands' help needs none.
+Importing this package, or the options, loads no numpy: the commands' help needs none.
 """

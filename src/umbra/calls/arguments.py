@@ -1,4 +1,4 @@
-"""The scenes and cameras that calls are given, checked."""
+"""Checks of the scenes and cameras passed to calls."""
 
 import math
 
@@ -11,7 +11,7 @@ from umbra.scene import Camera, Scene
 
 __all__ = ["check_picture_memory", "check_scene", "make_camera"]
 
-_BYTES, _LIGHT_BYTES = 330, 16  # held for each pixel of a picture, and for each of its lights
+_BYTES, _LIGHT_BYTES = 330, 16  # memory per pixel, and per pixel and light
 
 
 def check_scene(scene: object) -> None:
@@ -33,13 +33,13 @@ def make_camera(
     near: float | None = None,
 ) -> Camera:
     """
-    Make a camera for a scene; by default it sees the whole model.
+    Make a camera for a scene; by default of the whole model.
 
     Parameters
     ----------
     scene : Scene
     eye, target : (3,) float, optional
-        Both or none [m]; by default the whole model is seen from above.
+        Both or none [m]; by default the whole model from above.
     up : (3,) float
         Upward in the picture.
     size : (int, int)
@@ -47,7 +47,7 @@ def make_camera(
     fov : float
         Vertical field of view [degrees].
     height : float, optional
-        Orthographic instead: the picture's height [m].
+        Height of the picture [m], for an orthographic view instead.
     near : float, optional
         Near plane [m]; by default 0.1, or a thousandth of a model smaller than 100 m.
 
@@ -75,19 +75,19 @@ def make_camera(
 
 def check_picture_memory(size: tuple[int, int], lights: int) -> None:
     """
-    Refuse a picture that memory cannot hold.
+    Refuse a picture that does not fit in memory.
 
     Parameters
     ----------
     size : (int, int)
         Columns and rows.
     lights : int
-        How many.
+        Number of lights.
 
     Raises
     ------
     InputError
-        If it cannot; names a size that would fit.
+        If it does not fit; names a size that would.
     """
     cols, rows = size
     needed, held = cols * rows * (_BYTES + _LIGHT_BYTES * lights), find_memory()

@@ -1,7 +1,7 @@
 """
-Counting with points and lights of one's own: the primitive below every study.
+Counting of given points and lights: the primitive below every study.
 
-On a level plane the shadows are outlined instead, as exact polygons.
+Shadows on a level plane are also outlined, as exact polygons.
 """
 
 from collections.abc import Sequence
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 
 __all__ = ["check_lights", "count", "shadow_polygons"]
 
-_PLACE = 3  # numbers of a place; those after it are a normal
+_PLACE = 3  # columns of a position; a normal follows
 _HALF = 0.5
-_NO_DATE = "2000-01-01"  # which lights without a time do not ask
-_WORK = 64e6  # what a block of points may take with all lights [byte]
-_CELLS = 1024  # on a side of the raster that looks for components wound inward
-_MARGIN = 1.0  # [m] beside the longest shadow
+_NO_DATE = "2000-01-01"  # required by options, unused for lights without times
+_WORK = 64e6  # memory of a block of points with all lights [byte]
+_CELLS = 1024  # side of the raster that finds components wound inward
+_MARGIN = 1.0  # beyond the longest shadow [m]
 
 
 def count(
@@ -47,45 +47,45 @@ def count(
     **options: Any,
 ) -> Any:
     """
-    Find which points lie in the shadow of which lights, or add up what the shadows weigh.
+    Find the points in shadow of each light, or add up the weights of hidden lights.
 
     Parameters
     ----------
     scene : Scene
-        What casts.
+        Scene with the casters.
     receivers : (n, 3) or (n, 6) float, or str
-        Points in the model's own coordinates [m], or points with normals. A surface with a
-        normal is in its own shadow where it is turned from a light; a point on a face
-        without one sees both sides of that face. Or the name of a study's receivers:
+        Points in the model's own coordinates [m], or points with normals. With a normal a
+        point is in attached shadow if it faces away from a light; without one, a point on a
+        face sees both sides of it. Or the name of a study's receivers:
         ``'ground'``, ``'top'``, ``'surfaces'``, ``'south'``.
     directions : (m, 3) or (m, 4) float
         Directions toward the lights, of any length, in the model's axes; or homogeneous
-        lights, of which w = 0 is a direction and w = 1 a lamp at a place [m].
+        lights: w = 0 is a direction, w = 1 a lamp's position [m].
     weights : (m,) or (m, k) float, optional
-        What each light counts: hours, shares of the sky, W/m2. One sum for each column.
+        Weight of each light: hours, shares of the sky, W/m2. One sum per column.
     of : {'shadow', 'light'}
-        Whether to count the lights that are hidden, or those that are seen.
+        Whether to count hidden or visible lights.
     cast, no_cast : str or sequence of str
         Shell patterns of the parts that cast, or do not.
     threads : int, optional
         All cores by default.
     **options
-        Of named receivers, as of `umbra.shadow_study`: ``ground``, ``extent``, ``cell``,
+        Options of named receivers, as in `umbra.shadow_study`: ``ground``, ``extent``, ``cell``,
         ``size``, ``spacing``, ``on``, ``points``, ``eye``.
 
     Returns
     -------
     counts : (n, m) bool, (n,) float64 or (n, k) float64
-        Without weights, whether each light is hidden from (or, of light, seen by) each
-        point; with weights, the sum of those that are, in the weights' unit. Of named
+        Without weights, whether each light is hidden from (for 'light': visible to) each
+        point; with weights, the sum of their weights, in the weights' unit. For named
         receivers an xarray.DataArray (float32 sums) with their dimensions and coordinates
         before ``light`` or ``weight``; NaN or False where nothing receives.
 
     Raises
     ------
     InputError
-        If an array has another shape or is not finite, a light has no direction, or a
-        pattern matches no part.
+        If an array has a wrong shape or is not finite, a light has zero length, or a pattern
+        matches no part.
 
     Examples
     --------
@@ -133,7 +133,7 @@ def _count_named(
     of: str,
     asked: dict[str, Any],
 ) -> "xr.DataArray":
-    """Count on a study's receivers, each light in a column of its own where none has a weight."""
+    """Count on a study's receivers; without weights each light is a column."""
     import xarray as xr  # noqa: PLC0415
 
     from umbra.study.lights import Lights  # noqa: PLC0415
@@ -160,7 +160,7 @@ def _count_named(
 
 
 def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return a table of finite numbers; its rows are of one of these lengths."""
+    """Return an array of finite numbers with one of these numbers of columns."""
     try:
         array = np.array(given, np.float64)
     except (TypeError, ValueError):
@@ -228,28 +228,27 @@ def shadow_polygons(
     Parameters
     ----------
     scene : Scene
-        What casts; what lies below the plane does not.
+        Scene with the casters; parts below the plane do not cast.
     sun : Light, SunPath, (3,) or (n, 3) float
-        Directions toward the light, above the horizon, of any length; `umbra.sun_light`
-        and `umbra.find_sun` give them.
+        Directions toward the light, above the horizon, of any length, as from
+        `umbra.sun_light` and `umbra.find_sun`.
     plane : float
-        Its z, in the model's own coordinates [m].
+        z of the plane, in the model's own coordinates [m].
     cast, no_cast : str or sequence of str
         Shell patterns of the parts that cast, or do not.
 
     Returns
     -------
     polygons : geopandas.GeoDataFrame, or shapely.MultiPolygon, or a list of them
-        Where geopandas is installed and the scene's CRS is known, a row for each direction:
-        ``geometry``, ``area_m2`` and, of a `SunPath`, ``sun_altitude`` and ``sun_azimuth``
-        [degrees]. Otherwise a MultiPolygon, of several directions a list. In the model's own
-        coordinates [m].
+        If geopandas is installed and the scene's CRS is known, one row per direction:
+        ``geometry``, ``area_m2`` and, for a `SunPath`, ``sun_altitude`` and ``sun_azimuth``
+        [degrees]. Otherwise a MultiPolygon, or a list for several directions. In the model's
+        own coordinates [m].
 
     Raises
     ------
     InputError
-        If a direction does not come from above the horizon, or shapely or pyclipr is not
-        installed.
+        If a direction is not above the horizon, or shapely or pyclipr is not installed.
 
     Examples
     --------

@@ -1,9 +1,8 @@
 """
-Features that run on this machine, and the packages that the others need.
+Features available on this machine, and the packages that the others need.
 
-What a backend of OpenGL has is found out in a child process, which prints JSON: contexts of
-several kinds in one process disturb each other, and a driver that crashes must not take the
-asker with it.
+Each OpenGL backend is probed in a child process, which prints JSON: different contexts in one
+process disturb each other, and a crashing driver must not end the caller.
 """
 
 import json
@@ -30,12 +29,12 @@ _SECONDS = 60
 
 def examine() -> dict[str, Any]:
     """
-    Find out which devices run on this machine, and what to install for the others.
+    Find the devices that run on this machine, and the packages for the others.
 
     Returns
     -------
     report : dict
-        What JSON can hold, as ``umbra doctor --json`` prints it.
+        JSON data, as ``umbra doctor --json`` prints it.
     """
     from umbra.gl.backends import BACKENDS  # noqa: PLC0415
     from umbra.gl.context import DRIVER, INSTALL  # noqa: PLC0415
@@ -115,7 +114,7 @@ def probe(backend: str) -> dict[str, Any]:
 
 
 def _find_facts(backend: str) -> dict[str, Any]:
-    """Open the backend here, and ask."""
+    """Open the backend in this process and query it."""
     try:
         with open_device(backend) as device, Target(device, (16, 16)) as target:
             return {

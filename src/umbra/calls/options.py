@@ -1,9 +1,9 @@
 """
-The options of pictures and windows: each with its type, default, unit, help, flag and heading.
+Options of pictures and windows: each with its type, default, unit, help, flag and heading.
 
-The options of ``umbra render`` and ``umbra view``, the checks and the defaults are made from
-these records; the signatures of ``umbra.render``, ``umbra.make_camera`` and ``umbra.show`` are
-written out in full, and a test compares the two.
+These records define the options of ``umbra render`` and ``umbra view``, the checks and the
+defaults; ``umbra.render``, ``umbra.make_camera`` and ``umbra.show`` write their signatures out
+in full, and a test compares the two.
 """
 
 import math
@@ -30,11 +30,11 @@ _counting = partial(option, heading="Counting")
 _window = partial(option, heading="Window")
 _casters = partial(option, heading="Casters")
 _MOST_SAMPLES, _MOST_PLACES = 64, 4096
-_SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # a view like that of the whole model
+_SOMEWHERE = (0.0, 0.0, 0.0), (0.3, 0.8, -0.5)  # any valid view, for early checks
 
 
 def _tell_methods() -> str:
-    """List the methods of the default device, and what others have besides."""
+    """List the methods of the default device, and further methods of others."""
     own = DEVICES[DEFAULT].methods.hard
     texts = [", ".join(own[:-1]) + f" or {own[-1]}"]
     for device in DEVICES.values():
@@ -126,13 +126,13 @@ class CameraOptions:
                 "whole model"
             )
             raise InputError(msg, option=missing)
-        # Slips in a camera are told before anything is read.
+        # Report camera errors before reading any file.
         eye, target = (self.eye, self.target) if self.eye is not None else _SOMEWHERE
         near = 0.1 if self.near is None else self.near
         Camera(eye, target, self.up, self.size, self.fov, self.height, near)  # type: ignore[arg-type]
 
     def make(self, scene: "Scene") -> "Camera":
-        """Make the camera; what is not given suits the whole model."""
+        """Make the camera; defaults show the whole model."""
         from umbra.scene import Camera  # noqa: PLC0415
         from umbra.window.view import frame_bounds  # noqa: PLC0415
 
@@ -151,12 +151,12 @@ class CameraOptions:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LightOptions:
     """
-    The lights of a command, checked; Python gives ``umbra.render`` records or vectors.
+    The lights of a command, checked; Python passes records or vectors to ``umbra.render``.
 
     Raises
     ------
     InputError
-        If a light is wrong, or half of what says where the sun stands is missing.
+        If a light is wrong, or the sun's date or time is missing.
     """
 
     lights: Sequence[Sequence[float]] = _lights(
@@ -186,11 +186,11 @@ class LightOptions:
 
     @property
     def count(self) -> int:
-        """How many they are."""
+        """Number of lights."""
         return len(self.lights) + len(self.spots) + (self.date is not None)
 
     def make(self, find_site: "Callable[[], Site]") -> "list[Light]":
-        """Make the lights; the site is asked for where the sun is one of them."""
+        """Make the lights; the site is found only if the sun is one of them."""
         from umbra.sun import sun_light  # noqa: PLC0415
 
         made = self._make_given()
@@ -208,7 +208,7 @@ class LightOptions:
 
 
 def _name_slips(name: str, make: Callable[[Sequence[float]], Any], values: Sequence[float]) -> Any:
-    """Make something of an option's values; an error says which option it was, and of what."""
+    """Call ``make`` on an option's values; name the option and value in errors."""
     try:
         return make(values)
     except InputError as error:
@@ -221,12 +221,12 @@ def _name_slips(name: str, make: Callable[[Sequence[float]], Any], values: Seque
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RenderOptions:
     """
-    How a picture's shadows are counted, checked; see ``umbra.render``.
+    Options of a picture's shadows, checked; see ``umbra.render``.
 
     Raises
     ------
     InputError
-        If an option is wrong, or is not for the others.
+        If an option is wrong, or does not go with the others.
     """
 
     cast: Sequence[str] = _cast()
@@ -294,7 +294,7 @@ class RenderOptions:
 
     @property
     def softness(self) -> Softness:
-        """How finely soft methods work."""
+        """Settings of soft methods."""
         usual, n = Softness(), self.light_samples
         return Softness(
             samples=n or usual.samples, spots=n or usual.spots,
@@ -302,7 +302,7 @@ class RenderOptions:
         )  # fmt: skip
 
     def _check_places(self, places: int) -> None:
-        """Refuse places on lights where nothing takes so many."""
+        """Refuse a number of places on lights that the method does not allow."""
         if self.soft not in {"samples", "complexity"}:
             msg = "light_samples= is for soft='samples' or soft='complexity'"
             raise InputError(msg, option="light_samples")
@@ -313,7 +313,7 @@ class RenderOptions:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ViewOptions:
-    """What a view begins with, checked; see ``umbra.show``."""
+    """Initial state of a view, checked; see ``umbra.show``."""
 
     date: str | None = _window("any", "Local date YYYY-MM-DD; default: 21 March.", metavar="DATE")
     at: str | None = _window("text", "Local time; default: 15:00.", metavar="HH:MM")

@@ -1,4 +1,4 @@
-"""Pictures: what ``umbra render`` draws, for the command and for Python."""
+"""Pictures of ``umbra render``, for the command and for Python."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ Warn = Callable[[str], object]
 @dataclass(frozen=True, eq=False)
 class Picture:
     """
-    What a camera sees, and where its lights are hidden. Row 0 is the top.
+    Surfaces that a camera sees, and their shadows. Row 0 is the top.
 
     Parameters
     ----------
@@ -39,19 +39,19 @@ class Picture:
     camera : Camera
     lights : list of Light
     position : (rows, cols, 3) float64
-        Of the visible point, in the model's own coordinates [m]; NaN where nothing is.
+        Visible point, in the model's own coordinates [m]; NaN where nothing is seen.
     normal : (rows, cols, 3) float64
-        Of the side that is seen.
+        Unit normal of the visible side.
     count : (n_lights, rows, cols) int32
-        Shadow volumes that hold the point, and triangles with holes in their texture that hide
-        the light.
+        Shadow count: shadow volumes that hold the point, plus triangles with textured holes
+        that hide the light.
     lit : (n_lights, rows, cols) bool
-        Whether the light reaches it, whole or in part.
+        Whether any of the light reaches the point.
     visibility : (n_lights, rows, cols) float32, optional
-        Of soft shadows: the share of the light that opaque casters leave.
+        For soft shadows: share of the light that opaque casters leave.
     transmission : (n_lights, rows, cols, 3) float32, optional
-        Where parts are transparent or have holes in their texture: the share of the light, of
-        each colour, that these leave.
+        With transparent parts or holes in textures: share of each colour of the light that
+        these transmit.
     """
 
     scene: Scene
@@ -72,7 +72,7 @@ class Picture:
 
     @property
     def is_seen(self) -> NDArray[np.bool_]:
-        """Where anything is seen, (rows, cols)."""
+        """Pixels with a visible surface, (rows, cols)."""
         return ~np.isnan(self.position[..., 0])
 
     def arrays(self) -> dict[str, NDArray]:
@@ -136,14 +136,14 @@ def render(  # noqa: PLR0913  (each option by its name)
     scene : Scene
         From ``umbra.read``.
     camera : Camera, optional
-        By default the whole model is seen from above; ``umbra.make_camera`` makes others.
+        The whole model from above by default; see ``umbra.make_camera``.
     lights : Light, (n, 4) float, or a sequence of either
-        Of ``(x, y, z, w)`` w = 1 is a point [m], w = 0 a direction toward the light. By
-        default the file's own, or one from the upper left; ``umbra.sun_light`` is the sun.
+        In ``(x, y, z, w)`` w = 1 is a point [m], w = 0 a direction toward the light. By
+        default the file's lights, or one from the upper left; ``umbra.sun_light`` is the sun.
     cast, no_cast : str or sequence of str
-        Shell patterns of the parts that cast, or do not; others are only seen.
+        Shell patterns of the parts that cast, or do not; others are only visible.
     ground : float, optional
-        z of a plane that is drawn and receives shadows [m].
+        z of a plane to draw, which receives shadows [m].
     method : str
         ``'auto'``, ``'z-pass'`` or ``'z-fail'``; on gl also ``'lengyel'``, ``'mcguire'``,
         ``'alpha'``, ``'screen'``, ``'max'`` or ``'half'``.
@@ -152,25 +152,24 @@ def render(  # noqa: PLR0913  (each option by its name)
     soft : {'samples', 'wedges', 'complexity', 'weng'}, optional
         Soft shadows, by samples of the light, penumbra wedges, depth complexity or scaled layers.
     light_size : float or sequence of float
-        Radius of all lights or of each, for soft shadows: of a point [m], of a direction
-        [degrees]; 0.2665, the sun's, by default.
+        Radius of all lights or of each, for soft shadows: [m] for a point, [degrees] for a
+        direction; 0.2665, the sun's, by default.
     light_samples : int, optional
-        Places on each light: shadows that samples average, 256 by default, or spots at which
-        depth complexity is counted, 64.
+        Points on each light: 256 by default for samples, 64 for depth complexity.
     layer_length, layer_gap : float
-        Of scaled layers: how far the widest goes, and from each to the next, in tenths of the
+        Reach of the widest scaled layer, and gap between layers, in tenths of the
         silhouette's radius.
     mask_scale : {1, 2, 4}
-        On gl: count in a picture smaller by this factor, and lay it over this one.
+        On gl: count shadows in a picture smaller by this factor, then enlarge the mask.
     mask_filter : {'joint', 'bilinear', 'nearest'}
-        How it is laid; joint takes only pixels of the same surface.
+        Filter of the enlargement; joint takes only pixels of the same surface.
     samples : int
-        Places in each pixel whose colours are averaged along edges, up to 64; 1 looks at the
-        pixel's centre alone. Arrays are those of the centres in any case.
+        Samples per pixel averaged along edges, up to 64; 1 takes the pixel's centre alone.
+        Arrays always hold the centres.
     threads : int, optional
         All cores by default.
     arrays : bool
-        Give the whole `Picture`.
+        Return the whole `Picture`.
 
     Returns
     -------
@@ -188,7 +187,8 @@ def render(  # noqa: PLR0913  (each option by its name)
     Warns
     -----
     UserWarning
-        If nothing is seen, the near plane cuts the model, or the method is wrong here.
+        If nothing is seen, the near plane cuts the model, or the method gives wrong shadows
+        in this view.
 
     Examples
     --------
@@ -223,7 +223,7 @@ def draw_picture(
     casters: list[int] | None = None,
 ) -> Picture:
     """
-    Draw a picture; without lights the scene's own shine, or one from the upper left.
+    Draw a picture; by default with the scene's own lights, or one from the upper left.
 
     Parameters
     ----------
@@ -232,9 +232,9 @@ def draw_picture(
     lights : sequence of Light
     options : RenderOptions
     warn : callable
-        Told, in a line, what is wrong with the view or the method.
+        Called with a line on each problem of the view or the method.
     casters : list of int, optional
-        Indices of the parts that cast; by default those of the options.
+        Indices of the parts that cast; from the options by default.
     """
     from umbra.calls.samples import PictureLights, average_colors  # noqa: PLC0415
     from umbra.cpu.shade import encode  # noqa: PLC0415
@@ -277,7 +277,7 @@ def draw_picture(
 
 
 class _SaidOnce:
-    """Passes on each text once, however many samples it is true of."""
+    """Filter that passes each text once, for any number of samples."""
 
     def __init__(self, warn: Warn) -> None:
         self._warn, self._said = warn, set[str]()
@@ -299,7 +299,7 @@ def _find_own_lights(scene: Scene, camera: Camera) -> list[Light]:
 
 
 def _warn_of_view(scene: Scene, camera: Camera, frame: Any, threads: int, warn: Warn) -> None:
-    """Tell where a picture shows nothing of the model, or looks into it past the near plane."""
+    """Warn if the picture shows nothing of the model, or the near plane cuts it."""
     from umbra.rays import count_cut  # noqa: PLC0415
 
     if (frame.part == NOTHING).all():

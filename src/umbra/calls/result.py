@@ -1,4 +1,4 @@
-"""What a study gives in Python: hours as arrays, pictures, files and verdicts."""
+"""Result of a study in Python: hours as arrays, pictures, files and verdicts."""
 
 import operator
 from collections.abc import Callable, Iterator, Sequence
@@ -23,7 +23,7 @@ __all__ = ["DrawnSheet", "ShadowStudy"]
 
 class DrawnSheet:
     """
-    A picture of a study, as the command writes it; a notebook shows it.
+    A picture of a study, as the command writes it; displayed in notebooks.
 
     Parameters
     ----------
@@ -46,13 +46,13 @@ class ShadowStudy:
     A study's result.
 
     Variables are attributes and items: ``study.shadow_hours`` and ``study["shadow_hours"]``
-    are an xarray.DataArray. What an xarray.Dataset can do is also asked of the result
-    itself, ``study.sel(...)``; functions of xarray take ``study.dataset``.
+    are an xarray.DataArray. Methods of xarray.Dataset also work on the result itself,
+    ``study.sel(...)``; functions of xarray take ``study.dataset``.
 
     Parameters
     ----------
     result : Study
-        Arrays, and what pictures are drawn from.
+        Arrays, and the data of pictures.
     options : StudyOptions
     """
 
@@ -65,7 +65,7 @@ class ShadowStudy:
         return self.result.to_dataset()
 
     def to_xarray(self) -> "xr.Dataset":
-        """Give ``dataset``."""
+        """Return ``dataset``."""
         return self.dataset
 
     def __getattr__(self, name: str) -> Any:
@@ -112,7 +112,7 @@ class ShadowStudy:
 
     def plot(self, **picture: Any) -> DrawnSheet:
         """
-        Draw the hours, as ``hours.png``; of single points their map.
+        Draw the hours, as ``hours.png``; single points on a map.
 
         Parameters
         ----------
@@ -128,12 +128,12 @@ class ShadowStudy:
         Parameters
         ----------
         **picture
-            As of `plot`, and ``at``: clock times, ``("09:00", "12:00")``.
+            As in `plot`, and ``at``: clock times, ``("09:00", "12:00")``.
 
         Raises
         ------
         InputError
-            If the receivers are single points: they have no profile.
+            If the receivers are single points, which have no profile.
         """
         return self._draw("profile", picture)
 
@@ -145,14 +145,14 @@ class ShadowStudy:
 
     def report(self, path: str | Path, **picture: Any) -> Path:
         """
-        Write the report: all in one page, with a slider through the day.
+        Write the report, a single page with a slider through the day.
 
         Parameters
         ----------
         path : path
             ``report.html``; an existing file is replaced.
         **picture
-            As of `write`, without formats.
+            As in `write`, without formats.
 
         Returns
         -------
@@ -198,7 +198,7 @@ class ShadowStudy:
         rules : path, optional
             Also ``verdicts.csv`` by this rule file.
         show : {'shadow', 'sun'}
-            Which hours pictures and lines tell.
+            Hours that pictures and lines show.
         at : sequence of str
             Clock times of the profile, films and outlines.
         title, subtitle : str, optional
@@ -224,7 +224,7 @@ class ShadowStudy:
 
     def judge(self, rules: "str | Path | Rules") -> "list[Verdict]":
         """
-        Judge the receivers by rules, each on its own dates and hours.
+        Judge the receivers by rules, each rule on its own dates and hours.
 
         Parameters
         ----------
@@ -240,7 +240,7 @@ class ShadowStudy:
         Raises
         ------
         InputError
-            If the rules are not written as they must be, or are not for such receivers.
+            If the rules are malformed, or do not apply to such receivers.
         """
         from umbra.study.rules import Rules, judge, read_rules  # noqa: PLC0415
 
@@ -249,12 +249,12 @@ class ShadowStudy:
 
     def to_pyvista(self) -> Any:
         """
-        Return the receivers with their hours: a surface of a plan's cells, else points.
+        Return the receivers with their hours: a plan as a surface, others as points.
 
         Returns
         -------
         mesh : pyvista.StructuredGrid or pyvista.PolyData
-            In the model's own coordinates [m]; one array a variable of the receivers.
+            In the model's own coordinates [m]; one array per variable.
 
         Raises
         ------
@@ -280,7 +280,7 @@ class ShadowStudy:
 
 
 def _forward(name: str) -> Callable[..., Any]:
-    """Make an operator of a dataset one of a study."""
+    """Make a study's operator from a dataset's."""
     own = getattr(operator, name)
 
     def apply(self: ShadowStudy, *others: Any) -> Any:

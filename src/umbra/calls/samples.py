@@ -1,10 +1,9 @@
 """
-What lights do in a picture, and its edges made smooth: each pixel looked at in several places.
+Shading of a picture, and antialiasing with several samples per pixel.
 
-Every sample is a picture of its own whose pixels look a little off their centres
-(``Camera.offset``), with the same places on every device. To see and to count costs little;
-positions, textures and light are found only for those samples that see another face than
-the pixel's centre does, or see it in another shadow.
+Each sample is a whole picture with its pixels offset from their centres (``Camera.offset``),
+the same on every device. Visibility and counting are cheap; positions, textures and light
+are found only for samples whose face or shadow differs from that at the pixel's centre.
 """
 
 from collections.abc import Sequence
@@ -25,19 +24,19 @@ from umbra.soft import AreaLight
 
 __all__ = ["PictureLayer", "PictureLights", "SeenLights", "average_colors"]
 
-_HALF = 0.5  # of a light: what gets more is lit
-_STEP = 1 / 32  # between shares of a light in pixels side by side: more is an edge
+_HALF = 0.5  # share of a light above which a point is lit
+_STEP = 1 / 32  # difference of light shares between adjacent pixels that is an edge
 
 
 @dataclass(frozen=True, eq=False)
 class SeenLights:
     """
-    What each light does in one view, (rows, cols) each.
+    Effect of each light in one view, (rows, cols) each.
 
-    ``lit`` is whether it reaches the surface, ``reached`` the same or what share of it arrives,
-    and ``visibility`` the share that casters leave, of soft shadows: all without parts that are
-    transparent or have holes, of which ``transmission``, (rows, cols, 3), is what they leave, and
-    ``hidden`` how many of their triangles hide the light.
+    ``lit``: whether it reaches the surface; ``reached``: the same, or the share that arrives;
+    ``visibility``: share that casters leave, for soft shadows; all without parts that are
+    transparent or have holes. ``transmission``, (rows, cols, 3): share that those parts transmit;
+    ``hidden``: number of their triangles that hide the light.
     """
 
     counts: Sequence[NDArray[np.integer]]
@@ -50,7 +49,7 @@ class SeenLights:
 
 @dataclass(frozen=True, eq=False)
 class PictureLayer:
-    """One of the surfaces that pixels see, the lights there, and how opaque it is."""
+    """Layer of visible surfaces, with its lights and opacity."""
 
     view: DepthBuffer
     frame: VisibleSurface
@@ -61,14 +60,14 @@ class PictureLayer:
 @dataclass(frozen=True, eq=False)
 class PictureLights:
     """
-    The lights of a picture, and how their shadows are counted.
+    The lights of a picture, and the counting of their shadows.
 
     Parameters
     ----------
     counter : FrameCounts
     lights : sequence of Light
     sized : sequence of AreaLight
-        The same with their sizes, for soft shadows.
+        The lights with their sizes, for soft shadows.
     options : RenderOptions
     """
 
@@ -79,7 +78,7 @@ class PictureLights:
 
     @property
     def is_sharp(self) -> bool:
-        """Whether shadows are whole, so that counts alone tell their edges."""
+        """Whether shadows are hard, so that counts alone show their edges."""
         return self.options.soft is None and self.options.mask_scale == 1
 
     def count(self, view: DepthBuffer, camera: Camera) -> list[NDArray]:
@@ -95,7 +94,7 @@ class PictureLights:
         camera: Camera,
         counts: Sequence[NDArray] | None = None,
     ) -> SeenLights:
-        """Find what the lights do in a view; ``counts``, if they are known, are its own."""
+        """Find the lights' effect in a view; ``counts`` are its shadow counts, if known."""
         seen = self._find_whole(view, frame, camera, counts)
         if self.counter.transmitters is None:
             return seen
@@ -106,7 +105,7 @@ class PictureLights:
     def find_layers(
         self, view: DepthBuffer, frame: VisibleSurface, camera: Camera
     ) -> list[PictureLayer]:
-        """Find what the lights do in a view, and in all that is seen through it."""
+        """Find the lights' effect in a view, and on surfaces seen through it."""
         return [
             PictureLayer(seen, places, self.find(seen, places, camera), opacity)
             for seen, places, opacity in see_behind(self.counter, camera, view, frame)
@@ -115,7 +114,7 @@ class PictureLights:
     def find_colors(
         self, scene: Scene, camera: Camera, layers: Sequence[PictureLayer]
     ) -> NDArray[np.float64]:
-        """Find the linear RGB of layers over one another, (rows, cols, 3)."""
+        """Composite layers in linear RGB, (rows, cols, 3)."""
         return blend_layers(
             (
                 find_colors(
@@ -134,7 +133,7 @@ class PictureLights:
         camera: Camera,
         counts: Sequence[NDArray] | None,
     ) -> SeenLights:
-        """Find what lights do that only opaque parts hide."""
+        """Find the lights' effect with opaque casters alone."""
         if self.options.mask_scale != 1:
             return self._find_by_mask(frame, camera)
         if counts is None:
@@ -161,7 +160,7 @@ class PictureLights:
         return SeenLights(counts, lit, self._reach(frame, shares))
 
     def _reach(self, frame: VisibleSurface, shares: Sequence[NDArray]) -> list[NDArray]:
-        """Give what reaches the surface: the shares where it faces the light in its reach."""
+        """Return the shares of light at surfaces that face it, within its range."""
         none = np.zeros(frame.part.shape, np.int32)
         pairs = zip(shares, self.lights, strict=True)
         return [share * frame.lit(none, one) for share, one in pairs]
@@ -180,7 +179,7 @@ def average_colors(
         Of the pixels' centres.
     lights : PictureLights
     middle : PictureLayer
-        What the pixels' centres see at first.
+        First surface at the pixels' centres.
 
     Returns
     -------
@@ -218,7 +217,7 @@ def average_colors(
 
 
 def _average_layers(scene: Scene, camera: Camera, lights: PictureLights) -> NDArray[np.float64]:
-    """Average samples of each pixel, all of all layers: any of them may see another leaf."""
+    """Average all samples of every pixel in all layers: each may see another leaf."""
     sums, samples = np.zeros(()), lights.options.samples
     for across, down in find_offsets(samples).tolist():
         other = replace(camera, offset=(across, down))
@@ -228,13 +227,13 @@ def _average_layers(scene: Scene, camera: Camera, lights: PictureLights) -> NDAr
 
 
 def _find_textured(scene: Scene, frame: VisibleSurface) -> NDArray[np.bool_]:
-    """Find where parts with pictures are seen, (rows, cols): texels may be finer than pixels."""
+    """Find pixels of textured parts, (rows, cols): texels may be finer than pixels."""
     has = np.array([bool(part.material.images) for part in scene.parts] + [False, False])
-    return np.asarray(has[frame.part])  # ground and nothing have negative numbers
+    return np.asarray(has[frame.part])  # ground and empty pixels are negative
 
 
 def _find_steps(shares: Sequence[NDArray]) -> NDArray[np.bool_]:
-    """Find where shares of light change by a step, (rows, cols): these pixels and the next."""
+    """Find the pixels on both sides of a step in the share of light, (rows, cols)."""
     found = np.zeros(shares[0].shape, np.bool_)
     for share in shares:
         level = share.astype(np.float32)

@@ -58,7 +58,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     threads: int | None = None,
 ) -> "ShadowStudy":
     """
-    Find how long every cell of a plan lies in shadow on a day.
+    Count the hours of shadow on every receiver over one or more dates.
 
     Parameters
     ----------
@@ -67,55 +67,55 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     site : Site
         Latitude, longitude, time zone and true north.
     date : str, date, datetime64, Timestamp, or a sequence of them
-        Local date, ``"2026-09-18"``; or several: joined by commas, a range
+        Local date, ``"2026-09-18"``; or several: separated by commas, a range
         ``"2026-03-21..2026-09-23"``, a month ``"2026-06"``, a year ``"2026"``, a day of
         every month ``"2026-*-21"``.
     every_days : int
-        Of a range, a month or a year take every n-th day.
+        Take every n-th day of a range, a month or a year.
     by_day : bool, optional
-        Give every result for each date as well, along ``day``; up to 12 dates by default.
+        Also return results for each date, along ``day``; by default up to 12 dates.
     start, end : str
         Local clock times, ``"09:00"`` and ``"17:00"`` by default.
     every : str
         Step, ``"15min"`` by default.
     spells : bool
-        Also find first and last sun, the number of spells, the longest unbroken one and
+        Also find first and last sun, the number of sun intervals, the longest and
         the shaded share of the time with the sun up.
     min_spell : str, optional
-        Also the hours in spells of at least this length, ``"30min"``; implies ``spells``.
+        Also the hours in sun intervals of at least this length, ``"30min"``; implies ``spells``.
     exact : bool or float
-        Solve when each cell enters and leaves shadow, and when the sun rises and sets, to
-        a second (or so many) instead of adding up steps.
+        Solve the times at which each cell enters and leaves shadow, and sunrise and sunset,
+        to a second (or N seconds) instead of adding up steps.
     who : sequence of str
-        Shell patterns of parts; find the hours that are due to each pattern's parts.
+        Shell patterns of parts: find the hours due to each pattern's parts.
     by : {'part', 'kind', 'layer'}, optional
-        Find the hours due to each part, kind or layer: of all, or of those in ``who``.
+        Find the hours due to each part, kind or layer, of all or of those in ``who``.
     proposed : sequence of str
         Shell patterns of the proposed parts: find the sun that they take from the others.
     under : str or float
-        Where fewer hours of sun are left than this, but were not without ``proposed``.
+        Find where ``proposed`` reduces the hours of sun below this limit.
     receivers : str
-        ``'auto'`` (default): ``'top'`` where the model brings ground of its own and no
-        ``ground`` is given, else ``'ground'``.
+        ``'auto'`` (default): ``'top'`` if the model has its own ground and no ``ground`` is
+        given, else ``'ground'``.
         ``'ground'``, the plane z = ``ground``; ``'top'``, the topmost surface of the plan;
         an elevation from ``'north'``, ``'east'``, ``'south'``, ``'west'`` or an azimuth such
         as ``'217'``; a view from above, ``'215/35'``; ``'camera'``; ``'surfaces'``;
         ``'points'``.
     eye, target : (3,) float, optional
-        Of the camera [m]; with ``fov``, its vertical field of view [degrees].
+        Of the camera [m]; ``fov`` is its vertical field of view [degrees].
     spacing : float
-        Between the samples of surfaces, 0.5 by default [m].
+        Distance between the samples of surfaces, 0.5 by default [m].
     on : sequence of str
-        Shell patterns of the parts that are sampled, or seen in an elevation or by the
-        camera; all by default.
+        Shell patterns of the parts to sample, or to show in an elevation or camera view; all
+        by default.
     points : (n, 3) or (n, 6) float, or path, optional
-        Receivers 'points', with normals or without [m]; or a table of them.
+        Receivers 'points', with or without normals [m]; or a table of them.
     names : sequence of str
-        Of the points.
+        Names of the points.
     ground : float, optional
-        z of the ground [m]; by default what the file says, else where the middle one of
-        the model's buildings stands, and for ``'top'`` the lowest. What is assumed is told
-        in the attributes ``assumption`` and ``assumed_ground_share``.
+        z of the ground [m]; by default the file's, else the median base of the model's
+        buildings, or the lowest for ``'top'``. Attributes ``assumption`` and
+        ``assumed_ground_share`` state the assumption.
     extent : (4,) float, optional
         xmin, ymin, xmax, ymax in the model's own coordinates [m]; the model and its
         shadows by default.
@@ -127,16 +127,16 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Shell patterns of casters that weaken the light instead of blocking it, such as
         trees; they receive nothing.
     transmissivity : float, str or (float, float), optional
-        Share of the light that they let through, 0.03 by default; ``"0.03:0.5"`` with
-        leaves and without.
+        Share of the light that they transmit, 0.03 by default; ``"0.03:0.5"`` with and
+        without leaves.
     leaf_on : str, optional
-        When leaves are on, both dates included: ``"04-15..10-31"``.
+        Season with leaves, both dates included: ``"04-15..10-31"``.
     masks : bool
         Keep every instant as ``in_shadow``.
     refraction : {'standard', 'none'}
-        Whether the sun stands where it is seen (default) or where it is.
+        The sun's apparent position (default), or its position without air.
     device : {'auto', 'cpu', 'gl'}
-        Where plans are counted; ``'auto'`` takes a GPU that proves faster on large ones.
+        Device that counts plans; ``'auto'`` takes a GPU if it proves faster on large ones.
     threads : int, optional
         All cores by default; results do not depend on it.
 

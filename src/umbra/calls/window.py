@@ -1,4 +1,4 @@
-"""The window of ``umbra view``, and what stands for it in a notebook: a picture."""
+"""The window of ``umbra view``, or a picture in a notebook."""
 
 import os
 import sys
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["begin_view", "open_window", "show"]
 
-_DATE = "2026-03-21"  # whose clock changes say nothing of others
+_DATE = "2026-03-21"  # default date
 
 
 def show(  # noqa: PLR0913  (each option by its name)
@@ -50,47 +50,46 @@ def show(  # noqa: PLR0913  (each option by its name)
     out: str | os.PathLike[str] | None = None,
 ) -> Picture | None:
     """
-    Look at a scene: in a window, or in a notebook in a picture.
+    Show a scene in a window, or as a picture in a notebook.
 
     Parameters
     ----------
     scene : Scene
     site : Site, optional
-        Where it stands; by default what its file says. Without one a light comes from the
-        upper left.
+        The file's site by default; without one the light comes from the upper left.
     date : str, optional
         Local date, 21 March by default.
     at : str, optional
         Local clock time, ``"15:00"`` by default.
     ground : float or bool, optional
-        z of a plane that receives shadows [m]; False for none; by default what the file
-        says, or just below the model.
+        z of a plane that receives shadows [m]; False for none; by default the file's, or
+        just below the model.
     method, soft : str, optional
         As in `umbra.render`.
     layer_length, layer_gap, mask_scale, mask_filter : optional
-        As in `umbra.render`, if it is not ``view`` that says them.
+        As in `umbra.render`, unless ``view`` states them.
     device : {'gl', 'cpu'}, optional
-        By default gl in a window, and cpu for a picture.
+        By default gl for a window, cpu for a picture.
     size : (int, int)
         Of the window or the picture.
     threads : int, optional
         All cores by default.
     cast, no_cast : str or sequence of str
-        Patterns of the parts that cast, or do not; others are only seen.
+        Patterns of the parts that cast, or do not; others are only visible.
     animation : int or str, optional
-        Which of the scene's animations is shown: its number, its name, or ``"all"``. It plays
-        in a window unless ``time`` is given.
+        Animation of the scene: its number, its name, or ``"all"``. It plays in a window
+        unless ``time`` is given.
     time : float, optional
-        Where in the animation the view begins [s]; of the first one by default.
+        Initial time of the animation, of the first one by default [s].
     view : path, optional
-        A view that was saved in a window, to begin with.
+        Initial view, as saved in a window.
     out : path, optional
-        Where screenshots go; in a notebook the picture is written there.
+        File of screenshots; in a notebook, of the picture.
 
     Returns
     -------
     picture : Picture or None
-        In a notebook, which shows it; None when the window is closed.
+        In a notebook; None when the window is closed.
 
     Raises
     ------
@@ -119,7 +118,7 @@ def open_window(
     """
     Open the window and return when it is closed.
 
-    ``instead`` is a call or command that does without a window, for whoever has no display.
+    ``instead`` is a call or command without a window, for machines without a display.
     """
     from umbra.window.screen import check_display  # noqa: PLC0415
 
@@ -145,7 +144,7 @@ def open_window(
 
 
 def _find_height(options: ViewOptions, scene: Scene) -> float | None:
-    """Give the ground's height [m]: as asked, as the file says, or just below the model."""
+    """Return the ground's height [m]: given, the file's, or just below the model."""
     from umbra.window.view import find_ground  # noqa: PLC0415
 
     if options.ground is False:
@@ -158,7 +157,7 @@ def _find_height(options: ViewOptions, scene: Scene) -> float | None:
 def begin_view(
     options: ViewOptions, scene: Scene, site: Site | None, size: tuple[int, int]
 ) -> "ViewState":
-    """Make the view to begin with, in a picture of columns and rows."""
+    """Make the initial view, in a picture of columns and rows."""
     from umbra.scene.making import find_animations  # noqa: PLC0415
     from umbra.sun.local_time import parse_date  # noqa: PLC0415
     from umbra.window.file import load_view  # noqa: PLC0415
@@ -184,7 +183,7 @@ def begin_view(
 
 
 def _find_minutes(options: ViewOptions, site: Site | None) -> float | None:
-    """Give the minutes on the site's clock since midnight."""
+    """Return the minutes since midnight in local time."""
     from zoneinfo import ZoneInfo  # noqa: PLC0415
 
     from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
@@ -199,7 +198,7 @@ def _find_minutes(options: ViewOptions, site: Site | None) -> float | None:
 
 
 def _find_site(scene: Scene, options: ViewOptions) -> Site | None:
-    """Give the file's site; without one the sun of a date has no place."""
+    """Return the file's site; a date's sun needs one."""
     from umbra.sun import find_site  # noqa: PLC0415
 
     is_known = scene.latitude is not None and scene.longitude is not None
@@ -207,13 +206,13 @@ def _find_site(scene: Scene, options: ViewOptions) -> Site | None:
 
 
 def _is_notebook() -> bool:
-    """Tell whether a notebook shows what a cell gives."""
+    """Return whether a notebook displays a cell's result."""
     shell: Any = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     return shell is not None and hasattr(shell, "kernel")
 
 
 def _draw(scene: Scene, site: Site | None, options: ViewOptions) -> Picture:
-    """Draw the picture that the window would begin with."""
+    """Draw the window's initial picture."""
     from umbra.window.motion import Motion  # noqa: PLC0415
 
     view = begin_view(options, scene, site, options.size)
