@@ -17,7 +17,7 @@ from umbra.rays.face_tree import FaceTree
 __all__ = ["PatchSource", "Patches", "make_patches"]
 
 FEW = 8
-"""Patches of at most this many samples are faster counted by one ray for each sample."""
+"""Number of samples up to which a patch is counted faster by one ray per sample."""
 _FLAT = 2.5e-7  # m: triangles within this distance of a plane lie in it
 _NEAR = 1e-6  # m: heights above a plane that count as 0
 _THICK = 5e-3  # m: a less flat surface is split into its planes,

@@ -57,7 +57,7 @@ class Sweep(ABC):
     """
 
     narrow: ClassVar[type[np.signedinteger]]
-    """Type of a sun's counts before they are added up, while it is wide enough."""
+    """Type of a sun's counts before summation, where they fit."""
 
     def __init__(self, caster: Caster, grid: Grid, threads: int = 1) -> None:
         self.caster, self.grid, self.threads = caster, grid, threads

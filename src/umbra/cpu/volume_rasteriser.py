@@ -18,7 +18,7 @@ __all__ = ["LANES", "add_sides", "find_nearest_tiles"]
 LANES = 32
 TILE = 32
 FARTHEST = 1e8
-"""How often a light's distance (or metres, for the sun) a side is followed to the ground."""
+"""Greatest length of a side down to the floor, in distances to the light (for the sun, in m)."""
 _COLUMNS = 21  # (p, q) of 4 left and 4 right bounds, the key's 3 factors, first and end column
 
 

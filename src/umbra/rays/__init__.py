@@ -20,7 +20,7 @@ __all__ = ["VisibleSurface", "count_cut", "locate"]
 
 _CLOSEST = 1e-6  # of the near plane's distance: nearer faces are ignored
 _GRAIN = 2.0**-42
-"""Of the largest coordinate: how well the place of a visible point is known."""
+"""Error of a visible point's position, relative to the largest coordinate."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,7 @@ __all__ = [
 NOTHING = -1
 GROUND = -2
 STRIPE = 16
-"""Rows that one thread takes at a time."""
+"""Rows per block of a thread."""
 _EDGE_ON = 1e-300  # determinant of a plane through the eye
 
 

@@ -12,11 +12,11 @@ from umbra.volume.adjacency import Caster
 __all__ = ["DEEPEST", "FaceTree", "halve_boxes", "make_face_tree"]
 
 DEEPEST = 1024
-"""Nodes that a search keeps waiting, at most."""
+"""Size of a search's stack of nodes."""
 TOUCH = 2.0**-46
 """
-Of the largest coordinate: within so much of a plane a point lies on it. A sample of a face is
-off its plane by some 2^-50 of it.
+Distance within which a point lies on a plane, relative to the largest coordinate. A sample of a
+face is off its plane by some 2^-50.
 """
 _BINS = 16
 _BALANCED = 48  # below this depth nodes are halved, to bound the stack of a search

@@ -21,11 +21,11 @@ from umbra.rays.lanes import find_lowest, meet_boxes
 __all__ = ["find_hidden", "find_hidden_from", "get", "is_hidden"]
 
 _ASIDE = 2.0**-24
-"""How far beside its point a ray starts where rounding could tell either way [m], ..."""
+"""Horizontal offset of a repeated ray's start, where rounding would decide [m], ..."""
 _ABOVE = 2.0**-28
-"""... and how far above its surface: less, so that a ray which grazes an edge passes beside it."""
+"""... and height above its surface: smaller, so that a ray along an edge passes beside it."""
 _LIFT = 16.0 * _ASIDE
-"""Above a face on which its point lies it starts higher: there the surface's side decides."""
+"""Larger height above a face on which its point lies: there the surface's side decides."""
 _STEEP = 0.125  # cosine: a step above the surface does not clear steeper faces
 _ROUNDING = 2.0**-48  # relative to a product of two lengths
 _TINY = 1e-30  # least direction component: its inverse fits in float32

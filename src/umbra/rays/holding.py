@@ -20,7 +20,7 @@ from umbra.volume.adjacency import Caster
 __all__ = ["HOLDS", "find_holders", "find_near_faces"]
 
 HOLDS = 2.0**-44
-"""Of the largest coordinate: eight halves of its last digit."""
+"""Relative to the largest coordinate: eight halves of its last digit."""
 
 
 def find_holders(

@@ -12,7 +12,7 @@ LANES = 8
 _LONG, _SHORT = ir.IntType(64), ir.IntType(32)
 _VECTOR = ir.VectorType(ir.FloatType(), LANES)
 _SLACK = 1.00001
-"""Of a distance along the ray: more than float32 loses of it."""
+"""Factor on distances along the ray, above float32's rounding."""
 
 
 @intrinsic

@@ -34,10 +34,10 @@ from umbra.scene.mesh import transform_points
 __all__ = ["POINTS", "Transmitters", "find_opaque", "make_transmitters"]
 
 POINTS = 16
-"""Points of a light with a size whose light is followed."""
+"""Sample points of an area light from which light is traced."""
 
 TOUCH = 2.0**-40
-"""Of the largest coordinate: how near a triangle's plane a point lies on it."""
+"""Distance within which a point lies on a triangle's plane, relative to the largest coordinate."""
 
 _ROW, _MATERIAL, _NODE = 32, 12, 8
 _CORNERS, _FLAGS, _LOOK, _UV, _TINT = slice(0, 12), 3, 7, 12, 20

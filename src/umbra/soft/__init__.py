@@ -1,5 +1,5 @@
 """
-Soft shadows: what share of a light with a size each visible point sees.
+Soft shadows: the share of an area light that each visible point sees.
 
     __init__.py the lights: evenly bright rectangles, balls, discs in the sky such as the sun
     samples.py  many hard shadows averaged: the reference      visibility(...)
@@ -8,10 +8,10 @@ Soft shadows: what share of a light with a size each visible point sees.
     coverage.py, parts.py  their kernels: where to look, what part of the light an edge takes
     weng.py     scaled layers of the hard volume, stacked      visibility(...)
 
-A method is a module with a function ``visibility(counter, view, frame, camera, light)``
-that gives (rows, cols) float32: 1 is fully lit, 0 umbra, 1 where nothing is seen. The counter
-is a ``FrameCounter``, view and frame are what it sees with the camera, the light is an
-``AreaLight``. To add one, write it and name it in `umbra.methods.SOFT`.
+A method is a module with a function ``visibility(counter, view, frame, camera, light)`` that
+returns (rows, cols) float32: 1 is fully lit, 0 umbra, 1 where nothing is seen. The counter is a
+``FrameCounter``, view and frame come from its ``see``, the light is an ``AreaLight``. To add a
+method, write the module and list it in `umbra.methods.SOFT`.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,16 +38,16 @@ __all__ = [
 ]
 
 SUN_RADIUS = 0.2665
-"""Angle between the middle and the rim of the sun [degrees]."""
+"""Angular radius of the sun [degrees]."""
 
 
 def find_middles(lights: "Sequence[Light | AreaLight]") -> list[Light]:
-    """Return lights without their sizes."""
+    """Return the point or directional lights at the centres of lights."""
     return [light.light if isinstance(light, AreaLight) else light for light in lights]
 
 
 def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
-    """Return a method's ``visibility`` by its name, loading only this one; `InputError` if none."""
+    """Return a method's ``visibility`` by name, loading only this one; `InputError` if unknown."""
     if name not in SOFT:
         msg = f"there is no method '{name}' for soft shadows; there are {', '.join(SOFT)}"
         raise InputError(msg, method=name)
@@ -58,21 +58,21 @@ def find_method(name: str) -> Callable[..., NDArray[np.float32]]:
 @dataclass(frozen=True, eq=False)
 class AreaLight:
     """
-    A light with a size.
+    A light with an extent.
 
-    Made by `ball_light` and `rectangle_light`. A ball shows an evenly bright disc to
-    every receiver, a rectangle the same brightness to both sides; how its apparent size
-    changes with the angle is left to the light's intensity, as for a point.
+    Made by `ball_light` and `rectangle_light`. A ball appears to every receiver as a uniform disc,
+    a rectangle is equally bright on both sides; intensity does not depend on its foreshortening, as
+    for a point light.
 
     Parameters
     ----------
     light : Light
-        Its middle, with colour, range and the rest.
+        Light at the centre, with colour, range and so on.
     radius : float
-        Of the ball [m]; of a disc in the sky as the tangent of its angle; of the sphere
-        around a rectangle [m].
+        Radius of the ball [m], tangent of the angular radius of a disc in the sky, or radius of a
+        rectangle's bounding sphere [m].
     edges : (2, 3) float64, optional
-        Sides of a rectangle, from end to end [m].
+        Sides of a rectangle, full length [m].
     """
 
     light: Light
@@ -87,12 +87,12 @@ class AreaLight:
 
     def points(self, n: int) -> list[Light]:
         """
-        Give lights without size that stand for this one together.
+        Return point or directional lights that together sample this light.
 
-        Low-discrepancy and jittered (`umbra.scene.large_lights.spread`), and always the
-        same. The points of a rectangle lie in it. Those of a ball fill it as
-        1 / sqrt(R² - r²) at the distance r from its middle: that density, and no other,
-        looks like an even disc from all sides (Abel's integral of it is constant).
+        Low-discrepancy and jittered (`umbra.scene.large_lights.spread`), always the same. The
+        points of a rectangle lie in it. Points of a ball have the density 1 / sqrt(R² - r²) at the
+        distance r from its centre, the only one that projects to a uniform disc in all directions
+        (its Abel integral is constant).
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class AreaLight:
         Returns
         -------
         lights : list of Light
-            Each with the whole colour: one stands for an n-th.
+            Each has the full colour: average the n results.
         """
         middle = self._unit()
         if self.edges is not None:
@@ -123,7 +123,7 @@ class AreaLight:
         return [replace(self.light, position=place) for place in places]
 
     def _unit(self) -> NDArray[np.float64]:
-        """Return the middle: a place, or a direction of length 1; a copy."""
+        """Return a copy of the centre: a position, or a unit direction."""
         position = self.light.position.copy()
         if not self.light.is_point:
             position[:3] /= np.linalg.norm(position[:3])
@@ -132,15 +132,15 @@ class AreaLight:
 
 def ball_light(light: Light, radius: float) -> AreaLight:
     """
-    Give a light the size of a ball, or of a disc in the sky.
+    Make an area light: a ball, or a disc in the sky.
 
     Parameters
     ----------
     light : Light
         Its middle.
     radius : float
-        [m] for a light at a place; for a directional one [degrees] from the middle of
-        the disc to its rim, `SUN_RADIUS` for the sun.
+        Radius [m] of a ball; for a directional light the angular radius of the disc [degrees],
+        `SUN_RADIUS` for the sun.
 
     Raises
     ------
@@ -160,18 +160,18 @@ def ball_light(light: Light, radius: float) -> AreaLight:
 
 def size_lights(lights: Sequence[Light], sizes: Sequence[float]) -> list[AreaLight]:
     """
-    Give lights the size of balls, or of discs in the sky.
+    Make area lights: balls, or discs in the sky.
 
     Parameters
     ----------
     lights : sequence of Light
     sizes : sequence of float
-        None, one for all, or one each: metres or, for a direction, degrees.
+        None, one for all, or one each: radius [m] or, for a directional light, [degrees].
 
     Raises
     ------
     InputError
-        If their number fits in no way, a light at a place has none, or one is out of range.
+        If the numbers do not match, a point light has no size, or a size is out of range.
     """
     if len(sizes) not in {0, 1, len(lights)}:
         msg = f"light_size= has {len(sizes)} radii for {len(lights)} lights; give one, or one each"
@@ -186,14 +186,14 @@ def size_lights(lights: Sequence[Light], sizes: Sequence[float]) -> list[AreaLig
 
 def rectangle_light(light: Light, edge_u: ArrayLike, edge_v: ArrayLike) -> AreaLight:
     """
-    Give a light at a place the size of a parallelogram.
+    Make an area light: a parallelogram.
 
     Parameters
     ----------
     light : Light
         Its middle.
     edge_u, edge_v : (3,) float64
-        Its sides, from end to end [m].
+        Sides, full length [m].
 
     Raises
     ------
@@ -212,7 +212,7 @@ def rectangle_light(light: Light, edge_u: ArrayLike, edge_v: ArrayLike) -> AreaL
 
 
 def make_axes(way: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Make two unit vectors that with a unit vector (3,) are right-handed: u, v, way."""
+    """Make unit vectors u, v that form a right-handed basis u, v, way with a unit vector (3,)."""
     least = np.zeros(3)
     least[np.abs(way).argmin()] = 1.0
     u = np.cross(least, way)
@@ -222,7 +222,7 @@ def make_axes(way: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 def _find_shell(shares: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Find the radius within which a share of a unit ball's points lies.
+    Find the radius that contains a share of a unit ball's points.
 
     It solves (2 / pi) (arcsin r - r sqrt(1 - r²)) = share; with r = sin(t / 2) that is
     Kepler's t - sin t = pi share, whose left side grows with t: bisection.

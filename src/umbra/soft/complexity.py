@@ -1,20 +1,20 @@
 """
-Soft shadows by depth complexity: how many casters hide each of many spots of the light.
+Soft shadows by depth complexity: the number of casters over each sample spot of the light.
 
-Laine et al. 2005; Forest, Barthe and Paulin 2008. How many surfaces lie between a receiver P and
-a spot of the light changes only where the spot crosses the projection of an edge that is on the
-silhouette *as P sees it*. So from the hard count at the light's middle every spot's own count
-follows from the edges between the middle and it, and a spot is seen where its count is 0: casters
-that hide the same part of the light hide it once, and the silhouette may change over the light.
+Laine et al. 2005; Forest, Barthe and Paulin 2008. The number of surfaces between a receiver P and a
+spot of the light changes only where the spot crosses the projection of an edge that is on the
+silhouette *as seen from P*. So the count at a spot is the hard count at the light's centre plus the
+edges between centre and spot, and a spot is visible where its count is 0: casters that hide the
+same part of the light hide it once, and the silhouette may change over the light.
 
-The spots sample only what overlaps. The mean count over the light is a closed form of the same
-edges (``parts.py``), so it is no estimate; and where casters do not overlap it is the coverage
-itself. With m a spot's count, h = 1 where m > 0 and <> the mean over the spots,
+The spots sample only overlaps. The mean count over the light is an exact closed form of the same
+edges (``parts.py``); where casters do not overlap it is the coverage. With m a spot's count, h = 1
+where m > 0 and <> the mean over the spots,
 
     coverage = <h> + b (mean count - <m>),  b = cov(h, m) / var(m).
 
-This is a control variate: exact, however few the spots, where all that hides any of the light
-hides it equally often.
+This is a control variate: exact for any number of spots where every hidden part of the light is
+hidden equally often.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -50,27 +50,27 @@ if TYPE_CHECKING:
 __all__ = ["MOST", "SPOTS", "EdgeTable", "find_edges", "find_open", "make_spots", "visibility"]
 
 SPOTS = Softness.spots
-"""Spots of the light at which casters are counted, by default."""
+"""Default number of spots of the light at which casters are counted."""
 MOST = 4096
-"""Spots; more is a slip."""
+"""Largest number of spots."""
 
 
 class EdgeTable(NamedTuple):
     """
-    Edges that may be on the silhouette as a receiver in their wedge sees it.
+    Edges that may be on the silhouette as seen by a receiver in their wedge.
 
     Parameters
     ----------
     ends : (n, 6) float64
         In the light's frame [m].
     faces : (n, 2, 4) float64
-        Unit planes, outward, of both faces; 0 of a face that casts nothing.
+        Unit planes, outward, of both faces; 0 for a face that casts nothing.
     weight : (n,) float64
-        Half the pair's, see ``umbra.volume.adjacency``.
+        Half the weight of the pair, see ``umbra.volume.adjacency``.
     turn : (n,) float64
         -1 where the faces are wound alike along the edge, else 1.
     wedges : (n, 4, 4) float64
-        Of ``make_planes``.
+        Planes from ``make_planes``.
     """
 
     ends: NDArray[np.float64]
@@ -82,16 +82,16 @@ class EdgeTable(NamedTuple):
 
 class LightFrame(NamedTuple):
     """
-    A light as kernels take it.
+    Parameters of a light for kernels.
 
     Parameters
     ----------
     place : (4,) float64
-        Its middle; a direction of length 1.
+        Centre; a unit direction for w = 0.
     radius : float
     is_square : bool
     axes : (3, 3) float64
-        Of ``find_axes``.
+        Axes from ``find_axes``.
     """
 
     place: NDArray[np.float64]
@@ -110,7 +110,7 @@ def visibility(
     spots: int = SPOTS,
 ) -> NDArray[np.float32]:
     """
-    Find what share of an area light each visible point sees, see `umbra.soft`.
+    Find the share of an area light that each visible point sees, see `umbra.soft`.
 
     `InputError` if there is no spot, or more than 4,096.
     """
@@ -121,8 +121,8 @@ def visibility(
     coverage = np.zeros(frame.part.shape)
     unsure = np.zeros(frame.part.shape, np.bool_)
     where = view.face != NOTHING
-    # Where the middle's count and an edge could stand on different sides of each other by
-    # rounding, a light is asked that stands aside by a thousandth of its radius.
+    # Where rounding could put the centre's count and an edge on different sides, use a light offset
+    # by a thousandth of its radius.
     for each in (light, light.moved(ASIDE)):
         _cover(counter, view, frame, camera, each, at, where, coverage, unsure)
         where = unsure
@@ -134,7 +134,7 @@ def visibility(
 
 def make_spots(light: AreaLight, n: int) -> NDArray[np.float64]:
     """
-    Spread spots (n, 2) over the unit light, the square [-1, 1]² or the unit disc; always the same.
+    Spread n spots (n, 2) over the unit light, the square [-1, 1]² or disc; deterministic.
 
     `InputError` if there is none, or more than 4,096.
     """
@@ -151,10 +151,10 @@ def make_spots(light: AreaLight, n: int) -> NDArray[np.float64]:
 
 def find_open(caster: Caster, light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.bool_]:
     """
-    Find the closed components whose box meets the light, (n_components,) bool.
+    Find the closed components whose bounding box meets the light, (n_components,) bool.
 
-    What is in front of some spots and behind others must count by the open rule at all of them.
-    ``place`` (4,) is the light's middle in the caster's frame.
+    Components in front of some spots and behind others must follow the open rule for all spots.
+    ``place`` (4,) is the light's centre in the caster's frame.
     """
     if place[3] == 0.0:
         return np.zeros(len(caster.is_closed), np.bool_)
@@ -174,19 +174,18 @@ def find_edges(
     """
     List the edges that are on the silhouette for some receiver and some spot of the light.
 
-    Between a spot and a receiver that sees it over an edge, both see the edge's faces from
-    opposite sides. So an edge is left out if all of the light sees it inside of what is lit, or
-    of what is not.
+    A spot and a receiver that sees it past an edge see the edge's faces from opposite sides. So an
+    edge is left out if the whole light sees both faces lit, or both unlit.
 
     Parameters
     ----------
     caster : Caster
     vertices : (n_vertices, 3) float64
-        Its vertices in the light's frame [m].
+        The caster's vertices in the light's frame [m].
     place : (4,) float64
-        The light's middle; a direction of length 1.
+        The light's centre; a unit direction for w = 0.
     radius : float
-        Of the sphere around the light [m]; tangent of the angle of a disc in the sky.
+        Radius of the light's bounding sphere [m]; for a disc in the sky tan of its angular radius.
     """
     planes = caster.planes[:, :-1].T
     if vertices is not caster.vertices:
@@ -206,7 +205,7 @@ def find_edges(
 
 
 def _make_planes_again(caster: Caster, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the planes (n_faces, 4) of moved vertices; 0 of what casts nothing."""
+    """Return the planes (n_faces, 4) of moved vertices; 0 for faces that cast nothing."""
     a, b, c = (vertices[caster.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     planes = np.concatenate([normal, -np.einsum("ij,ij->i", normal, a)[:, None]], 1)
@@ -225,7 +224,7 @@ def _cover(
     coverage: NDArray[np.float64],
     unsure: NDArray[np.bool_],
 ) -> None:
-    """Write the coverage where asked, and mark where it may be on the wrong side of an edge."""
+    """Write the coverage at ``where``; mark where it may be on the wrong side of an edge."""
     origin = counter.scene.origin
     place = light.light.local(origin)
     caster = counter.find_casting(place)
@@ -245,9 +244,9 @@ def _cover(
 @njit(cache=True, nogil=True)
 def _find_multiplicity(edges, e, x, y, z, margin):
     """
-    Find an edge's multiplicity along the faces that a receiver sees from their outer side.
+    Find an edge's multiplicity, wound as in the faces that a receiver sees from outside.
 
-    0 beyond a margin around the edge's wedge, where the edge does not matter.
+    0 outside the edge's wedge, widened by a margin, where the edge has no effect.
     """
     if not is_in(edges.wedges[e], x, y, z, margin):
         return 0.0
@@ -261,7 +260,7 @@ def _find_multiplicity(edges, e, x, y, z, margin):
 
 @njit(cache=True, nogil=True)
 def _add_to_spots(ax, ay, bx, by, times, spots, counts):
-    """Add to the count of each spot (2, n) that the way from the middle crosses a to b to reach."""
+    """Add to the count of each spot (2, n) whose segment from the centre crosses a to b."""
     nx, ny, n0 = ay - by, bx - ax, ax * by - ay * bx
     inside = n0 > 0.0
     for j in range(counts.size):
@@ -274,7 +273,7 @@ def _add_to_spots(ax, ay, bx, by, times, spots, counts):
 
 @njit(cache=True, nogil=True)
 def _estimate(counts, mean):
-    """Estimate the coverage from the spots' counts, and the mean count over all of the light."""
+    """Estimate the coverage from the spots' counts and the mean count over the whole light."""
     n = counts.size
     hidden = 0
     total = 0
@@ -285,8 +284,8 @@ def _estimate(counts, mean):
         total += m
         square += m * m
     spread_of = square - total * total / n
-    if spread_of <= 0.5 / n:  # all are alike
-        # What the spots all miss hides light, or lets it through, once.
+    if spread_of <= 0.5 / n:  # all equal
+        # Whatever all spots miss hides light, or lets it through, once.
         return mean if total <= n else 1.0
     slope = (total - total * hidden / n) / spread_of
     return hidden / n + slope * (mean - total / n)
@@ -295,9 +294,9 @@ def _estimate(counts, mean):
 @njit(cache=True, nogil=True, parallel=True)
 def _count_over_light(position, normal, origin, where, edges, lamp, spots, hard, coverage, unsure):
     """
-    Write the coverage of visible points in penumbra wedges; see the head of this module.
+    Write the coverage of visible points in penumbra wedges; see the module's docstring.
 
-    ``hard`` (rows, cols) int32 is the count at the light's middle.
+    ``hard`` (rows, cols) int32 is the count at the light's centre.
     """
     rows, cols = where.shape
     ends, wedges = edges.ends, edges.wedges
@@ -324,7 +323,7 @@ def _count_over_light(position, normal, origin, where, edges, lamp, spots, hard,
                 for c in range(tile[2], tile[3]):
                     if not where[r, c]:
                         continue
-                    # A little before its own face, which is then on the silhouette at its horizon.
+                    # Slightly in front of its own face, whose edges then lie on its horizon.
                     off = slack + coarse
                     x = position[r, c, 0] - origin[0] + off * normal[r, c, 0]
                     y = position[r, c, 1] - origin[1] + off * normal[r, c, 1]

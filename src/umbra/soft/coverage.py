@@ -1,10 +1,10 @@
 """
-Penumbra wedges: which receivers an edge matters to, and what edges take from a hard count.
+Penumbra wedges: receivers affected by an edge, and the edges' correction of the hard count.
 
     coverage = hard count - sum of s Q multiplicity / area of the light,
 
-with s and Q of ``parts.py``. An edge matters only to receivers in its penumbra wedge, which four
-planes bound. Tiles of pixels are asked first which wedges reach them.
+with s and Q of ``parts.py``. An edge affects only receivers in its penumbra wedge, bounded by four
+planes. Wedges are culled against tiles of pixels first.
 
 Akenine-Möller and Assarsson 2002; Assarsson and Akenine-Möller 2003.
 """
@@ -32,19 +32,19 @@ def make_planes(ends, light, radius, planes):
     """
     Bound the penumbra wedge of each edge by four planes.
 
-    Two hold the edge, two an end of it, and all touch the sphere of the light. With y
-    on the edge, x in the light and P behind y, all have n·(P - y) <= 0.
+    Two contain the edge, two an end of it, and all are tangent to the light's sphere. With y on the
+    edge, x in the light and P behind y, all have n·(P - y) <= 0.
 
     Parameters
     ----------
     ends : (n, 6) float64
-        Edges, in the light's frame [m].
+        Edges in the light's frame [m].
     light : (4,) float64
-        Middle of the light; for w = 0 of length 1.
+        Centre of the light; a unit direction for w = 0.
     radius : float
-        Of the sphere [m]; tangent of the angle of a disc in the sky.
+        Radius of the sphere [m]; tangent of the angular radius of a disc in the sky.
     planes : (n, 4, 4) float64
-        Written: unit normals, outward, and offsets; 0 where the edge's line meets the sphere.
+        Output: unit normals, outward, and offsets; 0 where the edge's line meets the sphere.
     """
     e = np.empty(3)
     t = np.empty(3)
@@ -99,7 +99,7 @@ def make_planes(ends, light, radius, planes):
             cosine = np.sqrt(1.0 - sine * sine)
             across = np.sqrt(max(1.0 - along * along, 0.0))
             for k in range(3):
-                # The part of the edge's way inward that is across the way to the light.
+                # The part of the edge's inward direction perpendicular to the light's.
                 planes[i, 2 + end, k] = (
                     sine * a[k] - cosine * (t[k] * inward - along * a[k]) / across
                 )
@@ -111,7 +111,7 @@ def make_planes(ends, light, radius, planes):
 
 @njit(cache=True, nogil=True)
 def is_in(planes, x, y, z, margin):
-    """Whether a place is in a wedge of ``make_planes``, or within a margin of it."""
+    """Return whether a point is in a wedge of ``make_planes``, or within a margin of it."""
     for k in range(4):
         p = planes[k]
         if p[0] * x + p[1] * y + p[2] * z + p[3] > margin:
@@ -120,18 +120,18 @@ def is_in(planes, x, y, z, margin):
 
 
 TILE = 8
-"""Pixels on a side of the squares for which a wedge is tried once, ..."""
+"""Side of the tiles against which wedges are tested [pixels], ..."""
 BLOCK = 64
-"""... if it was tried for the larger square around."""
+"""... and of the larger blocks against which they are tested first."""
 
 
 @njit(cache=True, nogil=True)
 def find_in_tile(position, origin, seen, planes, tile, asked, found):
     """
-    List those of the wedges ``asked`` that may hold some visible point of a tile of pixels.
+    List the wedges of ``asked`` that may contain a visible point of a tile of pixels.
 
-    Returns how many it wrote to ``found`` (n,), and how far off a wedge's planes a point may lie
-    and count as in it [m].
+    Returns the number written to ``found`` (n,), and the margin by which a point may lie outside a
+    wedge's planes and still count as inside [m].
     """
     top, bottom, left, right = tile
     low = np.full(3, np.inf)
@@ -159,7 +159,7 @@ def find_in_tile(position, origin, seen, planes, tile, asked, found):
 
 @njit(cache=True, nogil=True)
 def find_tile(number, rows, cols, side):
-    """Find a tile's pixels by its number: first and last row, first and last column, ends open."""
+    """Return a tile's pixels by its index: first row, end row, first column, end column."""
     across = (cols + side - 1) // side
     top = (number // across) * side
     left = (number % across) * side
@@ -168,7 +168,7 @@ def find_tile(number, rows, cols, side):
 
 @njit(cache=True, nogil=True)
 def count_tiles(rows, cols, side):
-    """Count the tiles of a picture, so many pixels on a side."""
+    """Count the tiles of a picture; ``side`` is their size [pixels]."""
     return ((rows + side - 1) // side) * ((cols + side - 1) // side)
 
 
@@ -206,9 +206,9 @@ def add_wedges(
     position : (rows, cols, 3) float64
         In the model's own coordinates [m].
     origin : (3,) float64
-        Of the frame of edges and light, in those coordinates.
+        Origin of the frame of edges and light, in those coordinates.
     seen : (rows, cols) bool
-        Where to look.
+        Pixels to evaluate.
     ends : (n, 6) float64
         Silhouette edges, wound as in the lit faces.
     multiplicity : (n,) int64
@@ -219,13 +219,12 @@ def add_wedges(
     is_square : bool
         Whether the light is a parallelogram.
     axes : (3, 3) float64
-        Rows u, v and the normal of its plane, or of the plane of a disc in the sky: u
-        and v map the plane to the unit light.
+        Rows u, v and the normal of the light's plane; u and v map the plane to the unit light.
     cover : (rows, cols) float64
         Added to.
     unsure : (rows, cols) bool
-        Set where an edge hides the light's middle within rounding, so that the hard
-        count may stand on the other side.
+        Set where an edge passes the light's centre within rounding, so that the hard count may be
+        on the other side.
     """
     rows, cols = seen.shape
     every = np.arange(ends.shape[0])

@@ -1,10 +1,10 @@
 """
-What part of a light an edge takes, as a receiver sees it.
+The part of a light that an edge hides, as seen by a receiver.
 
-Everything happens on the light's plane as a receiver P sees it, the light's middle o
-being 0 and the light the unit disc or the square [-1, 1]². An edge projects to (a, b).
-Q is the light's area within the angle a o b and beyond the line ab; s is +1 where the
-edge runs counter-clockwise about o, seen from behind the light, else -1.
+Computed on the light's plane as seen by a receiver P, with the light's centre o at 0 and the light
+as the unit disc or the square [-1, 1]². An edge projects to (a, b). Q is the light's area within
+the angle a o b and beyond the line ab; s is +1 where the edge runs counter-clockwise about o, seen
+from behind the light, else -1.
 
 Akenine-Möller and Assarsson 2002; Assarsson and Akenine-Möller 2003. The closed forms
 are ours: they are exact, where the papers look them up in textures.
@@ -15,17 +15,17 @@ from numba import njit
 
 __all__ = ["find_disc_part", "find_signed_part", "find_square_part", "place_axes", "project_edge"]
 
-_NEAREST = 1e-9  # of the way to the light: nearer edges touch the receiver
-_AT_MIDDLE = 1e-6  # of the light's radius: an edge so near its middle is on both sides
+_NEAREST = 1e-9  # of the distance to the light: nearer edges touch the receiver
+_AT_MIDDLE = 1e-6  # of the light's radius: an edge this near the centre is on both sides
 
 
 @njit(cache=True, nogil=True)
 def place_axes(x, y, z, light, radius, is_square, axes, out):
     """
-    Write the axes of the light's plane for a receiver; False if it is in that plane or light.
+    Write the axes of the light's plane for a receiver; False if it lies in the plane or light.
 
-    ``out`` becomes three rows: u and v, which map the plane to the unit light, and the way
-    to the light over its square length, which gives the part of the way to it.
+    ``out`` becomes three rows: u and v, which map the plane to the unit light, and the vector to
+    the light over its squared length, which yields the fraction of the distance to it.
     """
     if light[3] == 0.0:
         out[:] = axes
@@ -38,12 +38,12 @@ def place_axes(x, y, z, light, radius, is_square, axes, out):
         out[:] = axes
         out[2] /= depth
         if depth < 0.0:
-            out[1] *= -1.0  # seen from its other side, the light is mirrored
+            out[1] *= -1.0  # from the back, the light is mirrored
         return True
     depth = wx * wx + wy * wy + wz * wz
     if depth <= radius * radius * (1.0 + 1e-9):
         return False
-    # What is seen of the ball is the disc where its tangents from P meet its plane.
+    # The ball appears as the disc in which its tangents from P meet its plane.
     apparent = radius * np.sqrt(depth / (depth - radius * radius))
     away = np.sqrt(depth)
     nx, ny, nz = wx / away, wy / away, wz / away
@@ -62,9 +62,9 @@ def place_axes(x, y, z, light, radius, is_square, axes, out):
 @njit(cache=True, nogil=True)
 def project_edge(v, x, y, z, light, axes):
     """
-    Project an edge (6,), as far as it lies between a receiver and the light, to the light's plane.
+    Project the part of an edge (6,) between a receiver and the light to the light's plane.
 
-    Returns whether any of it does, and its ends there: ax, ay, bx, by. ``axes`` are those of
+    Returns whether there is such a part, and its projected ends: ax, ay, bx, by. ``axes`` come from
     ``place_axes`` for the receiver.
     """
     u0 = u1 = v0 = v1 = d0 = d1 = mx = my = 0.0
@@ -106,12 +106,12 @@ def project_edge(v, x, y, z, light, axes):
 
 @njit(cache=True, nogil=True)
 def find_signed_part(ax, ay, bx, by, is_square, one, two):
-    """Return s Q / area of a projected edge, and whether it runs through the light's middle."""
+    """Return s Q / area of a projected edge, and whether it passes the light's centre."""
     cross = ax * by - ay * bx
     length = np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
     is_unsure = False
     if abs(cross) <= _AT_MIDDLE * length:
-        # Within rounding of the middle's line: unsure if the middle is between the ends.
+        # The line passes the centre within rounding: unsure if the centre is between the ends.
         slack = _AT_MIDDLE * length
         is_unsure = (
             ax * (bx - ax) + ay * (by - ay) <= slack and bx * (bx - ax) + by * (by - ay) >= -slack
@@ -125,7 +125,7 @@ def find_signed_part(ax, ay, bx, by, is_square, one, two):
 @njit(cache=True, nogil=True)
 def find_disc_part(ax, ay, bx, by):
     """
-    Find Q / area, 0 to 1/2, for a disc; the edge (a, b) in radii about its middle.
+    Find Q / area, 0 to 1/2, for a disc; the edge (a, b) in radii about its centre.
 
     Where the line ab runs inside the disc, between the angles t0 and t1 from its foot
     at the distance d: Q = (atan t1/d - atan t0/d) / 2 - d (t1 - t0) / 2.
@@ -149,7 +149,7 @@ def find_disc_part(ax, ay, bx, by):
 
 @njit(cache=True, nogil=True)
 def _clip(corners, n, fx, fy, f0, out):
-    """Keep the part of a convex polygon where fx x + fy y + f0 >= 0; give its corners."""
+    """Clip a convex polygon to fx x + fy y + f0 >= 0; return its number of corners."""
     kept = 0
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
@@ -169,7 +169,7 @@ def _clip(corners, n, fx, fy, f0, out):
 
 @njit(cache=True, nogil=True)
 def find_square_part(ax, ay, bx, by, one, two):
-    """Find Q / area for the square [-1, 1]²; ``one`` and ``two`` (8, 2) are room to work in."""
+    """Find Q / area for the square [-1, 1]²; ``one`` and ``two`` (8, 2) are scratch."""
     cross = ax * by - ay * bx
     if cross == 0.0:
         return 0.0

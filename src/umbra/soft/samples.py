@@ -1,8 +1,8 @@
 """
-Soft shadows by samples: many hard shadows of one light, averaged.
+Soft shadows by sampling: the average of many hard shadows of one light.
 
-Heckbert and Herf (1997); McGuire et al. 2003, section 4. Exact as the samples grow in
-number, whatever casts: the reference for the other methods.
+Heckbert and Herf (1997); McGuire et al. 2003, section 4. Converges to the exact result for any
+caster: the reference for the other methods.
 """
 
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["SAMPLES", "visibility"]
 
 SAMPLES = Softness.samples
-"""By default; 1,024 are the reference in tests and benchmarks."""
+"""Default number; 1,024 are the reference in tests and benchmarks."""
 
 
 def visibility(
@@ -35,7 +35,7 @@ def visibility(
     samples: int = SAMPLES,
 ) -> NDArray[np.float32]:
     """
-    Find what share of an area light's points each visible point sees, see `umbra.soft`.
+    Find the share of an area light's points that each visible point sees, see `umbra.soft`.
 
     `InputError` if there is no sample, or too many.
     """

@@ -1,10 +1,9 @@
 """
 Penumbra wedges: soft shadows from the hard count and the silhouette edges alone.
 
-Akenine-Möller and Assarsson 2002 and 2003. The silhouette is that of the light's
-middle. The coverage is then exact for every receiver that sees the same silhouette
-from all of the light, and whose casters do not hide the same part of it twice; where
-casters overlap, what each hides is added, and clamped.
+Akenine-Möller and Assarsson 2002 and 2003. The silhouette is taken from the light's centre. The
+coverage is exact for receivers for which all of the light has this silhouette and no part of it is
+hidden twice; where casters overlap, their coverages are summed and clamped.
 """
 
 from typing import TYPE_CHECKING
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["ASIDE", "find_axes", "find_coverage", "visibility"]
 
 ASIDE = 1e-3 * np.array([0.61, 0.49, 0.37])
-"""How far the light moves where an edge passes its very middle, in its radii."""
+"""Offset of the light where an edge passes its centre [radii]."""
 
 
 def visibility(
@@ -36,7 +35,7 @@ def visibility(
     camera: Camera,
     light: AreaLight,
 ) -> NDArray[np.float32]:
-    """Find what share of an area light each visible point sees, see `umbra.soft`."""
+    """Find the share of an area light that each visible point sees, see `umbra.soft`."""
     coverage = find_coverage(counter, view, frame, camera, light)
     return (1.0 - np.clip(coverage, 0.0, 1.0)).astype(np.float32)
 
@@ -49,15 +48,15 @@ def find_coverage(
     light: AreaLight,
 ) -> NDArray[np.float64]:
     """
-    Find how often the light is covered at each visible point, before clamping, float64.
+    Find the coverage of the light at each visible point, before clamping, float64.
 
     It is hard count - sum of s Q multiplicity / area: above 1 where casters overlap.
     """
     seen = view.face != NOTHING
     coverage, unsure = _cover(counter, view, frame, camera, light, seen)
     if unsure.any():
-        # The side of the hard count and that of the edge could differ by rounding: ask
-        # a light that stands aside by a thousandth of its radius, at most 0.001 wrong.
+        # Rounding could put the hard count and the edge on different sides: use a light offset by a
+        # thousandth of its radius, an error of at most 0.001.
         aside, _ = _cover(counter, view, frame, camera, light.moved(ASIDE), unsure)
         coverage[unsure] = aside[unsure]
     return coverage
@@ -71,7 +70,7 @@ def _cover(
     light: AreaLight,
     where: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return coverage, and where it may be on the wrong side of an edge."""
+    """Return the coverage, and where it may be on the wrong side of an edge."""
     caster, origin = counter.caster, counter.scene.origin
     place = light.light.local(origin)
     edges, multiplicity = find_silhouette_edges(caster, place)
@@ -93,11 +92,10 @@ def _cover(
 
 def find_axes(light: AreaLight, place: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Find how a light's plane is mapped to the unit light, (3, 3).
+    Find the map of a light's plane to the unit light, (3, 3).
 
-    Rows u and v map to the unit square or disc, the third is the plane's normal; all 0 for a
-    ball, which turns its plane to each receiver. ``place`` (4,) is its middle, a direction of
-    length 1.
+    Rows u and v map to the unit square or disc, the third is the plane's normal; all 0 for a ball,
+    whose plane faces each receiver. ``place`` (4,) is the light's centre, or a unit direction.
     """
     if light.edges is not None:
         half_u, half_v = light.edges / 2

@@ -1,17 +1,17 @@
 """
 Soft shadows from scaled layers of the hard volume, after Weng, Daman and Rahim (2008).
 
-The caster is enlarged in n steps across the way to the light, and the shadows of all
-steps are laid over one another, the lightest and widest first, the hard shadow last. A
-penumbra outside the hard shadow comes out, as wide at contact as far away, and of the
-same width for every light: it looks soft, and is no light's shadow.
+The caster is enlarged in n steps perpendicular to the light's direction, and the shadows of all
+steps are blended, the lightest and widest first, the hard shadow last. The result is a penumbra
+outside the hard shadow, as wide at contact as far away, and equal for every light: it looks soft
+but matches no real light.
 
-The paper gives *length* and *gap* without units and scales about the light, which
-changes nothing. Here (`docs/soft.md`) they count tenths of the silhouette's radius: layer
-m is enlarged 1 + m gap / 10 times across the way from the silhouette's centre to the
-light, for m = 1 ... n, n = round(length / gap). Such a map leaves the light where it is,
-so lit faces and silhouette stay: a layer is the shadow volume of the mapped caster. The
-paper's own counting, sides without caps, misses shadows of layers; caps are counted.
+The paper defines *length* and *gap* without units and scales about the light, which changes
+nothing. Here (`docs/soft.md`) they are in tenths of the silhouette's radius: layer m is scaled by 1
++ m gap / 10 perpendicular to the line from the silhouette's centre to the light, for m = 1 ... n, n
+= round(length / gap). This map fixes the light, so lit faces and silhouette stay: a layer is the
+shadow volume of the mapped caster. The paper counts sides without caps, which misses shadows of
+layers; here caps are counted.
 
 An enlarged caster encloses part of its own lit faces, so no layer of a component falls on
 that component: its shadow on itself stays hard.
@@ -46,9 +46,9 @@ __all__ = [
 ]
 
 LENGTH = Softness.length
-"""How far the widest layer goes [tenths of the silhouette's radius]."""
+"""Extent of the widest layer [tenths of the silhouette's radius]."""
 GAP = Softness.gap
-"""From each layer to the next, in the same unit."""
+"""Step between layers, in the same unit."""
 
 
 def visibility(
@@ -62,10 +62,10 @@ def visibility(
     gap: float = GAP,
 ) -> NDArray[np.float32]:
     """
-    Find how much light the stacked layers leave to each visible point, see `umbra.soft`.
+    Find the share of light that the blended layers leave at each visible point, see `umbra.soft`.
 
-    Only the light's middle matters; of ``length`` and ``gap`` the paper recommends 2 to 3, and 0.3
-    to 0.5. `InputError` if they make no layer, or more than 1,000.
+    Only the light's centre matters; the paper recommends a ``length`` of 2 to 3 and a ``gap`` of
+    0.3 to 0.5. `InputError` if they make no layer, or more than 1,000.
     """
     opacities = find_opacities(Softness(length=length, gap=gap).layers)
     left = np.ones(frame.part.shape, np.float32)
@@ -85,11 +85,11 @@ def visibility(
 
 def find_opacities(n: int, darkness: float = 1.0) -> NDArray[np.float64]:
     """
-    Find how much the hard shadow and layers 1 to n darken, so that the stack does evenly.
+    Find the opacities of the hard shadow and layers 1 to n that darken in even steps.
 
-    The darkness below layer m is to be S_m = D (n + 1 - m) / (n + 1); laid over the wider
-    ones, layer m must then take a_m = (S_m - S_{m+1}) / (1 - S_{m+1})
-    = D / (n + 1 - D (n - m)), D being that of the hard shadow.
+    The darkness below layer m shall be S_m = D (n + 1 - m) / (n + 1); blended over the wider ones,
+    layer m must then have a_m = (S_m - S_{m+1}) / (1 - S_{m+1}) = D / (n + 1 - D (n - m)), D being
+    the darkness of the hard shadow.
     """
     return darkness / (n + 1 - darkness * (n - np.arange(n + 1.0)))
 
@@ -97,12 +97,12 @@ def find_opacities(n: int, darkness: float = 1.0) -> NDArray[np.float64]:
 @dataclass(frozen=True, eq=False)
 class Layers:
     """
-    A caster with the centres about which its components grow, kept for all layers.
+    A caster with the centres of its components' enlargement, shared by all layers.
 
-    Components share no vertices. For each vertex, of its component: ``centers`` of the
-    silhouette; ``axes``, the unit way from there to the light, 0 where there is no silhouette to
-    grow; ``sunk``, a millionth of the radius away from the light, as a cap that grows in its own
-    plane must not lie before the faces that it comes from.
+    Components share no vertices. For each vertex, of its component: ``centers`` of the silhouette;
+    ``axes``, unit vectors from there to the light, 0 if there is no silhouette; ``sunk``, an offset
+    of a millionth of the radius away from the light, as a cap enlarged in its own plane must not
+    lie in front of its original faces.
     """
 
     caster: Caster
@@ -112,7 +112,7 @@ class Layers:
 
     @classmethod
     def of(cls, counter: "FrameCounter", light: Light) -> "Layers":
-        """Prepare the casters of a counter for a light."""
+        """Prepare a counter's caster for a light."""
         caster, place = counter.caster, light.local(counter.scene.origin)
         centers, axes, radii = find_growth(caster, place, caster.vertices, place)
         parted, of_vertex = part_components(caster)
@@ -120,7 +120,7 @@ class Layers:
         return cls(parted, centers[of_vertex], axes[of_vertex], sunk)
 
     def scaled(self, factor: float) -> Caster:
-        """Return the caster enlarged across the way to the light."""
+        """Return the caster enlarged perpendicular to the direction to the light."""
         apart = self.caster.vertices - self.centers
         apart -= np.einsum("ij,ij->i", apart, self.axes)[:, None] * self.axes
         grows = (self.axes != 0).any(axis=1, keepdims=True)
@@ -137,7 +137,7 @@ def find_growth(
     place: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """
-    Find how each component of a caster grows.
+    Find centre, axis and radius of the enlargement of each component.
 
     Parameters
     ----------
@@ -145,18 +145,18 @@ def find_growth(
     light : (4,) float64
         In the caster's frame.
     vertices : (n_vertices, 3) float64
-        The caster's, in the frame in which it is to grow [m].
+        The caster's vertices, in the frame of the enlargement [m].
     place : (4,) float64
         The light in that frame.
 
     Returns
     -------
     centers : (n_components, 3) float64
-        Of the silhouettes, weighted by the edges' lengths.
+        Centres of the silhouettes, weighted by the edges' lengths.
     axes : (n_components, 3) float64
-        The unit way from there to the light; 0 where there is no silhouette to grow.
+        Unit vectors from there to the light; 0 if there is no silhouette.
     radii : (n_components,) float64
-        How far a vertex is from the centre at most [m].
+        Greatest distance of a vertex from the centre [m].
     """
     n = len(caster.is_closed)
     ((_, found),) = find_silhouettes(caster, light[None])
@@ -179,7 +179,7 @@ def find_growth(
 
 
 def part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
-    """Give each component vertices of its own; return those components too, ascending by vertex."""
+    """Duplicate vertices that components share; return also each vertex's component, ascending."""
     width = np.int64(len(caster.vertices))
     of_corner = np.repeat(caster.component.astype(np.int64), 3)
     keys, faces = np.unique(of_corner * width + caster.faces.ravel(), return_inverse=True)
@@ -195,7 +195,7 @@ def part_components(caster: Caster) -> tuple[Caster, NDArray[np.int64]]:
 
 
 def _find_components(counter: "FrameCounter", view: DepthBuffer) -> NDArray[np.int32]:
-    """Return the component that each pixel shows, (rows, cols) int32; -1 for none."""
+    """Return the visible component of each pixel, (rows, cols) int32; -1 for none."""
     caster, part = counter.caster, counter.triangles.part
     of_face = np.full(len(part), -1, np.int32)
     if counter.casters is None:
@@ -210,10 +210,10 @@ def _pair_off(
     n: int, shown: NDArray[np.int32]
 ) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
     """
-    Divide components so that each casts on all others but never on itself.
+    Partition components so that each casts on all others but never on itself.
 
-    Two numbers differ in some binary digit: those with a 0 there cast on those with a 1,
-    and the reverse, for each digit in turn. Yields the casters (n,), and their pixels.
+    Two indices differ in some binary digit: components with a 0 there cast on components with a 1,
+    and the reverse, for each digit in turn. Yields the casters (n,) and their receiving pixels.
     """
     numbers = np.arange(n)
     for digit in range(max((n - 1).bit_length(), 1)):
@@ -224,7 +224,7 @@ def _pair_off(
 
 
 def _choose(caster: Caster, chosen: NDArray[np.bool_]) -> Caster:
-    """Keep some of a caster's components."""
+    """Return a caster of the chosen components."""
     if chosen.all():
         return caster
     faces = chosen[caster.component]
