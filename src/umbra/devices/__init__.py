@@ -1,11 +1,11 @@
 """
-Devices: where shadows are counted.
+Devices that count shadows: the CPU and OpenGL.
 
     device.py    what a device gives     CountingDevice, TileCounters, FrameCounts
     built_in.py  the CPU and OpenGL       CpuDevice, GlDevice
 
-``StudyCounters`` counts a study's tiles on the device that is asked for, or on the faster one.
-Importing this room loads no kernels and no OpenGL: a device does so when it first counts.
+``StudyCounters`` counts a study's tiles on the requested device, or on the faster one. Importing
+this package loads no kernels and no OpenGL: a device does so when it first counts.
 """
 
 import time
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 __all__ = ["CHOICES", "DEFAULT", "DEVICES", "StudyCounters", "check_device", "find_device"]
 
 DEVICES: dict[str, CountingDevice] = {device.name: device for device in (CpuDevice(), GlDevice())}
-"""Every device by the name that options and results say."""
+"""All devices by their name in options and results."""
 DEFAULT = "cpu"
 CHOICES = get_args(DeviceName)
-"""What may be asked for."""
+"""Values of the option ``device``."""
 ENOUGH = 200_000_000
-"""Receivers times suns from which an accelerator is worth being looked for."""
-_TRIED = 3  # suns, on both devices
+"""Receivers times suns from which the search for an accelerator pays."""
+_TRIED = 3  # suns counted on both devices for comparison
 
 
 def find_device(name: str) -> CountingDevice:
@@ -39,7 +39,7 @@ def find_device(name: str) -> CountingDevice:
     Raises
     ------
     InputError
-        If there is none of this name.
+        If no device has this name.
     """
     if name not in CHOICES:
         msg = f"device '{name}' is not one of {', '.join(CHOICES)}"
@@ -49,19 +49,19 @@ def find_device(name: str) -> CountingDevice:
 
 def check_device(name: str, threads: int | None) -> int:
     """
-    Refuse devices that do not exist; return the number of threads.
+    Check that a device exists; return the number of threads.
 
     Parameters
     ----------
     name : str
-        Of ``CHOICES``.
+        One of ``CHOICES``.
     threads : int, optional
         All cores by default.
 
     Raises
     ------
     InputError
-        If there is no such device, or less than one thread.
+        If the device is unknown, or there is less than one thread.
     """
     find_device(name)
     threads = count_cores() if threads is None else threads
@@ -73,26 +73,26 @@ def check_device(name: str, threads: int | None) -> int:
 
 class StudyCounters:
     """
-    Makes the counters of a study's tiles, on one device.
+    Factory of the counters of a study's tiles, on one device.
 
-    ``auto`` is the CPU, unless the work is large, there is an accelerator (a real GPU), and
-    the first tile was counted faster on it.
+    ``auto`` is the CPU, unless the work is large, an accelerator (a real GPU) exists, and it counts
+    the first tile faster.
 
     Parameters
     ----------
     device : str
-        Of ``umbra.devices.CHOICES``.
+        One of ``umbra.devices.CHOICES``.
     casters : list of int
-        Indices of the parts that cast.
+        Indices of the casting parts.
     suns : (n, 3) float64
-        All there are, above the horizon.
+        Directions toward all suns above the horizon.
     cells : int
-        Receivers of the whole study.
+        Number of receivers in the whole study.
 
     Attributes
     ----------
     device : str
-        What counts.
+        Name of the device in use.
     """
 
     def __init__(self, device: str, casters: list[int], suns: "NDArray", cells: int) -> None:
@@ -104,14 +104,14 @@ class StudyCounters:
             self.device = "auto" if self._rival else DEFAULT
 
     def make(self, tile: Any) -> Any:
-        """Make ready to count on a tile; raises as ``TileCounters.make``."""
+        """Make the counter of a tile; raises as ``TileCounters.make``."""
         if self.device == "auto":
             can = self._open(self._rival).can_count(tile)
             self.device = self._find_faster(tile) if can else DEFAULT
         return self._open(self.device).make(tile)
 
     def release(self) -> None:
-        """Free what is held on all devices."""
+        """Free the resources of all devices."""
         for opened in self._opened.values():
             opened.release()
         self._opened = {}
@@ -131,8 +131,8 @@ class StudyCounters:
         return next((name for name in DEVICES if self._open(name).is_accelerated()), "")
 
     def _find_faster(self, tile: Any) -> str:
-        """Count a few suns on both devices, the first apart: it compiles and loads."""
-        import numpy as np  # noqa: PLC0415 - the command's help needs none
+        """Time a few suns on both devices, after a first run that compiles; return the faster."""
+        import numpy as np  # noqa: PLC0415 - the command's help needs no NumPy
 
         some = self._suns[:_TRIED]
         seconds = {}

@@ -1,8 +1,8 @@
 """
-The devices that umbra brings: the CPU and OpenGL.
+The built-in devices: the CPU and OpenGL.
 
-On the CPU kernels of numba count on all receivers; OpenGL, an extra, draws volumes into the
-stencil, for plans and pictures.
+On the CPU, numba kernels count on all kinds of receivers; OpenGL, an optional extra, draws volumes
+into the stencil, for plans and pictures.
 """
 
 from collections.abc import Callable
@@ -21,19 +21,19 @@ __all__ = ["CpuDevice", "GlDevice"]
 
 
 class _CpuTiles(TileCounters):
-    """Tiles bring the kernels that count on them."""
+    """CPU counters of tiles; each tile provides its own kernels."""
 
     def make(self, tile: Any) -> Any:
         return tile.make_counter()
 
 
 class CpuDevice(CountingDevice):
-    """The processor's cores."""
+    """The CPU."""
 
     name, title = "cpu", "CPU"
 
     def open_tiles(self, casters: list[int]) -> TileCounters:
-        """Begin a study; tiles know their casters."""
+        """Start a study; tiles hold their casters."""
         return _CpuTiles()
 
     def open_frames(
@@ -45,14 +45,14 @@ class CpuDevice(CountingDevice):
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
     ) -> AbstractContextManager[FrameCounts]:
-        """Begin counting in frames of a scene, see `CountingDevice`."""
+        """Make a counter of frames of a scene, see `CountingDevice`."""
         from umbra.cpu.frame import FrameCounter  # noqa: PLC0415
 
         return nullcontext(FrameCounter(scene, casters, ground, threads, warn))
 
 
 class _GlTiles(TileCounters):
-    """Plans, in one context; one tile is held at a time."""
+    """OpenGL counters of plans, in one context; one tile is held at a time."""
 
     def __init__(self, casters: list[int]) -> None:
         self._casters = casters
@@ -60,11 +60,11 @@ class _GlTiles(TileCounters):
         self._sweep: Any = None
 
     def can_count(self, tile: Any) -> bool:
-        """Whether the tile is a raster seen from the zenith, whose rim rays may count."""
+        """Return whether the tile is a plan, whose rim can be counted by rays."""
         return hasattr(tile, "with_rays")
 
     def is_accelerated(self) -> bool:
-        """Whether there is a real GPU."""
+        """Return whether there is a real GPU."""
         if find_spec("moderngl") is None:
             return False
         try:
@@ -105,14 +105,14 @@ class _GlTiles(TileCounters):
 
 
 class GlDevice(CountingDevice):
-    """Whatever OpenGL draws with: a GPU, or software."""
+    """OpenGL, on a GPU or in software."""
 
     name, title = "gl", "OpenGL"
     is_window = enlarges_masks = True
     weakens_light = False
 
     def open_tiles(self, casters: list[int]) -> TileCounters:
-        """Begin a study; the context opens with the first tile."""
+        """Start a study; the context opens with the first tile."""
         return _GlTiles(casters)
 
     def open_frames(
@@ -124,7 +124,7 @@ class GlDevice(CountingDevice):
         threads: int = 1,
         warn: Callable[[str], object] = lambda _: None,
     ) -> AbstractContextManager[FrameCounts]:
-        """Begin counting in frames of a scene, see `CountingDevice`; threads are OpenGL's own."""
+        """Make a counter of frames, see `CountingDevice`; OpenGL manages its own threads."""
         from umbra.gl.frame import GlFrameCounter  # noqa: PLC0415
 
         return GlFrameCounter(scene, casters, ground, warn=warn)

@@ -1,4 +1,4 @@
-"""What a device gives: counters of a study's tiles, counters of frames, methods by name."""
+"""Interfaces of a device: counters of a study's tiles, counters of frames, method names."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -21,23 +21,23 @@ __all__ = ["CountingDevice", "FrameCounts", "TileCounters"]
 
 
 class FrameCounts(Protocol):
-    """Counts shadows in frames of one scene; ``transmitters`` are its parts that transmit light."""
+    """Counter of shadows in frames of a scene; ``transmitters`` are its transmitting triangles."""
 
     scene: "Scene"
     transmitters: "Transmitters | None"
 
     def see(self, camera: "Camera") -> "tuple[DepthBuffer, VisibleSurface]":
-        """Find what a camera sees; what can be seen through hides the rest, but for its holes."""
+        """Find the visible surface; transmitting parts are drawn, except in their holes."""
 
     def look(self, camera: "Camera", before: "DepthBuffer | None" = None) -> "DepthBuffer":
         """
-        Find which face each pixel sees, and how near: the first half of ``see``.
+        Find the visible face and depth of each pixel: the first half of ``see``.
 
-        ``before`` is what is seen in front: only what is behind it is looked at.
+        ``before`` is the layer in front: only faces behind it are drawn.
         """
 
     def locate(self, view: "DepthBuffer", camera: "Camera") -> "VisibleSurface":
-        """Find the places of what a view of this camera shows: the second half."""
+        """Find the visible points of a view of this camera: the second half."""
 
     def count(
         self, view: "DepthBuffer", camera: "Camera", light: "Light", method: str = "auto"
@@ -47,7 +47,7 @@ class FrameCounts(Protocol):
     def transmit(
         self, view: "DepthBuffer", camera: "Camera", light: "Light"
     ) -> "tuple[NDArray[np.float32], NDArray[np.int32]]":
-        """Find what transmitting parts leave of a light, and what hides it: `Sight.transmit`."""
+        """Find the light that transmitting parts leave, and what hides it: `Sight.transmit`."""
 
     def find_visibility(
         self,
@@ -57,68 +57,67 @@ class FrameCounts(Protocol):
         method: str,
         softness: Softness | None = None,
     ) -> "list[NDArray[np.float32]]":
-        """Find what share of lights with a size each visible point sees, (rows, cols) each."""
+        """Find the share of each area light that each visible point sees, (rows, cols) each."""
 
 
 class TileCounters(ABC):
-    """Makes the counters of one study's tiles on one device."""
+    """Factory of the counters of one study's tiles on one device."""
 
     def can_count(self, tile: Any) -> bool:
-        """Tell whether the device counts on receivers of this kind."""
+        """Return whether the device supports this kind of receiver."""
         return True
 
     def is_accelerated(self) -> bool:
-        """Tell whether the device may be faster than the CPU here."""
+        """Return whether the device may be faster than the CPU on this machine."""
         return False
 
     @abstractmethod
     def make(self, tile: Any) -> Any:
         """
-        Make ready to count on a tile; what the tile before held may be freed.
+        Make the counter of a tile; resources of the previous tile may be freed.
 
         Raises
         ------
         InputError
-            If the device cannot count on such receivers.
+            If the device does not support such receivers.
         UmbraError
-            If the device does not run here.
+            If the device does not run on this machine.
         """
 
     def release(self) -> None:  # noqa: B027
-        """Free what is held on the device."""
+        """Free resources on the device."""
 
 
 class CountingDevice(ABC):
     """
-    A place to count.
+    A device that counts shadows.
 
-    One object of each stands in ``umbra.devices.DEVICES``. It imports what it needs when it
-    first counts.
+    ``umbra.devices.DEVICES`` holds one instance of each. Modules are imported at the first count.
 
     Attributes
     ----------
     name : str
-        As options and results say it.
+        Name in options and results.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
-    """As panels show it."""
+    """Name in panels."""
     is_window: ClassVar[bool] = False
-    """Whether the viewer's window draws its pictures; those of others are put into the window."""
+    """Whether it draws into the viewer's window; pictures of other devices are copied there."""
     enlarges_masks: ClassVar[bool] = False
-    """Whether hard shadows can be counted in fewer pixels than the picture has."""
+    """Whether hard shadows can be counted at a lower resolution than the picture."""
     weakens_light: ClassVar[bool] = True
-    """Whether canopies can let a share of the light through."""
+    """Whether canopies can transmit a share of the light."""
 
     @property
     def methods(self) -> Methods:
-        """The names of its methods."""
+        """Methods of the device, by name."""
         return METHODS[self.name]
 
     @abstractmethod
     def open_tiles(self, casters: list[int]) -> TileCounters:
-        """Begin a study in which the parts with these indices cast."""
+        """Start a study with the casting parts of these indices."""
 
     @abstractmethod
     def open_frames(
@@ -131,7 +130,7 @@ class CountingDevice(ABC):
         warn: Callable[[str], object] = lambda _: None,
     ) -> AbstractContextManager[FrameCounts]:
         """
-        Begin counting in frames of a scene.
+        Make a counter of frames of a scene.
 
         Parameters
         ----------
@@ -139,8 +138,8 @@ class CountingDevice(ABC):
         ground : float, optional
             z of a plane that receives shadows, in the model's own coordinates [m].
         casters : list of int, optional
-            Indices of the parts that cast; all by default.
+            Indices of the casting parts; all by default.
         threads : int
         warn : callable
-            Told, in a line, where a forced method is wrong for a view.
+            Receives one line where a forced method is wrong for a view.
         """
