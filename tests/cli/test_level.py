@@ -14,7 +14,7 @@ def hillside(tmp_path):
 def test_a_study_of_a_hillside_says_what_it_assumes(study, hillside):
     said = study(files=[hillside])
     assert said.status == 0
-    assert "level at z = 10 m; the model's 5 things" in said.err
+    assert "level at z = 10 m; the model's 5 objects" in said.err
     assert "from 0 to 20 m (--ground" in said.err
     assert said.err.count("\n") == 1
     for options in (["--ground", "10"], ["--quiet"]):

@@ -142,7 +142,7 @@ def test_parts_and_installations_are_objects_of_their_own(read):
     )
     scene = read(city(building(more=more)))
     assert {part.name for part in scene.parts} == {"house", "part", "dormer"}
-    assert notes(scene) == ["rooms and furniture left out, which lie within: 1"]
+    assert notes(scene) == ["rooms and furniture left out (indoors): 1"]
 
 
 def test_a_relief_of_triangles(read):
@@ -206,7 +206,7 @@ def test_links_that_lead_nowhere_are_counted(read):
     far = f'<c:Building gml:id="a">{gone}</c:Building>'
     scene = read(city(building(), far, '<!-- --><c:Building gml:id="b"/>'))
     assert count_kinds(scene) == WHOLE
-    assert notes(scene) == ["surfaces left out that the file only links to: 1"]
+    assert notes(scene) == ["links to surfaces that the file does not hold: 1"]
     outside = city(building()).replace(
         "</c:CityModel>", '<c:cityObjectMember xlink:href="other.gml#x"/></c:CityModel>'
     )
@@ -305,3 +305,64 @@ def test_without_lxml_the_extra_is_named(read, monkeypatch):
     monkeypatch.setitem(sys.modules, "lxml", None)
     with pytest.raises(InputError, match=r"umbra-shadows\[citygml\]"):
         read(city(building()))
+
+
+def test_two_coordinate_systems_are_refused(read):
+    other = building("other").replace("<gml:Solid>", '<gml:Solid srsName="EPSG:25833">', 1)
+    with pytest.raises(InputError, match="names two coordinate reference systems") as caught:
+        read(city(building(), other))
+    assert caught.value.data["crs"] == ("EPSG:25832+5783", "EPSG:25833")
+    same = building().replace("<gml:Solid>", '<gml:Solid srsName="EPSG:25832">', 1)
+    assert count_kinds(read(city(same))) == WHOLE
+
+
+def test_an_order_that_the_crs_does_not_say_is_noted(read):
+    faces = [(k, [(x + 3_500_000, y + 5_400_000, z) for x, y, z in c]) for k, c in prism()]
+    told = notes(read(city(building(faces=faces), crs="urn:ogc:def:crs:EPSG::31467")))
+    assert len(told) == 1
+    assert "read east first, although EPSG:31467 says north first" in told[0]
+    # In degrees the CRS is followed, however a body is wound.
+    inward = [(k, [(48 + y * 1e-5, 16 + x * 1e-5, z) for x, y, z in c][::-1]) for k, c in prism()]
+    scene = read(city(building(faces=inward), crs="EPSG:4979"))
+    assert scene.latitude == pytest.approx(48, abs=0.1)
+
+
+def test_files_of_archives_are_named_and_those_of_a_mac_passed_over(read):
+    def pack(**files):
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w") as archive:
+            for name, text in files.items():
+                archive.writestr(name, text)
+        return packed.getvalue()
+
+    whole = city(building())
+    mac = pack(**{"a.gml": whole, "__MACOSX/._a.gml": b"\0\5\x16\7"})
+    assert count_kinds(read(mac, "mac.zip")) == WHOLE
+    with pytest.raises(InputError, match=r"bad\.gml is damaged XML at line 2"):
+        read(pack(**{"a.gml": whole, "bad.gml": whole[:-300]}), "bad.zip")
+    with pytest.raises(InputError, match=r"ZIP archive without CityGML"):
+        read(pack(**{"readme.txt": "hello"}), "none.zip")
+
+
+def test_members_of_a_feature_service_and_old_names(read):
+    text = city(building(), crs="http://www.opengis.net/gml/srs/epsg.xml#25832")
+    served = text.replace("c:cityObjectMember", "w:member").replace(
+        "<c:CityModel", '<c:CityModel xmlns:w="http://www.opengis.net/wfs/2.0"'
+    )
+    scene = read(served)
+    assert count_kinds(scene) == WHOLE
+    assert scene.crs == "EPSG:25832"
+
+
+def test_a_surface_that_links_to_itself_is_read_once(read):
+    body = surfaces(polygon([(0, 0, 0), (4, 0, 0), (0, 4, 0)]), "one", name="one")
+    level = f"<c:lod2MultiSurface>{body}</c:lod2MultiSurface>"
+    assert len(read(city(f'<c:Building gml:id="a">{level}</c:Building>')).triangles().faces) == 1
+
+
+def test_a_coordinate_that_is_no_number_is_named(read):
+    text = city(building()).replace("<gml:posList>0 6", "<gml:posList>abc 6", 1)
+    with pytest.raises(InputError, match="has a coordinate that is no number") as caught:
+        read(text)
+    assert caught.value.data["object"] == "house-0"
+    assert caught.value.data["line"] == 2

@@ -19,17 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, list_counts, need
+from umbra.readers.checks import Budget, errors_of, list_counts, need
 from umbra.readers.citygml_objects import HREF, FeatureReader, id_of, name_of
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.cityjson_choice import DEPTHS, flatten
-from umbra.readers.formats import CITYGML, GZIP, ZIP
-from umbra.readers.georeference import find_axis_orders, name_crs
+from umbra.readers.formats import GZIP, ZIP, find_members
+from umbra.readers.georeference import find_axis_orders, is_same_plan, name_crs
 from umbra.readers.model import FileModel, ReadChoices, turn_up
 
 __all__ = ["read_citygml"]
 
-_MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "cityObjectMembers")
+_MEMBERS = ("cityObjectMember", "cityObjectMembers", "featureMember", "featureMembers", "member")
+_DOCTYPE = "declares a document type or entities, which CityGML does not need; remove them"
 _EXPANSION = 200
 """A compressed file that grows by more is taken for a trap."""
 
@@ -41,9 +42,8 @@ def read_citygml(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
     city = _City(data, counts, Budget(choices.size))
     # The members' own templates are known only while they are read: the list grows.
     parts = make_parts(city.read_features(), Templates(city.templates), counts, lambda _: "")
-    return FileModel(
-        f"CityGML {city.version}".strip(), turn_up(parts, choices.up), city.crs, list_counts(counts)
-    )
+    notes = (*city.notes, *list_counts(counts))
+    return FileModel(f"CityGML {city.version}".strip(), turn_up(parts, choices.up), city.crs, notes)
 
 
 class _City:
@@ -64,6 +64,7 @@ class _City:
         self.version = ""
         self.crs: str | None = None
         self.templates: dict[str, list[Any]] = {"templates": [], "vertices-templates": []}
+        self.notes: list[str] = []
         self._swaps: bool | None = None
 
     def read_features(self) -> Iterator[dict[str, Any]]:
@@ -91,15 +92,27 @@ class _City:
             if not self.version:
                 self.version = _find_version(root)
             if name_of(element) == "Envelope":
-                self.crs = self.crs or name_crs(element.get("srsName"))
+                self._compare(element.get("srsName"))
                 continue
             if element.get(HREF) is not None:
                 self._counts["members left out that lie in other files"] += 1
                 continue
-            if self.crs is None:
-                named = element.xpath("(.//@srsName)[1]")
-                self.crs = name_crs(str(named[0])) if named else None
+            for named in dict.fromkeys(element.xpath(".//@srsName")):
+                self._compare(str(named))
             yield element
+
+    def _compare(self, named: str | None) -> None:
+        """Take the CRS of the first element that names one; refuse another."""
+        crs = name_crs(named)
+        if crs is None or crs == self.crs:
+            return
+        if self.crs is not None and not is_same_plan(crs, self.crs):
+            msg = (
+                f"names two coordinate reference systems, {self.crs} and {crs}; "
+                "convert it to one, or give a file for each"
+            )
+            raise InputError(msg, crs=(self.crs, crs))
+        self.crs = self.crs or crs
 
     def _find_shared(self, wanted: set[str]) -> dict[str, Any]:
         """Read the file again for elements that other members link to."""
@@ -118,8 +131,8 @@ class _City:
         from lxml import etree  # noqa: PLC0415 - an extra
 
         tags = None if names is None else [f"{{*}}{name}" for name in names]
-        for stream in _open(self._data):
-            with closing(stream):
+        for name, stream in _open(self._data):
+            with closing(stream), errors_of(name):
                 events = etree.iterparse(
                     stream, events=("end",), tag=tags, resolve_entities=False, no_network=True,
                     load_dtd=False, remove_comments=True, remove_pis=True, huge_tree=True,
@@ -127,11 +140,12 @@ class _City:
                 try:
                     for _, element in events:
                         if element.getroottree().docinfo.doctype:
-                            msg = "declares a document type, which CityGML does not need; remove it"
-                            raise InputError(msg)
+                            raise InputError(_DOCTYPE)
                         yield element.getroottree().getroot(), element
                 except etree.XMLSyntaxError as error:
                     line, reason = error.lineno or 0, " ".join(str(error.msg).split())
+                    if "entity" in reason:
+                        raise InputError(_DOCTYPE) from error
                     msg = f"is damaged XML at line {line} ({reason}); fetch or export it again"
                     raise InputError(msg, line=line) from error
 
@@ -139,10 +153,17 @@ class _City:
         """Bring a feature's vertices into the order east, north, up."""
         vertices: NDArray[np.float64] = feature["vertices"]
         if self._swaps is None and self.crs is not None and len(vertices):
-            orders = find_axis_orders(self.crs, vertices[0])
+            says, orders = find_axis_orders(self.crs, vertices[0])
             # Where either order may be meant, bodies are not inside out.
             wrong = len(orders) > 1 and _find_volume(feature) * (-1 if orders[0] else 1) < 0
             self._swaps = orders[wrong]
+            if self._swaps != says:
+                read, said = ("north", "east") if self._swaps else ("east", "north")
+                why = "bodies would be inside out" if wrong else f"not where {self.crs} is used"
+                self.notes.append(
+                    f"coordinates are read {read} first, although {self.crs} says {said} first: "
+                    f"that way they would lie elsewhere ({why})"
+                )
         if self._swaps:
             feature["vertices"] = np.ascontiguousarray(vertices[:, [1, 0, 2]])
         return feature
@@ -177,18 +198,17 @@ def _find_version(root: Any) -> str:
     return ""
 
 
-def _open(data: bytes) -> Iterator["BinaryIO | _Bounded"]:
-    """Open the file, or each CityGML file in a ZIP archive."""
+def _open(data: bytes) -> Iterator[tuple[str, "BinaryIO | _Bounded"]]:
+    """Open the file, or each CityGML file in a ZIP archive, and name it for errors."""
     most = _EXPANSION * len(data)
     if data.startswith(GZIP):
-        yield _Bounded(gzip.GzipFile(fileobj=io.BytesIO(data)), most)
+        yield "", _Bounded(gzip.GzipFile(fileobj=io.BytesIO(data)), most)
     elif data.startswith(ZIP):
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            names = [n for n in archive.namelist() if n.lower().endswith(CITYGML)]
-            for name in names:
-                yield _Bounded(archive.open(name), most)
+            for name in find_members(archive):
+                yield f"{name} ", _Bounded(archive.open(name), most)
     else:
-        yield io.BytesIO(data)
+        yield "", io.BytesIO(data)
 
 
 class _Bounded(io.RawIOBase):

@@ -33,7 +33,6 @@ _LINKED = tuple(
     )
 )  # fmt: skip
 """Elements that others link to."""
-_DEEPEST = 20  # links from element to element; they may lead back to where they come from
 _INDOORS = {
     "BridgeFurniture", "BridgeRoom", "BuildingFurniture", "BuildingRoom", "HollowSpace",
     "IntBridgeInstallation", "IntBuildingInstallation", "IntTunnelInstallation", "Room",
@@ -151,7 +150,7 @@ class FeatureReader:
                 if not inner[:1].isupper():
                     continue
                 if inner in _INDOORS:
-                    self._counts["rooms and furniture left out, which lie within"] += 1
+                    self._counts["rooms and furniture left out (indoors)"] += 1
                 elif inner in _SURFACES:
                     for level, shape, own in self._walk(child, name, inner):
                         yield level, shape, own or inner
@@ -185,9 +184,9 @@ class FeatureReader:
         return _with_semantics("MultiSurface", level, boundaries, values)
 
     def _find_patches(
-        self, shape: Any, ids: tuple[str, ...] = (), *, turned: bool = False, depth: int = 0
+        self, shape: Any, ids: tuple[str, ...] = (), *, turned: bool = False
     ) -> Iterator[tuple[list[list[int]], tuple[str, ...]]]:
-        """Return each polygon's rings of vertex indices, and the ids that it is known by."""
+        """Return each polygon's rings of vertex indices, and the ids of all that hold it."""
         name = id_of(shape)
         ids = (*ids, name) if name else ids
         if name_of(shape) in _PATCHES:
@@ -199,12 +198,12 @@ class FeatureReader:
             turned ^= shape.get("orientation") == "-"
         for child in shape:
             link = child.get(HREF)
-            if link is not None:
-                target = self._follow(link) if depth < _DEEPEST else None
+            if link is None:
+                yield from self._find_patches(child, ids, turned=turned)
+            elif link.strip().removeprefix("#") not in ids:  # else it leads back
+                target = self._follow(link)
                 if target is not None:
-                    yield from self._find_patches(target, ids, turned=turned, depth=depth + 1)
-            else:
-                yield from self._find_patches(child, ids, turned=turned, depth=depth + 1)
+                    yield from self._find_patches(target, ids, turned=turned)
 
     def _follow(self, link: str) -> Any | None:
         """Find what a link of this file leads to."""
@@ -213,14 +212,14 @@ class FeatureReader:
             self._spend()
         if self._local is None:
             self._local = {n: e for e in self._member.iter(*_LINKED) if (n := id_of(e)) is not None}
-        name = link.removeprefix("#")
+        name = link.strip().removeprefix("#")
         target = self._local.get(name)
         if target is None:
             target = self.shared.get(name)
         if target is None:
             self.wanted.add(name)
             self._lacks = True
-            self._counts["surfaces left out that the file only links to"] += 1
+            self._counts["links to surfaces that the file does not hold"] += 1
         return target
 
     def _spend(self) -> None:
@@ -248,16 +247,13 @@ class FeatureReader:
             if _find_dimension(element, ring) != 3:
                 self._counts["rings left out that have no heights"] += 1
                 return []
-            text = element.text or ""
-            if "," in text:  # of GML 2
-                text = text.replace(",", " ")
-            more = list(map(float, text.split()))
+            more = _read_numbers(element, ring)
             # Pieces of a composed ring begin where the one before ends.
             numbers += more[3:] if more[:3] == numbers[-3:] else more
         if len(numbers) % 3:
-            owner = id_of(ring) or id_of(ring.getparent().getparent()) or "without an id"
+            owner = _name_owner(ring)
             msg = (
-                f"ring {owner} has {len(numbers)} coordinates, not three for each corner; "
+                f"a ring of '{owner}' has {len(numbers)} coordinates, not three for each corner; "
                 "export the file again"
             )
             raise InputError(msg, ring=owner)
@@ -331,6 +327,31 @@ def _with_semantics(
             "values": numbers if kind == "MultiSurface" else [numbers],
         }
     return geometry
+
+
+def _name_owner(element: Any) -> str:
+    """Return the id of the nearest element around that has one."""
+    around = (element, *element.iterancestors())
+    return next((name for one in around if (name := id_of(one)) is not None), "")
+
+
+def _read_numbers(element: Any, ring: Any) -> list[float]:
+    """Return the coordinates of a list, which GML 2 may part by other marks."""
+    text = element.text or ""
+    if name_of(element) == "coordinates":
+        point = element.get("decimal", ".")
+        for mark in (element.get("cs", ","), element.get("ts", " ")):
+            text = text.replace(mark, " ") if mark != point else text
+        text = text.replace(point, ".")
+    try:
+        return list(map(float, text.split()))
+    except ValueError as error:
+        owner, line = _name_owner(ring), element.sourceline
+        msg = (
+            f"a ring of '{owner}' has a coordinate that is no number (line {line}: {error}); "
+            "repair it or export the file again"
+        )
+        raise InputError(msg, object=owner, line=line) from error
 
 
 def _find_dimension(element: Any, ring: Any) -> int:

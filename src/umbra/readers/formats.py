@@ -13,7 +13,7 @@ from pathlib import Path
 from umbra.errors import InputError
 from umbra.readers.model import FileModel, ReadChoices
 
-__all__ = ["CITYGML", "FORMATS", "GZIP", "ZIP", "find_reader", "read_json"]
+__all__ = ["CITYGML", "FORMATS", "GZIP", "ZIP", "find_members", "find_reader", "read_json"]
 
 FORMATS = (
     "CityJSON (.json, .jsonl), CityGML (.gml, .gml.gz, .zip), glTF (.gltf, .glb), IFC, OBJ, PLY, "
@@ -114,11 +114,20 @@ def is_citygml(data: bytes) -> bool:
             data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(_HEAD)
         elif data.startswith(ZIP):
             with zipfile.ZipFile(io.BytesIO(data)) as archive:
-                return any(name.lower().endswith(CITYGML) for name in archive.namelist())
+                return bool(find_members(archive))
     except (EOFError, OSError, zipfile.BadZipFile, zlib.error):
         return False
     start = data[:_HEAD].replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
     return start.startswith(b"<") and b"opengis.net/citygml" in start
+
+
+def find_members(archive: zipfile.ZipFile) -> list[str]:
+    """Return the names of the CityGML files in an archive, without those that a Mac adds."""
+    return [
+        name
+        for name in archive.namelist()
+        if name.lower().endswith(CITYGML) and not Path(name).name.startswith(".")
+    ]
 
 
 OLD = "is glTF 1.0; umbra reads 2.0, convert it (npx gltf-pipeline -i FILE -o OUT.glb)"
@@ -250,8 +259,8 @@ REFUSED = (
                  (".i3dm", ".cmpt", ".pnts"), (b"i3dm", b"cmpt", b"pnts")),
     UnreadFormat("Revit files are not read; export IFC from Revit",
                  (".rvt", ".rfa"), (b"\xd0\xcf\x11\xe0",)),
-    UnreadFormat("is compressed (gzip); unpack it first", (), (b"\x1f\x8b",)),
-    UnreadFormat("is a ZIP archive; unpack it first", (), (b"PK\x03\x04",)),
+    UnreadFormat("is compressed (gzip) and holds no CityGML; unpack it first", (), (b"\x1f\x8b",)),
+    UnreadFormat("is a ZIP archive without CityGML (*.gml); unpack it first", (), (b"PK\x03\x04",)),
     UnreadFormat("HDF5 files are not read", (), (b"\x89HDF",)),
     UnreadFormat("is a Git LFS pointer, not the file; run git lfs pull",
                  (), (b"version https://git-lfs",)),

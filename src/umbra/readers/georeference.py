@@ -33,6 +33,9 @@ CODE = re.compile(r"\bEPSG(?:/|:)+(?:[\d.]+[/:]+)?(\d+(?:\+\d+)*)", re.IGNORECAS
 SURVEY = re.compile(r"urn:adv:crs:(?:ETRS89_UTM(3[123])|DE_DHDN_3GK([2345]))", re.IGNORECASE)
 """Names that the surveys of Germany's states use: ETRS89 in UTM, or Gauss-Krueger."""
 
+OLD_CODE = re.compile(r"epsg\.xml#(\d+)", re.IGNORECASE)
+"""As older servers of features write it."""
+
 TITLE = re.compile(r'\s*[A-Z_]+\s*\[\s*"([^"]+)"')
 
 # Half the step north [degrees] that finds the meridian in the grid: 1 km.
@@ -53,7 +56,7 @@ def name_crs(text: object) -> str | None:
         return f"EPSG:{text}"
     if not isinstance(text, str) or not text.strip():
         return None
-    codes = CODE.findall(text)
+    codes = CODE.findall(text) or OLD_CODE.findall(text)
     if codes:
         return "EPSG:" + "+".join(codes)
     survey = SURVEY.search(text)
@@ -175,7 +178,7 @@ def _is_in_use(crs: "CRS", lon: float, lat: float) -> bool:
     )
 
 
-def find_axis_orders(crs: str, place: NDArray[np.float64]) -> tuple[bool, ...]:
+def find_axis_orders(crs: str, place: NDArray[np.float64]) -> tuple[bool, tuple[bool, ...]]:
     """
     Find whether the first coordinate of a file in this CRS points north.
 
@@ -187,26 +190,30 @@ def find_axis_orders(crs: str, place: NDArray[np.float64]) -> tuple[bool, ...]:
 
     Returns
     -------
-    swaps : tuple of bool
-        False for east first, true for north first. Both, as the CRS says first, where the place
-        lies in the area in which the CRS is used either way, or neither way: many programs
-        write east first whatever the CRS.
+    says : bool
+        Whether the CRS says so.
+    orders : tuple of bool
+        False for east first, true for north first: the order in which the place lies in the area
+        in which the CRS is used, since many programs write east first whatever the CRS. Of a
+        projected CRS both, as it says first, if the place lies there either way or neither way.
     """
     found = _find_crs(crs)
     if found is None or not (found.is_projected or found.is_geographic):
-        return (False,)
+        return False, (False,)
     from pyproj import Transformer  # noqa: PLC0415 - 0.1 s, only with a CRS
 
     flat = found.to_2d()
     says = flat.axis_info[0].direction == "north"
     there = Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True)
     first, second = float(place[0]), float(place[1])
-    fits = [
+    fits = tuple(
         swap
         for swap in (says, not says)
         if _is_in_use(found, *there.transform(*((second, first) if swap else (first, second))))
-    ]
-    return tuple(fits) or (says, not says)
+    )
+    if len(fits) == 1:
+        return says, fits
+    return says, (says, not says) if found.is_projected else (says,)
 
 
 @cache
