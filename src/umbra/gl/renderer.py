@@ -1,12 +1,11 @@
 """
-Pictures on OpenGL: surfaces in ambient light, then shadows and light for each light in turn.
+Pictures on OpenGL: surfaces in ambient light, then shadow and illumination of each light.
 
 The order is McGuire's (2003, section 8): the stencil counts a light's shadow volumes, its
-light is added where the count is 0, and what is transparent comes last, over the lit
-picture. A single light needs no sums: the surfaces are drawn as they look in it and as they
-look in its shadow, at once, and the count chooses. Of a light with a size the stencil says
-nothing, but a picture of what each pixel sees of it does (``soft/``). Nothing is read back
-until ``read``.
+light is added where the count is 0, and transparent surfaces come last, over the lit
+picture. A single light needs no sums: the surfaces are drawn lit and in shadow at once, and
+the count selects one. An area light has a picture of its visibility instead of the
+stencil (``soft/``). Nothing is read back until ``read``.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -53,29 +52,29 @@ class Renderer(DeviceUser):
     ----------
     scene : Scene
     ground : float, optional
-        z of a plane that is drawn and receives shadows, in the model's own coordinates [m].
+        z of a drawn, receiving plane, in the model's own coordinates [m].
     casters : sequence of int, optional
-        Indices of the parts that cast; all by default. Light is followed through those with
+        Indices of the parts that cast; all by default. Rays are traced through those with
         transparency or holes in their texture (`umbra.rays.transmission`).
     device : Device, optional
-        One of its own by default, released with the renderer.
+        A new one by default, released with the renderer.
     choices : VolumeOptions, optional
-        What may be left out.
+        Permitted simplifications.
     two_sided : bool
         As in ``VolumeCounter``.
     accumulate : {'rgba16f', 'rgba8'}
-        How light is summed up; 8 bits band where lights are many.
+        Format of light sums; 8 bits show banding with many lights.
     softness : Softness, optional
-        How finely the shadows of lights with a size are drawn.
+        Resolution of soft shadows.
     warn : callable
-        Told, in a line, where a forced method is wrong for a view.
+        Called with one line where a forced method is wrong for a view.
 
     Raises
     ------
     InputError
-        If a texture cannot be decoded (which).
+        If a texture cannot be decoded.
     UmbraError
-        If there is no OpenGL, or not enough of it.
+        If OpenGL is missing or insufficient.
 
     Attributes
     ----------
@@ -86,9 +85,9 @@ class Renderer(DeviceUser):
     projection : Projection, optional
         Of the last picture.
     targets : PictureTargets
-        With the last picture.
+        Framebuffers of the last picture.
     timers : Timers, optional
-        Measure each pass, if given.
+        Measures each pass, if set.
     """
 
     scene: Scene
@@ -110,7 +109,7 @@ class Renderer(DeviceUser):
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
         for part in scene.parts:
-            _ = part.material.texture  # what cannot be decoded is told before anything is made
+            _ = part.material.texture  # decoding errors are raised before anything is made
         self.choices, self.accumulate, self.warn = choices, accumulate, warn
         self._softness, self._two_sided, self._ground_z = softness, two_sided, ground
         self._casting, self._casters = casters, find_opaque(scene, casters)
@@ -129,12 +128,12 @@ class Renderer(DeviceUser):
     @on_device
     def move(self, scene: Scene) -> None:
         """
-        Take the same parts as they stand at another time, as ``umbra.pose`` gives them.
+        Update to the same parts at another time, from ``umbra.pose``.
 
-        Parts that move as a whole only get another transform, and only their volumes are
-        made anew. Where a mesh bends, its points and normals are written over those of its last
-        pose, and its planes are found anew: the silhouette is that of the mesh in the picture.
-        Which faces meet is kept, unless corners part: then all geometry is made anew.
+        Where a part moves as a whole, only its transform and volumes change. Where a mesh
+        bends, its points and normals are overwritten and its planes recomputed, so that the
+        silhouette is that of the visible mesh. Adjacency is kept, unless coincident corners
+        separate: then all geometry is rebuilt.
         """
         groups = find_posed(self.geometry.groups, self.scene, scene)
         if groups is None or (groups and not self.planner.can_bend(groups)):
@@ -169,15 +168,15 @@ class Renderer(DeviceUser):
         ----------
         camera : Camera
         lights : sequence of Light or AreaLight
-            Shadows of those with a size are soft.
+            Area lights have soft shadows.
         method : str
-            Of the device's ``Methods.hard``: for hard shadows.
+            One of the device's ``Methods.hard``, for hard shadows.
         shadows : bool
-            Count them at all.
+            Draw shadows.
         soft : str
-            Of ``umbra.methods.SOFT``: for soft shadows.
+            One of ``umbra.methods.SOFT``, for soft shadows.
         samples : int
-            Of each pixel, which smooth edges; at least so many.
+            Minimum number per pixel, for antialiasing.
 
         Returns
         -------
@@ -203,14 +202,14 @@ class Renderer(DeviceUser):
         """
         Draw a picture into ``targets.picture``; parameters as in ``render``.
 
-        Where no light has a size, hard shadows may be counted in ``mask_scale`` times fewer
-        columns and rows, and enlarged by a filter of ``upsampling``.
+        Without area lights, hard shadows may be counted in ``mask_scale`` times fewer columns
+        and rows, and enlarged by a filter of ``upsampling``.
         """
         middles = find_middles(lights)
         softened = behind = self.soft.select(lights if shadows else middles, soft)
         if mask_scale > 1 and shadows and not softened.areas:
             softened = self.small.select(middles, method, mask_scale, mask_filter)
-        # A counter that is made now measures the device, with a state of its own.
+        # A new counter measures the device, with its own state.
         counter, method = self.masks.choose(method, self.counter)
         in_one = counter is self.counter and not softened.areas and self._tables is None
         each, offsets = split_samples(self.device, samples, in_one=in_one)
@@ -277,7 +276,7 @@ class Renderer(DeviceUser):
         method: str,
         shadows: bool,
     ) -> None:
-        """Draw surfaces in one light, or none, and in its shadow; then choose."""
+        """Draw surfaces in one light, or none, and in its shadow; then select by count."""
         origin = self.scene.origin
         lamps = [self.lamps.make(light, projection, origin, find_exposure(1)) for light in lights]
         scissors = find_scissors(projection.camera, origin, lights)
@@ -287,7 +286,7 @@ class Renderer(DeviceUser):
             lamp, cull = lamps[0] if lamps else None, projection.sees_all
             self.surfaces.draw_at_once(state, projection, self.ground, lamp, cull=cull)
             self.shading.draw_sky(state, target)
-        self.device.gl.Flush()  # a device in software draws while volumes are planned
+        self.device.gl.Flush()  # a software device draws while volumes are planned
         if not shadows:
             return
         for plan, scissor in zip(self._plan(projection, lights, method), scissors, strict=True):
@@ -312,7 +311,7 @@ class Renderer(DeviceUser):
         softened: SoftLights,
         behind: SoftLights,
     ) -> None:
-        """Draw surfaces, add one light after the other, then what is transparent, and the sky."""
+        """Draw surfaces, add each light, then transparent surfaces and the sky."""
         with self._timed("surfaces"):
             self.draw_surface(state)
         self.device.gl.Flush()
@@ -332,7 +331,7 @@ class Renderer(DeviceUser):
 
     @on_device
     def draw_surface(self, state: State) -> None:
-        """Draw what the last picture's camera sees into ``targets.surface``."""
+        """Draw the visible surface of the last picture's camera into ``targets.surface``."""
         assert self.targets is not None
         assert self.projection is not None
         surface = self.targets.surface
@@ -380,7 +379,7 @@ class Renderer(DeviceUser):
                 self.shading.add_turned(*given, least=1 if shares is None else 0)
 
     def _spares_turned(self, counter: Counts, plan: VolumePlan) -> bool:
-        """Return whether the stencil will hold counts, and something has smooth normals."""
+        """Return whether the stencil will hold counts and any part has smooth normals."""
         in_stencil = plan.statistics.counts_in != "float" and counter is self.counter
         return in_stencil and self.surfaces.has_normals
 
@@ -392,7 +391,7 @@ class Renderer(DeviceUser):
         return plans
 
     def _timed(self, name: str) -> AbstractContextManager[None]:
-        """Measure a pass where someone asks for it."""
+        """Measure a pass if timers are set."""
         return nullcontext() if self.timers is None else self.timers.measure(name)
 
     def _list_held(self) -> Iterable[Any]:

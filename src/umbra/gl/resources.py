@@ -1,9 +1,9 @@
 """
-What a context holds for drawing: index buffers, buffer textures, images and timer queries.
+Resources of a context: index buffers, buffer textures, images and timer queries.
 
-Vertices have no attributes but their number. A device in software bins all passes and draws
-them together, so its timer queries say nothing of a single pass: there each pass is waited
-for and the clock is read.
+Vertices have no attributes but their number. A software device bins all passes and draws
+them together, so its timer queries cannot measure a single pass: there the clock is read
+after waiting for each pass.
 """
 
 import ctypes
@@ -31,10 +31,10 @@ _TIME_ELAPSED, _RESULT = 0x88BF, 0x8866
 
 class Indices:
     """
-    Triangles as lists of vertex numbers, 2 bytes each where they fit, else 4.
+    Index list of triangles, 2 bytes per vertex number where they fit, else 4.
 
-    All numbers are below ``n_vertices`` but those of ``nearby``: points of the last list that
-    name their far ends themselves, numbered from ``first_nearby`` on.
+    All numbers are below ``n_vertices`` but those of ``nearby``: points of the last list with
+    precomputed far ends, numbered from ``first_nearby`` on.
     """
 
     def __init__(self, device: Device, n_vertices: int) -> None:
@@ -50,12 +50,12 @@ class Indices:
         """
         Replace the list (n,), in one upload.
 
-        ``nearby`` (n, 2, 3) are points after those of the geometry, as in ``Nearby``.
+        ``nearby`` (n, 2, 3) are points numbered after the geometry's, as in ``Nearby``.
         """
         self._device.use()
         self._write_nearby(nearby)
         if nearby is not None and self.dtype == np.uint16:
-            self._free()  # they may need larger numbers
+            self._free()  # wider numbers may be needed
             self.dtype = np.dtype(np.uint32)
         data = np.ascontiguousarray(numbers, self.dtype).tobytes()
         self.n_bytes = len(data)
@@ -70,7 +70,7 @@ class Indices:
             self._buffer.write(data)
 
     def draw(self, program: Program, first: int, count: int) -> None:
-        """Draw ``count`` numbers from the ``first`` on as triangles."""
+        """Draw ``count`` numbers from ``first`` on as triangles."""
         if not count:
             return
         self._device.use()
@@ -111,7 +111,7 @@ class Indices:
 
 
 class TextureBuffer:
-    """A buffer that shaders read by ``texelFetch``; its format is ``rgba32f``, ``r32i`` ..."""
+    """Buffer that shaders read by ``texelFetch``; its format is ``rgba32f``, ``r32i`` ..."""
 
     def __init__(self, device: Device, values: NDArray, form: str) -> None:
         self._device = device
@@ -124,26 +124,26 @@ class TextureBuffer:
         device.check("a mesh was uploaded")
 
     def write(self, values: NDArray, first: int = 0) -> None:
-        """Replace values, from row ``first`` of theirs on, by as many others."""
+        """Replace values from row ``first`` on."""
         self._device.use()
         values = np.ascontiguousarray(values)
         self._buffer.write(values, offset=first * values[:1].nbytes)
 
     def bind(self, unit: int) -> None:
-        """Put the buffer in a texture unit."""
+        """Bind the buffer to a texture unit."""
         self._device.gl.bind_texture(unit, self._texture, _TEXTURE_BUFFER)
 
     def release(self) -> None:
-        """Free buffer and texture."""
+        """Free the buffer and texture."""
         self._device.delete("Texture", self._texture)
         self._device.free("buffer", self._buffer)
 
 
 class Texture:
     """
-    An image with its smaller copies; colours are decoded from sRGB when they are fetched.
+    An image with mipmaps; colours are decoded from sRGB when fetched.
 
-    It wraps as the image says by default. Raises `InputError` if it cannot be decoded.
+    Wraps as the image specifies by default. Raises `InputError` if it cannot be decoded.
     """
 
     def __init__(self, device: Device, image: Image, wrap: tuple[str, str] | None = None) -> None:
@@ -176,7 +176,7 @@ class Texture:
 
 
 class FloatPicture:
-    """Numbers that were found for each pixel, (rows, cols, k) float32, row 0 at the top."""
+    """Texture of per-pixel values, (rows, cols, k) float32, row 0 at the top."""
 
     def __init__(self, device: Device, values: NDArray[np.float32]) -> None:
         self._device = device
@@ -202,7 +202,7 @@ class FloatPicture:
 
 
 class Timers:
-    """Timer queries by the names of passes; passes of one name in a frame are summed up."""
+    """Timer queries by names of passes; passes of one name in a frame are summed."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -212,7 +212,7 @@ class Timers:
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
-        """Measure what is drawn within; such blocks cannot be nested."""
+        """Measure the drawing within; such blocks cannot be nested."""
         gl = self._device.gl
         if self._device.is_software:
             gl.Finish()
@@ -231,9 +231,9 @@ class Timers:
 
     def collect(self) -> dict[str, float]:
         """
-        Return the time of each pass since the last call, in the order in which they began [ms].
+        Return the time of each pass since the last call, in order of begin [ms].
 
-        Waits until the device is done with them.
+        Waits for the device.
         """
         times: dict[str, float] = {}
         elapsed = ctypes.c_uint64()

@@ -1,12 +1,11 @@
 """
-Several samples a pixel: volumes are counted in each, each is shaded, and their mean is shown.
+Multisampling: volumes are counted and shaded per sample, and the mean is shown.
 
-A multisampled target has a depth, a stencil and colours for every sample, so surfaces are
-shaded once a pixel, and counts choose between light and shadow sample by sample. Passes over
-the whole picture are drawn into one sample after the other, by OpenGL 3.3's sample mask.
-Where a driver gives fewer samples than are asked for, and for what is counted in pictures
-of one sample (soft shadows, masks), several pictures are drawn whose pixels look a little off
-their centres, and averaged.
+A multisampled target has depth, stencil and colours for every sample, so surfaces are
+shaded once per pixel, and counts select light or shadow per sample. Passes over the whole
+picture are drawn into each sample in turn, by OpenGL 3.3's sample mask. Where a driver
+has fewer samples than requested, and for methods that need pictures of one sample (soft
+shadows, masks), several pictures with subpixel offsets are drawn and averaged.
 """
 
 from collections.abc import Iterator
@@ -37,7 +36,7 @@ def draw_samples(
     samples: int,
     **uniforms: Any,
 ) -> None:
-    """Draw a pass over the whole picture, into one sample after the other where it has several."""
+    """Draw a pass over the whole picture, into each of its samples in turn."""
     if samples > 1:
         needs = (*needs, "HAS_SAMPLES")
     program = programs.find(*needs)
@@ -52,9 +51,9 @@ def split_samples(
     device: Device, samples: int, *, in_one: bool
 ) -> tuple[int, list[tuple[float, float]]]:
     """
-    Tell how many samples a picture has, and how far off their centres the pixels of each look.
+    Return the samples per picture, and the subpixel offset of each picture to draw.
 
-    ``in_one`` tells whether a picture may have several.
+    ``in_one``: whether a picture may have several samples.
     """
     each = 1
     if in_one:
@@ -66,7 +65,7 @@ def split_samples(
 
 
 class Averaging:
-    """Adds up pictures and their samples in linear light, and shows the mean."""
+    """Averages pictures and their samples in linear light."""
 
     def __init__(self, device: Device) -> None:
         self._average, self._encode = (
@@ -83,9 +82,9 @@ class Averaging:
         planner: "Planner",
     ) -> Iterator[Projection]:
         """
-        Return each projection to draw ``targets.drawn`` with; at the end the picture is there.
+        Yield each projection to draw ``targets.drawn`` with, then write the mean.
 
-        Before: what is drawn has as many samples as ``split_samples`` says, with these offsets.
+        Before: the drawn target has the samples of ``split_samples``, which gave the offsets.
         After: ``targets.picture`` holds the mean in sRGB.
         """
         if len(offsets) == targets.drawn.samples == 1:
@@ -103,7 +102,7 @@ class Averaging:
         program.draw(3)
 
     def _add(self, state: State, targets: PictureTargets, share: float) -> None:
-        """Add a share of what was drawn, the same of each of its samples."""
+        """Add a fraction of the drawn picture, equal for each of its samples."""
         drawn = targets.drawn
         targets.sum.use()
         state.use(Pass(color_write=True, blend="add"))

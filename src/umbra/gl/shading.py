@@ -1,10 +1,10 @@
 """
-Light laid over a picture, in passes of one triangle over the whole of it.
+Lighting of a picture, in full-screen passes of one triangle.
 
-With many lights each is added where no shadow falls, summed up in float16, so that 64 dim
-ones do not band (``rgba8`` is there for comparison); then come the sky and sRGB. With one
-light the surfaces were drawn both ways at once, and what is in shadow is only chosen.
-A `Lamp` is a light as shaders take it (``lamp.glsl``), with the picture that it projects.
+Each of many lights is added outside its shadow, summed in float16, so that 64 dim ones
+show no banding (``rgba8`` is for comparison); then come the sky and sRGB. With one light
+the surfaces were drawn lit and in shadow at once, and the shadow is only selected.
+A `Lamp` is a light for shaders (``lamp.glsl``), with the picture that it projects.
 """
 
 from dataclasses import dataclass, replace
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Lamp", "Lamps", "Scissor", "Shading"]
 
-_SLIDE = 4  # texture unit; those below are the surfaces'
+_SLIDE = 4  # texture unit; lower units are the surfaces'
 
 
 @dataclass(frozen=True, eq=False)
 class Lamp:
-    """A light in one view: what a program must define for it, its uniforms, what it projects."""
+    """A light in one view: required defines, uniforms, and projected picture."""
 
     needs: tuple[str, ...]
     uniforms: dict[str, object]
@@ -41,20 +41,20 @@ class Lamp:
     tables: "TransmitterTables | None" = None
 
     def bind(self) -> None:
-        """Put the picture that it projects, and what weakens it, where programs look for them."""
+        """Bind the projected picture and the transmitters to their texture units."""
         if self.slide is not None:
             self.slide.bind(_SLIDE)
         if self.tables is not None:
             self.tables.bind()
 
     def set(self, program: Program) -> None:
-        """Tell a program that includes ``lamp.glsl``."""
+        """Set the uniforms of a program that includes ``lamp.glsl``."""
         self.bind()
         program.set(**self.uniforms)
 
 
 class Lamps:
-    """Makes lamps, and keeps the pictures that they project."""
+    """Makes lamps, and keeps their projected pictures."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -63,7 +63,7 @@ class Lamps:
     def make(
         self, light: Light, projection: Projection, origin: NDArray[np.float64], exposure: float
     ) -> Lamp:
-        """Describe a light to shaders; ``exposure`` multiplies its colour."""
+        """Make the lamp of a light; ``exposure`` multiplies its colour."""
         place = light.local(origin)
         place[:3] -= place[3] * projection.eye
         uniforms: dict[str, object] = {
@@ -94,7 +94,7 @@ class Lamps:
         return Lamp(tuple(needs), uniforms, slide)
 
     def _find_slide(self, light: Light) -> Texture:
-        # The light is kept, so that no other gets its image's number.
+        # The light is kept, so that the id of its image is not reused.
         key = id(light.image)
         if key not in self._slides and light.image is not None:
             self._slides[key] = (light, Texture(self._device, light.image, ("clamp", "clamp")))
@@ -116,7 +116,7 @@ Scissor = tuple[int, int, int, int]
 
 
 class Shading:
-    """The programs that light a picture, of something glossy or not."""
+    """The programs that light a picture, with or without gloss."""
 
     def __init__(self, device: Device, *, is_glossy: bool = False) -> None:
         self._needs = ("HAS_GLOSSY",) if is_glossy else ()
@@ -137,13 +137,13 @@ class Shading:
         extent: float | None = None,
     ) -> None:
         """
-        Add what a light gives where the stencil is 0, or as much of it as a share says.
+        Add a light where the stencil is 0, or its visible fraction from ``shares``.
 
-        Before: the light target is in use and, if there are no shares, its stencil counts
-        shadows. After: it holds the light's contribution, too; the stencil is as before. The
-        light reaches nothing outside the scissor. The first attachment of ``shares`` holds what
-        part of the light reaches each pixel, 0 to 1; with the ``extent`` of the light, its radius,
-        what is turned from it is left to ``add_turned``.
+        Before: the light target is in use and, without ``shares``, its stencil counts shadows.
+        After: it includes the light's contribution; the stencil is as before. The light
+        reaches nothing outside the scissor. The first attachment of ``shares`` holds the visible
+        fraction of the light at each pixel, 0 to 1; with the ``extent`` of the light, its radius,
+        faces turned away from it are left to ``add_turned``.
         """
         needs, how = lamp.needs, Pass(color_write=True, blend="add", scissor=scissor)
         if shares is None:
@@ -164,10 +164,10 @@ class Shading:
         least: int,
     ) -> None:
         """
-        Add what a light gives to faces that are turned from it, but whose smooth normals are not.
+        Add a light to faces turned away from it whose smooth normals are not.
 
         Before: the light target is in use, its stencil counts shadows. After: such faces are lit
-        where the stencil is from ``least``, 0 or 1, to 1: their own body alone shades them.
+        where the stencil is from ``least``, 0 or 1, to 1: only their own body shades them.
         """
         once = Stencil(test="equal" if least else "gequal", reference=1)
         how = Pass(color_write=True, blend="add", scissor=scissor, stencil=once)
@@ -193,7 +193,7 @@ class Shading:
         )  # fmt: skip
 
     def lay(self, state: State, surface: Target, shown: Target) -> None:
-        """Lay the light on a surface over what is shown behind it."""
+        """Blend a lit surface over the picture behind it."""
         shown.use()
         state.use(Pass(color_write=True, blend="premultiplied"))
         surface.bind(_PLACES, LIGHT)
@@ -203,9 +203,9 @@ class Shading:
 
     def finish(self, state: State, surface: Target, *, is_laid: bool = False) -> None:
         """
-        Turn the light on a surface over the sky into sRGB, in the target in use.
+        Convert a lit surface over the sky to sRGB, in the target in use.
 
-        Or, ``is_laid``, what ``lay`` put into the first attachment.
+        With ``is_laid``, convert the first attachment, from ``lay``, instead.
         """
         surface.bind(_PLACES, LIGHT)
         if not is_laid:
@@ -217,7 +217,7 @@ class Shading:
         )  # fmt: skip
 
     def draw_sky(self, state: State, both: Target) -> None:
-        """Fill with sky what nothing was drawn to of the target in use."""
+        """Fill the background of the target in use with sky."""
         state.use(_BEHIND)
         program = self._sky.find("IS_FAR")
         program.set(**_describe_sky(both))
@@ -232,12 +232,12 @@ class Shading:
         spares_turned: bool = False,
     ) -> None:
         """
-        Show what is in shadow as such.
+        Darken the pixels in shadow.
 
-        Before: the picture is in use, all lit, and the stencil counts shadows, but outside the
-        scissor. After: where the stencil is not 0 it shows what ``both`` has in shadow; with
-        ``spares_turned`` not where it is 1 on faces that are turned from the light, but whose
-        smooth normals are not: their own body alone shades them.
+        Before: the picture is in use, all lit; inside the scissor the stencil counts shadows.
+        After: where the stencil is not 0 it shows the shadowed colours of ``both``; with
+        ``spares_turned`` not where it is 1 on faces turned away from the light whose smooth
+        normals are not: only their own body shades them.
         """
         both.bind(0, DARK)
         deep = Stencil(test="less", reference=1) if spares_turned else _IN_SHADOW

@@ -1,9 +1,9 @@
 """
 Sides of shadow volumes: two triangles of vertex numbers for each silhouette edge.
 
-A mesh as a whole under one light is asked as everywhere (``volume/silhouette.py``). Wanted shells
-of many instances, or of many lights, are asked in one call, shell by shell: instances and lights
-are alike, since each instance sees a light from its own frame.
+A whole mesh under one light uses ``volume/silhouette.py``. Selected shells of many instances or
+lights are searched in one call, shell by shell: instances and lights are equivalent, since each
+instance has the light in its own frame.
 """
 
 from collections.abc import Iterator
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
 __all__ = ["make_sides", "make_sides_alike"]
 
-_FEW = 4  # of a mesh of which one edge in so many is wanted all are asked
+_FEW = 4  # a mesh is searched whole where at least one edge in _FEW is wanted
 
 
 def make_sides(
     volumes: "BodyVolumes", wanted: NDArray[np.bool_]
 ) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-    """Find the silhouettes of wanted shells and make their sides; give their shells, too."""
+    """Find the silhouettes of wanted shells; return their sides, and the shell of each."""
     body, opened, held = volumes.body, volumes.opened, volumes.held
     sides: list[NDArray[np.uint32]] = [np.zeros((0, 6), np.uint32)]
     shells: list[NDArray[np.intp]] = [np.zeros(0, np.intp)]
     asked = wanted.reshape(-1, body.n_shells).any(1)
-    # Nearly always all instances open the same components, namely none.
+    # Nearly always no instance has open components.
     kinds = opened[:1] if (opened == opened[:1]).all() else np.unique(opened, axis=0)
     apart = np.bincount(held[:, 0], minlength=len(opened)) > 0
     for kind in kinds:
@@ -55,7 +55,7 @@ def _add_sides(
     sides: list[NDArray[np.uint32]],
     shells: list[NDArray[np.intp]],
 ) -> None:
-    """Add the sides of wanted shells of some instances, and their shells, to lists."""
+    """Append the sides of wanted shells of some instances, and their shells, to lists."""
     body = volumes.body
     for which, found in _find_silhouettes(volumes, caster, alike, wanted):
         n = _count_sides(found.codes, found.starts, caster.weight)
@@ -71,7 +71,7 @@ def _add_sides(
 def _find_silhouettes(
     volumes: "BodyVolumes", caster: Caster, alike: NDArray[np.intp], wanted: NDArray[np.bool_]
 ) -> Iterator[tuple[slice | NDArray[np.intp], Silhouettes]]:
-    """Find silhouettes of instances: of one mesh as a whole, or of wanted shells alone."""
+    """Find the silhouettes of instances: of a whole mesh, or of wanted shells only."""
     body, lights = volumes.body, volumes.lights[alike]
     mine = wanted.reshape(-1, body.n_shells)[alike]
     n_edges = int((mine @ np.diff(body.edge_starts)).sum())
@@ -92,7 +92,7 @@ def _ask_shells(
     """
     Find the silhouettes of wanted shells (n_lights, n_shells) for lights (n_lights, 4).
 
-    Returns for each light, too, whether it sees a face edge-on: then it has no silhouette here.
+    Returns for each light also whether it sees a face edge-on: then it has no silhouette here.
     """
     n_edges = int((wanted @ np.diff(body.edge_starts)).sum())
     codes, starts = np.zeros(n_edges + 1, np.int32), np.zeros(len(lights) + 1, np.int64)
@@ -112,7 +112,7 @@ def _list_codes(
     """
     List the codes of the edges of wanted shells (n_lights, n_shells), light by light.
 
-    Sums are those of ``find_lit``, to the last bit. Where a light sees a face exactly edge-on
+    Sums equal those of ``find_lit`` to the last bit. Where a light sees a face exactly edge-on
     and not ``all_closed``, ``is_flat`` is set and nothing listed: open faces need more care.
     """
     n = 0
@@ -139,7 +139,7 @@ def _list_codes(
 
 @njit(cache=True, nogil=True)
 def _count_sides(codes, starts, weight):
-    """Count the sides of silhouette edges, as many as their multiplicities say."""
+    """Count the sides of silhouette edges, by multiplicity."""
     n = 0
     for i in range(starts[0], starts[-1]):
         n += abs(np.int64(weight[codes[i] >> 2]) >> (codes[i] >> 1 & 1))
@@ -151,7 +151,7 @@ def _write_sides(
     codes, starts, edges, weight, instances, first, mirrored, edge_shell, n_shells, wanted, sides,
     shells,
 ):  # fmt: skip
-    """Write two triangles for each side of a wanted shell, and the shell; give how many."""
+    """Write two triangles and the shell for each side of a wanted shell; return their number."""
     n = 0
     for k in range(instances.size):
         instance = instances[k]
@@ -161,7 +161,7 @@ def _write_sides(
             owner = instance * n_shells + edge_shell[edge]
             if not wanted[owner]:
                 continue
-            # Along the lit face for a positive multiplicity: the side goes back along it.
+            # Wound as in the lit face for a positive multiplicity: the side runs the other way.
             times = np.int64(weight[edge]) >> (code >> 1 & 1)
             forward = ((times > 0) == ((code & 1) > 0)) != mirrored[instance]
             a = np.uint32(2 * (first[instance] + edges[edge, 0 if forward else 1]))
@@ -184,8 +184,8 @@ def make_sides_alike(
     """
     Make the sides of one body under several lights at once.
 
-    Of each light's volumes those of wanted shells (n_shells,); nothing is opened or held. Returns
-    sides and shells as ``make_sides`` does, or None for a light that sees a face edge-on.
+    Each light has its wanted shells (n_shells,); none are opened or held. Returns sides and shells
+    as ``make_sides``, or None for a light that sees a face edge-on.
     """
     body = alike[0][0].body
     n = len(alike)

@@ -1,9 +1,9 @@
 """
-The one owner of OpenGL's state: every pass names all of it, and none is left behind.
+The sole owner of OpenGL state: every pass sets all of it, and none leaks.
 
-A pass is a frozen record. ``State.use`` sets what differs from the pass before, so
-nothing depends on what was drawn earlier; leaving the ``with`` block restores OpenGL's
-own defaults. Nobody else calls glEnable, glDepthFunc and their like.
+A pass is a frozen record. ``State.use`` sets the differences from the previous pass, so
+nothing depends on earlier drawing; leaving the ``with`` block restores OpenGL's defaults.
+No other code calls glEnable, glDepthFunc and the like.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -39,12 +39,12 @@ _BLEND, _DEPTH_CLAMP, _DEPTH_BOUNDS, _CLIP_NEAR, _OFFSET = 0x0BE2, 0x864F, 0x889
 @dataclass(frozen=True, kw_only=True)
 class Stencil:
     """
-    What fragments do to the stencil; ``up`` and ``down`` wrap around.
+    Stencil test and operations; ``up`` and ``down`` wrap around.
 
     Parameters
     ----------
     test : str
-        Of the reference against the stencil: ``always``, ``equal`` ...
+        Comparison of the reference with the stencil: ``always``, ``equal`` ...
     reference : int
     front_depth_fail, front_depth_pass, back_depth_fail, back_depth_pass : str
         ``keep``, ``zero``, ``replace``, ``up``, ``down`` or ``invert``; a fragment that
@@ -71,27 +71,27 @@ class Pass:
         fragment pass and writes none.
     depth_write : bool
     color_write : bool or {'rgb', 'alpha'}
-        Only these channels.
+        Channels to write.
     blend : str, optional
         ``add``, ``over``, ``multiply``. ``premultiplied`` is ``over`` for colours that are
         multiplied by their alpha already, and keeps the target's own alpha right. With a
         source s and a target d: ``double`` is d + s d, ``invert`` is s (1 - d), ``lift`` is
         d + s (1 - d), ``max`` the larger, ``by alpha`` d times the target's own alpha.
     cull : {'front', 'back'}, optional
-        Which faces not to draw.
+        Faces to leave out.
     stencil : Stencil, optional
     scissor : (int, int, int, int), optional
         Left, bottom, columns, rows [pixels], row 0 lowest.
     depth_clamp : bool
-        Draw what lies before the near or beyond the far plane, at that plane's depth.
+        Draw beyond the near and far planes, at those planes' depths.
     clip_near : bool
         Clip by ``gl_ClipDistance[0]``: the near plane, while depth is clamped.
     depth_bounds : (float, float), optional
-        Only where the depth, from 0 near to 1, is between; needs ``Device.has_depth_bounds``.
+        Draw only where depth, from 0 near to 1, is between; needs ``Device.has_depth_bounds``.
     polygon_offset : (float, float), optional
         Slope factor and units.
     sample : int, optional
-        Draw into this sample of each pixel alone.
+        Draw only into this sample of each pixel.
     """
 
     depth_test: str | None = None
@@ -135,7 +135,7 @@ class State:
         self._now: Pass | None = None
 
     def use(self, wanted: Pass) -> None:
-        """Set all state as a pass names it."""
+        """Set all state of a pass."""
         if wanted.depth_bounds is not None and not self._device.has_depth_bounds:
             msg = f"{self._device.renderer} has no depth bounds test; leave depth_bounds out"
             raise UmbraError(msg)
@@ -160,7 +160,7 @@ class State:
         scissor: tuple[int, int, int, int] | None = None,
     ) -> None:
         """
-        Clear depth, stencil or both of the bound framebuffer, within a scissor if one is given.
+        Clear depth, stencil or both of the bound framebuffer, within an optional scissor.
 
         The pass in use stays; neither its write masks nor its scissor matter.
         """
@@ -284,7 +284,7 @@ class State:
 
 
 def one_sided(stencil: Stencil, side: str) -> Stencil:
-    """Keep what one side does: for drawing fronts and backs in two passes."""
+    """Keep one side's operations, to draw fronts and backs in two passes."""
     other = {"front": "back", "back": "front"}[side]
     kept: dict[str, Any] = dict.fromkeys((f"{other}_depth_fail", f"{other}_depth_pass"), "keep")
     return replace(stencil, **kept)

@@ -1,12 +1,11 @@
 """
 Surfaces on the device, drawn in batches of one material: normals, textures, materials.
 
-The scene is drawn once a frame into a *surface target* that says for each pixel what is
-seen: depth key, normal, reflectance, and what it shows before any light is switched on.
-Lights are then laid over the picture (``shading.py``) without touching the geometry
-again, so textures are looked up once, however many lights there are (McGuire et al.
-2003, section 8). Where there is at most one light, nothing needs to be remembered: a
-pixel's colours in its light and in its shadow are drawn *at once*.
+The scene is drawn once per frame into a *surface target* (G-buffer): depth key, normal,
+reflectance, and emitted and ambient light of each pixel. Lights are then added in screen
+space (``shading.py``) without redrawing the geometry, so textures are fetched once for
+any number of lights (McGuire et al. 2003, section 8). With at most one light, no surface
+target is needed: a pixel's colours in light and in shadow are drawn *at once*.
 """
 
 from dataclasses import replace
@@ -29,7 +28,7 @@ from umbra.scene.material import WRAPS
 
 __all__ = ["SurfaceRenderer"]
 
-_NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units; the next is a lamp's
+_NORMALS, _UVS, _TINTS, _IMAGE = range(4)  # texture units; the next is the lamp's
 _GLOSS, _BUMPS, _BEHIND = 5, 6, 7
 _EVEN = {"from_sky": FROM_SKY, "from_ground": FROM_GROUND}
 
@@ -38,8 +37,8 @@ class SurfaceRenderer:
     """
     Draws a scene's surfaces.
 
-    ``is_solid`` (n_faces,) tells which triangles are outward faces of closed components.
-    Raises `InputError` if a texture cannot be decoded (which).
+    ``is_solid`` (n_faces,) marks the outward faces of closed components. Raises
+    `InputError` if a texture cannot be decoded.
     """
 
     def __init__(
@@ -64,36 +63,36 @@ class SurfaceRenderer:
 
     @property
     def has_transparent(self) -> bool:
-        """Whether anything lets what lies behind shine through."""
+        """Whether any surface is transparent."""
         return any(batch.material.is_transparent for batch in self._batches)
 
     @property
     def is_glossy(self) -> bool:
-        """Whether anything reflects more than evenly."""
+        """Whether any surface is glossy."""
         return any("IS_GLOSSY" in batch.has for batch in self._batches)
 
     @property
     def has_normals(self) -> bool:
-        """Whether anything has smooth normals."""
+        """Whether any surface has smooth normals."""
         return any("HAS_NORMALS" in batch.has for batch in self._batches)
 
     def draw(
         self, state: State, projection: Projection, ground: float | None, *, cull: bool = False
     ) -> None:
         """
-        Draw what is opaque into the surface target in use.
+        Draw opaque surfaces into the surface target in use.
 
-        Before: the target is cleared. After: depth, key, normal, albedo and, as the light so
-        far, glow and ambient light of the nearest surface; a key of 0 where there is none.
+        Before: the target is cleared. After: depth, key, normal, albedo and, as initial light,
+        glow and ambient light of the nearest surface; the key is 0 in the background.
 
         Parameters
         ----------
         state : State
         projection : Projection
         ground : float, optional
-            z of a plane to draw too, relative to the scene's origin [m].
+            z of a plane drawn, too, relative to the scene's origin [m].
         cull : bool
-            Leave out the backs of solids: right unless the near plane cuts one open.
+            Leave out the backs of solids: valid unless the near plane cuts one open.
         """
         self._draw(state, projection, ground, cull, (), None)
 
@@ -107,21 +106,20 @@ class SurfaceRenderer:
         cull: bool = False,
     ) -> None:
         """
-        Draw what is opaque in the only light, if any, and as it is in shadow.
+        Draw opaque surfaces both in the only light, if any, and in shadow.
 
-        Before: the depth in use is cleared. After: attachment ``LIT`` holds the nearest
-        surface's colours in sRGB where a light reaches it, ``DARK`` where none does.
-        Parameters as in ``draw``.
+        Before: the depth in use is cleared. After: attachments ``LIT`` and ``DARK`` hold the
+        nearest surface's sRGB colours in light and in shadow. Parameters as in ``draw``.
         """
         needs = ("AT_ONCE",) if lamp is None else ("AT_ONCE", "HAS_LAMP", *lamp.needs)
         self._draw(state, projection, ground, cull, needs, lamp)
 
     def bend(self, scene: Scene, is_solid: NDArray[np.bool_] | None = None) -> None:
         """
-        Take a pose of the same parts, of which meshes have other vertices and normals.
+        Update to a pose of the same parts with other vertices and normals.
 
-        ``is_solid`` is given where it changed. Of a mesh that was bent once each pixel asks
-        whether its normal leans to the outside.
+        ``is_solid`` is given where it changed. Once a mesh has bent, each of its pixels checks
+        whether its normal points outward.
         """
         bent = {
             index
@@ -141,7 +139,7 @@ class SurfaceRenderer:
                 self._tables[_NORMALS].write(rows, first)
 
     def _sort(self, scene: Scene) -> list[Batch]:
-        """Put the faces into batches, and upload them in that order."""
+        """Sort the faces into batches, and upload them in that order."""
         order, batches = make_batches(scene, self._solid, self._bent)
         self._indices.write(self._geometry.faces[order].ravel())
         return batches
@@ -184,11 +182,11 @@ class SurfaceRenderer:
         self, state: State, projection: Projection, behind: Target, *, is_first: bool
     ) -> None:
         """
-        Draw what is transparent, the farthest before what is ``behind``, into the target in use.
+        Draw the farthest transparent surface in front of ``behind`` into the target in use.
 
         Before: the target is cleared to 0, its depth to the nearest; ``behind`` is another surface
-        target, at first what is opaque. After: as after ``draw``, but for the light's alpha, which
-        is the opacity.
+        target, at first the opaque one. After: as after ``draw``, but with opacity in the light's
+        alpha.
         """
         state.use(Pass(depth_test="greater", depth_write=True, color_write=True))
         behind.bind(_BEHIND, PLACE)
@@ -199,7 +197,7 @@ class SurfaceRenderer:
                 self._draw_batch(program, batch)
 
     def release(self) -> None:
-        """Free programs, buffers and textures."""
+        """Free the programs, buffers and textures."""
         images, programs = self._images.values(), (self._surface, self._ground)
         release_all(*programs, *self._tables, *images, self._indices)
 
@@ -241,7 +239,7 @@ class SurfaceRenderer:
         self._indices.draw(program, 3 * batch.first, 3 * batch.count)
 
     def _make_tables(self, scene: Scene) -> list[TextureBuffer]:
-        """Upload for each point its normal, uv and tint."""
+        """Upload the normal, uv and tint of each point."""
         count = self._geometry.n_stored
         normals, uvs = np.zeros((count, 4), np.float32), np.zeros((count, 2), np.float32)
         tints = np.full((count, 4), 255, np.uint8)

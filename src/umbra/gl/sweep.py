@@ -1,9 +1,9 @@
 """
-A day of suns over one plan on OpenGL: counts in the stencil, hours added up on the device.
+Shadow sums of many suns over one plan on OpenGL: stencil counts, summed on the device.
 
-Seen from the zenith z-pass is always right while the sun is up: no caps. On the bare
-ground, where casters are not drawn, the light caps that lie above count as well. The
-picture of each sun stays on the device; only the sum is read back.
+Seen from the zenith, z-pass is always right while the sun is up: no caps. On the bare
+ground, where casters are not drawn, the light caps above count as well. The picture of
+each sun stays on the device; only the sum is read back.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -38,12 +38,12 @@ _ASIDE = 2.0**-12
 How far to the east a cell is judged [cells], so that edges which run through its centre fall
 to the side to which they fall on the CPU; less than that is lost in float32.
 """
-_MARGIN = 0.01  # of the model's height: above and below what is drawn
+_MARGIN = 0.01  # of the model's height: above and below the drawn surfaces
 
 
 class GlSweep(DeviceUser):
     """
-    Count the shadows of many suns on one raster; answers as ``umbra.cpu.sweep.Sweep``.
+    Count the shadows of many suns on one raster; results as ``umbra.cpu.sweep.Sweep``.
 
     Parameters
     ----------
@@ -55,10 +55,9 @@ class GlSweep(DeviceUser):
     ground : float
         z of the ground plane, local frame [m].
     on_plane : bool
-        Whether the ground plane receives, or whatever is topmost.
-        The ground plane alone, or the topmost of it and all parts.
+        Receiver: the ground plane alone, or the topmost surface of it and all parts.
     device : Device, optional
-        One of its own by default, released with the sweep.
+        A new one by default, released with the sweep.
     """
 
     def __init__(
@@ -94,7 +93,7 @@ class GlSweep(DeviceUser):
         progress: Callable[[int], object] = lambda _: None,
     ) -> None:
         """
-        Add, for each cell, how many suns leave it in shadow.
+        Add the number of suns that leave each cell in shadow.
 
         Parameters
         ----------
@@ -103,7 +102,7 @@ class GlSweep(DeviceUser):
         steps : (rows, cols) int32
             Added to.
         progress : callable
-            Called with the number of suns done, now and then.
+            Called occasionally with the number of suns done.
         """
         with State(self.device) as state:
             self._steps.fill(state, 0.0)
@@ -117,7 +116,7 @@ class GlSweep(DeviceUser):
     def masks(
         self, suns: NDArray[np.float64], progress: Callable[[int], object] = lambda _: None
     ) -> NDArray[np.uint8]:
-        """Tell for each sun which cells are in shadow, cast or attached: (n, rows, cols) uint8."""
+        """Find the cells in shadow for each sun, cast or attached: (n, rows, cols) uint8."""
         masks = np.zeros((len(suns), self.grid.rows, self.grid.cols), np.uint8)
         with State(self.device) as state:
             for mask, plan in zip(masks, self._plan(suns), strict=True):
@@ -143,7 +142,7 @@ class GlSweep(DeviceUser):
         yield from (self._counter, self.indices, self.geometry)
 
     def _plan(self, suns: NDArray[np.float64]) -> Iterator[VolumePlan]:
-        """Plan one sun after another: sides, and on the ground light caps."""
+        """Plan each sun in turn: sides and, on the ground, light caps."""
         eye = self._projection.eye
         for sun in suns:
             light = np.append(sun, 0.0)
@@ -175,14 +174,14 @@ class GlSweep(DeviceUser):
             )
 
     def _find_opened(self, body: Body) -> NDArray[np.bool_]:
-        """On topmost surfaces none need opening; inside what is wound inward, ground may lie."""
+        """Open nothing for topmost surfaces; ground may lie inside inward-wound components."""
         opened = np.zeros((len(body.groups), len(body.caster.is_closed)), np.bool_)
         if self.on_plane:
             opened[:] = body.is_inward
         return opened
 
     def _add_shadow(self, state: State, plan: VolumePlan) -> None:
-        """Add 1 where the stencil is not 0, and where the surface is turned from the sun."""
+        """Add 1 where the stencil is not 0 or the surface faces away from the sun."""
         self._steps.use()
         state.use(_SHADED)
         self._one.draw(3)
@@ -204,7 +203,7 @@ class GlSweep(DeviceUser):
         return TextureBuffer(self.device, normals, "rgba32f")
 
     def _look_down(self, scene: Scene) -> Projection:
-        """Show the grid's cells as pixels, from above everything to below the ground."""
+        """Project the grid's cells to pixels, from above the model to below the ground."""
         grid = self.grid
         whole = scene.bounds() - scene.origin
         room = _MARGIN * max(float(whole[1, 2] - min(whole[0, 2], self.ground)), 1.0)
@@ -221,7 +220,7 @@ class GlSweep(DeviceUser):
         return Projection(matrix, eye, camera, camera, self.device.reverses_depth)
 
     def _draw_surface(self) -> None:
-        """Draw what receives: faces' numbers, and depth, the ground's where there is none."""
+        """Draw the receivers' face numbers and depth, the ground's elsewhere."""
         depth = self._projection.matrix[2, 2] * (self.ground - self._projection.eye[2]) - 1.0
         with State(self.device) as state:
             self._target.begin(state, _NOTHING, depth=(depth + 1) / 2)

@@ -1,7 +1,7 @@
 """
-Framebuffers: where a pass draws, and what is read back from it.
+Framebuffers: render targets and readback.
 
-A *shared depth target* has colours of its own over another target's depth and stencil.
+A *shared depth target* has its own colours over another target's depth and stencil.
 """
 
 import ctypes
@@ -60,19 +60,19 @@ class Target:
     colors : sequence of str
         Of ``FORMATS``; attachment k is the fragment shader's output at location k.
     depth_of : Target, optional
-        Share that one's depth and stencil rather than have them.
+        Share this target's depth and stencil.
     shows : (Target, int), optional
-        Draw into that one's attachment of this place rather than into colours of its own.
+        Draw into this attachment of another target, without own colours.
     samples : int
-        Of each pixel; those of ``depth_of`` where that is given. What has several cannot be
-        read, only fetched by shaders sample by sample.
+        Per pixel; as ``depth_of`` if given. A multisampled target cannot be read, only
+        fetched by shaders sample by sample.
 
     Raises
     ------
     InputError
-        If the driver cannot draw so large a picture.
+        If the size exceeds the driver's limit.
     UmbraError
-        If it has no such framebuffer, or no 8 bits of stencil.
+        If the driver has no such framebuffer, or no 8 bits of stencil.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Target:
         if self.samples > 1:
             gl.BindTexture(TEXTURE_2D_MULTISAMPLE, texture)
             gl.TexImage2DMultisample(TEXTURE_2D_MULTISAMPLE, self.samples, internal, *self.size, 1)
-            # A driver may give more than it is asked for; all attachments have as many.
+            # A driver may allocate more samples than requested; all attachments must match.
             self.samples = gl.level_integer(TEXTURE_2D_MULTISAMPLE, _TEXTURE_SAMPLES)
             gl.BindTexture(TEXTURE_2D_MULTISAMPLE, 0)
             return texture
@@ -162,7 +162,7 @@ class Target:
         return depth
 
     def stencil_bits(self) -> int:
-        """Ask how many bits the stencil has."""
+        """Query the number of stencil bits."""
         bits = np.zeros(1, np.int32)
         self._device.gl.GetFramebufferAttachmentParameteriv(
             _FRAMEBUFFER, 0x8D20, _STENCIL_SIZE, bits.ctypes.data
@@ -179,7 +179,7 @@ class Target:
         gl.DrawBuffers(len(places), ctypes.addressof(array))
 
     def bind(self, unit: int, place: int = 0) -> None:
-        """Let shaders find a colour attachment at a texture unit."""
+        """Bind a colour attachment to a texture unit."""
         self._device.gl.bind_texture(unit, self.textures[place], self._texture_kind)
 
     def begin(self, state: State, *values: float, depth: float = 1.0) -> None:
@@ -200,7 +200,7 @@ class Target:
         """
         Fill a colour attachment, whatever its type; the target must be in use.
 
-        Colour writes must be on (``Pass.color_write``), and the pass's scissor holds.
+        Colour writes must be on (``Pass.color_write``); the pass's scissor applies.
         """
         kind = FORMATS[self.colors[place]][2]
         if kind == _INT:
@@ -238,7 +238,7 @@ class Target:
         return values[::-1]
 
     def release(self) -> None:
-        """Free the framebuffer and what it owns."""
+        """Free the framebuffer and its own attachments."""
         gl = self._device.gl
         gl.BindFramebuffer(_FRAMEBUFFER, 0)
         owned = [("Framebuffer", self.framebuffer)]
@@ -259,14 +259,14 @@ class Target:
 
 
 class SharedDepthTarget:
-    """A target of such colours that shares another's depth, made anew when that is another."""
+    """Colour target that shares another target's depth, rebuilt when that changes."""
 
     def __init__(self, device: Device, *colors: str) -> None:
         self._device, self._colors = device, colors
         self.target: Target | None = None
 
     def over(self, target: Target) -> Target:
-        """Return the companion that shares this target's depth and stencil."""
+        """Return the target that shares this one's depth and stencil."""
         if self.target is None or self.target.depth_of is not target:
             self.release()
             self.target = Target(self._device, target.size, self._colors, depth_of=target)
@@ -289,7 +289,7 @@ LIT, DARK = range(2)
 @dataclass(eq=False)
 class PictureTargets:
     """
-    The framebuffers of one size of picture; depth and stencil are shared by all.
+    The framebuffers for one picture size, with shared depth and stencil.
 
     Parameters
     ----------
@@ -297,20 +297,20 @@ class PictureTargets:
     size : (int, int)
         Columns and rows.
     accumulate : {'rgba16f', 'rgba8'}
-        How light is summed up.
+        Format of light sums.
     samples : int
-        Of each pixel, in all but ``picture``.
+        Per pixel, in all but ``picture``.
 
     Attributes
     ----------
     both : Target
-        The picture as where its only light reaches, and as in shadow.
+        The picture in its only light, and in shadow.
     drawn : Target
-        The first of these alone.
+        The first attachment of ``both``.
     picture : Target
-        What is shown in the end: the same, or the mean of its samples.
+        Final picture: ``drawn``, or the mean of its samples.
     surface, light : Target
-        What is seen, and the light on it so far; made when first asked for.
+        G-buffer of visible surfaces, and the accumulated light; made on first use.
     """
 
     device: Device
@@ -333,7 +333,7 @@ class PictureTargets:
         accumulate: str,
         samples: int,
     ) -> "PictureTargets":
-        """Return the targets that are held if they fit; else release them and make others."""
+        """Return the held targets if they fit; else release them and make others."""
         if held is not None:
             if (held.size, held.samples) == (tuple(size), samples):
                 return held
@@ -342,28 +342,28 @@ class PictureTargets:
 
     @cached_property
     def picture(self) -> Target:
-        """What is shown in the end."""
+        """Final picture."""
         return self.drawn if self.samples == 1 else Target(self.device, self.size, ("rgba8",))
 
     @cached_property
     def sum(self) -> Target:
-        """Linear colours of samples, added up."""
+        """Sum of the samples' linear colours."""
         return Target(self.device, self.size, ("rgba16f",), depth_of=self.picture)
 
     @cached_property
     def surface(self) -> Target:
-        """Normals, depth keys, reflectance, and light so far."""
+        """Normals, depth keys, reflectance and accumulated light."""
         formats = find_surface_formats(self.accumulate)
         return Target(self.device, self.size, formats, depth_of=self.both)
 
     @cached_property
     def light(self) -> Target:
-        """The light so far alone."""
+        """Accumulated light only."""
         shown = self.surface, LIGHT
         return Target(self.device, self.size, depth_of=self.both, shows=shown)
 
     def release(self) -> None:
-        """Free them."""
+        """Free the targets."""
         names = ("sum", "light", "surface", "picture", "drawn", "both")
         held = [self.__dict__[name] for name in names if name in self.__dict__]
         for target in dict.fromkeys(held):

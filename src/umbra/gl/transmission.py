@@ -1,4 +1,4 @@
-"""Transmitting triangles on the device: what shaders that include ``transmission.glsl`` need."""
+"""Transmitting triangles on the device, for shaders that include ``transmission.glsl``."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,14 +27,14 @@ _NEAREST = Pass(depth_test="less", depth_write=True, color_write=True)
 _FIRST_UNIT = 12  # texture units of the tables
 _NAMES = ("sheer_nodes", "sheer_rows", "sheer_looks", "sheer_texels")
 _MOST_TEXELS = 0x8C2B  # of a texture buffer
-_MOST_WHOLE = 2**24  # float32 holds every whole number up to here
+_MOST_WHOLE = 2**24  # float32 holds every integer up to here
 
 
 class TransmitterTables:
     """
     The arrays of `Transmitters` as texture buffers.
 
-    Raises `InputError` where the driver's texture buffers are too small for them.
+    Raises `InputError` where the driver's texture buffers are too small.
     """
 
     def __init__(self, device: Device, transmitters: Transmitters) -> None:
@@ -61,7 +61,7 @@ class TransmitterTables:
         return None if transmitters is None else cls(device, transmitters)
 
     def bind(self) -> None:
-        """Put them where programs that include ``transmission.glsl`` look for them."""
+        """Bind the tables to the texture units of ``transmission.glsl``."""
         for unit, buffer in enumerate(self._buffers, _FIRST_UNIT):
             buffer.bind(unit)
 
@@ -82,7 +82,7 @@ class TransmitterTables:
         projection: Projection,
         origin: NDArray[np.float64],
     ) -> Lamp:
-        """Let a lamp's light pass the triangles, of a light with a size from several points."""
+        """Attenuate a lamp by the triangles; an area light from several points."""
         points = light.points(POINTS) if isinstance(light, AreaLight) else [light]
         places = np.array([point.local(origin) for point in points])
         places[:, :3] -= places[:, 3:] * projection.eye
@@ -100,7 +100,7 @@ class TransmitterTables:
 
 class SheerSurfaces:
     """
-    Draws transmitting triangles, and follows light through them, for frames that are read back.
+    Draws transmitting triangles and traces light through them, for frames that are read back.
 
     Parameters
     ----------
@@ -122,10 +122,10 @@ class SheerSurfaces:
         self, state: State, projection: Projection, first: int, before: DepthBuffer | None = None
     ) -> None:
         """
-        Draw which triangle is seen, from the number ``first`` on, into the target in use.
+        Draw the numbers of visible triangles, from ``first`` on, into the target in use.
 
-        Before: its depth holds what is opaque. ``before`` is what was seen in front; nothing is
-        drawn where it sees nothing.
+        Before: its depth holds the opaque surfaces. ``before`` is the previous layer in front;
+        nothing is drawn over its background.
         """
         program = self._faces.find(*(() if before is None else ("HAS_BEFORE",)))
         values = np.full((1, 1, 2), -np.inf, np.float32)
@@ -152,9 +152,9 @@ class SheerSurfaces:
         origin: NDArray[np.float64],
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """
-        Find what is left of a light, (rows, cols, 3), and how many triangles hide it.
+        Find the fraction of a light that arrives, (rows, cols, 3), and how many triangles hide it.
 
-        ``places`` (rows, cols, 3) are in the model's own coordinates, NaN where nothing is seen.
+        ``places`` (rows, cols, 3) are in the model's own coordinates, NaN for the background.
         """
         seen = ~np.isnan(places[..., 0])
         values = np.zeros((*seen.shape, 4), np.float32)
@@ -178,5 +178,5 @@ class SheerSurfaces:
         return np.ascontiguousarray(found[..., :3]), found[..., 3].astype(np.int32)
 
     def release(self) -> None:
-        """Free what is held on the device."""
+        """Free the device objects."""
         release_all(self._tables, self._light, self._faces, self._indices)

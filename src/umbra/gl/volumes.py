@@ -1,10 +1,10 @@
 """
-Shadow volumes as index lists: what a silhouette and a set of faces make of vertex numbers.
+Shadow volumes as index lists, from silhouettes and casting faces.
 
-An even vertex number is a point, the odd one after it that point thrown to the far end of
-the volume (``place.glsl``). A side is two triangles of four such numbers; its first alone
-is the whole side where both far corners meet in one point at infinity, under a
-directional light.
+An even vertex number is a point, the next odd one that point projected to the far end of
+the volume (``place.glsl``). A side is two triangles of four such numbers; the first alone
+is the whole side where both far corners are one point at infinity, under a directional
+light.
 """
 
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ from umbra.volume.facing import find_sides
 
 __all__ = ["BodyVolumes", "find_together", "gather", "make_volumes"]
 
-_LARGE = 200_000  # edges; of larger meshes each light is asked for itself, by several threads
+_LARGE = 200_000  # edges; larger meshes are searched light by light, in several threads
 
 FAR = np.uint32(1)
 """Added to a point's vertex number: its far end."""
@@ -38,12 +38,12 @@ class BodyVolumes:
     opened : (n_instances, n_components) bool
         Closed components that follow the open rule.
     held : (n, 2) int
-        Instance and face: those on which the light lies cast nothing.
+        Instance and face: faces on which the light lies cast nothing.
 
     Attributes
     ----------
     sides : (n_sides, 6) uint32
-        Two triangles each, wound outward.
+        Two triangles per side, wound outward.
     side_shell : (n_sides,) int
         Ascending: instance * n_shells + shell.
     """
@@ -75,18 +75,18 @@ class BodyVolumes:
         return self._side_shell
 
     def find(self, wanted: NDArray[np.bool_]) -> None:
-        """Find the sides of the wanted shells; those of others stay as they are."""
+        """Find the sides of the wanted shells; keep those of others."""
         missing = wanted & ~self._found
         if not missing.any():
             return
         self._add(*make_sides(self, missing), missing)
 
     def _add(self, sides: NDArray[np.uint32], shell: NDArray[np.intp], found: NDArray) -> None:
-        """Take the sides of shells that were found."""
+        """Add the sides of newly found shells."""
         if self._found.any():
             sides = np.concatenate([self._sides, sides])
             shell = np.concatenate([self._side_shell, shell])
-        if (np.diff(shell) < 0).any():  # what was seen edge-on comes last
+        if (np.diff(shell) < 0).any():  # faces seen edge-on come last
             order = np.argsort(shell, kind="stable")
             sides, shell = sides[order], shell[order]
         self._sides, self._side_shell = sides, shell
@@ -101,7 +101,7 @@ class BodyVolumes:
         return self._sides[chosen], self._side_shell[chosen]
 
     def inherit(self, old: "BodyVolumes") -> None:
-        """Take the sides of instances that stand to their light as in other volumes."""
+        """Reuse the sides of instances that have not moved relative to their light."""
         same = (self.lights == old.lights).all(1) & (self.opened == old.opened).all(1)
         same[self.held[:, 0]] = same[old.held[:, 0]] = False
         kept = old._found & np.repeat(same, self.body.n_shells)
@@ -115,11 +115,11 @@ class BodyVolumes:
         return self.body.caster.is_closed & ~self.opened
 
     def caster_of(self, instance: int) -> Caster:
-        """Return what casts of one instance: all faces but those on which the light lies."""
+        """Return the casting faces of one instance: all but those on which the light lies."""
         return self.body.caster.without(self.held[self.held[:, 0] == instance, 1])
 
     def is_of(self, lights: NDArray[np.float64], opened: NDArray[np.bool_]) -> bool:
-        """Return whether these are still the volumes of such lights and open components."""
+        """Return whether these volumes belong to the given lights and open components."""
         return (
             self._pose == self.body.poses
             and np.array_equal(self.lights, lights)
@@ -149,9 +149,9 @@ class BodyVolumes:
 
     def dark_cap(self, wanted: NDArray[np.bool_], is_fan: NDArray[np.bool_]) -> NDArray[np.uint32]:
         """
-        Return what closes the far end of the wanted components' volumes, (n, 3).
+        Return the dark caps of the wanted components' volumes, (n, 3).
 
-        Where ``is_fan``, a fan over the silhouette is enough; else the casting faces are thrown.
+        Where ``is_fan``, a fan over the silhouette suffices; else the casting faces are projected.
         """
         sides, shell = self.sides_of(wanted & is_fan)
         starts = np.flatnonzero(np.append(True, shell[1:] != shell[:-1])) if len(shell) else shell
@@ -191,10 +191,10 @@ def make_volumes(
     held: NDArray[np.intp] | None = None,
 ) -> BodyVolumes:
     """
-    Tell what casts of all instances of a body; sides are made when they are asked for.
+    Make the shadow volumes of a body's instances; sides are found on demand.
 
     The light is relative to the scene's origin; closed components that are ``opened``
-    follow the open rule, and faces that are ``held`` cast nothing.
+    follow the open rule, and ``held`` faces cast nothing.
     """
     held = np.zeros((0, 2), np.intp) if held is None else held
     return BodyVolumes(body, body.lights(light), opened, held)
@@ -209,7 +209,7 @@ def gather(
     is_fan: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.uint32]:
     """
-    Put the triangles of chosen components of all bodies together, (n,) uint32.
+    Collect the triangles of chosen components of all bodies, (n,) uint32.
 
     Parameters
     ----------
@@ -217,9 +217,9 @@ def gather(
     what : {'sides', 'dark_cap', 'light_cap'}
     chosen : (n_shells,) bool
     is_quad : bool
-        Of sides: whether far corners differ.
+        For sides: whether far corners differ.
     is_fan : (n_shells,) bool, optional
-        Of dark caps.
+        For dark caps.
     """
     lists, offset = [np.zeros(0, np.uint32)], 0
     for each in volumes:
@@ -239,10 +239,10 @@ def gather(
 
 def find_together(volumes: list[list[BodyVolumes]], wanted: list[NDArray[np.bool_]]) -> None:
     """
-    Find the sides of wanted shells (n_shells,) of several lights, those of one mesh together.
+    Find the sides of wanted shells (n_shells,) for several lights, each mesh at once.
 
-    ``volumes`` are of the same bodies under each light. Where components are opened, or the
-    light lies on a face, each light is asked for itself; so it is of a large mesh.
+    ``volumes`` are of the same bodies under each light. Large meshes, open components and
+    lights on a face are handled light by light.
     """
     offset = 0
     for group in zip(*volumes, strict=True):

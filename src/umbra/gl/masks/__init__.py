@@ -5,9 +5,9 @@ Shadow masks without a stencil (Roettger, Irion, Ertl 2002), and the stencil as 
             convex,   doubles
             at_once   and halves
 
-A method is one ``Method``: where it counts, from which value, what a front and a back do to
-it, and which rectangles leave 0 and 1. To add one, write its record and list it in ``MASKS``,
-both here.
+A ``Method`` defines the target, the initial value, the operations of front and back faces,
+and the rectangles that map the result to 0 and 1. To add one, define its record here and
+list it in ``MASKS``.
 """
 
 from dataclasses import dataclass, replace
@@ -24,31 +24,31 @@ __all__ = ["DOUBLE", "HALVE", "MASKS", "PRINTED", "Counts", "Method", "Step"]
 
 
 class Counts(Protocol):
-    """What counts for frames and pictures: ``VolumeCounter`` in the stencil, or a mask."""
+    """Counter for frames and pictures: ``VolumeCounter`` in the stencil, or a mask."""
 
     def count(
         self, state: State, target: Target, plan: VolumePlan, *, is_clear: bool = False
     ) -> None:
-        """Count in a target whose depth holds the scene; after, stencil 0 means lit."""
+        """Count in a target whose depth holds the scene; afterwards stencil 0 means lit."""
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
-        """Read what was counted, (rows, cols), row 0 at the top."""
+        """Read the counts, (rows, cols), row 0 at the top."""
 
     def release(self) -> None:
-        """Free what is held on the device."""
+        """Free the device objects."""
 
 
 @dataclass(frozen=True)
 class Step:
     """
-    What a face or a rectangle does to the values that it covers.
+    Blend operation of a face or a rectangle.
 
     Parameters
     ----------
     blend : str
-        Of ``Pass``.
+        Blend mode, as in ``Pass``.
     brightness : float
-        Of all its channels.
+        Value of all channels.
     """
 
     blend: str
@@ -61,32 +61,32 @@ DOUBLE, HALVE = Step("double", 1.0), Step("multiply", 0.5)
 @dataclass(frozen=True, kw_only=True)
 class Method:
     """
-    A way of counting shadow volumes in colours.
+    A method of counting shadow volumes in colours.
 
     Parameters
     ----------
     name : str
     format : str
-        Of the target that holds the mask, see ``FORMATS``.
+        Format of the mask's target, see ``FORMATS``.
     write : {'alpha', 'rgb'} or True
-        The channels that hold it.
+        Channels of the mask.
     start : float
-        The value of what is lit.
+        Value of lit pixels.
     up, down : Step
-        For each volume that begins before the visible surface, and each that ends there.
+        Operations where a volume begins and ends in front of the visible surface.
     first : {'up', 'down'}
-        What comes first within a batch of volumes.
+        First operation within a batch of volumes.
     at_once : int
-        The domain: no line may meet more than so many fronts, nor backs, of one batch.
-        What the device in use rounds otherwise lowers it (``find_limit``).
+        Domain: the most fronts, and backs, of one batch on any line. The device's
+        rounding may lower it (``find_limit``).
     lit : (float, float)
-        Between which the value of what is lit lies, after the ``black`` rectangles.
+        Range of lit values after the ``black`` rectangles.
     black : tuple of Step
-        Rectangles after which what is lit is 1 and what is not is 0.
+        Rectangles that map lit to 1 and shadow to 0.
     attenuated : tuple of Step
-        Rectangles after which it is 1 and 1/2.
+        Rectangles that map lit to 1 and shadow to 1/2.
     counts : bool
-        The values tell counts, not only whether there is any.
+        Values determine the count, not only whether it is 0.
     """
 
     name: str
@@ -104,7 +104,7 @@ class Method:
 
     @property
     def channel(self) -> int:
-        """The channel to look at."""
+        """The channel to read."""
         return 3 if self.write == "alpha" else 0
 
 
@@ -121,7 +121,7 @@ _ALPHA = Method(
     first="down",
     at_once=6,
     lit=(0.75, 1.0),
-    # Clamped to 1/4 -> 1/2 and 1, then 1/2 and 0; the figure's last "/2" must double.
+    # Clamped to 1/4 -> 1/2 and 1, then 1/2 and 0; the last "/2" of the paper's figure must double.
     black=(DOUBLE, _INVERT, DOUBLE),
     attenuated=(DOUBLE, _INVERT, Step("add", 0.5)),
 )
@@ -135,7 +135,7 @@ _MAXIMUM = Method(
     first="up",
     at_once=7,
     lit=(0.75, 1.0),
-    # Shadow is 1/2 at most: inverted and doubled it is 1, and light still 0.
+    # Shadow is at most 1/2: inverted and doubled it is 1, and light stays 0.
     black=(_INVERT, DOUBLE, _INVERT),
     attenuated=(Step("max", 0.5),),
 )

@@ -1,7 +1,7 @@
 """
-Masks of frames: one method's counts of a plan, in the place of the stencil's.
+Masks of frames: counts of a plan by one method, instead of the stencil.
 
-How many volumes a method bears depends on how the device rounds, and is asked of it.
+The number of volumes that a method supports depends on the device's rounding, and is measured.
 """
 
 from collections.abc import Callable
@@ -22,17 +22,17 @@ from umbra.gl.target import SharedDepthTarget, Target
 
 __all__ = ["MaskCounter", "MaskCounters", "find_limit"]
 
-_POWER_OF_TWO = 0.5  # the mantissa of one, of ``numpy.frexp``
-_DEEPEST = 2  # of the states before: lit, in one shadow, in two
+_POWER_OF_TWO = 0.5  # mantissa of a power of two, from ``numpy.frexp``
+_DEEPEST = 2  # of the initial states: lit, in one shadow, in two
 
 
 def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
     """
-    Find how many fronts and backs may come at once before lit and shaded are confused.
+    Find how many fronts and backs a batch may have before lit and shadow become ambiguous.
 
-    A pixel is taken through all the states and back in the method's own target, for it is
-    the driver that says whether 255 / 2 is 127 or 128. At most ``method.at_once``; 0 if the
-    method does not work here at all.
+    A pixel runs through all states and back in the method's own target, because the driver
+    decides whether 255 / 2 is 127 or 128. At most ``method.at_once``; 0 if the method does
+    not work on this device.
     """
     steps = (method.up, method.down)
     first, second = steps if method.first == "up" else steps[::-1]
@@ -46,7 +46,7 @@ def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
                     painter.draw_rectangle(state, step, method.write)
                 value = float(target.read()[0, 0, method.channel])
                 value /= 255.0 if method.format == "rgba8" else 1.0
-                # Half of 255 is not exact: what was lit is 254 or 255 again.
+                # Half of 255 is not exact: a lit pixel returns to 254 or 255.
                 is_lit = method.lit[0] <= value <= method.lit[1]
                 if is_lit != (before == 0):
                     return limit
@@ -55,7 +55,7 @@ def find_limit(device: Device, method: Method, painter: MaskPainter) -> int:
 
 class MaskCounter:
     """
-    Counts planned volumes as a method does; used as ``umbra.gl.count.VolumeCounter`` is.
+    Counts planned volumes by a method; same interface as ``umbra.gl.count.VolumeCounter``.
 
     Parameters
     ----------
@@ -63,15 +63,15 @@ class MaskCounter:
     geometry : Geometry
     method : Method
     split : bool
-        Keep within the method's domain by taking casters apart; without it, casters are
-        drawn whole, as they come.
+        Split casters to stay within the method's domain; otherwise draw them whole, in
+        order.
     warn : callable
-        Told, in a line, where the method may be wrong.
+        Called with one line where the method may be wrong.
 
     Attributes
     ----------
     limit : int
-        Fronts, or backs, that a batch may have on one line on this device.
+        Most fronts, or backs, of a batch on one line on this device.
     pieces : Pieces, optional
         Of the last plan.
     painter : MaskPainter
@@ -95,7 +95,7 @@ class MaskCounter:
         self._mask = SharedDepthTarget(device, method.format)
 
     def find_pieces(self, plan: VolumePlan) -> Pieces:
-        """Cut a plan's volumes; those of the last plan are kept."""
+        """Split a plan's volumes; the last plan's pieces are kept."""
         if self.pieces is None or self._plan is not plan:
             self.pieces = make_pieces(plan, max(self._room(plan), 1), split=self._split)
             self._plan = plan
@@ -104,13 +104,13 @@ class MaskCounter:
         return self.pieces
 
     def _room(self, plan: VolumePlan) -> int:
-        """Return how wide batches may be: where values tell counts, so that few are lost."""
+        """Return the batch limit: lower where values determine counts, so that few are lost."""
         if not self.method.counts:
             return self.limit
         return max(self.limit - plan.statistics.deepest, self.limit // 3)
 
     def _find_faults(self, pieces: Pieces) -> list[str]:
-        """Say, in a line each, what of a plan's pieces lies outside the method's domain."""
+        """Describe, one line each, how a plan's pieces exceed the method's domain."""
         name, lines = self.method.name, []
         if self.limit == 0:
             lines.append(f"{name} is wrong on {self._device.renderer}, which rounds otherwise")
@@ -126,9 +126,9 @@ class MaskCounter:
         self, state: State, target: Target, plan: VolumePlan, *, is_clear: bool = False
     ) -> None:
         """
-        Count the shadow volumes that hold each visible surface, and mark where there are any.
+        Count the shadow volumes that hold each visible surface, and mark shadow in the stencil.
 
-        As ``VolumeCounter.count``, of a plan by the method ``auto``; after it stencil 1 is shadow.
+        As ``VolumeCounter.count``, for a plan by the method ``auto``. After: stencil 1 is shadow.
         """
         self.painter.tally.clear()
         mask = self._mask.over(target)
@@ -146,15 +146,15 @@ class MaskCounter:
 
     def read(self, target: Target, plan: VolumePlan) -> NDArray[np.int32]:
         """
-        Read what ``count`` just made for a plan, (rows, cols) int32, row 0 at the top.
+        Read the counts of the last ``count``, (rows, cols) int32, row 0 at the top.
 
-        1 for any count but 0, unless the method tells counts: those up to two thirds of
-        ``limit`` at least, and ``limit`` + 1 for more.
+        1 for any count but 0, unless the method determines counts: exact at least up to two
+        thirds of ``limit``, and ``limit`` + 1 beyond.
         """
         shaded = target.read_stencil().astype(np.int32)
         if not self.method.counts or self._mask.target is None:
             return shaded
-        # What ran over is infinite, or on some devices clamped: never a power of two again.
+        # An overflow is infinite or, on some devices, clamped: never again a power of two.
         values = self._mask.target.read()[..., self.method.channel]
         sound = np.frexp(values)[0] == _POWER_OF_TWO
         found = np.full(values.shape, self.limit + 1, np.int32)
@@ -162,14 +162,14 @@ class MaskCounter:
         return np.where(shaded == 0, 0, found).astype(np.int32)
 
     def release(self) -> None:
-        """Free all that the counter holds on the device."""
+        """Free the device objects."""
         self._mask.release()
         self._mark.release()
         self.painter.release()
 
 
 class MaskCounters:
-    """The counters of one scene by method, each made when first asked for."""
+    """The counters of one scene by method, each made on first use."""
 
     def __init__(
         self, device: Device, geometry: Geometry, warn: Callable[[str], object] = lambda _: None
@@ -178,7 +178,7 @@ class MaskCounters:
         self._made: dict[str, MaskCounter] = {}
 
     def choose(self, method: str, stencil: Counts) -> tuple[Counts, str]:
-        """Find what counts by a method, and the method to plan by; the stencil for all others."""
+        """Find the counter of a method (by default the stencil), and the method to plan by."""
         if method not in MASKS:
             return stencil, method
         if method not in self._made:
@@ -188,6 +188,6 @@ class MaskCounters:
         return self._made[method], "auto"
 
     def release(self) -> None:
-        """Free them."""
+        """Free the counters."""
         release_all(*self._made.values())
         self._made = {}

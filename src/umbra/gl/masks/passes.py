@@ -1,7 +1,7 @@
 """
-Passes that masks consist of: sides of volumes, rectangles, and the scene as drawn in 2002.
+Passes of masks: volumes, rectangles, and the scene as drawn in 2002.
 
-A ``Tally`` counts what is issued, where it is issued.
+A ``Tally`` counts them as they are issued.
 """
 
 from dataclasses import KW_ONLY, dataclass, field
@@ -31,11 +31,11 @@ class Tally:
     Parameters
     ----------
     passes : list of str
-        Each drawing of the scene, by what for.
+        Purpose of each drawing of the scene.
     rectangles : list of str
-        Each rectangle over the whole window, by what for.
+        Purpose of each full-window rectangle.
     batches, draws : int
-        Of volumes: batches that are right as a whole, and calls for them.
+        Batches of volumes, each complete in itself, and their draw calls.
     """
 
     passes: list[str] = field(default_factory=list)
@@ -44,7 +44,7 @@ class Tally:
     draws: int = 0
 
     def clear(self) -> None:
-        """Begin a picture."""
+        """Reset the tally for a new picture."""
         self.passes, self.rectangles, self.batches, self.draws = [], [], 0, 0
 
     @property
@@ -53,7 +53,7 @@ class Tally:
         return len(self.passes), len(self.rectangles)
 
 
-# What would fail the depth test behind a surface must pass here: only then colours change.
+# Faces behind a surface must pass the depth test here, since colours change only then.
 _DEPTH = {Z_PASS: "less", Z_FAIL: "gequal", LIGHT_CAP: "always"}
 # Before the surface a volume begins with its front; behind it, with its back.
 _BEGINS = {Z_PASS: "front", Z_FAIL: "back", LIGHT_CAP: "back"}
@@ -61,7 +61,7 @@ _OTHER = {"front": "back", "back": "front"}
 
 
 class MaskPainter:
-    """Draws volumes and rectangles with one brightness each, and counts them in ``tally``."""
+    """Draws volumes and rectangles of uniform brightness, and counts them in ``tally``."""
 
     def __init__(self, device: Device, geometry: Geometry) -> None:
         self._device, self._geometry = device, geometry
@@ -76,7 +76,7 @@ class MaskPainter:
         Count all volumes in the target in use.
 
         Before: its depth holds the scene, its mask channels ``method.start`` where counting
-        starts. After: they hold what ``method`` says of the count.
+        starts. After: they encode the count by ``method``.
         """
         if self._pieces is not pieces:
             self._indices.write(pieces.numbers)
@@ -92,7 +92,7 @@ class MaskPainter:
     def _draw_batch(
         self, state: State, method: Method, plan: VolumePlan, batch: VolumeBatch, way: str
     ) -> None:
-        """Draw the faces of a batch at which volumes begin (up), or those where they end."""
+        """Draw the faces of a batch at which volumes begin (``up``) or end (``down``)."""
         step = method.up if way == "up" else method.down
         for draw in batch.draws:
             side = _BEGINS[draw.kind] if way == "up" else _OTHER[_BEGINS[draw.kind]]
@@ -119,34 +119,34 @@ class MaskPainter:
         stencil: Stencil | None = None,
         scissor: tuple[int, int, int, int] | None = None,
     ) -> None:
-        """Draw a rectangle over the whole window, or where a stencil or a scissor lets it pass."""
+        """Draw a rectangle over the whole window, or within a stencil or scissor."""
         state.use(Pass(color_write=write, blend=step.blend, stencil=stencil, scissor=scissor))
         self._rectangle.set(tint=np.full(4, step.brightness))
         self._rectangle.draw(3)
         self.tally.rectangles.append(purpose)
 
     def release(self) -> None:
-        """Free programs and the list of triangles."""
+        """Free the programs and the index list."""
         release_all(self._indices, self._volume, self._rectangle)
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
     """
-    How surfaces are lit when they are drawn.
+    Lighting of surfaces.
 
     Parameters
     ----------
     light : (4,) float64
         Homogeneous, relative to the eye.
     color : (3,) float
-        Of the light.
+        Colour of the light.
     share : float
-        Of the ambient light that is drawn with it.
+        Fraction of the ambient light drawn with it.
     is_white : bool
         Leave out light and colours.
     alpha : float
-        Left in the target's alpha.
+        Alpha to write.
     """
 
     light: np.ndarray
@@ -158,7 +158,7 @@ class Look:
 
 
 class Forward:
-    """Draws the triangles of a scene, a colour each."""
+    """Draws the triangles of a scene in flat colours."""
 
     def __init__(self, device: Device, scene: Scene, geometry: Geometry) -> None:
         self._geometry = geometry
@@ -174,7 +174,7 @@ class Forward:
         self._depth = Program(device, "surface.vert.glsl", "nothing.frag.glsl")
 
     def draw_depth(self, state: State, projection: Projection, tally: Tally) -> None:
-        """Draw depth alone; before, it is cleared."""
+        """Draw depth only. Before: depth is cleared."""
         state.use(Pass(depth_test="less", depth_write=True))
         self._draw(self._depth, projection)
         tally.passes.append("depth")
@@ -191,9 +191,9 @@ class Forward:
         with_place: bool = False,
     ) -> None:
         """
-        Draw the scene in a light's 'direct' light, in 'ambient' light, or in 'both'.
+        Draw the scene in 'direct' light, in 'ambient' light, or in 'both'.
 
-        ``blend`` is how to add to what is, where depth is there already; ``with_place`` writes
+        ``blend`` blends over a picture whose depth is drawn already; ``with_place`` writes
         normals and keys, too.
         """
         first = blend is None
@@ -222,5 +222,5 @@ class Forward:
         self._faces.draw(program, 0, self._geometry.faces.size)
 
     def release(self) -> None:
-        """Free programs and buffers."""
+        """Free the programs and buffers."""
         release_all(self._faces, self._colors, self._shaded, self._depth)

@@ -1,13 +1,13 @@
 """
-The paper's renderer: its passes and rectangles, and masks of full or fewer pixels.
+The paper's renderer: its passes and rectangles, and masks of full or reduced resolution.
 
     alpha   scene -> volumes in alpha -> 3 rectangles -> scene x alpha -> + ambient
     screen  depth -> volumes in colour -> 3 rectangles -> x scene -> + ambient
     scaled  small depth -> volumes -> rectangles -> scene -> x texture -> + ambient
 
-The picture of one light is the paper's. A mask multiplies all that a picture holds, so of several
-lights each has a picture without ambient light, and one rectangle adds it to the sum of all.
-``tally`` counts what was issued, as in Table 1.
+The picture of one light is the paper's. A mask multiplies the whole picture, so each of several
+lights has a picture without ambient light, and one rectangle adds it to the sum. ``tally``
+counts passes and rectangles, as in Table 1.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -41,28 +41,28 @@ _ONE = Step("multiply", 0.0)
 
 class MaskPicture(DeviceUser):
     """
-    Draws a scene in any number of lights with shadows by masks.
+    Draws a scene in any number of lights, with shadows by masks.
 
     Parameters
     ----------
     scene : Scene
     method : Method or str
-        Of ``umbra.gl.masks.MASKS``, or ``stencil``.
+        One of ``umbra.gl.masks.MASKS``, or ``stencil``.
     casters : sequence of int, optional
         Indices of the parts that cast; all by default.
     scale : int
-        Pixels of the picture to one of the mask, along each side.
+        Pixels of the picture per pixel of the mask, along each side.
     filter : {'nearest', 'bilinear', 'joint'}
-        How a mask of fewer pixels is laid over the picture.
+        Upsampling filter of a reduced mask.
     device : Device, optional
-        One of its own by default, released with this.
+        A new one by default, released with this object.
     warn : callable
-        Told, in a line, where the method may be wrong.
+        Called with one line where the method may be wrong.
 
     Raises
     ------
     InputError
-        If scale or filter are none of these.
+        If scale or filter is invalid.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class MaskPicture(DeviceUser):
         *,
         casters: Sequence[int] | None = None,
         scale: int = 1,
-        filter: str = "bilinear",  # noqa: A002  (the word that painters of pictures know)
+        filter: str = "bilinear",  # noqa: A002  (the usual term)
         device: Device | None = None,
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
@@ -89,13 +89,13 @@ class MaskPicture(DeviceUser):
         with self.device.current():
             self.geometry = Geometry(self.device, scene)
             self.planner = Planner(self.device, scene, self.geometry, casters)
-            by_name = {"stencil": None, **MASKS}  # the stencil is no method of masks
+            by_name = {"stencil": None, **MASKS}  # the stencil is not a mask method
             self.method = by_name[method] if isinstance(method, str) else method
             self._stencil = VolumeCounter(self.device, self.geometry, self.planner.indices)
-            # The stencil's mask of fewer pixels is turned into colours as the others are.
+            # A reduced mask of the stencil is converted to colours like the others.
             colors = self.method or MASKS["alpha"]
             self._colors = MaskCounter(self.device, self.geometry, colors, warn=warn)
-            # A mask that is no alpha of eight bits goes by a texture, also at full size.
+            # A mask that is not 8-bit alpha is applied as a texture, even at full size.
             is_plain = colors.format == "rgba8"
             self._upsampler = (
                 Upsampler(self.device, filter if scale > 1 else "nearest", is_plain=is_plain)
@@ -111,7 +111,7 @@ class MaskPicture(DeviceUser):
 
     @property
     def tally(self) -> Tally:
-        """What the last picture issued."""
+        """Passes and rectangles of the last picture."""
         return self._colors.painter.tally
 
     @on_device
@@ -130,11 +130,11 @@ class MaskPicture(DeviceUser):
         ----------
         camera : Camera
         lights : Light or sequence of Light
-            Without any, all is in shadow.
+            If empty, everything is in shadow.
         shadows : {'black', 'ambient', 'attenuated'}, optional
-            What is in shadow is black, in ambient light, or half as bright; None draws none.
+            Shadows are black, ambient, or half as bright; None draws none.
         white : bool
-            Draw all surfaces white: the mask alone is left, or the mean of those of the lights.
+            Draw all surfaces white, to show the mask alone, or the mean of the lights' masks.
         """
         some = [lights] if isinstance(lights, Light) else list(lights)
         picture, _, _ = self._find_targets(camera.size)
@@ -151,7 +151,7 @@ class MaskPicture(DeviceUser):
         self.tally.clear()
         with State(self.device) as state:
             total = self._begin_sum(state, picture) if len(some) != 1 else None
-            # A tilt of parallel rays must be the surfaces', too: they are drawn for each light.
+            # Surfaces must have the same tilt of parallel rays: they are drawn for each light.
             shown, look = projection, Look(np.array([0.0, 0.0, 1.0, 0.0]), is_white=white)
             for light, plan in zip(some, plans, strict=True):
                 shown = plan.projection if plan is not None else projection
@@ -189,7 +189,7 @@ class MaskPicture(DeviceUser):
         look: Look,
         shadows: str | None,
     ) -> None:
-        """Draw the picture of one light, but for ambient light that no shadow takes away."""
+        """Draw the picture of one light, without ambient light that is not shadowed."""
         picture, color, mask = self._find_targets(shown.camera.size)
         tally = self.tally
         by_texture = self._upsampler is not None and plan is not None
@@ -216,7 +216,7 @@ class MaskPicture(DeviceUser):
             self._draw_full(state, plan, color, shadows)
 
     def _begin_sum(self, state: State, picture: Target) -> Target:
-        """Clear what the lights' pictures are added up in."""
+        """Clear the target that sums the lights' pictures."""
         if self._sum is None or self._sum.depth_of is not picture:
             release_all(self._sum)
             self._sum = Target(self.device, picture.size, ("rgba16f",), depth_of=picture)
@@ -224,7 +224,7 @@ class MaskPicture(DeviceUser):
         return self._sum
 
     def _add(self, state: State, picture: Target, total: Target, share: float) -> None:
-        """Add a light's picture to the sum, one rectangle; the sum is in use."""
+        """Add a light's picture to the sum in use, by one rectangle."""
         total.use()
         state.use(Pass(color_write=True, blend="add"))
         picture.bind(0)
@@ -233,7 +233,7 @@ class MaskPicture(DeviceUser):
         self.tally.rectangles.append("add")
 
     def _draw_full(self, state: State, plan: VolumePlan, color: Target, shadows: str) -> None:
-        """Count in the picture's own alpha or stencil, and multiply the picture by it."""
+        """Count in the picture's own alpha or stencil, and multiply the picture by the mask."""
         painter = self._colors.painter
         if self.method is not None:
             self._draw_volumes(state, plan, shadows)
@@ -245,7 +245,7 @@ class MaskPicture(DeviceUser):
         painter.draw_rectangle(state, step, "rgb", "apply", stencil=where)
 
     def _draw_volumes(self, state: State, plan: VolumePlan, shadows: str) -> None:
-        """Count in the target in use, and normalise for what the shadows are to be."""
+        """Count in the target in use, and normalise for the kind of shadows."""
         assert self.method is not None
         painter = self._colors.painter
         painter.draw_volumes(state, self.method, plan, self._colors.find_pieces(plan))
@@ -256,7 +256,7 @@ class MaskPicture(DeviceUser):
     def _draw_mask(
         self, state: State, shown: Projection, plan: VolumePlan, mask: Target, look: Look
     ) -> None:
-        """Draw a mask by itself: depth of its size, volumes, rectangles."""
+        """Draw a separate mask: depth at its resolution, volumes, rectangles."""
         start = self.method.start if self.method else 1.0
         self._clear(state, mask, start)
         if self._is_joint:
@@ -287,7 +287,7 @@ class MaskPicture(DeviceUser):
         )  # fmt: skip
 
     def _clear(self, state: State, target: Target, *values: float) -> None:
-        """Use a target; clear depth, stencil and colours, the first of them to some values."""
+        """Use a target; clear depth, stencil and colours, the first attachment to ``values``."""
         target.begin(state, *values)
         if len(target.colors) > 1:
             target.clear_color(0.0, place=1)
@@ -297,7 +297,7 @@ class MaskPicture(DeviceUser):
         return np.concatenate([self.planner.bounds, whole])
 
     def _find_targets(self, size: tuple[int, int]) -> tuple[Target, Target, Target]:
-        """Return the picture, its colours alone, and the mask; the last is what counts are in."""
+        """Return the picture, its colours alone, and the mask in which volumes are counted."""
         if not self._targets or self._targets[0].size != tuple(size):
             self._release_targets()
             place = ("rgba32f",) if self._is_joint else ()

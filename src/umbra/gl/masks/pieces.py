@@ -1,15 +1,15 @@
 """
-Shadow volumes cut into batches for methods that count no deeper than they must.
+Shadow volumes split into batches, for methods with a limited count.
 
-A convex caster is met by any line in one front and one back at most; so is the volume of
-a single polygon. A caster that is not convex is kept whole where it has few enough casting
-faces, and otherwise falls into one volume for each of them. Volumes come together in
-batches as long as no line can meet more fronts, or more backs, than the method bears.
+Any line meets the volume of a convex caster, or of a single polygon, in at most one front
+and one back. A concave caster is kept whole if it has few enough casting faces, and otherwise
+split into one volume per face. Volumes share a batch as long as no line can meet more
+fronts, or backs, than the method supports.
 
-Parallel rays all end in one point at infinity, where the far end of a volume that is counted behind
-surfaces cannot be drawn: it is a rectangle over the window if the volume holds that point. So a
-count never starts but from 0. (Roettger's near cap is the same at the rays' other end, where it
-is not the same for all pixels.)
+Parallel rays all end in one point at infinity, where the far end of a z-fail volume cannot be
+drawn: it is a full-window rectangle if the volume holds that point. So counts always start
+from 0. (Roettger's near cap does the same at the rays' other end, where it differs between
+pixels.)
 """
 
 from dataclasses import dataclass, field
@@ -29,9 +29,9 @@ _Lists = dict[_Key, list[NDArray[np.uint32]]]
 @dataclass(frozen=True)
 class VolumeBatch:
     """
-    Volumes that are counted together; no line meets more than ``weight`` fronts, nor backs.
+    Volumes counted together; no line meets more than ``weight`` fronts, or backs.
 
-    ``ends`` of them hold where parallel rays end.
+    ``ends`` of them hold the end of parallel rays.
     """
 
     draws: tuple[Draw, ...]
@@ -42,9 +42,9 @@ class VolumeBatch:
 @dataclass(frozen=True, eq=False)
 class Pieces:
     """
-    All volumes of a plan: batches, and the vertex numbers (n,) in which their draws lie.
+    All volumes of a plan: batches, and the index list (n,) of their draws.
 
-    Of the ``n_volumes``, those of ``n_split`` casters are one for each polygon.
+    The ``n_volumes`` include one for each polygon of ``n_split`` split casters.
     """
 
     batches: list[VolumeBatch]
@@ -60,7 +60,7 @@ class Pieces:
 
 @dataclass(eq=False)
 class _Builder:
-    """Collects volumes, and closes a batch before it gets too wide."""
+    """Collects volumes, and closes a batch before it exceeds the limit."""
 
     at_once: int
     batches: list[VolumeBatch] = field(default_factory=list)
@@ -73,7 +73,7 @@ class _Builder:
     _ends: int = 0
 
     def add(self, volume: dict[_Key, NDArray[np.uint32]], weight: int, ends: int) -> None:
-        """Add triangles of one volume, or of several that are disjoint in weight and ends."""
+        """Add the triangles of one volume, or of several with summed weight and ends."""
         if self._weight + weight > self.at_once:
             self.close()
         self._weight += weight
@@ -97,10 +97,9 @@ class _Builder:
 
 def make_pieces(plan: VolumePlan, at_once: int, *, split: bool = True) -> Pieces:
     """
-    Cut the volumes of a plan, by the method ``auto``, into batches no wider than ``at_once``.
+    Split the volumes of a plan by the method ``auto`` into batches no wider than ``at_once``.
 
-    ``split`` lets casters that are wider fall into polygons; else they are batches by
-    themselves.
+    ``split`` divides wider casters into polygons; otherwise each is a batch by itself.
     """
     builder, offset = _Builder(at_once), 0
     assert plan.selection is not None
@@ -120,7 +119,7 @@ def _add_body(
     offset: int,
     split: bool,
 ) -> None:
-    """Add what is selected of one body."""
+    """Add the selected volumes of one body."""
     selection, is_point = plan.selection, bool(plan.light[3])
     assert selection is not None
     n = each.body.n_shells * len(each.body.groups)
@@ -163,7 +162,7 @@ def _add_body(
 
 @dataclass(frozen=True)
 class _Chosen:
-    """What is drawn of one shell's volumes, and how."""
+    """Selection and count method of one shell's volume."""
 
     kind: str
     is_cut: bool
@@ -174,7 +173,7 @@ class _Chosen:
     def name(
         self, sides: NDArray[np.uint32], cap: NDArray[np.uint32]
     ) -> dict[_Key, NDArray[np.uint32]]:
-        """Return the triangles by how they are counted."""
+        """Return the triangles by count method."""
         lists = [sides[:, : self.columns].reshape(-1, 3)]
         if self.dark_cap:
             lists.append(cap[:, ::-1] | FAR)
@@ -187,18 +186,18 @@ class _Chosen:
 def _hold_end(
     each: BodyVolumes, plan: VolumePlan, instance: int, faces: NDArray[np.uint32]
 ) -> NDArray[np.bool_]:
-    """Find which casting faces (n, 3) have the point where parallel rays end in their volume."""
+    """Find the casting faces (n, 3) whose volumes hold the end of parallel rays."""
     camera, light = plan.projection.camera, each.lights[instance]
     if camera.is_perspective or light[3] == 0:
         return np.zeros(len(faces), np.bool_)
     body = each.body
-    # The view may be tilted a little: along its rays the place in the picture does not change.
+    # The view may be tilted slightly: along its rays the pixel does not change.
     way = np.cross(*plan.projection.matrix[:2, :3])
     way *= np.sign(way @ camera.axes()[2])
     way = np.linalg.solve(body.transforms[instance], np.append(way, 0.0))[:3]
     corners = body.caster.vertices[(faces >> np.uint32(1)).astype(np.int64) - body.first[instance]]
     a, b, c = np.moveaxis(corners - light[:3], 1, 0)
-    # The way from the light pierces a face if all its edges pass on the same side of it.
+    # The ray from the light pierces a face if all its edges pass on the same side of it.
     sides = np.stack([np.cross(one, two) @ way for one, two in ((a, b), (b, c), (c, a))])
     volume = np.einsum("ij,ij->i", a, np.cross(b, c))
     return np.asarray(((sides > 0) == (volume > 0)).all(0) & (volume != 0))
@@ -206,11 +205,11 @@ def _hold_end(
 
 def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
     """
-    Throw the edges of some faces, (n_sides, 6), wound outward as in ``volumes.py``.
+    Make the sides of faces' edges, (n_sides, 6), wound outward as in ``volumes.py``.
 
-    An edge that two of them share needs no sides. With a face elsewhere it throws the same
-    two triangles, the second time with two corners exchanged: so both have the same depths
-    to the last bit, unless they are clipped, and no light gets between.
+    An edge shared by two of the faces needs no side. For a face in another volume it makes
+    the same two triangles with two corners exchanged: so both have the same depths to the
+    last bit, unless clipped, and no light leaks between them.
     """
     a = faces.ravel()
     b = np.roll(faces, -1, axis=1).ravel()
@@ -225,7 +224,7 @@ def _make_sides(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
 
 
 def _find_convex(each: BodyVolumes) -> NDArray[np.bool_]:
-    """Find which shells are one convex component that only its lit faces throw."""
+    """Find the shells that are one convex component of which only lit faces cast."""
     body = each.body
     alone = np.bincount(body.component_shell, minlength=body.n_shells) == 1
     simple = body.is_convex & ~each.opened

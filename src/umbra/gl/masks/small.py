@@ -1,7 +1,7 @@
 """
-Hard shadows counted in fewer pixels than the picture has: shares of each light, laid over it.
+Hard shadows counted at reduced resolution: upsampled visibility of each light.
 
-The picture is what `find_shares` computes of a frame; here it stays on the device.
+Same result as `find_shares` of a frame, kept on the device.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,9 +28,9 @@ _LIT = (0.5, 1.0)
 
 class SmallMasks:
     """
-    What share of each light without a size reaches each pixel, by a mask of fewer pixels.
+    Visibility of each hard light at each pixel, from a mask of reduced resolution.
 
-    A `Visibility`, whose lights are chosen by ``select``.
+    A `Visibility` whose lights are chosen by ``select``.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class SmallMasks:
     surfaces : SurfaceRenderer
     masks : MaskCounters
     find_surface : callable
-        Gives the picture's own surface target.
+        Returns the picture's own surface target.
     """
 
     def __init__(
@@ -59,14 +59,14 @@ class SmallMasks:
     def select(
         self, lights: Sequence[Light], method: str, scale: int, kind: str = "joint"
     ) -> SoftLights:
-        """Let all lights be counted by a method, in ``scale`` times fewer columns and rows."""
+        """Count all lights by a method, in ``scale`` times fewer columns and rows."""
         self._choice = method, scale, kind
         return SoftLights(self, {n: AreaLight(light, 0.0) for n, light in enumerate(lights)})
 
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
-        """Plan the small picture; see `Visibility`."""
+        """Plan the reduced picture; see `Visibility`."""
         method, scale, _ = self._choice
         held = self._held = self._held or _Held(self._scene)
         small = held.planner.project(shrink(projection.asked, scale))
@@ -75,7 +75,7 @@ class SmallMasks:
         self._projections, self._is_drawn = (projection, small), False
 
     def draw(self, state: State, target: Target, number: int) -> Target:
-        """Draw a light's shares; see `Visibility`."""
+        """Draw a light's visibility; see `Visibility`."""
         assert self._held is not None
         assert self._projections is not None
         held, (projection, small) = self._held, self._projections
@@ -100,13 +100,13 @@ class SmallMasks:
         return shares
 
     def release(self) -> None:
-        """Free what is held on the device; it is made anew when asked for again."""
+        """Free the device objects; later use makes them again."""
         release_all(self._held)
         self._held = None
 
 
 class _Held:
-    """What small masks hold on the device."""
+    """Device objects of small masks."""
 
     def __init__(self, planner: Planner) -> None:
         self._device = device = planner.device
@@ -126,12 +126,12 @@ class _Held:
         return self._target
 
     def find_upsampler(self, kind: str) -> Upsampler:
-        """Return what lays masks over the picture by a filter."""
+        """Return the upsampler of a filter."""
         if kind not in self._upsamplers:
             self._upsamplers[kind] = Upsampler(self._device, kind)
         return self._upsamplers[kind]
 
     def release(self) -> None:
-        """Free all of it."""
+        """Free the device objects."""
         release_all(*self._upsamplers.values(), self.small, self.large, self._target)
         release_all(self.counter, self.planner)

@@ -1,7 +1,7 @@
 """
-Masks of fewer pixels, laid over a picture on the device, or over a frame in float64.
+Upsampling of reduced masks, over a picture on the device or a frame in float64.
 
-The weights are those of ``upsample.frag.glsl`` in both.
+Both use the weights of ``upsample.frag.glsl``.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ _LINEAR = 0x2601
 
 
 class Upsampler:
-    """Multiplies a picture by a mask; one that ``is_plain`` holds 0 and 1 in eight bits."""
+    """Multiplies a picture by a mask; an ``is_plain`` mask holds 0 and 1 in eight bits."""
 
     def __init__(self, device: Device, kind: str, *, is_plain: bool = False) -> None:
         self._device, self.kind = device, kind
@@ -56,13 +56,12 @@ class Upsampler:
         mask_places: Target | None = None,
     ) -> None:
         """
-        Multiply the target in use by attachment 0 of a mask, one rectangle.
+        Multiply the target in use by attachment 0 of a mask, by one rectangle.
 
         Attachments 1 of mask (or ``mask_places``) and picture hold normals and keys where the
-        filter asks for them.
-        What is lit lies within ``lit`` in the mask's channel; all else is multiplied by ``dark``.
-        The mask fills the picture unless a ``scale`` says how many of its pixels, square ones
-        about the same middle, go to one of the mask.
+        filter needs them. Lit values of the mask's channel are within ``lit``; all others are
+        multiplied by ``dark``. The mask fills the picture, unless ``scale`` is the number of
+        picture pixels per mask pixel, both square and centred alike.
         """
         state.use(Pass(color_write="rgb", blend="multiply"))
         if self.kind == "joint":
@@ -101,7 +100,7 @@ _ALIKE = 0.9  # cosine between normals of one surface
 
 
 def shrink(camera: Camera, scale: int) -> Camera:
-    """Return the same view in fewer pixels, ``scale`` to one along each side, rounded up."""
+    """Return the view in ``scale`` times fewer columns and rows, rounded up."""
     cols, rows = camera.size
     fewer = -(-rows // scale)
     across, down = (shift * fewer / rows for shift in camera.offset)
@@ -119,25 +118,25 @@ def find_shares(
     kind: str = "joint",
 ) -> list[NDArray[np.float32]]:
     """
-    Find what share of each light casters leave to each visible point, by a small mask.
+    Find the visibility of each light at each visible point, from a reduced mask.
 
     Parameters
     ----------
     counter : GlFrameCounter
     frame : Frame
-        Of this camera.
+        Frame of this camera.
     camera : Camera
     lights : sequence of Light
     method : str
-        Any that the counter has.
+        Any method of the counter.
     scale : int
-        Pixels of the frame to one of the mask, along each side.
+        Pixels of the frame per pixel of the mask, along each side.
     kind : {'nearest', 'bilinear', 'joint'}
 
     Returns
     -------
     shares : list of (rows, cols) float32
-        1 where the light is whole, 0 in shadow.
+        1 fully lit, 0 in shadow.
     """
     small = shrink(camera, scale)
     view, seen = counter.see(small)
@@ -153,7 +152,7 @@ def upsample(
     kind: str = "joint",
 ) -> NDArray[np.float32]:
     """
-    Lay a small mask ``lit`` of the frame ``small`` over a frame; kind as in ``find_shares``.
+    Upsample a mask ``lit`` of the frame ``small`` to a frame; kind as in ``find_shares``.
 
     Raises `InputError` if there is no such filter.
     """
@@ -161,7 +160,7 @@ def upsample(
         msg = f"there is no filter '{kind}'; there are {', '.join(FILTERS)}"
         raise InputError(msg, filter=kind)
     (rows, cols), (fewer_rows, fewer_cols) = frame.part.shape, lit.shape
-    # Both pictures are centred alike, and the rows of both span the view.
+    # Both pictures have the same centre, and the rows of both span the view.
     scale = rows / fewer_rows
     x = (np.arange(cols) + 0.5 - cols / 2) / scale + fewer_cols / 2 - 0.5
     y = (np.arange(rows) + 0.5) / scale - 0.5

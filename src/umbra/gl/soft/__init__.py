@@ -1,17 +1,17 @@
 """
-Soft shadows on OpenGL: what share of each light reaches each pixel, as a picture.
+Soft shadows on OpenGL: pictures of each light's visibility.
 
-    __init__.py    what a method is; samples; the methods of one scene, and for which lights
-    wedges.py      the hard count, corrected along silhouette edges; depth keys, wedges
-    complexity.py  casters counted at spots of the light, each from the hard count by edges
-    weng.py        scaled layers of the hard volume, as one list of triangles, stacked
-    growth.py      the points of casters that are enlarged, and which caster a pixel shows
+    __init__.py    interface of methods; samples; the methods and area lights of a scene
+    wedges.py      hard count, corrected along silhouette edges; depth keys, wedges
+    complexity.py  counts at sample points of the light, from the hard count by edges
+    weng.py        scaled layers of the hard volume, stacked, as one index list
+    growth.py      points of enlarged casters, and the visible component at each pixel
 
 Samples are hard shadows of many points of each light, averaged in floats (McGuire et al.
-2003, section 4; Heckbert and Herf 1997). The points are the CPU's.
+2003, section 4; Heckbert and Herf 1997), at the same points as on the CPU.
 
-The hard volumes are the renderer's own. A light's visibility takes the stencil's place in
-its light pass (``shading.py``). The answers are those of ``umbra.soft`` on the CPU.
+The hard volumes are the renderer's. A light's visibility replaces the stencil in its
+light pass (``shading.py``). Results are those of ``umbra.soft`` on the CPU.
 """
 
 from collections.abc import Sequence
@@ -39,27 +39,26 @@ __all__ = ["SampledShadows", "SoftLights", "SoftMethods", "Visibility"]
 
 
 class Visibility(Protocol):
-    """What share of each light of a picture reaches each pixel, by one method."""
+    """Visibility of each light of a picture at each pixel, by one method."""
 
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
-        """Make ready for a picture; plans are the hard volumes of the lights' middles."""
+        """Prepare a picture; plans are the hard volumes of the lights' centres."""
 
     def draw(self, state: State, target: Target, number: int) -> Target:
         """
-        Draw the visibility of the light of a number.
+        Draw the visibility of a light by number.
 
-        Before: the target's depth holds the scene. After: the target that is returned, shared
-        by all lights, holds the visibility in attachment 0, from 0 to 1; the stencil means
-        nothing.
+        Before: the target's depth holds the scene. After: the returned target, shared by all
+        lights, holds the visibility in attachment 0, from 0 to 1; the stencil is undefined.
         """
 
     def release(self) -> None:
-        """Free what is held on the device."""
+        """Free the device objects."""
 
 
-_AT_ONCE = 64  # points whose volumes are kept in memory together, and while nothing moves
+_AT_ONCE = 64  # points whose volumes are in memory together, kept while nothing moves
 
 
 class SampledShadows:
@@ -69,7 +68,7 @@ class SampledShadows:
         self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None
     ) -> None:
         self.samples = samples
-        # What one point's range does not reach another's may, and the light's middle decides.
+        # Points' ranges differ, and that of the light's centre decides.
         self._choices = replace(choices or VolumeOptions(), narrow=False)
         self._planner = planner.twin()
         self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
@@ -82,7 +81,7 @@ class SampledShadows:
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
-        """Make ready for a picture; see `Visibility`."""
+        """Prepare a picture; see `Visibility`."""
         self._points = [point for light in lights for point in light.points(self.samples)]
         self._points = [replace(point, range=np.inf) for point in self._points]
         self._projection, self._chunk = projection, -1
@@ -96,7 +95,7 @@ class SampledShadows:
         return shares
 
     def _find_plan(self, point: int) -> VolumePlan:
-        """Return the plan of one of all lights' points; plans hold for a chunk of them."""
+        """Return the plan of one of all lights' points, which are planned in chunks."""
         chunk, place = divmod(point, _AT_ONCE)
         if chunk != self._chunk:
             assert self._projection is not None
@@ -106,34 +105,34 @@ class SampledShadows:
         return self._plans[place]
 
     def release(self) -> None:
-        """Free what is held on the device."""
+        """Free the device objects."""
         self._stack.release()
         self._counter.release()
         self._planner.release()
 
 
 class SoftLights:
-    """Those of a picture's lights that have a size, by number, and what draws their visibility."""
+    """Area lights of a picture by number, and the method that draws their visibility."""
 
     def __init__(self, method: Visibility | None, areas: dict[int, AreaLight]) -> None:
         self._method, self.areas = method, areas
         self._places = {number: place for place, number in enumerate(areas)}
 
     def begin(self, projection: Projection, plans: Sequence[VolumePlan | None]) -> None:
-        """Make ready for a picture; plans are the hard volumes of all its lights."""
+        """Prepare a picture; plans are the hard volumes of all its lights."""
         found = [plan for number in self.areas if (plan := plans[number]) is not None]
         if self._method is not None:
             self._method.begin(projection, list(self.areas.values()), found)
 
     def draw(self, state: State, target: Target, number: int) -> Target | None:
-        """Draw a light's visibility, as `Visibility` does; None where its shadows are hard."""
+        """Draw a light's visibility, as in `Visibility`; None where its shadows are hard."""
         if self._method is None or number not in self.areas:
             return None
         return self._method.draw(state, target, self._places[number])
 
 
 class SoftMethods:
-    """Soft shadows beside the hard ones of a planner's plans."""
+    """Soft shadow methods over a planner's hard volumes."""
 
     def __init__(
         self,
@@ -147,13 +146,13 @@ class SoftMethods:
         self._made: dict[str, Visibility] = {}
 
     def refine(self, softness: Softness) -> None:
-        """Work as finely as this says; methods that worked otherwise are made anew."""
+        """Set the resolution; methods of another resolution are made again."""
         if softness != self._softness:
             self.release()
         self._softness = softness
 
     def select(self, lights: Sequence[Light | AreaLight], name: str) -> SoftLights:
-        """Find the lights with a size, and choose what draws them; raises as ``choose``."""
+        """Find the area lights, and choose their method; raises as ``choose``."""
         areas = {
             number: light for number, light in enumerate(lights) if isinstance(light, AreaLight)
         }
@@ -180,6 +179,6 @@ class SoftMethods:
         )  # fmt: skip
 
     def release(self) -> None:
-        """Free them; they are made anew when asked for again."""
+        """Free the methods; later use makes them again."""
         release_all(*self._made.values())
         self._made = {}

@@ -1,10 +1,10 @@
 """
-Depth complexity over the light on OpenGL: casters counted at spots of it, pixel by pixel.
+Depth complexity on OpenGL: casters counted at sample points of the light, per pixel.
 
 Laine et al. 2005; Forest, Barthe and Paulin 2008. As `umbra.soft.complexity`: each edge's wedge is
-drawn as for `Wedges`, and a pixel adds the edge to the counts of those spots that it lies
-between and the light's middle. Several counts share a float of a picture, as digits of a number;
-additive blending then counts all of them at once, exactly below 2^24.
+drawn as for `Wedges`, and a pixel adds the edge to the counts of the spots that it separates
+from the light's centre. Several counts are packed in a float as digits of a number; additive
+blending then adds to all at once, exactly below 2^24.
 """
 
 from collections.abc import Sequence
@@ -28,21 +28,21 @@ from umbra.soft.complexity import find_edges, make_spots
 
 __all__ = ["SpotCounts", "find_digits"]
 
-_PICTURES = 7  # of counts drawn at once; with what edges take 8, which every driver can
-_DIGITS = {4: 64, 3: 256, 2: 4096, 1: 1 << 24}  # base by digits of a float, which holds 2^24
-_TEXELS = 8  # of an edge
+_PICTURES = 7  # of counts drawn at once; with the edges' 8, which every driver supports
+_DIGITS = {4: 64, 3: 256, 2: 4096, 1: 1 << 24}  # base by digits per float, exact up to 2^24
+_TEXELS = 8  # per edge
 
 
 class SpotCounts:
     """
-    Counts the casters that hide spots of each light.
+    Counts the casters that hide sample points (spots) of each light.
 
     Parameters
     ----------
     planner : Planner
-        Whose casters throw the shadows.
+        Planner of the casters.
     counter : VolumeCounter
-        Of its plans.
+        Counter of its plans.
     spots : int
         As in ``Softness``; `InputError` if there is none, or more than 4,096.
     """
@@ -61,7 +61,7 @@ class SpotCounts:
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
-        """Make ready for a picture; see `Visibility`."""
+        """Prepare a picture; see `Visibility`."""
         self._lights, self._plans = lights, plans
         self._painter.begin(projection, lights, plans)
 
@@ -99,7 +99,7 @@ class SpotCounts:
     def _draw_counts(
         self, state: State, number: int, spots: NDArray[np.float64], pictures: int, digits: int
     ) -> None:
-        """Add all edges to the counts of some spots, in the target in use."""
+        """Add all edges to the counts of ``spots``, in the target in use."""
         padded = np.zeros((4 * digits * pictures, 2), np.float32)
         padded[: len(spots)] = spots
         x, y = (np.ascontiguousarray(column.reshape(-1, 4)) for column in padded.T)
@@ -112,7 +112,7 @@ class SpotCounts:
     def _add_up(
         self, state: State, hard: Target, counts: Target, sums: Target, n: int, digits: int
     ) -> None:
-        """Add what the counts of n spots sum up to."""
+        """Add the sum of the counts of n spots."""
         pictures = len(counts.textures) - 1
         program = self._sum.find(PICTURES=pictures, DIGITS=digits, BASE=f"{_DIGITS[digits]}.0")
         sums.use()
@@ -131,14 +131,14 @@ class SpotCounts:
         return self._counts[pictures]
 
     def release(self) -> None:
-        """Free what is held on the device."""
+        """Free the device objects."""
         release_all(*self._counts.values(), self._sums, self._shares)
         release_all(self._painter, self._sum, self._estimate)
         self._counts = {}
 
 
 def find_digits(deepest: int) -> int:
-    """Find how many counts a float may hold: on the way to the last edge they may be doubled."""
+    """Find how many counts fit a float; partial sums may reach twice the final count."""
     return next((n for n, base in _DIGITS.items() if 4 * deepest <= base), 1)
 
 
@@ -152,7 +152,7 @@ def _clear(state: State, target: Target) -> None:
 def _list_edges(
     light: AreaLight, volumes: Sequence[BodyVolumes], origin: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """List the edges that may be on a silhouette, as ``wedge_row.glsl`` says: (n, 8, 4) float32."""
+    """List the possible silhouette edges in the layout of ``wedge_row.glsl``: (n, 8, 4) float32."""
     place = find_source(light.light, origin)
     lists = [np.zeros((0, _TEXELS, 4), np.float32)]
     for each in volumes:

@@ -1,8 +1,8 @@
 """
-Casters that can be enlarged: their points, component by component, and which one a pixel shows.
+Enlarged casters: points by component, and the visible component at each pixel.
 
-A component's vertices are its own, so that each grows about its own middle; instances are
-laid out one by one in the scene's frame, since each has a light of its own.
+Components share no vertices, so that each grows about its own centre; instances are
+stored separately in the scene's frame, since the light differs in each one's own.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ from umbra.soft.weng import part_components
 __all__ = ["GrownPoints", "Instance", "Shown", "part_bodies"]
 
 _NOBODY = -1
-# A surface passes at its own depth, whatever the last bit of another program's says.
+# A surface passes at its own depth despite last-bit differences between programs.
 _AGAIN = Pass(depth_test="lequal", color_write=True, polygon_offset=(0.0, -2.0))
 
 
@@ -39,15 +39,15 @@ class Instance:
     Parameters
     ----------
     body : Body
-        Whose components share no vertices.
+        Body whose components share no vertices.
     number : int
-        Of the instance in its body.
+        Number of the instance in its body.
     vertices : (n, 3) float64
         Relative to the scene's origin [m].
     component : (n,) int64
-        Of each vertex, ascending.
+        Component of each vertex, ascending.
     first_row : int
-        Of the first component among those of all instances.
+        Row of the first component among all instances'.
     """
 
     body: Body
@@ -59,9 +59,9 @@ class Instance:
 
 def part_bodies(bodies: Sequence[Body]) -> tuple[list[Body], list[Instance]]:
     """
-    Return bodies whose components have vertices, and numbers, of their own; and their instances.
+    Return bodies whose components share no vertices or numbers, and their instances.
 
-    Their groups' points are numbered anew, one instance after another.
+    Points of their groups are renumbered, instance by instance.
     """
     parted, instances, first, row = [], [], 0, 0
     for body in bodies:
@@ -86,20 +86,20 @@ def part_bodies(bodies: Sequence[Body]) -> tuple[list[Body], list[Instance]]:
 
 class GrownPoints:
     """
-    The points of instances, and how they grow under each light.
+    Points of instances, and their growth under each light.
 
-    Takes the place of ``Geometry`` for programs that are made with ``GROWS``.
+    Replaces ``Geometry`` for programs with ``GROWS`` defined.
 
     Attributes
     ----------
     n_points, n_rows : int
         Points and components of all instances.
     light : int
-        Whose growth is bound.
+        Light whose growth is bound.
     growing : float
-        By how much more than 1 the layer is enlarged.
+        Scale of the layer, less 1.
     shown : int
-        Texture with the component that each pixel shows.
+        Texture of the visible component at each pixel.
     """
 
     def __init__(self, device: Device, instances: Sequence[Instance]) -> None:
@@ -119,9 +119,9 @@ class GrownPoints:
 
     def write(self, growth: NDArray[np.float32]) -> None:
         """
-        Say how components grow, (n_lights, n_rows, 2, 4) float32.
+        Set the growth of components, (n_lights, n_rows, 2, 4) float32.
 
-        Centre and how deep the component sinks [m]; unit vector to the light and 0.
+        Centre and sinking depth of the component [m]; unit vector to the light and 0.
         """
         self._release_growth()
         self._growth = TextureBuffer(
@@ -129,7 +129,7 @@ class GrownPoints:
         )
 
     def bind(self, program: Program) -> None:
-        """Let a program that includes ``grow.glsl`` find the points as they are enlarged."""
+        """Bind the enlarged points for a program that includes ``grow.glsl``."""
         assert self._growth is not None
         self._points.bind(FIRST_UNIT)
         self._growth.bind(FIRST_UNIT + 1)
@@ -151,7 +151,7 @@ class GrownPoints:
 
 
 class Shown:
-    """Draws which component each pixel shows, of the parts of a scene that cast."""
+    """Draws the visible component of the casters at each pixel."""
 
     def __init__(
         self,
@@ -174,9 +174,9 @@ class Shown:
 
     def draw(self, state: State, target: Target, projection: Projection) -> int:
         """
-        Draw components where a target's depth says that they are seen; give the texture.
+        Draw the visible components over a target's depth; return the texture.
 
-        It holds numbers as in `Instance`, and -1 where nothing casts.
+        It holds numbers as in `Instance`, and -1 where there is no caster.
         """
         shown = self._picture.over(target)
         shown.fill(state, _NOBODY)
@@ -188,7 +188,7 @@ class Shown:
         return shown.textures[0]
 
     def release(self) -> None:
-        """Free program, buffers and picture."""
+        """Free the program, buffers and picture."""
         self._picture.release()
         self._program.release()
         self._rows.release()
@@ -198,7 +198,7 @@ class Shown:
 def _find_rows(
     scene: Scene, instances: Sequence[Instance], casters: Sequence[int] | None
 ) -> NDArray[np.int32]:
-    """Return the component of each of a scene's triangles, among all instances'; -1 for none."""
+    """Return the component row of each of a scene's triangles; -1 for none."""
     chosen = set(range(len(scene.parts)) if casters is None else casters)
     counts = np.array([part.triangles for part in scene.parts])
     starts = np.cumsum(counts) - counts

@@ -1,10 +1,10 @@
 """
-Penumbra wedges on OpenGL: the hard count, and what silhouette edges take from it pixel by pixel.
+Penumbra wedges on OpenGL: the hard count, corrected by silhouette edges at each pixel.
 
 Akenine-Möller and Assarsson 2002; Assarsson and Akenine-Möller 2003. As `umbra.soft.wedges`:
-each edge's wedge is drawn as a polyhedron, whose pixels ask in closed form what part of
-the light the edge takes; sums and counts are kept in floats. How far away a pixel's surface
-is comes from depth keys, a depth buffer that shaders can read.
+each edge's wedge is drawn as a polyhedron, whose pixels compute in closed form the part of
+the light that the edge covers; sums and counts are floats. Distances come from depth keys,
+a depth buffer that shaders can read.
 """
 
 import operator
@@ -31,12 +31,12 @@ from umbra.soft.wedges import find_axes
 
 __all__ = ["Keys", "WedgePainter", "Wedges"]
 
-# Only what is in the depth buffer: what is seen through is not.
+# Only surfaces in the depth buffer, which transparent ones are not.
 _AGAIN = Pass(depth_test="equal", color_write=True)
 
 
 class Keys:
-    """Draws the depth keys of the scene of a planner, with normals of what is seen if needed."""
+    """Draws the depth keys of a planner's scene, with normals if needed."""
 
     def __init__(self, planner: Planner, *, has_normals: bool = False) -> None:
         self._device, self._geometry = planner.device, planner.geometry
@@ -52,9 +52,9 @@ class Keys:
 
     def draw(self, state: State, target: Target, projection: Projection) -> int:
         """
-        Draw keys where a target's depth says that surfaces are; give the texture.
+        Draw the keys of the surfaces in a target's depth; return the texture.
 
-        They are 1 / depth in perspective and -depth in a parallel view; 0 where nothing is.
+        Keys are 1 / depth in perspective and -depth in a parallel view; 0 in the background.
         """
         shown = self._picture.over(target)
         shown.fill(state, 0.0)
@@ -74,15 +74,15 @@ class Keys:
         return shown.textures[0]
 
     def release(self) -> None:
-        """Free programs, triangles and picture."""
+        """Free the programs, triangles and picture."""
         release_all(self._picture, self._indices, self._faces, self._ground)
 
 
 def _find_depths(projection: Projection) -> np.ndarray:
-    """Return the nearest depth of a parallel view, and how much farther it goes [m]."""
+    """Return the nearest depth of a parallel view, and its depth range [m]."""
     if projection.camera.is_perspective:
         return np.zeros(2)
-    # The window's depth is linear: 2 (depth - near) / (far - near) - 1 before it is halved.
+    # Window depth is linear: 2 (depth - near) / (far - near) - 1 before it is halved.
     far_less_near = 2.0 / np.linalg.norm(projection.matrix[2, :3])
     near = -0.5 * far_less_near * (projection.matrix[2, 3] + 1.0)
     if projection.reverses_depth:
@@ -92,7 +92,7 @@ def _find_depths(projection: Projection) -> np.ndarray:
 
 VERTICES = 24
 """Of the polyhedron of an edge's wedge."""
-_REACH = 100.0  # how far wedges go in parallel views, in sizes of what there is
+_REACH = 100.0  # extent of wedges in parallel views, in sizes of the scene
 
 ListEdges = Callable[[AreaLight, Sequence[BodyVolumes], NDArray[np.float64]], NDArray[np.float32]]
 """Lists a light's edges as ``wedge_row.glsl`` reads them, (n, texels, 4)."""
@@ -100,7 +100,7 @@ ListEdges = Callable[[AreaLight, Sequence[BodyVolumes], NDArray[np.float64]], ND
 
 @dataclass(frozen=True, eq=False)
 class LightEdges:
-    """A light's silhouette edges on the device, and the volumes that they bound."""
+    """A light's silhouette edges on the device, and their volumes."""
 
     light: AreaLight
     volumes: tuple[BodyVolumes, ...]
@@ -108,7 +108,7 @@ class LightEdges:
     count: int
 
     def is_of(self, light: AreaLight, plan: VolumePlan) -> bool:
-        """Return whether these are still the edges of a light's hard volumes."""
+        """Return whether these edges belong to a light's current hard volumes."""
         mine, its = self.light, light
         return (
             len(self.volumes) == len(plan.volumes)
@@ -121,7 +121,7 @@ class LightEdges:
 
 
 class WedgePainter:
-    """Draws the penumbra wedges of a picture's lights, where a program says what of each."""
+    """Draws the penumbra wedges of a picture's lights by a given program."""
 
     def __init__(self, planner: Planner, list_edges: ListEdges, *, has_normals: bool) -> None:
         self._device: Device = planner.device
@@ -135,7 +135,7 @@ class WedgePainter:
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
-        """Make ready for a picture; see `Visibility`."""
+        """Prepare a picture; see `Visibility`."""
         self._projection, self._key = projection, 0
         origin = self._planner.scene.origin
         old, self._edges = self._edges, []
@@ -152,13 +152,13 @@ class WedgePainter:
                 each.table.release()
 
     def draw_keys(self, state: State, target: Target) -> None:
-        """Draw depth keys, once a picture; before, the target's depth holds the scene."""
+        """Draw depth keys, once per picture. Before: the target's depth holds the scene."""
         if not self._key:
             assert self._projection is not None
             self._key = self._keys.draw(state, target, self._projection)
 
     def bind_keys(self, unit: int) -> None:
-        """Let shaders find the keys at a texture unit."""
+        """Bind the keys to a texture unit."""
         self._device.gl.bind_texture(unit, self._key)
 
     def draw(
@@ -171,9 +171,9 @@ class WedgePainter:
         **values: object,
     ) -> None:
         """
-        Add what a light's edges take to the target in use.
+        Add the contributions of a light's edges to the target in use.
 
-        Before: keys are drawn. Names that ``needs`` and ``values`` define, and uniforms, are for
+        Before: keys are drawn. ``needs`` and ``values`` are defines, and uniforms are set, for
         ``wedge.frag.glsl``.
         """
         edges = self._edges[number]
@@ -196,7 +196,7 @@ class WedgePainter:
         needs: tuple[str, ...],
         values: Mapping[str, object],
     ) -> Program:
-        """Choose the program for a light, and tell it where everything is."""
+        """Choose the program for a light, and set its inputs."""
         light, projection = edges.light, plan.projection
         kind = {"IS_POINT": light.light.is_point, "IS_SQUARE": light.edges is not None}
         needs = (*(name for name, needed in kind.items() if needed), *needs)
@@ -214,7 +214,7 @@ class WedgePainter:
         return program
 
     def _find_reach(self, projection: Projection) -> float:
-        """Return how far wedges go: 0 to infinity, which parallel rays do not see."""
+        """Return the extent of wedges; 0 means infinity, which is out of parallel views."""
         if projection.camera.is_perspective:
             return 0.0
         whole = self._planner.scene.bounds() - self._planner.scene.origin
@@ -222,7 +222,7 @@ class WedgePainter:
         return _REACH * float(apart + projection.camera.height)
 
     def release(self) -> None:
-        """Free what is held on the device."""
+        """Free the device objects."""
         release_all(*(each.table for each in self._edges), self._keys, self._programs)
         self._edges = []
 
@@ -242,7 +242,7 @@ class Wedges:
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
-        """Make ready for a picture; see `Visibility`."""
+        """Prepare a picture; see `Visibility`."""
         self._plans = plans
         self._painter.begin(projection, lights, plans)
 
@@ -262,7 +262,7 @@ class Wedges:
         return shares
 
     def release(self) -> None:
-        """Free what is held on the device."""
+        """Free the device objects."""
         release_all(self._parts, self._shares, self._painter, self._uncover)
 
 
@@ -270,7 +270,7 @@ def _list_edges(
     light: AreaLight, volumes: Sequence[BodyVolumes], origin: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """
-    List the edges that throw a light's volumes, once for each side: (n, 6, 4) float32.
+    List the edges of a light's volumes, once per side: (n, 6, 4) float32.
 
     Ends relative to the scene's origin, wound along the lit face; four outward normals.
     """

@@ -1,14 +1,13 @@
 """
 Scaled layers of the hard volume on OpenGL, after Weng, Daman and Rahim (2008).
 
-As `umbra.soft.weng`, which says what a layer is: each is counted in the stencil by the saved
-triangles of all of them, with one number changed, and darkens what it holds; the hard
-volume comes last. Fragments of a layer fall away where its own component is seen.
+As `umbra.soft.weng`, which defines layers: each is counted in the stencil from one shared
+index list, with one uniform changed, and darkens the surfaces inside; the hard volume comes
+last. Fragments of a layer are discarded where its own component is visible.
 
-A layer's map leaves the light where it is, so that silhouettes and lit faces are those of
-the caster itself, and its volumes are bounded by the caster and its widest layer. Layers
-are in no depth buffer: their light caps are tested like sides, also where counts are
-made before the visible surface.
+A layer's map keeps the light fixed, so that silhouettes and lit faces are those of the
+caster itself, and its volumes are bounded by the caster and its widest layer. Layers are
+not in the depth buffer: their light caps are tested like sides, also for z-pass.
 """
 
 from collections.abc import Sequence
@@ -59,11 +58,11 @@ class LightLayers:
     growth : (n_rows, 2, 4) float64
         As in ``GrownPoints.write``.
     volumes : list of BodyVolumes
-        Of the parted bodies.
+        Volumes of the bodies of ``part_bodies``.
     bounds : (n_shells, 2, 3) float64
-        Of all bodies' components and all their layers, relative to the scene's origin [m].
+        Bounds of all components in all layers, relative to the scene's origin [m].
     deepest : int
-        No count of a layer can be larger.
+        Upper bound of a layer's count.
     """
 
     source: NDArray[np.float64]
@@ -74,7 +73,7 @@ class LightLayers:
     deepest: int
 
     def is_of(self, source: NDArray[np.float64], hard: Sequence[BodyVolumes]) -> bool:
-        """Return whether these are still the layers of a light's hard volumes."""
+        """Return whether these layers belong to a light's current hard volumes."""
         return np.array_equal(self.source, source) and all(
             np.array_equal(one.opened, two.opened)
             for one, two in zip(self.volumes, hard, strict=True)
@@ -89,10 +88,10 @@ def grow(
     most: float,
 ) -> LightLayers:
     """
-    Find how casters of ``part_bodies`` grow under a light, and the volumes of all layers.
+    Find the growth of casters of ``part_bodies`` under a light, and the volumes of all layers.
 
-    ``hard`` are the volumes of the bodies as they were, under this light; ``most`` is by how
-    much more than 1 the widest layer is enlarged.
+    ``hard`` are the volumes of the original bodies under this light; ``most`` is the scale
+    of the widest layer, less 1.
     """
     growth, bounds, volumes, weights = [], [np.zeros((0, 2, 3))], [], [np.zeros(0, np.int64)]
     for body, old in zip(bodies, hard, strict=True):
@@ -127,7 +126,7 @@ def enlarge(each: Instance, rows: NDArray[np.float64], growing: float) -> NDArra
 
 
 def _bound(each: Instance, places: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Box the shells of an instance wherever its vertices come to be, (n_shells, 2, 3)."""
+    """Bound the shells of an instance over all ``places`` of its vertices, (n_shells, 2, 3)."""
     bounds = np.zeros((each.body.n_shells, 2, 3))
     bounds[:, 0], bounds[:, 1] = np.inf, -np.inf
     shell = each.body.component_shell[each.component]
@@ -147,10 +146,10 @@ def list_layers(
     place: int,
 ) -> tuple[Selection, list[Draw], list[NDArray[np.uint32]]]:
     """
-    Select what is drawn of a light's layers, the same for each, and list its triangles.
+    Select the faces to draw of a light's layers, equal for each, and list their triangles.
 
     ``floor`` is a z, relative to the origin of the scene, below every receiver [m]; the
-    triangles will begin at ``place`` in the index list.
+    triangles begin at ``place`` in the index list.
     """
     reach = light.range if choices.narrow else np.inf
     corners = None
@@ -190,10 +189,10 @@ def plan_layers(
     steps: Sequence[float],
 ) -> list[VolumePlan]:
     """
-    Return a plan for each layer of a light, by how much more than 1 each is enlarged.
+    Return a plan for each layer of a light; ``steps`` are the layers' scales, less 1.
 
     ``hard`` is the plan of the light, ``projection`` that of the picture, without a tilt;
-    selection and draws are those of ``list_layers``.
+    selection and draws are from ``list_layers``.
     """
     statistics = replace(hard.statistics, deepest=layers.deepest)
     whole = replace(
@@ -212,14 +211,14 @@ def plan_layers(
 
 
 def _scale(layers: LightLayers, growing: float) -> list[BodyVolumes]:
-    """Return volumes of enlarged bodies without their sides, each instance by itself."""
+    """Return volumes of enlarged bodies without sides, one body per instance."""
     scaled = []
     opened = {id(each.body): each.opened for each in layers.volumes}
     for each in layers.instances:
         caster, number = each.body.caster, each.number
         rows = layers.growth[each.first_row : each.first_row + len(caster.is_closed)]
         vertices = enlarge(each, rows, growing)
-        # Mirrored, what is lit is called unlit; far away there are as many of either.
+        # Mirroring swaps lit and unlit; at infinity there are as many of either.
         planes = make_planes(vertices, caster.faces)
         body = copy(each.body)
         body.caster = replace(caster, vertices=vertices, planes=planes)
@@ -238,11 +237,11 @@ class ScaledLayers:
     Parameters
     ----------
     planner : Planner
-        Whose casters throw the shadows.
+        Planner of the casters.
     counter : VolumeCounter
-        Of its plans.
+        Counter of its plans.
     length, gap : float
-        As in ``Softness``; `InputError` if they make no layer, or more than 1,000.
+        As in ``Softness``; `InputError` for no layer or more than 1,000.
     choices : VolumeOptions, optional
     """
 
@@ -277,7 +276,7 @@ class ScaledLayers:
     def begin(
         self, projection: Projection, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]
     ) -> None:
-        """Make ready for a picture; see `Visibility`."""
+        """Prepare a picture; see `Visibility`."""
         self._projection, self._middles, self._is_shown = projection, list(plans), False
         grown = self._grow(lights, plans)
         key = projection.matrix.tobytes() + projection.eye.tobytes()
@@ -320,7 +319,7 @@ class ScaledLayers:
         return shares
 
     def _grow(self, lights: Sequence[AreaLight], plans: Sequence[VolumePlan]) -> bool:
-        """Find the layers of lights that moved; tell whether there were any."""
+        """Find the layers of moved lights; return whether there were any."""
         found = []
         for number, (area, plan) in enumerate(zip(lights, plans, strict=True)):
             source = find_source(area.light, self._planner.scene.origin)
@@ -341,5 +340,5 @@ class ScaledLayers:
         return not same
 
     def release(self) -> None:
-        """Free what is held on the device."""
+        """Free the device objects."""
         release_all(self._stack, self._counter, self._indices, self._shown, self._points)
