@@ -1,10 +1,9 @@
 """
 Files to scenes: city models, buildings, footprints, rasters and meshes.
 
-The cache's key is a digest of all that a scene depends on: the files' bytes and names, the
-choices, and the versions of umbra and of the packages that read. The files that models name, such
-as buffers and material libraries, are recorded with the scene as they were, and looked at again.
-Kept are scenes of text formats, which take long to parse; binary ones read as fast as a cache.
+The cache's key is a digest of the files' bytes and names, the options, and the versions of umbra
+and of its parsers. Files that models name, such as buffers and material libraries, are recorded
+with the scene and checked for changes. Only text formats, which are slow to parse, are cached.
 """
 
 import errno
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LEAST", "read", "read_kept"]
 
-FARTHEST = 1e10  # [m]; beyond it a coordinate is damage or another unit
+FARTHEST = 1e10  # [m]; larger coordinates are damaged or in another unit
 
 UPS = ("x", "y", "z")
 Files = list[tuple[str, Path, bytes]]
@@ -62,9 +61,9 @@ def read(
     """
     Read one scene from one or more files.
 
-    The format is told by the file's content, then by its name's ending. A CRS in
-    degrees or feet is turned into the local UTM zone in metres; one that is not
-    known leaves the coordinates as they are, with a note.
+    The format is detected from the file's content, then its name's ending. Coordinates in
+    degrees or feet are converted to the local UTM zone in metres; with an unknown CRS they
+    are kept, with a note.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ def read(
         The file's axis that points up: z by default, y in glTF. Footprints and
         rasters have heights and no other axis.
     height_column, base_column : str, optional
-        Of footprints [m]; by default a column that is called as heights are.
+        Columns of footprints [m]; by default those with usual names.
     name_column : str, optional
         Of footprints: the column that names them; by default the one with the most different names,
         names before numbers.
@@ -85,28 +84,27 @@ def read(
         Shell patterns of layers or files; height rasters that one matches are canopies
         of trees, closed bodies that stand on the first other raster.
     trunk : str or float, optional
-        Where crowns begin: a share of the height, 0.25 by default, or the file of a raster.
+        Base of crowns: a share of the height, 0.25 by default, or the file of a raster.
     canopy_heights : {'above-ground', 'absolute'}, optional
-        What the heights of canopies are above; the ground by default.
+        Reference of the canopies' heights; the ground by default.
     allow_outside : bool
         Whether a model may name files outside its own folder: buffers, material libraries,
-        textures. Only for models that you trust.
+        textures. Only for trusted models.
     cache : bool
-        Whether to keep a scene that takes long to read in the user's cache folder, and
-        to take it from there while the files are the same. The command line does.
+        Whether to cache scenes that are slow to read in the user's cache folder, for as
+        long as the files are unchanged. The command line does.
 
     Returns
     -------
     scene : Scene
-        With the files' names, SHA-256 and formats in ``sources`` and whatever was
-        left out in ``notes``.
+        With the files' names, SHA-256 and formats in ``sources`` and losses in ``notes``.
 
     Raises
     ------
     InputError
-        If a file is missing, damaged, empty or of a format that is not read; if
-        it holds no triangles or coordinates that are not finite; if the files'
-        coordinate reference systems differ and one is not known.
+        If a file is missing, damaged, empty or of an unsupported format; if it holds no
+        triangles or coordinates that are not finite; if the files' coordinate reference
+        systems differ and one is unknown.
     """
     if not paths:
         msg = f"no file given; name one or more of {FORMATS}"
@@ -124,7 +122,7 @@ def read(
     with np.errstate(all="ignore"), _pause_collection():
         named = name_layers(paths)
         for _, path in named:
-            _check_there(path)  # a slip in the last name is told before the first file is read
+            _check_there(path)  # check all names before reading the first file
         choices = replace(choices, crowns=_find_crowns(named, canopy, trunk, canopy_heights))
         files = [(name, path, _load(path)) for name, path in named]
         if not cache:
@@ -149,7 +147,7 @@ def _find_crowns(
     trunk: str | float | None,
     heights: str | None,
 ) -> Crowns | None:
-    """Return which files are canopy rasters, and how they are read; None if there is none."""
+    """Return the selection of canopy rasters and their options; None without canopies."""
     if heights is not None and heights not in HEIGHTS:
         msg = f"canopy heights are {' or '.join(HEIGHTS)}; got '{heights}'"
         raise InputError(msg, canopy_heights=heights)
@@ -168,7 +166,7 @@ def _find_crowns(
 
 @contextmanager
 def _pause_collection() -> Iterator[None]:
-    """Pause garbage collection: parsers make millions of lists and no cycle."""
+    """Pause garbage collection: parsers make millions of lists but no cycles."""
     was_on = gc.isenabled()
     gc.disable()
     try:
@@ -193,7 +191,7 @@ def _assemble(layers: list[FileLayer], sources: tuple[Source, ...]) -> Scene:
 
 def _check_size(bounds: NDArray[np.float64]) -> None:
     far = float(np.abs(bounds).max())
-    # Numbers near the largest overflow to NaN on the way here, which is not below either.
+    # Very large numbers may have overflowed to NaN, which is not below either.
     if not far <= FARTHEST:
         reach = f"{far:g}" if np.isfinite(far) else f"more than {FARTHEST:g}"
         msg = f"coordinates reach {reach} m from zero; the file is damaged or in another unit"
@@ -252,7 +250,7 @@ def _read_one(path: Path, data: bytes, choices: ReadChoices) -> tuple[FileModel,
     except InputError:
         raise
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Readers name the damage they know; this is for unforeseen damage.
+        # Readers report known damage; this covers the rest.
         msg = f"{path}: is damaged ({describe_damage(error)}); export it again"
         raise InputError(msg, path=path) from error
     except (MemoryError, RecursionError, AssertionError) as error:
@@ -295,7 +293,7 @@ def _find_key(files: Files, choices: ReadChoices) -> str | None:
 
 
 def _record(files: Files, choices: ReadChoices) -> "Beside":
-    """Return each file that a model named: whose, its name, whether it was read, how it is."""
+    """Return each file named by a model: model, name, whether it was read, fingerprint."""
     number = {path: n for n, (_, path, _) in enumerate(files)}
     return [
         [number[one.path], name, found is not None, found or one.look(name, is_read=False)]
@@ -305,7 +303,7 @@ def _record(files: Files, choices: ReadChoices) -> "Beside":
 
 
 def _are_current(beside: "Beside", files: Files, choices: ReadChoices) -> bool:
-    """Return whether the files that models named are as they were."""
+    """Return whether the files named by models are unchanged."""
     return all(
         choices.companions_of(files[number][1]).look(name, is_read=is_read) == word
         for number, name, is_read, word in beside

@@ -1,10 +1,10 @@
 """
 Canopy rasters: a closed body between the trunk zone and the tree tops.
 
-Each cell with a height is a column over its square, from where the crown begins up to
-its height; columns side by side share no wall, so that the body is closed and casts as
-one. Where walls of different heights meet at a corner they have a vertex in common:
-two faces that share an edge share all of it.
+Each cell with a height is a column over its square, from the crown's base to its height;
+adjacent columns share no wall, so that the body is closed and casts as one. Walls of
+different heights that meet at a corner share vertices there: two faces that share an edge
+share all of it.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ __all__ = ["stand_crowns"]
 
 def stand_crowns(part: Part, crowns: CrownRaster, ground: NDArray[np.float64]) -> tuple[Part, int]:
     """
-    Make the body of a canopy over the ground (n_cells,) [m]; count the cells that have none.
+    Make the body of a canopy over the ground (n_cells,) [m]; count the cells without one.
 
     The part is that of ``read_raster``, its corners in any coordinates.
     """
@@ -109,7 +109,7 @@ def _fill(cells, corners, low, high, is_left, corner, z):
                         continue
                     m = _find_levels(cells, low, high, r, c, p, start, end, left_z)
                     k = _find_levels(cells, low, high, r, c, q, start, end, right_z)
-                    # Up a ladder whose two sides have their own rungs.
+                    # Triangulate a strip whose two sides have different vertices.
                     s = t = 0
                     while s < m - 1 or t < k - 1:
                         zs, zt = left_z[s], right_z[t]

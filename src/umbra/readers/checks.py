@@ -1,8 +1,8 @@
 """
 Checks that readers share: missing packages, damage, memory, and files that a model names.
 
-A model may come from a stranger, and naming a file is all it takes to have it opened. So only
-regular files in the model's own folder and below are, of a bounded size: all are opened here.
+Untrusted models can name any file. So only regular files of bounded size, in the model's own
+folder and below, are opened, and all of them here.
 """
 
 import io
@@ -39,10 +39,10 @@ __all__ = [
 ]
 
 ALLOW = "allow_outside=True reads it"
-FILE_SHARE = 0.25  # of the memory: a file takes several times its size until it is a scene
+FILE_SHARE = 0.25  # of the memory: reading a file takes several times its size
 
 _BLOCK = 1 << 24
-# A pipe would wait for a writer, a link may be swapped in after it was looked at.
+# A pipe would wait for a writer; a link may be swapped in after the check.
 _FLAGS = (
     os.O_RDONLY
     | getattr(os, "O_NOFOLLOW", 0)
@@ -103,10 +103,10 @@ def describe_damage(error: BaseException) -> str:
     return " ".join(str(error).split())[:120] or "it breaks off"
 
 
-LEAST = 1 << 28  # [byte]; what any file may take
-FACTOR = 64  # for each byte of a file
+LEAST = 1 << 28  # [byte]; memory that any file may take
+FACTOR = 64  # memory per byte of a file
 SHARE = 0.5  # of the memory
-CORNER = 2 * 24  # [byte] of a vertex, copied once as the parts are joined
+CORNER = 2 * 24  # [byte] of a vertex, with a copy made in joining parts
 FACE = 2 * 12
 MOST = 2**31 - 1  # vertices and triangles that int32 can number
 
@@ -119,11 +119,11 @@ class Budget:
         self._spent = 0
 
     def grow(self, size: int) -> None:
-        """Count another file's bytes."""
+        """Add another file's size."""
         self._size += size
 
     def spend(self, size: int, what: str) -> None:
-        """Take memory [byte], before it is used; refuse more than the file's size can justify."""
+        """Reserve memory [byte]; refuse more than the file's size justifies."""
         self._spent += size
         limit = min(max(LEAST, FACTOR * self._size), SHARE * find_memory())
         if self._spent > limit:
@@ -165,8 +165,7 @@ class Companions:
     def __init__(self, path: Path, *, allow_outside: bool = False) -> None:
         self.path = path
         self._allow_outside = allow_outside
-        #: SHA-256 of each file that was looked for, by the name that the model gives it; None
-        #: where none was read.
+        #: SHA-256 of each file, by its name in the model; None if it was not read.
         self.record: dict[str, str | None] = {}
 
     def find(self, name: str) -> Path:
@@ -180,7 +179,7 @@ class Companions:
                 msg = f"'{shown}' lies outside the model's folder; put it there, or {ALLOW}"
                 raise OutsideError(msg, companion=name)
             mode = real.lstat().st_mode
-        except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a ring
+        except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: circular links
             if isinstance(error, InputError):
                 raise
             msg = f"'{shown}' is not beside the file; keep both together"
@@ -208,7 +207,7 @@ class Companions:
 
     def look(self, name: str, *, is_read: bool) -> str:
         """
-        Return a fingerprint of a file as it is now.
+        Return a file's current fingerprint.
 
         ``is_read``: whether the scene depends on its content, or only on whether it could be read.
         """
@@ -221,7 +220,7 @@ class Companions:
         return f"{status.st_size} {status.st_mtime_ns}"
 
     def check_beside(self) -> None:
-        """Check files that bear the model's name with other endings, which a library will open."""
+        """Check files with the model's name and other endings, which a library will open."""
         with os.scandir(self.path.parent) as entries:
             beside = [one.name for one in entries if one.name.startswith(f"{self.path.stem}.")]
         for name in sorted({*beside} - {self.path.name}):
@@ -231,7 +230,7 @@ class Companions:
 
 
 def read_bounded(file: BinaryIO, most: float | None = None) -> bytes:
-    """Read an open file of a bounded size, also a pipe, whose size no one knows before."""
+    """Read an open file of bounded size; also a pipe, whose size is unknown."""
     limit = FILE_SHARE * find_memory() if most is None else most
     status = os.fstat(file.fileno())
     size = status.st_size
@@ -264,15 +263,15 @@ def encoded_image(
     *,
     is_data: bool = False,
 ) -> Image:
-    """Make an image that is fetched and decoded when its pixels are first read."""
+    """Make an image that is read and decoded on first access to its pixels."""
     return Image(name, lambda: _decode(name, fetch), wrap, is_data)
 
 
 def image_beside(
     companions: Companions, file: str, wrap: tuple[str, str] = REPEAT, *, is_data: bool = False
 ) -> Image:
-    """Make an image of a file beside a model, which has to be there."""
-    companions.find(file)  # told now, and looked at again when it is read
+    """Make an image of an existing file beside a model."""
+    companions.find(file)  # raises now; checked again when read
     name = f"{companions.path.name}: {file}"[:120]
     return encoded_image(name, lambda: companions.read(file, LARGEST), wrap, is_data=is_data)
 

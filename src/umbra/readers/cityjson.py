@@ -1,9 +1,9 @@
 """
 CityJSON 1.0, 1.1, 2.0 and sequences of features, to parts of one object and surface type.
 
-Each object gives its best geometry once: the highest level of detail, and there a
-solid rather than loose surfaces. A solid without semantics takes them from loose
-surfaces of the same level that have the same corners.
+Each object's best geometry is read once: the highest level of detail, preferring a solid
+to loose surfaces. A solid without semantics takes them from loose surfaces of the same
+level with the same corners.
 """
 
 from collections import Counter
@@ -72,11 +72,11 @@ def make_parts(
     documents : iterable of dict
         With ``CityObjects`` and ``vertices``; the transform and templates of a header stand.
     templates : Templates
-        Known before the first document.
+        Templates of the header.
     counts : Counter
         Losses, added to.
     where_of : callable
-        Says for errors where the n-th document, from 1, stands in the file.
+        Returns the place of the n-th document, from 1, for errors.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def make_parts(
     arrays: list[NDArray[np.float64]] = []
     instances: list[Part] = []
     tags: dict[str, tuple[str, ...]] = {}
-    unique = UniqueNames()  # a sequence may name two objects alike, each in its line
+    unique = UniqueNames()  # a sequence may repeat object names
     count, transform = 0, None
     for number, document in enumerate(documents, 1):
         where = where_of(number)

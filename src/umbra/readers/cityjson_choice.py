@@ -10,7 +10,7 @@ __all__ = ["DAMAGE", "Choice", "choose_geometries", "damaged", "find_kinds", "fl
 from umbra.errors import InputError
 from umbra.readers.checks import describe_damage
 
-# What damaged nesting raises where lists are walked without looking.
+# Exceptions of damaged nesting in unchecked walks of lists.
 DAMAGE = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
 
 # Levels of lists above a surface.
@@ -25,7 +25,7 @@ DEPTHS = {
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The geometry taken for one object."""
+    """Chosen geometry of one object."""
 
     geometry: dict[str, Any]  # as in the file; a GeometryInstance stands for its template
     shape: dict[str, Any]  # with surfaces: the geometry itself, or the template
@@ -47,7 +47,7 @@ def choose_geometries(
     counts: Counter[str],
     where: str = "",
 ) -> dict[str, Choice]:
-    """Choose the geometry of each object with surfaces, but for repetitions of a relative's."""
+    """Choose the geometry of each object with surfaces, without repetitions of a relative's."""
     choices: dict[str, Choice] = {}
     for name, item in objects.items():
         try:

@@ -1,4 +1,4 @@
-"""One polygon at a time: ear clipping, then mending until its boundary is the rings."""
+"""Triangulation of one polygon: ear clipping, then repair until its boundary is the rings."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 __all__ = ["clip_ears"]
 
-# The two axes left when one is dropped, so that they keep the third's sense.
+# The two axes left when one is dropped, in the order that keeps the orientation.
 PLANES = ((1, 2), (2, 0), (0, 1))
 
 Point = tuple[float, float]
 Corners = tuple[int, int, int]
 
 MOST = 4e8  # steps of ear clipping, a second or two: corners times (corners + 10 holes)
-TOO_FAR = 1e15  # [m]; squares beyond it overflow into infinities soon
+TOO_FAR = 1e15  # [m]; products of larger coordinates overflow
 
 
 def clip_ears(
@@ -27,23 +27,23 @@ def clip_ears(
     Cut one polygon with holes into triangles (m, 3) whose signed boundary is its rings.
 
     Ear clipping drops corners on straight edges, which would open a crack where a
-    neighbour uses them. They are put back by splitting the triangle on that edge;
-    what cannot be mended so (rings that cross themselves, polygons without area)
-    is closed with slivers. Polygons that would take long are swept; of those the ones that
-    cross or touch themselves become a fan for each ring.
+    neighbour uses them. They are restored by splitting the triangle on that edge; other
+    gaps (rings that cross themselves, polygons without area) are closed with slivers.
+    Large polygons are swept; those that cross or touch themselves become a fan for each
+    ring.
 
     The points (n, 3) [m] are the outer ring's, then each hole's. Triangles are wound as the
     outer ring; none are left if the boundary cancels itself. ``crossed`` says whether they
     overlap because the rings cross.
     """
-    if not np.abs(points).max() < TOO_FAR:  # also true of NaN, which ear clipping cannot stand
+    if not np.abs(points).max() < TOO_FAR:  # also true of NaN, which breaks ear clipping
         fan = [(0, i, i + 1) for i in range(1, lengths[0] - 1)]
         return np.array(fan, np.int64).reshape(-1, 3), False
-    # From here on in lists: most polygons have some ten corners, where arrays are slow.
+    # Lists from here on: most polygons have about ten corners, where arrays are slow.
     near = (points - points[0]).tolist()
     normal = _find_normal(near[: lengths[0]])
     axis = max(range(3), key=lambda k: abs(normal[k]))
-    # Dropping an axis keeps coordinates bit for bit; a rotation would not.
+    # Dropping an axis keeps coordinates exact; a rotation would not.
     u, v = PLANES[axis] if normal[axis] >= 0 else PLANES[axis][::-1]
     flat = [(point[u], point[v]) for point in near]
 
@@ -60,7 +60,7 @@ def clip_ears(
         triangles = [(place[a], place[b], place[c]) for a, b, c in triangles]
         triangles = [t for t in triangles if len(set(t)) == 3]
     loops = [place[end - n : end] for n, end in zip(lengths, ends, strict=True)]
-    # A hole wound like its outside is a hole all the same.
+    # A hole may be wound like its outside.
     loops[1:] = [hole[::-1] if _find_area(flat, hole) > 0 else hole for hole in loops[1:]]
 
     missing = _missing_edges(loops, triangles)
@@ -73,7 +73,7 @@ def clip_ears(
 
 
 def _cut(flat: list[Point], lengths: Sequence[int], ends: list[int]) -> list[Corners]:
-    """Cut a polygon by its cost: ears, a sweep, or a fan for each ring where neither can."""
+    """Cut a polygon by ears or a sweep, by cost, else by a fan for each ring."""
     if ends[-1] * (ends[-1] + 10 * len(ends)) <= MOST:
         ears = mapbox_earcut.triangulate_float64(
             np.array(flat, np.float64), np.array(ends, np.uint32)
@@ -95,7 +95,7 @@ def _cut(flat: list[Point], lengths: Sequence[int], ends: list[int]) -> list[Cor
 
 
 def _find_normal(ring: list[list[float]]) -> tuple[float, float, float]:
-    """Return Newell's normal, twice the ring's area long."""
+    """Return Newell's normal, whose length is twice the ring's area."""
     x = y = z = 0.0
     x0, y0, z0 = ring[-1]
     for x1, y1, z1 in ring:

@@ -118,7 +118,7 @@ def _find_crs(head: dict[str, Any], rings: Rings) -> tuple[str | None, tuple[str
         crs = name_crs(properties.get("name")) if isinstance(properties, dict) else None
         if crs is not None:
             return crs, ()
-    # NaN is neither; the scene names it.
+    # NaN is neither; `make_scene` reports it.
     if not (np.abs(rings.points) > [180.0, 90.0]).any():
         return "OGC:CRS84", ()
     note = "the coordinates are not degrees and no CRS is named, so they are taken as metres"
@@ -224,7 +224,7 @@ def _find_polygons(shapely: Any, shapes: Any, there: Any, notes: list[str]) -> t
 
 
 def _plain(values: Any) -> list[Any]:
-    """Return Python's own values, None for what a database calls null."""
+    """Return Python values, None for null."""
     return [None if isinstance(v, float) and math.isnan(v) else v for v in values.tolist()]
 
 

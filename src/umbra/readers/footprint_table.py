@@ -88,7 +88,7 @@ HEIGHTS = (
     "hoehe",
     "h",
 )
-"""Names that columns of heights bear, without upper case."""
+"""Usual names of height columns, in lower case."""
 
 NUMBER = re.compile(r"\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?:m|metres?|meters?)?\s*")
 
@@ -163,18 +163,18 @@ def _list(columns: dict[str, list[Any]]) -> str:
 
 
 NAMES = ("name", "building:name", "building_name", "bldg_name", "bezeichnung", "naam", "nom")
-"""Columns of names that people give, without upper case."""
+"""Usual names of name columns, in lower case."""
 IDS = ("id", "gml_id", "gmlid", "osm_id", "@id", "fid", "identificatie", "objectid", "building_id")
-OWN = "id"  # name_column='id' means the features' own, where no column is called so
+OWN = "id"  # name_column='id' means the features' own ids, unless a column is called so
 
 
 def name_features(table: FootprintTable, chosen: str | None = None) -> tuple[list[str], list[str]]:
     """
     Name each row, no two alike, and note by which column.
 
-    The first column in which all differ is taken: of names, the features' own ids, of ids.
-    If there is none, the one with the most different values. Equal names are numbered, as in
-    ``Tower (2)``; a row that has none is called by its number in the file, from 1.
+    Takes the first column whose values all differ, in the order names, the features' own ids,
+    ids; else the one with the most different values. Equal names are numbered, as in
+    ``Tower (2)``; a row without a name gets its number in the file, from 1.
     """
     rows = np.unique(table.rings.feature).tolist()
     title, words = _choose(table, rows, chosen)
@@ -230,5 +230,5 @@ def _read(value: Any) -> str:
     if value is None or isinstance(value, (list, dict)):
         return ""
     if isinstance(value, float) and value.is_integer():
-        return str(int(value))  # as a database gives whole numbers where one is missing
+        return str(int(value))  # integers read as float because a value is missing
     return str(value).strip()

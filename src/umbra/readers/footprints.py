@@ -28,7 +28,7 @@ from umbra.scene import Mesh, Part
 
 __all__ = ["extrude_table", "from_shapes", "repair"]
 
-FEW = 50  # corners, which are repaired in no time however they cross
+FEW = 50  # corners; such polygons are always repaired quickly
 LABELS = ("name", "addr:street", "street", "use", "building", "type", "function")
 
 # In OpenStreetMap a height counts from the ground, also where the building begins above it.
@@ -39,7 +39,7 @@ def repair(rings: Rings) -> tuple[Rings, list[str]]:
     """
     Make every polygon valid: its rings simple, its holes inside.
 
-    Without shapely nothing is repaired; the cutting into triangles notices where it matters.
+    Without shapely nothing is repaired; triangulation reports crossed polygons.
     """
     rings, notes = _drop_short(rings)
     try:
@@ -60,7 +60,7 @@ def repair(rings: Rings) -> tuple[Rings, list[str]]:
     if not len(wrong):
         return rings, notes
     reason = str(shapely.is_valid_reason(shapes[wrong[0]])).partition("[")[0].lower()
-    # As GEOS does by structure: holes are holes, and what is covered twice counts once.
+    # As GEOS's structure method: holes stay holes, overlaps count once.
     shapes[wrong] = shapely.make_valid(shapes[wrong], method="structure", keep_collapsed=False)
     first = int(rings.feature[wrong[0]]) + 1
     notes.append(f"footprints repaired: {len(wrong)} (first: feature {first}, {reason})")
@@ -96,7 +96,7 @@ def _leave_tangled(
 
 
 def from_shapes(shapely: Any, shapes: NDArray[Any], feature: NDArray[np.int64]) -> Rings:
-    """Take shapely's polygons, none of them empty, apart."""
+    """Split shapely's non-empty polygons into flat arrays."""
     loops, polygon = shapely.get_rings(shapes, return_index=True)
     points, ring = shapely.get_coordinates(loops, return_index=True)
     lengths = np.bincount(ring, minlength=len(loops))
@@ -125,7 +125,7 @@ def _drop_short(rings: Rings) -> tuple[Rings, list[str]]:
 
 @dataclass(frozen=True, eq=False)
 class _Extent:
-    """Where each feature begins and ends [m]; NaN where it does not say."""
+    """Return the base and top of each feature [m]; NaN if not stated."""
 
     low: NDArray[np.float64]
     high: NDArray[np.float64]
@@ -203,7 +203,7 @@ def _find_extent(
         if base.casefold() not in FROM_GROUND:
             high = low + heights.values
         else:
-            # Few buildings in OpenStreetMap hover; the others say nothing of it.
+            # Few features in OpenStreetMap state a base; the others stand on the ground.
             low = np.nan_to_num(low)
         _note_rows(np.isnan(low), f"without a number in '{base}'", table, names, notes)
     flat = heights.values <= 0
@@ -273,7 +273,7 @@ def make_prisms(
     )
     # A wall for each edge of the plan, from a corner to the next of its ring.
     here, there = np.arange(n), rings.following
-    # What left no roof has no walls either: a prism is whole or not there.
+    # Polygons without roof triangles get no walls either: prisms are complete.
     covered = np.zeros(len(rings.feature), np.bool_)
     covered[cut.polygon] = True
     walled = covered[rings.polygon[ring]]
@@ -298,7 +298,7 @@ def _wind(rings: Rings) -> Rings:
     starts = rings.starts
     ring = np.repeat(np.arange(len(starts)), rings.lengths)
     place = np.arange(len(rings.points)) - starts[ring]
-    # About each ring's first corner, so that a far origin costs no digits.
+    # Relative to each ring's first corner, to keep digits far from the origin.
     a = rings.points - rings.points[starts[ring]]
     b = rings.points[rings.following] - rings.points[starts[ring]]
     area = np.bincount(ring, a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], minlength=len(starts))

@@ -138,7 +138,7 @@ GEOJSON = {"FeatureCollection", "Feature", "GeometryCollection", "MultiPolygon",
 
 
 def read_json(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
-    """Read a JSON file of any kind that is read; say where it is broken."""
+    """Read a JSON file of any supported kind; errors locate damage."""
     import orjson  # noqa: PLC0415 - only if it is JSON
 
     data = data.removeprefix(BOM)
@@ -214,7 +214,7 @@ def _broken(text: bytes, error: JSONDecodeError, line: int) -> InputError:
 
 @dataclass(frozen=True)
 class UnreadFormat:
-    """A format that is not read."""
+    """An unsupported format."""
 
     text: str  # name and remedy, as the end of a sentence that begins with the file
     endings: tuple[str, ...] = ()
@@ -268,7 +268,7 @@ REFUSED = (
 
 
 def find_unread(data: bytes, path: Path, *, by_ending: bool) -> str | None:
-    """Name a format that is not read, and its converter; None for any other."""
+    """Name an unsupported format and its converter; None for any other."""
     head = data[:4000].lstrip(b"\xef\xbb\xbf \t\r\n")
     ending = path.suffix.lower()
     for one in REFUSED:

@@ -1,4 +1,4 @@
-"""Where on earth: CRS names, metres from degrees and feet, latitude, longitude, north."""
+"""Georeferencing: CRS names, metres from degrees and feet, latitude, longitude, north."""
 
 import re
 from dataclasses import replace
@@ -38,7 +38,7 @@ OLD_CODE = re.compile(r"epsg\.xml#(\d+)", re.IGNORECASE)
 
 TITLE = re.compile(r'\s*[A-Z_]+\s*\[\s*"([^"]+)"')
 
-# Half the step north [degrees] that finds the meridian in the grid: 1 km.
+# Half the northward step [degrees] for the grid's meridian: 1 km.
 STEP = 0.005
 
 # Farther than this outside its area of use [degrees], a CRS is taken for wrong.
@@ -68,7 +68,7 @@ def name_crs(text: object) -> str | None:
 
 
 def show_crs(crs: str) -> str:
-    """Return a CRS's name for people: of well-known text the title alone."""
+    """Return a CRS's readable name: the title of well-known text."""
     title = TITLE.match(crs)
     return title[1] if title else crs
 
@@ -80,7 +80,7 @@ def is_known(crs: str) -> bool:
 
 
 def is_same_plan(one: str, other: str) -> bool:
-    """Return whether two CRSs differ in their heights at most."""
+    """Return whether two CRSs are equal but for heights."""
     a, b = _find_crs(one), _find_crs(other)
     return one == other or (a is not None and b is not None and a.to_2d() == b.to_2d())
 
@@ -250,7 +250,7 @@ def _metres_per_unit(crs: "CRS") -> tuple[float, float]:
     plan = axes[0].unit_conversion_factor
     if up:
         return plan, up[0]
-    # Without an axis of their own, heights go with the plan; degrees are no length.
+    # Without a vertical axis, heights take the plan's unit unless it is degrees.
     return plan, 1.0 if crs.is_geographic else plan
 
 
@@ -293,7 +293,7 @@ def _move_plan(
         return np.stack([east, north, z * height], axis=1)
 
     def place(part: Part) -> Part:
-        """Return an instance as a mesh of its own, each corner moved by itself."""
+        """Return an instance as a separate mesh, with each vertex converted."""
         mesh, used = part.mesh, part.mesh.faces.ravel()
         corners = Scene((part,), np.zeros(3)).triangles().vertices[used]
         faces = np.arange(len(used), dtype=np.int32)

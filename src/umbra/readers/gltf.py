@@ -27,8 +27,8 @@ from umbra.scene.rig import RigBinding, Shape, Skin
 
 __all__ = ["read_gltf", "read_gltf_tree"]
 
-# A file may not be read right without these; any other is a matter of looks.
-PART = 1000  # [byte] that a part takes, whatever its mesh
+# Extensions needed to read geometry right; others only change looks.
+PART = 1000  # [byte] of a part without its mesh
 KNOWN = (
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -60,10 +60,10 @@ def read_gltf_tree(
     tree: dict[str, Any], binary: bytes | None, path: Path, choices: ReadChoices
 ) -> FileModel:
     """
-    Read parsed glTF with the binary chunk of a GLB, if it is one; see `read_gltf`.
+    Read parsed glTF, with the binary chunk of a GLB; see `read_gltf`.
 
-    Skins and morph targets are posed as the file's own nodes and weights say, before
-    any animation, as viewers show them until they play one.
+    Skins and morph targets are posed by the file's nodes and weights, before any animation,
+    as in viewers.
     """
     version = str(tree.get("asset", {}).get("version", "2.0"))
     if not version.startswith("2"):

@@ -75,8 +75,8 @@ class Buffers:
         self._binary = binary
         self._companions = companions
         self.budget = budget
-        self._unpacked: dict[int, bytes] = {}  # views that were packed
-        self._held: dict[int, NDArray[Any]] = {}  # accessors whose values came otherwise
+        self._unpacked: dict[int, bytes] = {}  # decompressed views
+        self._held: dict[int, NDArray[Any]] = {}  # accessors with values from elsewhere
         self._loaded: dict[int, bytes] = {}
         self._sources: list[Source] = []
 

@@ -89,7 +89,7 @@ class Materials:
         gloss, bumps = base.get("metallicRoughnessTexture"), given.get("normalTexture")
         placing, gloss_image = self._find_more(gloss, placing)
         placing, normal_image = self._find_more(None if is_unlit else bumps, placing)
-        # Where the texture is lost the factors alone would make metal of everything.
+        # Without the texture the factors alone would make everything metal.
         is_known = gloss is None or gloss_image is not None
         is_metal_rough = is_known and not is_unlit and SPECULAR not in extensions
         mode = str(given.get("alphaMode", "OPAQUE")).lower()
@@ -135,7 +135,7 @@ class Materials:
     def _find_image(self, index: int, *, is_data: bool = False) -> Image | None:
         if (index, is_data) not in self._images:
             what, image = LOST, None
-            # Shadows do without it.
+            # Shadows do not need it.
             try:
                 image = self._read_texture(index, is_data=is_data)
             except OutsideError:
@@ -179,7 +179,7 @@ def _clip(share: Any) -> float:
 
 
 def _find_placing(texture: dict[str, Any]) -> tuple[Any, ...]:
-    """Return what must be equal for two textures to be placed by one uv."""
+    """Return a key that is equal for textures that can share one uv."""
     moved = texture.get("extensions", {}).get("KHR_texture_transform", {})
     number = int(moved.get("texCoord", texture.get("texCoord", 0)))
     return number, *(str(moved.get(name)) for name in ("scale", "offset", "rotation"))

@@ -1,4 +1,4 @@
-"""glTF's meshes: triangles of lists, strips and fans, and what their vertices carry."""
+"""glTF's meshes: triangles of lists, strips and fans, and vertex attributes."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -110,7 +110,7 @@ def _read_vectors(buffers: Buffers, index: int, where: str, what: str) -> NDArra
 def _read_shown(
     buffers: Buffers, index: int | None, where: str, count: int, width: int, counts: Counter[str]
 ) -> NDArray[np.floating] | None:
-    """Read what only pictures need; leave it out if it is damaged."""
+    """Read an attribute that only pictures need; leave it out if damaged."""
     if index is None:
         return None
     try:
@@ -126,7 +126,7 @@ def _read_shown(
 def _read_targets(
     buffers: Buffers, targets: Any, key: str, where: str, count: int
 ) -> NDArray[np.float32] | None:
-    """Read the morph targets' offsets; zeros where one does not move this."""
+    """Read the morph targets' offsets; zeros if absent."""
     if not any(key in target for target in targets):
         return None
     buffers.budget.spend(len(targets) * count * 12, where)
@@ -148,7 +148,7 @@ def _read_targets(
 def _read_influences(
     buffers: Buffers, attributes: dict[str, int], where: str, count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Read which joints pull at each vertex, and how much."""
+    """Read each vertex's joints and weights."""
     joints, weights = [], []
     for number in range(8):
         if f"JOINTS_{number}" not in attributes or f"WEIGHTS_{number}" not in attributes:

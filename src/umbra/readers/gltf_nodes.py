@@ -21,10 +21,10 @@ WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 
 def read_nodes(tree: dict[str, Any], base: NDArray[np.float64]) -> tuple[Rig, dict[int, int], int]:
     """
-    Read the nodes of the scene, then any others that joints may need.
+    Read the scene's nodes, then others that joints may need.
 
-    Returned are a rig without animations, the place in it of each node of the file, and how many
-    the scene has. ``base`` leads from glTF's axes to the scene's.
+    Returns a rig without animations, each file node's index in it, and the number of nodes in
+    the scene. ``base`` maps glTF's axes to the scene's.
     """
     nodes = tree.get("nodes", [])
     children = {child for node in nodes for child in node.get("children", ())}
@@ -105,7 +105,7 @@ def read_animations(
     buffers: Buffers,
     counts: Counter[str],
 ) -> Rig:
-    """Return the rig with its animations; ``targets`` are the morph targets at its places."""
+    """Return the rig with its animations; ``targets`` are the morph targets of its nodes."""
     found = []
     for number, given in enumerate(tree.get("animations", ())):
         tracks = []
@@ -151,7 +151,7 @@ def _read_track(
 
 
 INSTANCES = "EXT_mesh_gpu_instancing"
-NODE = 1200  # [byte] that a node takes until it is a part
+NODE = 1200  # [byte] of a node until it is a part
 INSTANCE_KEYS = {
     "TRANSLATION": ("translation", 3),
     "ROTATION": ("rotation", 4),

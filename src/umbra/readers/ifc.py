@@ -1,14 +1,13 @@
 """
-IFC: every element that has a shape becomes parts, one for each of its surface styles.
+IFC: every element with a shape becomes parts, one per surface style.
 
-A part bears the name and the class of the whole it belongs to, so that a curtain wall
-or a stair is chosen as one; what it is itself (own name and class, storey, type,
-materials, styles) are its tags. Openings are cut by ifcopenshell's geometry engine.
+A part has the name and class of the assembly it belongs to, so that a curtain wall or a
+stair is chosen as one; its own name and class, storey, type, materials and styles are its
+tags. Openings are cut by ifcopenshell's geometry engine.
 
-The file is read in a child process: what the child sent before it ends or hangs is kept.
-ifcopenshell may end its process on a damaged file, and at a few real elements its geometry
-engine never comes back, deaf to Ctrl-C. The element at work is then told, and another child
-goes on without it.
+The file is read in a child process, whose results are kept if it crashes or hangs:
+ifcopenshell may crash on a damaged file, and its geometry engine hangs on a few real
+elements, ignoring Ctrl-C. Another child then continues without that element.
 """
 
 import os
@@ -58,7 +57,7 @@ PARSING = 2e-6
 """Processor time that the parser may take beside [s/byte]; it needs a twentieth of it."""
 
 STRIKES = 2
-"""An engine that hangs so often is not tried for what is left, if there is another."""
+"""Hangs after which an engine is not tried for the rest, if there is another."""
 
 LOSSES = 8
 """Most times that a child may hang, a tenth of those that it may end; the rest is not read."""
@@ -146,7 +145,7 @@ def _find_ground(parts: Sequence[Part]) -> float | None:
     corners = np.concatenate([part.mesh.vertices[part.mesh.faces] for part in site])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1)
-    # Roundly level or upright: anything between is terrain, of which no height is the ground.
+    # Nearly level or upright; faces in between are terrain, without a single ground height.
     level = np.abs(normals[:, 2]) > 0.9999 * length
     upright = np.abs(normals[:, 2]) < 1e-4 * length
     top = float(corners[..., 2].max())
@@ -206,7 +205,7 @@ def _gather(
 
 
 class _Child:
-    """Iterate over the pieces from a child; tells afterwards whether they were all."""
+    """Iterate over the pieces from a child; afterwards states whether they are complete."""
 
     is_done = False
     has_hung = False
@@ -238,7 +237,7 @@ class _Child:
 
 def serve(seconds: float) -> None:
     """
-    Read what standard input asks for, and write its pieces to standard output.
+    Read a request from standard input, and write its pieces to standard output.
 
     Parameters
     ----------
@@ -246,7 +245,7 @@ def serve(seconds: float) -> None:
         Processor time after which this process ends if no piece came [s].
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    # What the engine prints must not mix with the pieces.
+    # The engine's output must not mix with the pieces.
     answers = os.fdopen(os.dup(1), "wb")
     silence = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silence, 1)
@@ -265,7 +264,7 @@ def serve(seconds: float) -> None:
             last = error
         pickle.dump(last, answers)
         answers.flush()
-    os._exit(0)  # without tidying up after the engine
+    os._exit(0)  # without the engine's cleanup
 
 
 def _start_timer(seconds: float) -> None:

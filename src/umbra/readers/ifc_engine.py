@@ -49,13 +49,13 @@ LEFT_OUT = (
     "IfcLinearElement",
 )
 
-# The first is quick and right where it works; the other takes the rest.
+# The first is fast; the other handles elements at which it fails.
 ENGINES = ("hybrid-cgal-simple-opencascade", "opencascade")
 
 
 @dataclass(frozen=True)
 class IfcWork:
-    """What to read of a file."""
+    """Request to read a file."""
 
     path: str
     engines: tuple[str, ...] = ENGINES  # geometry engines in the order in which they are tried
@@ -73,7 +73,7 @@ class IfcAttempt:
 
 @dataclass(frozen=True)
 class IfcFacts:
-    """The contents of a file beside its shapes."""
+    """The contents of a file besides its shapes."""
 
     schema: str  # as ``IFC4``
     elements: tuple[IfcWords, ...]  # names of each element, in the order of the shapes
@@ -194,8 +194,8 @@ def _make_shapes(
     looks: dict[tuple[Any, ...], tuple[str, Material]] = {}
     made = set(work.made)
     for engine in work.engines:
-        # One by one, so that the parent knows which was at work when nothing more comes; the
-        # engine's own loop is faster only where thousands share a shape, and by a fifth.
+        # Element by element, so that the parent knows which one hangs; the engine's own loop is
+        # only faster where thousands share a shape, by a fifth.
         for number, product in enumerate(products):
             attempt = IfcAttempt(number, engine)
             if number in made or attempt in work.skip:

@@ -62,7 +62,7 @@ def find_map(
         ]  # fmt: skip
     project = _unit_scale(file)
     unit = _metres(target.get("MapUnit"), project)
-    # Scale leads from the project's unit to the map's; metres stand on both sides here.
+    # Scale converts the project's unit to the map's; here both sides are metres.
     scale = float(conversion.get("Scale") or 1.0) * unit / project
     notes: list[str] = []
     if not LEAST < scale < MOST:
@@ -174,7 +174,7 @@ class IfcWords:
 
 
 def count_names(products: Iterable[Any]) -> Counter[str]:
-    """Count how many elements bear each name, pieces of a whole not among them."""
+    """Count the elements of each name, without pieces of assemblies."""
     wholes = {chain[-1].id(): chain[-1] for chain in map(_ancestors, products)}
     return Counter(whole.Name for whole in wholes.values() if whole.Name)
 
@@ -213,7 +213,7 @@ def _find_storey(container: Any) -> str | None:
 
 
 def _ancestors(product: Any) -> list[Any]:
-    """Follow an element to the whole that it is a piece of; the element itself is first."""
+    """Follow an element up to its outermost assembly; the element itself is first."""
     chain = [product]
     while True:
         relations = getattr(chain[-1], "Decomposes", ()) or ()

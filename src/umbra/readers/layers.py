@@ -1,8 +1,8 @@
 """
 Several files, each a layer, in one scene: names, coordinates, heights.
 
-The first file that names a CRS decides it; the others are brought to it. Files
-without one are taken to be in its coordinates.
+The first CRS named by a file is the scene's; other files are converted to it. Files without
+one are assumed to use it.
 """
 
 import os
@@ -46,8 +46,8 @@ def name_layers(paths: Sequence[str | os.PathLike[str]]) -> list[tuple[str, Path
     """
     Split names of layers from files.
 
-    ``existing=a.city.json`` names a layer, unless there is a file of that whole name. Of several
-    files without one, each is named after its file; the name of a single one is empty.
+    ``existing=a.city.json`` names a layer, unless a file of that whole name exists. Unnamed
+    layers of several files are named after their files; that of a single file is empty.
     """
     named: list[tuple[str, Path]] = []
     for given in paths:
@@ -73,10 +73,10 @@ def combine(
     layers: Sequence[FileLayer],
 ) -> tuple[tuple[Part, ...], tuple[Light, ...], str | None, list[str]]:
     """
-    Bring layers into one CRS and onto the terrain among them.
+    Convert layers to one CRS and set them on the terrain among them.
 
-    Returned are the parts, each with its layer, in metres where the CRS is known; the lights, the
-    CRS, and notes on parts converted, set on a terrain, or misplaced.
+    Returns the parts, each with its layer, in metres if the CRS is known; the lights, the CRS,
+    and notes on parts converted, set on a terrain, or misplaced.
     """
     notes: list[str] = []
     moved, crs = _bring_together(layers, notes)
@@ -102,8 +102,8 @@ def combine(
 def _bring_together(
     layers: Sequence[FileLayer], notes: list[str]
 ) -> tuple[list[tuple[Part, ...]], str | None]:
-    """Bring layers into the CRS, in metres, of the first that names one; name their parts."""
-    target, first = None, layers[0]  # the CRS, and who named it
+    """Convert layers to the first CRS named, in metres; name their parts."""
+    target, first = None, layers[0]  # the CRS, and the layer that named it
     moved: list[tuple[Part, ...]] = []
     unique: dict[str, UniqueNames] = {}  # files that share a layer's name hold objects of their own
     for layer in layers:
@@ -152,7 +152,7 @@ def _check_together(
     terrain: str,
     ground: Sequence[Part],
 ) -> list[str]:
-    """Note layers that lie far apart, over or under the terrain, or in each other's place."""
+    """Note layers that lie far apart, above or below the terrain, or in each other's place."""
     groups: dict[str, list[Part]] = {}
     told: dict[str, list[str]] = {}
     for layer, parts in zip(layers, moved):
@@ -172,7 +172,7 @@ def _check_together(
 def _place_in_layer(
     parts: Sequence[Part], layer: str, before: UniqueNames
 ) -> tuple[tuple[Part, ...], int]:
-    """Put a file's parts in a layer, and count the names that its files before it have."""
+    """Put a file's parts in a layer, numbering names that its earlier files use."""
     names = {name: before.add(name) for name in dict.fromkeys(part.name for part in parts)}
     placed = []
     for part in parts:

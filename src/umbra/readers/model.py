@@ -1,7 +1,7 @@
 """
 Results of the readers: parts in the file's own coordinates, and the file's facts.
 
-A file is placed by its up axis, and by the site that files and CRS agree on.
+Files are placed by their up axis, and by the site that files and CRS agree on.
 """
 
 from collections.abc import Mapping
@@ -40,14 +40,14 @@ TRUNK = 0.25
 """Share of a tree's height below which there is no crown, UMEP's default."""
 RASTERS = (".tif", ".tiff")
 APART = 0.05
-"""Places farther apart than this [degrees] are not one; the sun moves as much."""
-LEVEL = 0.01  # heights that differ by less [m] are one
-TURNED = 1.0  # True norths that differ by more [degrees] are said
+"""Sites farther apart than this [degrees] differ; the sun moves as much."""
+LEVEL = 0.01  # heights that differ by less [m] are equal
+TURNED = 1.0  # true norths that differ by more [degrees] are noted
 
 
 @dataclass(frozen=True)
 class Crowns:
-    """Which rasters are canopies, and how they are read."""
+    """Selection of canopy rasters, and their options."""
 
     patterns: tuple[str, ...]  # shell patterns of layers or of files' names without their ending
     trunk: str = str(TRUNK)  # where crowns begin: a share of the height, or the file of a raster
@@ -64,7 +64,7 @@ class Crowns:
 
 @dataclass(frozen=True, eq=False)
 class CrownRaster:
-    """A raster of tree tops, before it is known on which ground it stands."""
+    """A raster of tree tops, before its ground is known."""
 
     cells: NDArray[np.int32]  # (rows, cols): index of each cell's canopy; -1 for none
     # (n, 4): vertices of the model's part about each: at row and column, column + 1, both

@@ -1,10 +1,10 @@
 """
-Large polygons with holes: swept into monotone pieces, which are cut at once.
+Triangulation of large polygons with holes: a sweep into monotone pieces, then triangles.
 
-Ear clipping takes the square of the corners, and the corners times the holes; this takes
-their number times its logarithm (de Berg et al., Computational Geometry, chapter 3). A line
-sweeps from left to right over the corners and keeps the intervals of the inside that it meets,
-from below upward, in a skip list. Rings that cross or touch themselves it may not cut: it says so.
+Ear clipping takes O(corners² + corners holes) time, this O(n log n) (de Berg et al.,
+Computational Geometry, chapter 3). A line sweeps from left to right over the corners and keeps
+its intervals of the inside, from below upward, in a skip list. Rings that cross or touch
+themselves may be refused.
 """
 
 import numpy as np
@@ -51,7 +51,7 @@ def _link(
     points: NDArray[np.float64], following: NDArray[np.int64], diagonals: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """
-    Walk around the pieces: give each half-edge's origin, and the half-edge after it.
+    Link the pieces: return each half-edge's origin, and the next half-edge.
 
     Half-edges are the rings' edges, by their origin, then each diagonal both ways.
     """
@@ -85,7 +85,7 @@ def _turn(x, y, a, b, c):
 @njit(cache=True)
 def _find_diagonals(x, y, before, following, order, rank):
     """
-    Find the diagonals that leave monotone pieces; one row of -1 where the rings do not allow it.
+    Find the diagonals that leave monotone pieces; one row of -1 if the rings forbid it.
 
     An edge is named by the corner that it begins at. Each interval has the edge below it, which
     runs to the right, and the one above, which runs to the left.
@@ -175,7 +175,7 @@ def _find_diagonals(x, y, before, following, order, rank):
                 above[at] = p
                 interval[p] = at
                 helper[at], merges[at] = v, False
-            # One of two nodes is a level higher: bits of a multiple, so that no chance is in it.
+            # One of two nodes is a level higher, by bits of a multiple: deterministic.
             tall = 1
             bits = (node * 2654435761) & 0xFFFFFFFF
             while tall < _LEVELS and bits & (1 << (31 - tall)):
@@ -261,7 +261,7 @@ def _cut_pieces(x, y, origin, onward, rank):
     return triangles[:count]
 
 
-TESTS = 500  # pairs of edges for each edge that are looked at
+TESTS = 500  # pairs of edges tested per edge
 
 
 def is_tangled(points: NDArray[np.float64], following: NDArray[np.int64]) -> bool:

@@ -142,7 +142,7 @@ def _split_even(lines: list[bytes], count: int) -> list[bytes] | None:
     """Split lines at once, without their keywords, if each has ``count`` words besides."""
     words = b" ".join(lines).split()
     step = count + 1
-    # With a word too many here and one too few there, a keyword is out of step.
+    # If lines have too many and too few words, keywords are out of step.
     if len(words) != step * len(lines) or set(words[::step]) != {lines[0].split()[0]}:
         return None
     del words[::step]

@@ -43,7 +43,7 @@ def read_materials(
     """
     Read the materials of these kinds from the libraries that an OBJ file names.
 
-    One that no library has is plain. Textures lie beside the libraries that name them.
+    Missing ones are plain. Textures lie beside the libraries that name them.
     """
     entries: dict[str, _Entry] = {}
     notes: list[str] = []
@@ -77,7 +77,7 @@ def _make(entry: _Entry, companions: Companions, counts: Counter[str]) -> Materi
             counts["missing textures left out"] += 1
     color = entry.color or ((1.0, 1.0, 1.0) if image else GREY)
     if image is not None and not any(color):
-        color = (1.0, 1.0, 1.0)  # some exporters say black and mean the texture
+        color = (1.0, 1.0, 1.0)  # some exporters write black with a texture
     return Material(color, image, entry.opacity, entry.emission)
 
 
@@ -101,7 +101,7 @@ def _read_entries(text: str, library: str, entries: dict[str, _Entry]) -> None:
                 opacity = float(words[-1])
             except ValueError:
                 continue
-            # 0 would be nothing at all; exporters that write it mean opaque.
+            # 0 would be invisible; exporters that write it mean opaque.
             entry.opacity = opacity if 0 < opacity < 1 else 1.0
         elif key == "map_Kd":
             _read_texture(words[1:], entry)
@@ -169,7 +169,7 @@ def read_texture_corners(
     lengths: NDArray[np.int64],
     n_vertices: int,
 ) -> tuple[TextureCorners, int]:
-    """Read texture coordinates and who uses them; count the corners that have none."""
+    """Read texture coordinates and their corners; count the corners without any."""
     rows, before = [], []
     for line in lines:
         start = line[:2]

@@ -25,11 +25,11 @@ from umbra.scene import Mesh, Part
 
 __all__ = ["read_raster"]
 
-TALLEST = 130.0  # [m]; no tree is as tall
-LOWEST = -500.0  # [m]; no land lies lower, so many cells there are a nodata value undeclared
+TALLEST = 130.0  # [m]; above all trees
+LOWEST = -500.0  # [m]; below all land: many such cells are an undeclared nodata value
 FEET = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937}
 METRES = {"", "m", "metre", "meter", "metres", "meters"}
-MOST_BYTES = 850  # held for each cell at the peak of a study, see docs/formats.md
+MOST_BYTES = 850  # peak memory of a cell in a study, see docs/formats.md
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,10 +15,10 @@ __all__ = ["find_far", "find_gaps", "find_ground", "find_overlaps", "stand_on"]
 
 def stand_on(parts: Sequence[Part], terrain: Sequence[Part]) -> tuple[tuple[Part, ...], int]:
     """
-    Raise parts on z = 0 by the lowest terrain below each; count those that lie wholly beside it.
+    Raise parts on z = 0 by the lowest terrain below each; count parts wholly off the terrain.
 
-    Below each corner counts the terrain's nearest vertex, so the height is that of a
-    cell's centre and not a mean.
+    Below each corner the terrain's nearest vertex counts, so the height is a cell centre's,
+    not a mean.
     """
     soup = Scene(tuple(parts), np.zeros(3)).triangles()
     corner = soup.faces.ravel()
@@ -50,13 +50,13 @@ def find_ground(
 
 
 SAME = 0.5  # of their union: boxes that share more are one object
-FAR = 10_000.0  # [m]; layers of one study are not farther apart
-FLOATS, SUNK = 1.0, 3.0  # [m]; foundations and cellars lie below the terrain, nothing stands above
-MOST = 100  # boxes of a class and cell that each box is compared with: more is a pile
+FAR = 10_000.0  # [m]; largest distance between layers of one study
+FLOATS, SUNK = 1.0, 3.0  # [m]; tolerances above and, for cellars, below the terrain
+MOST = 100  # most boxes of a class and cell that each box is compared with
 
 
 def find_far(layers: Mapping[str, Sequence[Part]], told: Mapping[str, str]) -> list[str]:
-    """Find layers so far from the first that their coordinates cannot be of one kind."""
+    """Find layers too far from the first to share its coordinates."""
     boxes = {name: _boxes(parts)[1] for name, parts in layers.items()}
     bounds = {n: np.stack([b[:, 0].min(0), b[:, 1].max(0)]) for n, b in boxes.items()}
     names = list(bounds)
@@ -77,8 +77,8 @@ def find_gaps(name: str, parts: Sequence[Part], ground: str, terrain: Sequence[P
     """
     Return whether a layer floats over a terrain or is sunk in it.
 
-    Counted are objects that stand on nothing else. Of most of them, the foot lies above all
-    the terrain that is below their corners, or far below all of it.
+    True if most objects that stand on no other have their base above all the terrain below
+    their corners, or far below all of it.
     """
     boxes = _boxes(parts)[1]
     boxes = boxes[find_standing(boxes)] if len(boxes) else boxes.reshape(0, 2, 3)
@@ -139,7 +139,7 @@ def _find_same(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int
     Boxes that share more than half have widths within a factor of 2, and corners nearer than
     the smaller one is wide: in the next class of widths and in the next cell at most.
     """
-    # No thickness, no volume: a sheet is taken as a centimetre thick.
+    # Flat boxes have no volume: assume a centimetre of thickness.
     a, b = (np.stack([box[:, 0], np.maximum(box[:, 1], box[:, 0] + 0.01)], 1) for box in (a, b))
     kind_a, kind_b = (
         np.floor(np.log2(box[:, 1, :2] - box[:, 0, :2])).astype(np.int64) for box in (a, b)

@@ -1,4 +1,4 @@
-"""STL, OFF and PLY: triangles and polygons without groups; colours are passed over."""
+"""STL, OFF and PLY: triangles and polygons without groups; colours are ignored."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -162,7 +162,7 @@ def _make_model(
             f"vertices ({len(wrong)} such corners in all); repair the file"
         )
         raise InputError(msg, face=face, count=len(wrong))
-    # Triangles alone are kept as they are: inspect tells degenerate ones.
+    # Triangles are kept as they are: inspect reports degenerate ones.
     cut = (cut_faces if (lengths == 3).all() else triangulate)(vertices, corners, lengths)
     part = Part(path.stem, "", Mesh(vertices, cut.faces))
     return FileModel(form, turn_up((part,), choices.up), notes=list_counts(cut.losses))
@@ -208,7 +208,7 @@ def _parse_header_line(words: list[str], elements: list[_Element], order: str | 
 
 
 class _Text:
-    """The body as numbered rows of words, one for each of an element."""
+    """The body as numbered rows of words, one per element."""
 
     def __init__(self, rows: list[tuple[int, list[bytes]]]) -> None:
         self._rows = rows
@@ -266,7 +266,7 @@ def _gather(element: _Element, values: list[Any], sizes: list[Any]) -> dict[str,
     for item, found, lengths in zip(element.properties, values, sizes, strict=True):
         if not item.length_kind:
             columns[item.name] = found
-        elif item.kind[0] != "f":  # texture coordinates are of no use here
+        elif item.kind[0] != "f":  # texture coordinates are not needed
             corners = found.reshape(-1).astype(np.int64)
             columns[item.name] = corners, np.array(lengths, np.int64)
     return columns
@@ -305,7 +305,7 @@ class _Binary:
         return self._read_rows(element)
 
     def _read_one(self, element: _Element, at: int) -> tuple[int, list[int], list[Any]]:
-        """Read one row: where the next begins, the lists' lengths, the values."""
+        """Read one row: start of the next, the lists' lengths, the values."""
         lengths, values = [], []
         for item in element.properties:
             n = 1
@@ -323,7 +323,7 @@ class _Binary:
         return at, lengths, values
 
     def _read_rows(self, element: _Element) -> dict[str, Any]:
-        """Read rows of different lengths one by one."""
+        """Read rows of different lengths."""
         smallest = sum(
             np.dtype(item.length_kind or item.kind).itemsize for item in element.properties
         )

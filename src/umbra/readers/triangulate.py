@@ -1,5 +1,5 @@
 """
-Polygons in space, with holes, to triangles.
+Triangulation of polygons in space, with holes.
 
 Every ring edge stays an edge of exactly the triangles it bounded as a polygon:
 the signed sum of the triangles' edges is the ring, so a closed solid of polygons
@@ -43,8 +43,8 @@ def triangulate(
     """
     Cut polygons into triangles.
 
-    Triangles, quads and polygons whose first corner sees all of them go through in
-    batches; only the other concave ones and those with holes are cut one by one.
+    Triangles, quads and polygons visible from their first corner are cut in batches; other
+    concave polygons and those with holes are cut singly.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def cut_faces(
 def _drop_repeats(
     vertices: NDArray[np.float64], corners: NDArray[np.int64], lengths: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Drop a corner that stands where the next one of its ring stands."""
+    """Drop corners that coincide with the next one of their ring."""
     if not len(corners):
         return corners, lengths
     filled = lengths > 0
@@ -161,7 +161,7 @@ def _drop_repeats(
 
 def _corner_turns(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Find how much each corner of polygons (m, n, 3) turns, (m, n), positive toward the inside."""
-    # From the first corner, so that a far origin costs no digits.
+    # Relative to the first corner, to keep digits far from the origin.
     points = points - points[:, :1]
     after = np.roll(points, -1, axis=1)
     normals = np.cross(points, after).sum(1)
@@ -192,13 +192,13 @@ def _cut_quads(
 def _cut_fans(
     vertices: NDArray[np.float64], rings: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Cut polygons into fans; also return which are right: the first corner sees all others."""
+    """Cut polygons into fans; also return which are valid: the first corner sees all others."""
     points = vertices[rings]
     spokes = points[:, 1:] - points[:, :1]
     blades = np.cross(spokes[:, :-1], spokes[:, 1:])
     normals = blades.sum(1)
     along = np.einsum("pni,pi->pn", blades, normals)
-    # A corner straight to within rounding goes the slow way, which leaves no sliver.
+    # Corners straight to within rounding take the slow path, which leaves no sliver.
     flat = 1e-9 * np.einsum("pi,pi->p", normals, normals)
     n = rings.shape[1]
     triangles = np.stack([np.zeros(n - 2, int), np.arange(1, n - 1), np.arange(2, n)], axis=1)
