@@ -1,5 +1,5 @@
 """
-Cameras: where a pixel's ray starts and goes, and the homogeneous matrix that says so.
+Cameras: rays of pixels, and the homogeneous matrix from world to pixels.
 
 Pictures on every device have the same colours of ground and sky, and exposure of lights.
 """
@@ -38,7 +38,7 @@ BOUNCE = (0.25, 0.25, 0.24)
 AMBIENT = 0.20
 """Luminance of a white surface that looks up, without a light; half as much looking down."""
 _GOLDEN = (5**0.5 - 1) / 2
-_FARTHEST = 0.5  # that a ray may pass from its pixel's centre [pixels]
+_FARTHEST = 0.5  # most offset of a ray from its pixel's centre [pixels]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Camera:
     near, far : float
         Distances along the view axis [m]; far may be infinite.
     offset : (float, float)
-        How far to the right of and below their centres pixels look, up to half [pixels].
+        Offset of rays to the right of and below pixel centres, up to half [pixels].
 
     Raises
     ------
@@ -139,7 +139,7 @@ class Camera:
 
     @property
     def center(self) -> tuple[float, float]:
-        """Where the view axis meets the picture, as a pixel (column, row)."""
+        """Principal point of the picture, as a pixel (column, row)."""
         cols, rows = self.size
         return (cols - 1) / 2 - self.offset[0], (rows - 1) / 2 - self.offset[1]
 
@@ -186,7 +186,7 @@ class Camera:
 
     def apex(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
         """
-        Return the homogeneous point (4,) where all rays start, relative to an origin [m].
+        Return the homogeneous origin of all rays (4,), relative to an origin [m].
 
         It is the eye with w = 1, or the direction back along the rays with w = 0.
         """
@@ -197,11 +197,11 @@ class Camera:
 
 def find_offsets(samples: int) -> NDArray[np.float64]:
     """
-    Find where in a pixel to look to smooth its edges, (samples, 2), for ``Camera.offset``.
+    Find sample positions in a pixel for antialiasing, (samples, 2), for ``Camera.offset``.
 
-    No two lie in one row or one column, so upright and level edges are met in as many steps;
-    the golden ratio spreads the rows, so that other edges are met in nearly as many. A single
-    sample is the centre.
+    No two share a row or column, so vertical and horizontal edges have as many levels; the
+    golden ratio spreads the rows, so that other edges have nearly as many. A single sample is
+    the centre.
     """
     number = np.arange(samples)
     rank = ((number + 1) * _GOLDEN % 1.0).argsort().argsort()
@@ -209,7 +209,7 @@ def find_offsets(samples: int) -> NDArray[np.float64]:
 
 
 def _tint(color: NDArray[np.float64], luminance: float) -> NDArray[np.float64]:
-    """Give a colour a luminance (ITU-R BT.709)."""
+    """Scale a colour to a luminance (ITU-R BT.709)."""
     return color * (luminance / float(color @ (0.2126, 0.7152, 0.0722)))
 
 
@@ -221,7 +221,7 @@ FROM_GROUND = _tint(np.array(GROUND_COLOR), 0.5 * AMBIENT)
 
 
 def find_ambient(up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Find the even light (n, 3) on surfaces whose normals rise by ``up``, -1 to 1."""
+    """Find the ambient light (n, 3) on surfaces whose normals have the z ``up``, -1 to 1."""
     share = 0.5 + 0.5 * up[:, None]
     return FROM_GROUND + share * (FROM_SKY - FROM_GROUND)
 
@@ -235,9 +235,9 @@ def expose_lights(scene: Scene) -> tuple[Light, ...]:
     """
     Return a file's own lights, scaled together so that a picture is neither black nor white.
 
-    Files state candela and lux and leave the exposure to who shows them. Here the light
-    that is brightest at the middle of the model has the intensity 1 there, whatever its
-    cone; one in the midst is taken at a quarter of the model's diagonal.
+    Files state candela and lux but no exposure. Here the light that is brightest at the
+    model's centre has the intensity 1 there, ignoring its cone; a light near the centre is
+    taken at a quarter of the model's diagonal.
     """
     if not scene.lights:
         return ()

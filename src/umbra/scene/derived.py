@@ -17,10 +17,9 @@ def derive(owner: object, kind: str, key: Hashable, make: Callable[[], T], most:
     """
     Return a value derived from a frozen record; make it once and keep it while the record lives.
 
-    The value is known by its kind and by a key of whatever else it depends on, and is not to be
-    written to; of each kind the ``most`` that were used last are kept. ``dataclasses.replace``
-    makes a record that has nothing yet. Two threads that ask at once may both make it; one of the
-    two is kept.
+    Values are identified by their kind and a key of their other inputs, and are read only; the
+    ``most`` recently used of each kind are kept. ``dataclasses.replace`` makes a record without
+    any. Two threads may both make a value at once; one of the two is kept.
     """
     with _lock:
         held: OrderedDict[Hashable, object]

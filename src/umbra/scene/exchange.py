@@ -41,7 +41,7 @@ class Exchange:
         faces : (m, 3) int
             Counter-clockwise seen from outside.
         parts : (m,) str or int, optional
-            To which part each face belongs.
+            Part of each face.
         name : str
             Of the only part otherwise.
         **facts
@@ -61,8 +61,7 @@ class Exchange:
         """
         Make a scene from a ``trimesh.Trimesh`` or ``trimesh.Scene``, z up [m], a part of each node.
 
-        Facts are as of `from_arrays`. An `InputError` says that it is neither, or has no
-        triangles.
+        Facts as in `from_arrays`. Raises InputError if it is neither, or has no triangles.
         """
         from umbra import make_scene  # noqa: PLC0415
 
@@ -73,7 +72,7 @@ class Exchange:
         """
         Make a scene from the surface of a PyVista dataset, z up [m]; each block becomes a part.
 
-        Facts are as of `from_arrays`. An `InputError` says that it is no dataset, or has no faces.
+        Facts as in `from_arrays`. Raises InputError if it is no dataset, or has no faces.
         """
         from umbra import make_scene  # noqa: PLC0415
 
@@ -89,14 +88,14 @@ class Exchange:
         table : geopandas.GeoDataFrame
             Of polygons; a CRS in degrees is turned into the local UTM zone.
         height : str, optional
-            Column of the heights [m]; by default one that is called so.
+            Column of the heights [m]; by default one with a usual name.
         **columns
             ``base_column`` and ``name_column``, as of `umbra.read`.
 
         Raises
         ------
         InputError
-            If it is no GeoDataFrame, or says no heights.
+            If it is no GeoDataFrame, or has no heights.
         """
         from umbra import read  # noqa: PLC0415
 
@@ -128,7 +127,7 @@ class Exchange:
 
 
 def import_package(name: str, what: str) -> Any:
-    """Import a package that umbra does not need itself; an InputError says how to install it."""
+    """Import an optional package; an InputError states how to install it."""
     try:
         return import_module(name)
     except ImportError as error:

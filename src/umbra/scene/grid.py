@@ -1,4 +1,4 @@
-"""Where shadows fall: the raster of a plan with its cells' centres, and points on surfaces."""
+"""Positions of receivers: the raster of a plan, and points with normals."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ __all__ = ["ASIDE", "Grid", "Places"]
 ASIDE = (2.0**-24, 0.618 * 2.0**-24)
 """
 Offset to the east and north of its centre at which a cell of the topmost surface is judged
-[cells]. There it lies on no edge, so that the face, its height and the sides above it agree; in the
-very centre rounding would tell for each of them which side of an edge it is on.
+[cells], away from edges: in the centre itself rounding could put the face, its height and the
+sides above it on different sides of an edge.
 """
 
 
@@ -102,7 +102,7 @@ class Places:
         self, low: NDArray[np.float64], high: NDArray[np.float64], suns: NDArray[np.float64]
     ) -> NDArray[np.intp]:
         """
-        Find the points that the shadow of a box can reach; rather too many than too few.
+        Find the points that the shadow of a box can reach, conservatively.
 
         The box lies from low to high, (3,) each; suns (n, 3) are above the horizon.
         """

@@ -12,7 +12,7 @@ from umbra.scene.lights import WHITE, Light, point_light
 __all__ = ["area_light", "sphere_light", "spread", "volume_light"]
 
 Color = tuple[float, float, float]
-MOST = 1 << 20  # lights; more is a slip
+MOST = 1 << 20  # most lights; more is a mistake
 
 
 def area_light(
@@ -24,7 +24,7 @@ def area_light(
     **more: Any,
 ) -> list[Light]:
     """
-    Make point lights that stand for a bright parallelogram.
+    Make point lights that sample a bright parallelogram.
 
     Parameters
     ----------
@@ -33,14 +33,14 @@ def area_light(
     n : int
         Number of points; each has an n-th of the colour.
     color : (3,) float
-        Of all together.
+        Sum of all points.
     **more
         ``range`` and ``attenuation`` of `Light`.
 
     Returns
     -------
     lights : list of Light
-        The same for the same arguments.
+        Deterministic.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def volume_light(
     **more: Any,
 ) -> list[Light]:
     """
-    Make point lights that stand for a bright box, as `area_light` does for a face.
+    Make point lights that sample a bright box, as `area_light` samples a parallelogram.
 
     Parameters
     ----------

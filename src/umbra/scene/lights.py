@@ -1,4 +1,4 @@
-"""Lights as homogeneous points: w = 1 a place, w = 0 a direction toward the light."""
+"""Lights as homogeneous points: w = 1 a position, w = 0 a direction toward the light."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 WHITE = (1.0, 1.0, 1.0)
-_ALONG = 1e-9  # sine of the angle between two ways that are one
+_ALONG = 1e-9  # sine of the angle below which two directions are equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +42,13 @@ class Light:
     axis : (3,) float64, optional
         Direction in which a spot light shines; made a unit vector.
     half_angle : float
-        Between a spot light's axis and its rim [degrees]; 180 lights everything.
+        Angle between a spot light's axis and its rim [degrees]; 180 lights everything.
     inner_angle : float, optional
         Up to it a spot is fully bright, from there to the rim it fades [degrees];
         the half angle by default: a sharp rim.
     range : float
-        Beyond it nothing is lit [m]; infinite by default. Near it a light fades
-        as in glTF, by 1 - (distance / range)^4.
+        Largest lit distance [m]; infinite by default. Near it a light fades as in glTF, by
+        1 - (distance / range)^4.
     attenuation : (3,) float
         Constant, linear [1/m] and quadratic [1/m²]: brightness is divided by
         c + l d + q d² at the distance d.
@@ -134,7 +134,7 @@ class Light:
 
     @property
     def is_point(self) -> bool:
-        """Whether the light is at a place rather than infinitely far."""
+        """Whether the light is at a finite distance."""
         return bool(self.position[3] > 0)
 
     def local(self, origin: ArrayLike) -> NDArray[np.float64]:
@@ -163,7 +163,7 @@ class Light:
 
     def find_intensity(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """
-        Find the light (..., 3) that reaches points (..., 3) [m] if nothing is in the way.
+        Find the unshadowed light (..., 3) at points (..., 3) [m].
 
         It is linear RGB on a surface that faces the light: the light's colour, times the projected
         picture, divided by the attenuation, faded toward the range and, in the cone, from the
@@ -179,7 +179,7 @@ class Light:
         way = points - self.position[:3]
         distance = np.linalg.norm(way, axis=-1)
         weakened = constant + distance * (linear + distance * quadratic)
-        # A surface in the light itself gets the brightness of one a micrometre off.
+        # Closer surfaces get the brightness at a micrometre.
         amount = np.where(self.is_within(points), 1 / np.maximum(weakened, 1e-12), 0.0)
         if self.range < np.inf:
             amount *= np.maximum(1 - (distance / self.range) ** 4, 0.0)
@@ -229,7 +229,7 @@ def point_light(
     position : (3,) float64
         In the model's own coordinates [m].
     color : (3,) float
-        What reaches a surface that faces it, linear RGB.
+        Light on a surface that faces it, linear RGB.
     **more
         ``range`` and ``attenuation`` of `Light`.
 
@@ -290,7 +290,7 @@ def spot_light(
     Parameters
     ----------
     position, target : (3,) float64
-        Where it stands and what it looks at [m].
+        Its position and the point that it faces [m].
     half_angle : float
         From the axis to the rim [degrees], above 0 and at most 180.
     color : (3,) float

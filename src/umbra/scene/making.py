@@ -1,7 +1,7 @@
 """
 Scenes from parts: unused vertices dropped, a local origin subtracted.
 
-At a time, parts and lights stand where an animation puts them.
+Parts and lights can be posed at a time of an animation.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,8 +32,8 @@ def make_scene(
     """
     Make a scene from parts, or from one triangle soup.
 
-    Coordinates are the model's own; a local origin is chosen and subtracted, so
-    that nothing far from zero loses digits later.
+    Coordinates are the model's own; a local origin is subtracted, so that later arithmetic
+    keeps its digits.
 
     Parameters
     ----------
@@ -95,9 +95,9 @@ def _refuse_infinite(parts: tuple[Part, ...]) -> None:
 
 def _drop_unused(parts: tuple[Part, ...]) -> tuple[Part, ...]:
     """
-    Leave out the vertices that no face uses, so that only drawn vertices count as the model.
+    Drop unused vertices, so that only drawn vertices bound the model.
 
-    A mesh that bends keeps its own: its shape has rows for each of them.
+    A deforming mesh keeps them all: its shape has a row for each.
     """
     bends = {id(p.mesh.vertices) for p in parts if p.binding is not None and p.binding.shape}
     used: dict[int, NDArray[np.bool_]] = {}  # by vertex arrays, which parts share
@@ -147,7 +147,7 @@ def move_parts(
     turn: Callable[[NDArray[np.floating]], NDArray[np.floating]] | None = None,
 ) -> tuple[Part, ...]:
     """
-    Move parts; those that share vertices go on sharing them.
+    Move parts; shared vertices stay shared.
 
     ``move`` takes the vertices (n, 3) of parts without a transform, ``place`` the parts that have
     one, ``turn`` normals (n, 3), which stay by default.
@@ -170,22 +170,19 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
     """
     Return a scene at a time of one of its animations.
 
-    Parts keep their number and order. One that moves as a whole keeps its very mesh
-    and gets another ``transform``; one that bends (a skin, morph targets) gets a mesh
-    with the same faces. Whatever the animation does not move stands where the file
-    puts it.
+    Parts keep their number and order. A rigid part keeps its mesh and gets a new
+    ``transform``; a deforming one (a skin, morph targets) gets a new mesh with the same
+    faces. All else keeps its place in the file.
 
     Parameters
     ----------
     scene : Scene
-        As read, or posed before: poses do not add up.
+        As read, or posed before: poses replace each other.
     time : float
-        [s]; before the animation's beginning it stands as at its beginning, after its
-        end as at its end.
+        Time [s], clamped to the animation.
     animation : int or str
-        Its index in ``scene.animations``, or its name; ``all`` plays them together, as
-        is meant where an exporter gives each object its own. Where two move the same,
-        the later one does.
+        Its index in ``scene.animations``, or its name; ``all`` plays them together, for
+        exporters that write one per object. If two move the same node, the later one wins.
 
     Returns
     -------
@@ -243,7 +240,7 @@ def place_part(
 
 
 def place_light(light: Light, binding: RigBinding, places: NDArray[np.float64]) -> Light:
-    """Return a light where its node is: it shines along the node's -z."""
+    """Return a light at its node, along the node's -z."""
     place = places[binding.node]
     toward = place[:3, 2]
     if not light.is_point:

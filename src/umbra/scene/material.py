@@ -23,7 +23,7 @@ Color = tuple[float, float, float]
 @dataclass(frozen=True, eq=False)
 class Image:
     """
-    A picture that is decoded when its pixels are first read.
+    A picture, decoded on first access to its pixels.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def make_image(
 @dataclass(frozen=True, eq=False)
 class Material:
     """
-    What a surface does with light: it scatters it evenly (Lambert), and may glow.
+    Material of a surface: diffuse reflection (Lambert), and optional emission.
 
     Geometry casts whatever it is made of: shadow volumes know no glass and no
     holes in a texture.
@@ -121,10 +121,10 @@ class Material:
     emission : (3,) float
         Radiance of its own, linear RGB.
     is_unlit : bool
-        Whether it shows its colour as it is, in light and in shadow.
+        Whether its colour ignores light and shadow.
     alpha_mode : {'opaque', 'mask', 'blend'}
-        What the texture's alpha does: nothing, a hole where it is below
-        ``alpha_cutoff``, or transparency.
+        Effect of the texture's alpha: none, holes where it is below ``alpha_cutoff``, or
+        transparency.
     alpha_cutoff : float
     roughness : float, optional
         0 (a mirror) to 1, of a surface that reflects lights and sky as glTF's materials do; None
@@ -188,7 +188,7 @@ class Material:
 
     @cached_property
     def is_transparent(self) -> bool:
-        """Whether any of it can be seen through, holes aside."""
+        """Whether any of it is transparent, apart from holes."""
         return self.opacity < 1 or (self.alpha_mode == "blend" and self._least_alpha < _OPAQUE)
 
     @cached_property

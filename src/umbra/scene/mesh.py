@@ -1,4 +1,4 @@
-"""Triangles and the parts they make: contents of a file, before any shadow."""
+"""Meshes and parts: contents of a file, before any shadow."""
 
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -30,7 +30,7 @@ class Mesh:
     faces : (n_faces, 3) int32
         Vertex indices, counter-clockwise seen from outside.
     normals : (n_vertices, 3) float32, optional
-        Unit normals for shading; shadows never ask them.
+        Unit normals for shading; shadows ignore them.
     uv : (n_vertices, 2) float32, optional
         Places in the material's texture; (0, 0) is the upper left corner.
     colors : (n_vertices, 3) float32, optional
@@ -99,7 +99,7 @@ class Mesh:
         self, kept: NDArray[np.intp], number: NDArray[np.int32], vertices: NDArray[np.float64]
     ) -> "Mesh":
         """
-        Return the same triangles on some of the vertices, at least those that the faces use.
+        Return the same triangles on a subset of the vertices that includes all used ones.
 
         ``number`` (n_vertices,) is that of each vertex among the kept ones; the vertices
         (n_kept, 3) are those, and meshes that share an array go on sharing it.
@@ -123,19 +123,19 @@ class Part:
     name : str
         Its object: a building's id, an OBJ group, a glTF node.
     kind : str
-        What it is: ``WallSurface``, ``RoofSurface``, an OBJ or glTF material.
+        Type: ``WallSurface``, ``RoofSurface``, an OBJ or glTF material.
     mesh : Mesh
         Shared by every instance of it.
     transform : (4, 4) float64, optional
         From the mesh's frame to the scene's; None is the identity.
     material : Material, optional
     binding : RigBinding, optional
-        How it moves in time, see `umbra.scene.making`.
+        Its animation, see `umbra.scene.making`.
     layer : str
-        The file or group of files it came in: ``existing``, ``proposed``.
+        Its file or group of files: ``existing``, ``proposed``.
     tags : tuple of str
-        Further words that choose it: storey, type, material, its own name where
-        ``name`` is that of the whole.
+        Further words to choose it by: storey, type, material, its own name if ``name`` is
+        the assembly's.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Rigs: nodes that hang on one another, how they move in time, and the meshes they bend."""
+"""Rigs: hierarchies of nodes, their animations, and the meshes that they deform."""
 
 from dataclasses import dataclass, field
 
@@ -27,10 +27,10 @@ class Skin:
 @dataclass(frozen=True, eq=False)
 class Shape:
     """
-    A mesh that bends.
+    A deforming mesh.
 
-    Posed vertices depend on a vertex's own numbers alone and are rounded alike, so
-    that vertices at one place stay at one place and the posed mesh stays closed.
+    Each posed vertex depends only on its own numbers, rounded alike, so that coincident
+    vertices stay coincident and the posed mesh stays closed.
     """
 
     rest: Mesh  # unposed
@@ -44,7 +44,7 @@ class Shape:
     influences: NDArray[np.float64] | None = None
 
     def pose(self, places: NDArray[np.float64], weights: NDArray[np.float64] | None = None) -> Mesh:
-        """Bend the mesh by the nodes' places (n, 4, 4); ``rest`` itself where nothing bends it."""
+        """Deform the mesh by the nodes' matrices (n, 4, 4); ``rest`` itself if undeformed."""
         weights = self.weights if weights is None else weights
         vertices = self.rest.vertices
         normals: NDArray[np.floating] | None = self.rest.normals

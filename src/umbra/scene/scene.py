@@ -28,7 +28,7 @@ class Source:
     """
     A file that was read: its name and the SHA-256 of its bytes, in hex.
 
-    ``is_companion``: it was not named, but lies beside one that was and holds a piece of it.
+    ``is_companion``: a file that belongs to a named one and holds a piece of it.
     """
 
     name: str
@@ -84,7 +84,7 @@ class Scene(Exchange):
         coordinates [m].
     sources : tuple of Source
     notes : tuple of str
-        What a reader left out or could not tell, one line each.
+        Losses and assumptions of the reader, one line each.
     lights : tuple of Light
         The file's own, in the model's own coordinates.
     """
@@ -113,7 +113,7 @@ class Scene(Exchange):
         return len(self.parts)
 
     def __iter__(self) -> Iterator[Part]:
-        """Go through the parts."""
+        """Iterate over the parts."""
         return iter(self.parts)
 
     def __getitem__(self, name: str) -> "Scene":
@@ -145,7 +145,7 @@ class Scene(Exchange):
 
     def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
         """
-        Flatten parts into one soup; instances are moved into place.
+        Flatten parts into one soup, with transformed instances.
 
         Parameters
         ----------
@@ -174,7 +174,7 @@ class Scene(Exchange):
                 offset, count = count, count + len(array)
                 offsets[id(array)] = offset
             turned = part.transform is not None and np.linalg.det(part.transform[:3, :3]) < 0
-            # A mirrored instance shows its back: wind it the other way.
+            # A mirrored instance is inside out: reverse its winding.
             faces.append((part.mesh.faces[:, ::-1] if turned else part.mesh.faces) + offset)
             owners.append(index)
         if not faces:
@@ -210,8 +210,7 @@ class Scene(Exchange):
         Returns
         -------
         bounds : (2, 3) float64
-            Lowest and highest corner in the model's own coordinates [m]. Not to be
-            written to.
+            Lowest and highest corner in the model's own coordinates [m]. Read only.
         """
         return self._bounds
 
@@ -230,10 +229,10 @@ class Scene(Exchange):
         Parameters
         ----------
         cast, no_cast : sequences of str
-            Shell patterns against names, kinds, layers and tags. Without ``cast`` every part
-            casts; ``no_cast`` then takes parts away.
+            Shell patterns of names, kinds, layers and tags. Without ``cast`` every part casts;
+            ``no_cast`` then removes parts.
         option : str
-            Whose patterns ``cast`` are, for errors.
+            Option that ``cast`` comes from, for errors.
 
         Returns
         -------
