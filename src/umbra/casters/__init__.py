@@ -1,5 +1,5 @@
 """
-Casters: which parts of a scene cast shadows (``casting.py``), and which let light through.
+Casters: parts of a scene that cast shadows (``casting.py``), and canopies that transmit light.
 
 Canopies weaken the sun instead of blocking it. Receivers behind canopies alone get a share of
 the light, once, however many crowns the ray to the sun passes, as in SOLWEIG (Lindberg, Grimmond
@@ -25,7 +25,7 @@ __all__ = ["WITH_LEAVES", "Canopy", "Season", "check_transmissivity", "describe_
 WITH_LEAVES = 0.03
 """Share of the light through leaves by default."""
 _DAY = re.compile(r"([0-9]{1,2})-([0-9]{1,2})")
-_LEAP = 2024  # has every day
+_LEAP = 2024  # a leap year has every day
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,7 @@ class Season:
         """
         Read the options, see ``umbra.shadow_study``.
 
-        An `InputError` says that one is not written so, or that two shares have no dates, or dates
-        one share.
+        Raises InputError if one is malformed, or if two shares have no dates, or one has dates.
         """
         shares = _read_shares(WITH_LEAVES if transmissivity is None else transmissivity)
         if leaf_on is None:
@@ -67,7 +66,7 @@ class Season:
         return cls(shares[0], shares[1], first, last)
 
     def find_share(self, day: dt.date) -> float:
-        """Return the share of the light that is let through on a local date."""
+        """Return the share of light transmitted on a local date."""
         if self.first is None or self.last is None:
             return self.with_leaves
         at = day.month, day.day
@@ -88,7 +87,7 @@ class Season:
 
 @dataclass(frozen=True, eq=False)
 class Canopy:
-    """Casters that weaken the light, looked through and no receivers."""
+    """Casters that transmit a share of the light and do not receive."""
 
     parts: tuple[int, ...]  # indices of all canopies, casting or not
     casting: tuple[int, ...]  # indices of canopies that cast
@@ -107,8 +106,8 @@ class Canopy:
         """
         Read the options, see ``umbra.shadow_study``; None where there is no canopy.
 
-        An `InputError` says that a pattern matches no part or none that casts, that nothing is
-        left to receive, or that the shares are wrong.
+        Raises InputError if a pattern matches no casting part, no receiver is left, or the
+        shares are wrong.
         """
         check_transmissivity(patterns, transmissivity, leaf_on)
         if not patterns:
@@ -131,7 +130,7 @@ class Canopy:
         )
 
     def find_receivers(self, scene: Scene, on: Sequence[str] = ()) -> list[int]:
-        """Return the parts, of all or of those that patterns name, that are no canopies."""
+        """Return the parts, of all or of some patterns, that are no canopies."""
         left = sorted(set(scene.select(on, option="on")) - set(self.parts))
         if not left:
             msg = (
@@ -142,7 +141,7 @@ class Canopy:
         return left
 
     def find_shares(self, days: Sequence[dt.date]) -> NDArray[np.float64]:
-        """Return the share of the light that is let through on each day, (n_days,)."""
+        """Return the share of light transmitted on each day, (n_days,)."""
         return np.array([self.season.find_share(day) for day in days])
 
     @property
@@ -159,7 +158,7 @@ def describe_opaque(
     scene: Scene, casters: Sequence[int], canopy: Canopy | None = None
 ) -> str | None:
     """
-    Say which casters a study takes as opaque though light passes through them; None where none.
+    Name transparent casters that a study takes as opaque; None if there are none.
 
     By their materials alone: textures are not decoded for it.
     """

@@ -1,4 +1,4 @@
-"""Casters of a study, made ready for any receivers."""
+"""Casters of a study, prepared for any receivers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -28,7 +28,7 @@ class Casting:
     soup: Triangles  # all visible triangles
     caster: Caster  # all casters, canopies as if they were opaque
     threads: int
-    canopy: Canopy | None = field(default=None, kw_only=True)  # casters that let light through
+    canopy: Canopy | None = field(default=None, kw_only=True)  # casters that transmit light
 
     @cached_property
     def tree(self) -> FaceTree:
