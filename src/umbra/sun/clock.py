@@ -41,7 +41,7 @@ DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stamps:
-    """Instants of a local date, and how its clock shows them."""
+    """Instants of a local date, with their clock times."""
 
     stamps: NDArray[np.datetime64]  # (n,): UTC, ascending
     zone: str  # IANA name of the local clock
@@ -215,6 +215,6 @@ def find_round_stamps(period: Stamps, minutes: int) -> Stamps:
         ) % dt.timedelta(minutes=minutes)  # fmt: skip
         if not past:
             found.append(at.replace(tzinfo=None))
-        # Looked at anew at each, as a clock may jump between.
+        # Converted at each, as a clock may jump between.
         at += dt.timedelta(minutes=minutes) - past
     return Stamps(stamps=np.array(found, "datetime64[us]"), zone=period.zone)

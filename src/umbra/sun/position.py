@@ -43,8 +43,8 @@ HORIZON_REFRACTION = 0.5667
 _importing = threading.Lock()
 RIM = -0.26667
 """Altitude of the sun's centre when its upper rim is on the horizon [degrees]."""
-_LOOK = 300_000_000  # between the instants at which the sun is looked for [us]
-_CLOSE = 1_000_000  # to which sunrise and sunset are solved [us]
+_LOOK = 300_000_000  # step of the search for sunrise and sunset [us]
+_CLOSE = 1_000_000  # tolerance of sunrise and sunset [us]
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +144,9 @@ def _find_angles(
     delta_t: ArrayLike,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Run SPA: altitude without and with refraction, and azimuth from true north [degrees]."""
-    # Two holes are mended below: SPA refracts every altitude and masks afterwards, which
-    # leaves NaN at the formula's pole at -5.11 degrees; and at the zenith rounding
-    # can take arcsin's argument above 1.
+    # Two fixes below: SPA refracts every altitude and masks afterwards, which leaves NaN at
+    # the formula's pole at -5.11 degrees; and at the zenith rounding can take arcsin's
+    # argument above 1.
     with np.errstate(all="ignore"):
         _, _, apparent, geometric, azimuth, _ = _load_spa().solar_position(
             seconds,
@@ -241,7 +241,7 @@ class Daylight:
     is_up: bool  # whether it is up when the date begins
 
     def __str__(self) -> str:
-        """Say when it rises and sets: "sunrise 06:05, sunset 18:14"."""
+        """Describe sunrise and sunset: "sunrise 06:05, sunset 18:14"."""
         told = [
             f"{name} {_round_to_minute(when):%H:%M}"
             for name, when in (("sunrise", self.rises), ("sunset", self.sets))

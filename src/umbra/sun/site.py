@@ -1,4 +1,4 @@
-"""A place on earth: coordinates, time zone, and how the model lies to true north."""
+"""Sites: coordinates, time zone, and the model's azimuth of true north."""
 
 import difflib
 import math
