@@ -1,9 +1,9 @@
 """
-CityGML 1.0, 2.0 and 3.0, and what PLATEAU adds: one city object at a time.
+CityGML 1.0, 2.0 and 3.0 with PLATEAU's extensions: one city object at a time.
 
-Each member of the city model becomes a feature as in a CityJSON sequence, and goes the same way
-from there. An `lxml` parser reads the stream; entities and document types are not allowed. Links
-to surfaces of other members are resolved in a second pass, which only files with such links need.
+Each member of the city model becomes a feature as in a CityJSON sequence, read by the same
+code. An `lxml` parser reads the stream; entities and document types are not allowed. Links
+to surfaces of other members are resolved in a second pass, only for files with such links.
 """
 
 import gzip
@@ -32,7 +32,7 @@ __all__ = ["read_citygml"]
 _MEMBERS = ("cityObjectMember", "cityObjectMembers", "featureMember", "featureMembers", "member")
 _DOCTYPE = "declares a document type or entities, which CityGML does not need; remove them"
 _EXPANSION = 200
-"""A compressed file that grows by more is taken for a trap."""
+"""Most growth of a compressed file; more is taken for an attack."""
 
 
 def read_citygml(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
@@ -40,7 +40,7 @@ def read_citygml(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
     need("lxml", "citygml", "CityGML")
     counts: Counter[str] = Counter()
     city = _City(data, counts, Budget(choices.size))
-    # The members' own templates are known only while they are read: the list grows.
+    # The list of templates grows while members are read.
     parts = make_parts(city.read_features(), Templates(city.templates), counts, lambda _: "")
     notes = (*city.notes, *list_counts(counts))
     return FileModel(f"CityGML {city.version}".strip(), turn_up(parts, choices.up), city.crs, notes)
@@ -87,7 +87,7 @@ class _City:
                     yield self._place(feature)
 
     def _find_members(self, reader: FeatureReader) -> Iterator[Any]:
-        """Return each member; learn the version and the CRS on the way."""
+        """Iterate over the members; set the version and the CRS."""
         for root, element in self._parse((*_MEMBERS, "Envelope")):
             if not self.version:
                 self.version = _find_version(root)
@@ -115,7 +115,7 @@ class _City:
         self.crs = self.crs or crs
 
     def _find_shared(self, wanted: set[str]) -> dict[str, Any]:
-        """Read the file again for elements that other members link to."""
+        """Read the file again for elements linked from other members."""
         found = {}
         for _, element in self._parse(None):
             name = id_of(element)
@@ -150,11 +150,11 @@ class _City:
                     raise InputError(msg, line=line) from error
 
     def _place(self, feature: dict[str, Any]) -> dict[str, Any]:
-        """Bring a feature's vertices into the order east, north, up."""
+        """Reorder a feature's vertices to east, north, up."""
         vertices: NDArray[np.float64] = feature["vertices"]
         if self._swaps is None and self.crs is not None and len(vertices):
             says, orders = find_axis_orders(self.crs, vertices[0])
-            # Where either order may be meant, bodies are not inside out.
+            # If either order is possible, choose the one with outward bodies.
             wrong = len(orders) > 1 and _find_volume(feature) * (-1 if orders[0] else 1) < 0
             self._swaps = orders[wrong]
             if self._swaps != says:
@@ -170,7 +170,7 @@ class _City:
 
 
 def _forget(member: Any) -> None:
-    """Free a member and what stands before it: the tree of a city does not fit in memory."""
+    """Free a member and all before it: a city's tree does not fit in memory."""
     member.clear()
     while member.getprevious() is not None:
         del member.getparent()[0]
@@ -190,7 +190,7 @@ def _find_volume(feature: dict[str, Any]) -> float:
 
 
 def _find_version(root: Any) -> str:
-    """Find the version in the namespaces of the root; they end in it."""
+    """Find the version, which ends the root's namespaces."""
     for address in root.nsmap.values():
         front, _, last = str(address).rpartition("/")
         if front.endswith("opengis.net/citygml"):
@@ -212,7 +212,7 @@ def _open(data: bytes) -> Iterator[tuple[str, "BinaryIO | _Bounded"]]:
 
 
 class _Bounded(io.RawIOBase):
-    """A stream of which at most some bytes are read."""
+    """A stream with a limit of bytes read."""
 
     def __init__(self, stream: Any, most: int) -> None:
         self._stream, self._left, self._most = stream, most, most

@@ -38,12 +38,12 @@ _INDOORS = {
     "IntBridgeInstallation", "IntBuildingInstallation", "IntTunnelInstallation", "Room",
     "TunnelFurniture",
 }  # fmt: skip
-_NUMBER, _LINK = 32, 200  # memory of a coordinate and of a link that is followed [byte]
-_AT_ONCE = 1 << 20  # bytes that the budget is told of at once
+_NUMBER, _LINK = 32, 200  # memory of a coordinate and of a followed link [byte]
+_AT_ONCE = 1 << 20  # bytes charged to the budget at once
 
 
 def name_of(element: Any) -> str:
-    """Return an element's name without its namespace; empty for what is no element."""
+    """Return an element's name without its namespace; empty for other nodes."""
     return _strip(element.tag)
 
 
@@ -68,7 +68,7 @@ class FeatureReader:
     counts : Counter
         Losses, added to.
     budget : Budget
-        Of memory: links may lead to the same surfaces over and over.
+        Of memory: links may repeat the same surfaces many times.
     """
 
     def __init__(
@@ -77,16 +77,16 @@ class FeatureReader:
         self._templates, self._counts, self._budget = templates, counts, budget
         self._template_of: dict[str, int] = {}
         self._unnamed = 0
-        self._held = 0  # memory that the budget has not been told of yet [byte]
+        self._held = 0  # memory not yet charged to the budget [byte]
         self.shared: dict[str, Any] = {}
         """Elements of other members, by id."""
         self.wanted: set[str] = set()
-        """Ids of elements that members link to and do not hold."""
+        """Ids of linked elements outside their members."""
         self.is_last = False
-        """Whether links that lead nowhere are left out, as nothing more will be found."""
+        """Whether broken links are left out, as no more elements will be found."""
 
     def read(self, member: Any) -> dict[str, Any] | None:
-        """Read a member's objects; None if it links to elements that are not known yet."""
+        """Read a member's objects; None if it links to elements not yet found."""
         before, self._lacks = self._counts.copy(), False
         self._coordinates: list[float] = []
         self._objects: dict[str, Any] = {}
@@ -103,7 +103,7 @@ class FeatureReader:
         return {"type": "CityJSONFeature", "CityObjects": self._objects, "vertices": vertices}
 
     def _read_object(self, element: Any, parent: str | None) -> None:
-        """Read an object with its surfaces, and those that it holds."""
+        """Read an object with its surfaces and its child objects."""
         kind, name = name_of(element), id_of(element)
         if name is None or name in self._objects:
             self._unnamed += 1
@@ -136,7 +136,7 @@ class FeatureReader:
             self._objects[parent]["children"].append(name)
 
     def _walk(self, element: Any, name: str, kind: str) -> Iterator[tuple[str, Any, str]]:
-        """Return the geometries of an object: level, element, and kind if of a surface of it."""
+        """Return an object's geometries: level, element, and kind for surfaces."""
         for prop in element:
             outer = name_of(prop)
             known = _LEVEL.match(outer)
@@ -158,7 +158,7 @@ class FeatureReader:
                     self._read_object(child, name)
 
     def _name_surfaces(self, themes: dict[str, list[tuple[str, Any]]]) -> dict[str, str]:
-        """Return the kind of each surface that has an id, by that id."""
+        """Return the kind of each surface by its id."""
         return {
             name: theme
             for surfaces in themes.values()
@@ -179,7 +179,7 @@ class FeatureReader:
             return None
         boundaries = [rings for rings, _ in found]
         values = [next((kinds[i] for i in ids if i in kinds), None) for _, ids in found]
-        if kind in _SOLIDS:  # shells are told apart nowhere after this
+        if kind in _SOLIDS:  # shells are not distinguished after this
             return _with_semantics("Solid", level, [boundaries], [values])
         return _with_semantics("MultiSurface", level, boundaries, values)
 
@@ -206,7 +206,7 @@ class FeatureReader:
                     yield from self._find_patches(target, ids, turned=turned)
 
     def _follow(self, link: str) -> Any | None:
-        """Find what a link of this file leads to."""
+        """Find the element that a link points to."""
         self._held += _LINK
         if self._held > _AT_ONCE:
             self._spend()
@@ -248,7 +248,7 @@ class FeatureReader:
                 self._counts["rings left out that have no heights"] += 1
                 return []
             more = _read_numbers(element, ring)
-            # Pieces of a composed ring begin where the one before ends.
+            # Each piece of a composed ring begins at the end of the one before.
             numbers += more[3:] if more[:3] == numbers[-3:] else more
         if len(numbers) % 3:
             owner = _name_owner(ring)
@@ -289,7 +289,7 @@ class FeatureReader:
         return geometry
 
     def _find_template(self, level: str, holder: Any | None) -> int | None:
-        """Return the number of a shape's template, which is read once."""
+        """Return the index of a shape's template, read once."""
         if holder is None:
             return None
         link = holder.get(HREF)
