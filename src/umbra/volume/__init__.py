@@ -1,1 +1,1 @@
-"""Shadow volumes of any triangle soup: adjacency, silhouettes, sides, caps, cuts."""
+"""Shadow volumes of any triangle soup: adjacency, silhouettes, sides, caps and culling."""

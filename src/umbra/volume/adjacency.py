@@ -1,19 +1,18 @@
 """
-Which faces meet at which edge, for any triangle soup.
+Adjacency of faces at edges, for any triangle soup.
 
-A face *adds* to the shadow count in one of two ways. In a **closed** component
-(every edge's signed incidences sum to 0) only lit faces add, by +1. In anything
-else every face adds, turned to face the light: +1 if lit, -1 along its own
-winding if not. Both are linear, so the multiplicity of an edge is the sum over
-its incident faces of (direction along the edge) x (what the face adds), and
-edges of any degree can be split into *pairs* of incidences. A pair of faces
-(a, b) with a weight w and a turn bit t then has the multiplicity
+A face *adds* to the shadow count in one of two ways. In a **closed** component (every edge's signed
+incidences sum to 0) only lit faces add, by +1. In an **open** component every face adds, turned to
+face the light: +1 if lit, -1 along its own winding if not. Both are linear, so the multiplicity of
+an edge is the sum over its incident faces of (direction along the edge) x (what the face adds), and
+edges of any degree can be split into *pairs* of incidences. A pair of faces (a, b) with a weight w
+and a turn bit t then has the multiplicity
 
     0 if lit(a) ^ lit(b) ^ t == 0, else w if lit(a), else -w
 
-in every case: closed (t = 0, |w| = 1), open and consistently wound (t = 0,
-|w| = 2), open and inconsistently wound (t = 1, |w| = 2), a border (b = a, t = 1,
-|w| = 1). This is the one rule that the silhouette kernels know.
+in every case: closed (t = 0, |w| = 1), open and consistently wound (t = 0, |w| = 2), open and
+inconsistently wound (t = 1, |w| = 2), a border (b = a, t = 1, |w| = 1). The silhouette kernels
+apply this rule alone.
 
 Sources: McGuire et al. 2003, section 6; Kim, Kim, Turk 2008 for multiplicities.
 """
@@ -29,7 +28,7 @@ __all__ = ["Caster", "make_caster", "make_planes", "sort_along_curve", "weld_ver
 
 @njit(cache=True, nogil=True)
 def _first_at_place(bits, table, first):
-    """Fill ``first`` with the lowest index that has the same 192 bits (open addressing)."""
+    """Fill ``first`` with the lowest index of equal 192 bits (open addressing)."""
     mask = np.uint64(table.size - 1)
     for i in range(bits.shape[0]):
         h = bits[i, 0] * np.uint64(0x9E3779B97F4A7C15)
@@ -50,9 +49,9 @@ def _first_at_place(bits, table, first):
 
 def weld_vertices(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
     """
-    Find, for each vertex (n, 3), finite, the first one at exactly the same place, (n,).
+    Find for each vertex (n, 3), finite, the first vertex of equal coordinates, (n,).
 
-    Only equal coordinates weld (and -0 equals 0): a tolerance would move walls, and the open rule
+    Only equal coordinates are welded (-0 equals 0): a tolerance would move walls, and the open rule
     keeps shadows exact across cracks anyway.
     """
     count = len(vertices)
@@ -65,27 +64,27 @@ def weld_vertices(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
 
 @dataclass(frozen=True, eq=False)
 class Caster:
-    """Triangles made ready to cast shadows, in a local frame [m]."""
+    """Triangle mesh prepared to cast shadows, in a local frame [m]."""
 
-    # (n_vertices, 3); equal places share one index in faces and edges
+    # (n_vertices, 3); vertices of equal coordinates share one index in faces and edges
     vertices: NDArray[np.float64]
-    faces: NDArray[np.int32]  # (n_faces, 3), in an order in which neighbours are near each other
-    source: NDArray[np.int32]  # (n_faces,) their numbers in the soup
+    faces: NDArray[np.int32]  # (n_faces, 3), sorted so that neighbours are close in memory
+    source: NDArray[np.int32]  # (n_faces,) indices in the triangle soup
     # (4, n_faces + 1) normal of twice the face's area, outward, and offset: a face is lit when
     # ``planes[:, f] @ light > 0``; the last column is NaN: never lit, never edge-on
     planes: NDArray[np.float64]
-    component: NDArray[np.int32]  # (n_faces,) faces joined by edges share a number
+    component: NDArray[np.int32]  # (n_faces,) faces connected by edges share a component
     # (n_components,) whether only a component's lit faces add to the count
     is_closed: NDArray[np.bool_]
-    edges: NDArray[np.int32]  # (n_edges, 2) vertices of each pair of incidences
+    edges: NDArray[np.int32]  # (n_edges, 2) vertices of each pair of faces
     edge_faces: NDArray[np.int32]  # (n_edges, 2) the faces (a, b) of the pair
     turn: NDArray[np.bool_]  # (n_edges,)
     weight: NDArray[np.int8]  # (n_edges,)
-    whole: NDArray[np.float64] | None = None  # planes of all faces, where ``without`` left some out
+    whole: NDArray[np.float64] | None = None  # planes of all faces, if ``without`` left some out
 
     @property
     def whole_planes(self) -> NDArray[np.float64]:
-        """The planes of all faces, whichever of them cast, (4, n_faces + 1) float64."""
+        """Planes of all faces, whether they cast or not, (4, n_faces + 1) float64."""
         return self.planes if self.whole is None else self.whole
 
     @property
@@ -100,7 +99,7 @@ class Caster:
         return np.bincount(self.component, np.einsum("ij,ij->i", a, np.cross(b, c))) < 0
 
     def ends(self, vertices: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-        """Return both end points of every edge, (n_edges, 6); of ``vertices`` moved elsewhere."""
+        """Return both end points of every edge, (n_edges, 6), optionally of moved ``vertices``."""
         points = self.vertices if vertices is None else vertices
         return points[self.edges.ravel()].reshape(-1, 6)
 
@@ -108,8 +107,8 @@ class Caster:
         """
         Return the caster with some components under the open rule instead of the closed one.
 
-        In a closed component every pair is consistently wound with weight 1, so
-        letting its unlit faces add -1 doubles each multiplicity.
+        In a closed component every pair is consistently wound with weight 1, so counting unlit
+        faces as -1 doubles each multiplicity.
         """
         change = components & self.is_closed
         if not change.any():
@@ -120,10 +119,10 @@ class Caster:
 
     def without(self, faces: NDArray[np.intp]) -> "Caster":
         """
-        Return the caster with some faces that cast nothing: the faces on which a light lies.
+        Return the caster without the shadows of some faces: those that hold a light.
 
-        To every light they are exactly edge-on, and their components follow the open rule:
-        the light is neither inside of them nor outside.
+        They count as edge-on for every light, and their components follow the open rule: the light
+        is neither inside nor outside them.
         """
         if not len(faces):
             return self
@@ -140,11 +139,11 @@ def make_caster(
     group: NDArray[np.int32] | None = None,
 ) -> Caster:
     """
-    Weld, join and pair a triangle soup: faces counter-clockwise seen from outside, if there is one.
+    Make a caster of a triangle soup: weld vertices, find components, pair faces at edges.
 
-    Triangles with two corners at one place are left out: they cast nothing and their edges cancel.
-    ``group`` (n_faces,) is the object of each face: one that is closed on its own stays closed
-    even if it touches an open one.
+    Closed faces are counter-clockwise seen from outside. Triangles with two equal corners are left
+    out: they cast nothing. ``group`` (n_faces,) is the object of each face: an object that is
+    closed on its own stays closed even if it touches an open one.
     """
     first = weld_vertices(vertices)
     welded = first[faces]
@@ -163,7 +162,7 @@ def make_caster(
     is_closed = _find_closed(half, component)
     loose = ~is_closed[component]
     if loose.any() and objects.any():
-        # A closed house must not turn open because a fence touches it.
+        # A closed house must not become open because a fence touches it.
         part = half.within(loose, objects)
         again = _join(part, len(welded))
         component = _renumber(np.where(loose, again + len(is_closed), component))
@@ -186,12 +185,12 @@ def make_caster(
 
 @dataclass(frozen=True, eq=False)
 class _HalfEdges:
-    """Every face's three directed edges, sorted so that those on one edge are neighbours."""
+    """Directed edges of all faces, sorted so that half-edges of one edge are adjacent."""
 
     key: NDArray[np.uint64]  # lower vertex << 32 | higher vertex, ascending
     face: NDArray[np.int32]
     sign: NDArray[np.int8]  # +1 where the face runs from lower to higher
-    start: NDArray[np.bool_]  # first of its run
+    start: NDArray[np.bool_]  # first half-edge of its run
 
     @classmethod
     def of(cls, faces: NDArray[np.int32]) -> "_HalfEdges":
@@ -206,7 +205,7 @@ class _HalfEdges:
         return cls(key, face, sign, _run_starts(key))
 
     def within(self, chosen: NDArray[np.bool_], group: NDArray[np.int32]) -> "_HalfEdges":
-        """Keep the chosen faces, and part the runs by group."""
+        """Keep the chosen faces, and split the runs by group."""
         kept = np.flatnonzero(chosen[self.face])
         key, face, sign = self.key[kept], self.face[kept], self.sign[kept]
         order = np.lexsort((group[face], key))
@@ -225,7 +224,7 @@ def _renumber(labels: NDArray) -> NDArray[np.int32]:
 
 
 def _join(half: _HalfEdges, n_faces: int) -> NDArray[np.int32]:
-    """Return each face's component, which edges join, (n_faces,) int32."""
+    """Return each face's component, connected by edges, (n_faces,) int32."""
     root = np.arange(n_faces, dtype=np.int32)
     _union_roots(half.face, half.start, root)
     return _renumber(root)
@@ -267,12 +266,12 @@ def _find_closed(half: _HalfEdges, component: NDArray[np.int32]) -> NDArray[np.b
 def _pair(
     half: _HalfEdges, component: NDArray[np.int32], is_closed: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_], NDArray[np.int8]]:
-    """Pair the incidences of every edge, closed faces with closed and open with open."""
+    """Pair the half-edges of every edge, closed faces with closed and open with open."""
     closed = is_closed[component[half.face]]
     key, face, sign = half.key, half.face, half.sign
     runs = np.diff(np.append(np.flatnonzero(half.start), len(key)))
     if (runs > 2).any() or closed.any() != closed.all():
-        # In a run sorted by sign the first half are opposite to the second.
+        # In a run sorted by sign the first half is opposite to the second.
         order = np.lexsort((-sign, closed, key))
         key, face, sign, closed = key[order], face[order], sign[order], closed[order]
     a, b = _halve_runs(np.flatnonzero(_run_starts(key) | _run_starts(closed)), len(key))
@@ -291,7 +290,7 @@ def _pair(
 
 @njit(cache=True, nogil=True)
 def _halve_runs(starts, end):
-    """Pair the first half of every run with the second; what is left over, last, with itself."""
+    """Pair the first half of every run with the second; a leftover last one with itself."""
     first = np.zeros(end, np.int64)
     second = np.zeros(end, np.int64)
     pairs = 0
@@ -310,7 +309,7 @@ def _halve_runs(starts, end):
 
 
 def make_planes(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return the faces' planes as a caster keeps them, (4, n_faces + 1) float64."""
+    """Return the faces' planes in a caster's layout, (4, n_faces + 1) float64."""
     planes = np.full((4, len(faces) + 1), np.nan)
     _fill_planes(vertices, faces, planes)
     return planes
@@ -329,7 +328,7 @@ def _fill_planes(vertices, faces, planes):
 
 
 def sort_along_curve(points: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Order points (n, 3) along a Morton curve, so that neighbours lie near in memory."""
+    """Order points (n, 3) along a Morton curve, so that neighbours are close in memory."""
     if len(points) < 2:
         return np.arange(len(points))
     corner = np.ascontiguousarray(points.T)

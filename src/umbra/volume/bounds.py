@@ -1,12 +1,11 @@
 """
-What a frame can leave out: casters out of the light's range, volumes out of view.
+Culling for a frame: casters out of the light's range, volumes out of view.
 
-Everything here is conservative: the parts that it drops cannot change the picture. Regions are
-given as inward planes (a, b, c, d), a point x being inside where a x + b y + c z + d w
-is not negative in any; shapes as homogeneous points that span them, (direction, 0)
-being infinitely far. So a volume that ends at infinity is treated like one that ends on
-a floor. Rectangles of pixels are (left, top, right, bottom), right and bottom left out;
-row 0 is the top, as in a picture.
+All tests are conservative: culled parts cannot change the picture. Regions are inward planes (a, b,
+c, d), a point x being inside where a x + b y + c z + d w is not negative in any; shapes are convex
+hulls of homogeneous points, (direction, 0) being infinitely far. So volumes that end at infinity or
+on a floor are treated alike. Rectangles of pixels are (left, top, right, bottom), right and bottom
+exclusive; row 0 is the top.
 
 Source: McGuire et al. 2003, sections 5 and 6.
 """
@@ -47,7 +46,7 @@ def find_box_points(bounds: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def move_boxes(transforms: NDArray[np.float64], bounds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return boxes (n, m, 2, 3) around boxes (m, 2, 3) that affine transforms (n, 4, 4) move."""
+    """Return the bounds (n, m, 2, 3) of boxes (m, 2, 3) under affine transforms (n, 4, 4)."""
     middle, half = bounds.mean(1), np.ptp(bounds, axis=1) / 2.0
     linear = transforms[:, None, :3, :3]
     middle = (linear @ middle[..., None])[..., 0] + transforms[:, None, :3, 3]
@@ -57,13 +56,13 @@ def move_boxes(transforms: NDArray[np.float64], bounds: NDArray[np.float64]) -> 
 
 def is_outside(planes: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
     """
-    Return which shapes lie wholly beyond one of a region's planes, (n,) bool.
+    Return whether shapes lie wholly beyond one of a region's planes, (n,) bool.
 
-    True means surely outside; False that the shape may reach in. ``planes`` (k, 4) are inward,
-    ``points`` (n, m, 4) span each shape, homogeneous with w >= 0.
+    True means certainly outside; False that the shape may reach inside. ``planes`` (k, 4) are
+    inward, ``points`` (n, m, 4) span each shape, homogeneous with w >= 0.
     """
     values = points @ planes.T
-    # Of a shape that ends at infinity only its finite points must be truly beyond.
+    # Of a shape that reaches infinity only the finite points must be strictly beyond.
     beyond = np.where(points[..., 3:] > 0, values < 0, values <= 0)
     return np.asarray(beyond.all(1).any(-1))
 
@@ -72,7 +71,7 @@ def sort_boxes(
     planes: NDArray[np.float64], bounds: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """
-    Return which boxes (n, 2, 3) lie wholly beyond a plane of a region, and which within all.
+    Return whether boxes (n, 2, 3) lie wholly beyond a plane of a region, or within all.
 
     Returns ``is_outside`` and ``is_inside``, (n,) bool each; ``planes`` (k, 4) are inward.
     """
@@ -100,10 +99,9 @@ def is_in_range(
     bounds: NDArray[np.float64], light: ArrayLike, reach: float = np.inf
 ) -> NDArray[np.bool_]:
     """
-    Return which casters (n, 2, 3) a light (4,) of limited range can reach, (n,).
+    Return whether casters (n, 2, 3) are in the range of a light (4,), (n,).
 
-    A caster farther away throws its shadow where the light does not shine anyway. A directional
-    light reaches everything.
+    A caster farther away shadows only points out of range. A directional light reaches everything.
     """
     boxes, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     return np.array([_find_distance(box, light) <= reach for box in boxes], np.bool_)
@@ -111,13 +109,13 @@ def is_in_range(
 
 def can_end_at_floor(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
     """
-    Return which casters' (n, 2, 3) shadow volumes meet every floor below, (n,).
+    Return whether casters' (n, 2, 3) shadow volumes meet every floor below, (n,).
 
-    Those are the casters wholly below their light (4,).
+    True for casters wholly below the light (4,).
     """
     high = np.asarray(bounds, np.float64)[:, 1, 2]
     light = np.asarray(light, np.float64)
-    # All but level light would throw corners farther than float32 can tell apart.
+    # Almost horizontal light projects corners farther than float32 can resolve.
     level = 1e-4 * np.linalg.norm(light[:3]) if light[3] == 0 else 1e-4 * np.abs(high)
     return np.asarray(light[2] - light[3] * high > level)
 
@@ -126,11 +124,11 @@ def end_at_floor(
     points: NDArray[np.float64], light: ArrayLike, floor: float
 ) -> NDArray[np.float64]:
     """
-    Throw points (..., 3) away from a light (4,) above them, down to a floor's z [m] at most.
+    Project points (..., 3) away from a light (4,) above them, down to a floor's z [m].
 
-    The far end of a volume that is cut where no receiver can lie. Points below the floor stay
-    where they are: above the floor, sides between them and others are right. With z-fail, or with
-    a receiver in the floor itself, choose the floor a little lower than the lowest receiver.
+    The far end of a volume that is cut below all receivers. Points below the floor do not move:
+    above the floor, their sides stay correct. With z-fail, or with a receiver in the floor itself,
+    choose a floor slightly below the lowest receiver.
     """
     points, light = np.asarray(points, np.float64), np.asarray(light, np.float64)
     drop = np.maximum(points[..., 2:] - floor, 0.0)
@@ -145,12 +143,11 @@ def find_shadow_points(
     reach: float = np.inf,
 ) -> NDArray[np.float64]:
     """
-    Find points (n, 16, 4) whose hull holds the shadow volume of each box (n, 2, 3).
+    Find points (n, 16, 4) whose hull contains the shadow volume of each box (n, 2, 3).
 
-    They are the box's corners, then their throw by the light (4,): at infinity (w = 0), on the
-    floor or out of range, whichever is nearest. Below the floor's z no receiver lies; boxes that
-    reach up to the light ignore it. Beyond the reach of a point light its shadow does not matter
-    [m].
+    The box's corners, then their projection from the light (4,): to infinity (w = 0), the floor or
+    the light's reach [m], whichever is nearest. No receiver lies below the floor's z; boxes that
+    reach up to the light ignore it.
     """
     bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     points = np.zeros((len(bounds), 16, 4))
@@ -161,7 +158,7 @@ def find_shadow_points(
 
 @njit(cache=True, nogil=True)
 def _find_distance(box, light):
-    """Return how far a box is from a light; 0 for a directional light."""
+    """Return the distance of a box from a light; 0 for a directional light."""
     square = 0.0
     if light[3] != 0.0:
         for axis in range(3):
@@ -172,7 +169,7 @@ def _find_distance(box, light):
 
 @njit(cache=True, nogil=True)
 def _throw(box, light, floor, reach, points):
-    """Write the points of ``find_shadow_points`` of one box (16, 4); a floor of NaN is none."""
+    """Write the points of ``find_shadow_points`` for one box (16, 4); NaN means no floor."""
     for k in range(8):
         for axis in range(3):
             points[k, axis] = box[k >> axis & 1, axis]
@@ -181,7 +178,7 @@ def _throw(box, light, floor, reach, points):
     is_below = True
     distance = _find_distance(box, light)
     if light[3] != 0.0 and np.isfinite(reach) and distance > 1e-6 * reach:
-        # Of two points on one ray the farther is at most reach / distance times as far.
+        # On a ray, the point at the reach is at most reach / distance times as far as the box's.
         times = max(reach / distance, 1.0)
         is_below = False
         for k in range(8):
@@ -192,7 +189,7 @@ def _throw(box, light, floor, reach, points):
             is_below |= points[8 + k, 2] < floor
     size = np.sqrt(light[0] ** 2 + light[1] ** 2 + light[2] ** 2)
     level = 1e-4 * (size if light[3] == 0.0 else abs(box[1, 2]))
-    # One end for all corners of a box: hulls of mixed ends could miss some of it.
+    # One kind of end for all corners: the hull of mixed ends could miss part of the volume.
     if is_below and not np.isnan(floor) and light[2] - light[3] * box[1, 2] > level:
         for k in range(8):
             drop = max(points[k, 2] - floor, 0.0) / (light[3] * points[k, 2] - light[2])
@@ -204,7 +201,7 @@ def _throw(box, light, floor, reach, points):
 
 @njit(cache=True, nogil=True)
 def _is_beyond(plane, points):
-    """Return whether a shape lies wholly beyond a plane; as ``is_outside``."""
+    """Return whether a shape lies wholly beyond a plane, as ``is_outside``."""
     for k in range(points.shape[0]):
         value = plane[3] * points[k, 3]
         for axis in range(3):
@@ -217,10 +214,10 @@ def _is_beyond(plane, points):
 @njit(cache=True, nogil=True)
 def is_seen(box, light, planes, floor, reach, points):
     """
-    Tell whether a box (2, 3) is in a light's range and its shadow volume beyond no plane (k, 4).
+    Return whether a box (2, 3) is in range and its shadow volume beyond none of planes (k, 4).
 
-    The box is asked first, and thrown only if it is beyond a plane itself: mostly it is not.
-    ``points`` (16, 4) are written to; else as in ``find_visible_parts``.
+    The box itself is tested first, and projected only if it is beyond a plane, which is rare.
+    ``points`` (16, 4) is scratch; other parameters as in ``find_visible_parts``.
     """
     if _find_distance(box, light) > reach:
         return False
@@ -253,8 +250,8 @@ def _find_parts(bounds, light, planes, far, floor, reach, parts):
             for axis in range(3):
                 points[k, axis] = box[k >> axis & 1, axis]
             points[k, 3] = 1.0
-        # What of the box lies below the floor stays where it is: without its section there the
-        # hull would miss the throw from just above it.
+        # The part of the box below the floor is not projected: without its section at the floor the
+        # hull would miss the projection from just above it.
         _throw(box, light, floor, np.inf, ends)
         is_cut = ends[8, 3] > 0.0
         stands = is_cut and box[0, 2] < floor
@@ -263,7 +260,7 @@ def _find_parts(bounds, light, planes, far, floor, reach, parts):
             feet[:] = points[:8]
             feet[:, 2] = np.minimum(feet[:, 2], floor)
         light_cap = True
-        dark_cap = is_cut or light[3] != 0.0  # at infinity all would meet in one point
+        dark_cap = is_cut or light[3] != 0.0  # at infinity it is a single point
         for plane in planes:
             light_cap = light_cap and not _is_beyond(plane, points[:8])
             dark_cap = dark_cap and not (_is_beyond(plane, ends[8:]) and _is_beyond(plane, feet))
@@ -273,7 +270,7 @@ def _find_parts(bounds, light, planes, far, floor, reach, parts):
 @dataclass(frozen=True, eq=False)
 class VisibleParts:
     """
-    Which parts of shadow volumes may be in view, (n,) bool each.
+    Visibility of the parts of shadow volumes, (n,) bool each; True if in doubt.
 
     If the ``volume`` is out of view, so are all parts. Sides are in view with it.
     """
@@ -296,9 +293,9 @@ def find_visible_parts(
     """
     Find the parts of casters' (n, 2, 3) shadow volumes in view and in the light's range.
 
-    Bounds, light (4,) and floor are relative to the origin [m]. The scissor, left, top, right,
-    bottom [pixels], is the whole picture by default; volumes are cut at the floor's z, as no
-    receiver lies below; ``reach`` is the light's range.
+    Bounds, light (4,) and floor are relative to the origin [m]. The scissor (left, top, right,
+    bottom) [pixels] is the whole picture by default; volumes are cut at the floor's z, below all
+    receivers; ``reach`` is the light's range.
     """
     bounds, light = np.asarray(bounds, np.float64), np.asarray(light, np.float64)
     planes = find_view_planes(camera, origin, scissor)
@@ -311,10 +308,10 @@ def find_visible_parts(
 
 def find_far_plane(camera: Camera, planes: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Find the inward far plane (4,) that goes with the planes of a view.
+    Find the inward far plane (4,) that belongs to the planes of a view.
 
-    No visible point is farther, but faces there still count behind visible ones. Everything is
-    inside where there is no far plane.
+    No visible point is beyond it, but z-fail counts faces there. Without a far plane everything is
+    inside.
     """
     if np.isinf(camera.far):
         return np.array([0.0, 0.0, 0.0, 1.0])

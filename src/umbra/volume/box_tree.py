@@ -1,9 +1,9 @@
 """
-A tree of boxes around casters: which of them a light reaches, and whose shadows can be seen.
+Bounding volume hierarchy over casters, to find those in a light's range with visible shadows.
 
-Boxes stand along a curve through space, eight to a node and eight nodes to the next. What
-moves only grows or shrinks its nodes; the order is found anew when they have grown too far.
-What is asked of a box is asked of a node first, since a node's shadow holds those of its boxes.
+Boxes are sorted along a space-filling curve, eight to a node and eight nodes to a parent. Moving
+casters only refit the nodes; the order is recomputed when the nodes have grown too large. Tests run
+on nodes first, since a node's shadow contains the shadows of its boxes.
 """
 
 from dataclasses import dataclass, field
@@ -19,15 +19,15 @@ from umbra.volume.regions import find_view_planes
 
 __all__ = ["BoxTree"]
 
-_WIDTH = 8  # boxes or nodes in a node
-_MOST = 2.0  # times the size of the lowest nodes when they were made
+_WIDTH = 8  # boxes or child nodes per node
+_MOST = 2.0  # growth of the lowest nodes' total size that triggers a new order
 _NOWHERE = np.zeros((0, 4))
 
 
 @dataclass(eq=False)
 class BoxTree:
     """
-    Boxes (n, 2, 3) in a tree; ``fit`` takes them elsewhere.
+    Bounding volume hierarchy over boxes (n, 2, 3); ``fit`` moves them.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class BoxTree:
         self._size = _fit(self.bounds, self._order, self._starts, self._nodes)
 
     def fit(self, bounds: NDArray[np.float64]) -> None:
-        """Take the same boxes at other places, (n, 2, 3) [m]."""
+        """Refit the tree to moved boxes, (n, 2, 3) [m]."""
         self.bounds = bounds
         if _fit(bounds, self._order, self._starts, self._nodes) > _MOST * self._size:
             self.__post_init__()
@@ -83,7 +83,7 @@ class BoxTree:
         return found
 
     def find_holding(self, place: NDArray[np.float64], margin: float = 0.0) -> NDArray[np.intp]:
-        """Find the boxes that hold a place (3,), or are no farther than a margin [m], ascending."""
+        """Find the boxes within a margin [m] of a point (3,), ascending."""
         found = np.zeros(len(self.bounds), np.bool_)
         _find_holding(self.bounds, self._order, self._starts, self._nodes, place, margin, found)
         return np.flatnonzero(found)
@@ -91,7 +91,7 @@ class BoxTree:
 
 @njit(cache=True, nogil=True)
 def _fit(bounds, order, starts, nodes):
-    """Write the boxes of all nodes; give the sum of the lowest ones' sizes."""
+    """Write the boxes of all nodes; return the total size of the lowest nodes."""
     size = 0.0
     for level in range(starts.size - 1):
         below = order.size if level == 0 else starts[level] - starts[level - 1]
@@ -110,7 +110,7 @@ def _fit(bounds, order, starts, nodes):
 
 @njit(cache=True, nogil=True)
 def _is_beyond_any(planes, box):
-    """Tell whether a box lies wholly beyond one of some planes."""
+    """Return whether a box lies wholly beyond any plane."""
     for k in range(planes.shape[0]):
         highest = planes[k, 3]
         for axis in range(3):
@@ -122,10 +122,10 @@ def _is_beyond_any(planes, box):
 
 @njit(cache=True, nogil=True)
 def _find_seen(bounds, order, starts, nodes, light, planes, floor, reach, cone, found):
-    """Mark the boxes of ``find_seen``, from the highest node down."""
+    """Mark the boxes of ``find_seen``, from the root down."""
     points = np.zeros((16, 4))
     stack = np.zeros((_WIDTH * starts.size, 2), np.int64)
-    stack[0, 0] = starts.size - 2  # the level; the highest has one node, number 0
+    stack[0, 0] = starts.size - 2  # level and node; the root is node 0 of the highest level
     depth = 1 if order.size else 0
     while depth:
         depth -= 1
@@ -146,7 +146,7 @@ def _find_seen(bounds, order, starts, nodes, light, planes, floor, reach, cone, 
 
 @njit(cache=True, nogil=True)
 def _find_holding(bounds, order, starts, nodes, place, margin, found):
-    """Mark the boxes of ``find_holding``, from the highest node down."""
+    """Mark the boxes of ``find_holding``, from the root down."""
     stack = np.zeros((_WIDTH * starts.size, 2), np.int64)
     stack[0, 0] = starts.size - 2
     depth = 1 if order.size else 0

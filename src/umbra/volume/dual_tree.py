@@ -1,11 +1,10 @@
 """
-A tree of boxes over dual segments, 16 children each, for fast cuts by a light's plane.
+Bounding volume hierarchy over dual segments, 16 children each, cut by a light's plane.
 
-The segments are sorted along a Morton curve through the four dimensions, by their
-middles, and cut into blocks of 16; a box around each block, 16 boxes to a block of
-boxes, and so on up. All 16 are tested at once. Unlike the paper's hextree, boxes fit
-tightly, however segments lie, and no segment sticks near the root because it crosses a
-cell's wall.
+The segments are sorted by their midpoints along a four-dimensional Morton curve and split into
+blocks of 16; each block has a box, 16 boxes form a block of boxes, and so on up. All 16 are tested
+at once. Unlike in the paper's hextree, boxes always fit tightly, and no segment stays near the root
+because it crosses a cell boundary.
 """
 
 from dataclasses import dataclass
@@ -37,10 +36,9 @@ __all__ = ["DualTree", "make_dual_tree", "prefetch"]
 @intrinsic
 def prefetch(_typing, array, place):
     """
-    Ask for the cache line of one entry of a contiguous array, and go on at once.
+    Prefetch the cache line of one entry of a contiguous array, without waiting.
 
-    ``place`` counts as if the array were flat. Only a hint: where processors or arrays know
-    nothing of it, nothing happens.
+    ``place`` is a flat index. Only a hint: without support it does nothing.
     """
 
     def generate(context, builder, signature, arguments):
@@ -57,18 +55,18 @@ def prefetch(_typing, array, place):
     return types.void(array, place), generate
 
 
-_AT_ONCE = STRETCH // WIDTH  # blocks that one thread takes at a time
-_AHEAD = 4  # blocks asked for before their turn: from memory they come in no order
+_AT_ONCE = STRETCH // WIDTH  # blocks per work item of a thread
+_AHEAD = 4  # blocks prefetched ahead: the hardware cannot predict their addresses
 
 
 @dataclass(frozen=True, eq=False)
 class DualTree(Tree):
     """
-    Boxes in dual space, level by level.
+    Hierarchy of boxes in dual space, level by level.
 
-    A block of boxes is 8 rows of 16 float32: four of middles, four of half extents. Box i of block
-    b on one level holds block ``16 * b + i`` of the next one; those of the last level hold blocks
-    of segments.
+    A block of boxes is 8 rows of 16 float32: four of centres, four of half extents. Box i of block
+    b on one level bounds block ``16 * b + i`` of the next level; boxes of the last level bound
+    blocks of segments.
     """
 
     segments: Segments
@@ -108,7 +106,7 @@ def make_dual_tree(caster: Caster) -> DualTree:
 
 
 def _sort_along_curve(caster: Caster, duals: Duals) -> NDArray[np.int32]:
-    """Sort segments along a Morton curve through the cube, by their middles."""
+    """Sort segments by their midpoints along a Morton curve through the cube."""
     keys = np.zeros(len(duals.edges), np.uint64)
     _make_keys(duals.points, duals.edges, caster.edge_faces, caster.turn, keys)
     return duals.edges[np.argsort(keys)]
@@ -131,7 +129,7 @@ def _make_keys(points, edges, edge_faces, turn, keys):
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _put_boxes(children, boxes):
-    """Put a box around each block of boxes or segments, rounded outward."""
+    """Bound each block of boxes or segments by a box, rounded outward."""
     for stretch in prange((boxes.shape[0] + _AT_ONCE - 1) // _AT_ONCE):
         for block in range(stretch * _AT_ONCE, min(boxes.shape[0], (stretch + 1) * _AT_ONCE)):
             for i in range(min(WIDTH, children.shape[0] - block * WIDTH)):
@@ -152,7 +150,7 @@ def _put_boxes(children, boxes):
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _sift(boxes, starts, segments, numbers, normal, margin):
-    """Follow the boxes that the plane cuts from level to level, down to segments."""
+    """Descend through the boxes that the plane cuts, down to segments."""
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]
     ax, ay, az, aw = abs(x), abs(y), abs(z), abs(w)
     front = np.empty(segments.shape[0] + WIDTH, np.int32)

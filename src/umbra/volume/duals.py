@@ -1,20 +1,19 @@
 """
-Edges in dual space: where a silhouette is what a plane through the origin cuts.
+Edges in dual space, where the silhouette is the set of segments that a plane cuts.
 
-A face's plane, four numbers, is a point; a light is a plane through the origin; a
-face is lit if its point lies on the light's positive side. A pair of faces is in
-the silhouette if the segment between their points is cut, which a tree over the
-segments finds without asking every one. Two kinds of pairs are not such segments:
+A face's plane, four numbers, is a point; a light is a plane through the origin; a face is lit if
+its point lies on the light's positive side. A pair of faces is in the silhouette if the segment
+between their points is cut, which a tree over the segments finds without testing all of them. Two
+kinds of pairs differ:
 
 - A turned pair is in the silhouette if its faces are *equally* lit. That is a
-  segment, too: to the second point's opposite through the origin.
-- Borders are always in the silhouette; faces whose plane is no number or nearly 0
-  have no direction. Both are kept apart, and asked every time.
+  segment, too: to the second point mirrored at the origin.
+- Borders are always in the silhouette; faces whose plane is NaN or nearly 0 have
+  no direction. Edges of both kinds are listed separately and always tested.
 
-Segments lie in blocks of 16, rounded to float32 and sifted there; a margin says how much that
-and all other rounding can matter. Segments that end farther than it from the light's plane
-are decided; the few others, and edges that are no segments, are asked exactly what brute
-force asks every edge. So answers are identical, to the last edge.
+Segments are stored in blocks of 16 in float32 and tested there; a margin bounds the effect of all
+rounding. Segments with ends farther than the margin from the light's plane are decided; the few
+others, and edges that are no segments, get the exact test of brute force. So results are identical.
 
 Sources: Hertzmann and Zorin 2000, section 4; Wallner 2008, section 3, with the
 corrections of docs/papers.md: duals of faces, scaled about the middle.
@@ -44,9 +43,9 @@ __all__ = [
 ]
 
 STRETCH = 4096
-"""What one thread takes at a time: handing out single faces would take longer than the work."""
+"""Items per work item of a thread: scheduling single faces would cost more than the work."""
 
-_LEAST, _MOST = 1e-100, 1e100  # lengths whose products neither vanish nor overflow
+_LEAST, _MOST = 1e-100, 1e100  # lengths whose products neither underflow nor overflow
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +53,8 @@ class Plane:
     """
     A light in dual space.
 
-    The normal (4,) float32 has 1 as its largest part; where ``point @ normal`` is larger in size
-    than the margin, float32 has its sign right.
+    The largest component of the normal (4,) float32 is 1; where ``abs(point @ normal)`` exceeds the
+    margin, its sign is right in float32.
     """
 
     normal: NDArray[np.float32]
@@ -65,9 +64,9 @@ class Plane:
 @dataclass(frozen=True, eq=False)
 class Fit:
     """
-    How a caster was fitted into the cube from -1 to 1.
+    Scaling of a caster into the cube from -1 to 1.
 
-    ``centre`` is the middle of the vertices in use, none is farther from it than ``reach`` [m].
+    ``centre`` is the midpoint of the used vertices, ``reach`` their greatest distance from it [m].
     """
 
     centre: NDArray[np.float64]
@@ -75,12 +74,11 @@ class Fit:
 
     def place(self, light: NDArray[np.float64]) -> Plane | None:
         """
-        Return a light (4,) as a plane; None if products with it might vanish or overflow.
+        Return a light (4,) as a plane; None if products with it might underflow or overflow.
 
-        Its margin bounds, for points in the cube, twice what rounding can do: some 16
-        float32 roundings of numbers up to ``sum(abs(normal))``; and in float64 those of
-        the sum of four products that decides whether a face is lit, perhaps far from
-        the origin.
+        Its margin is twice a bound of rounding errors for points in the cube: some 16 float32
+        roundings of numbers up to ``sum(abs(normal))``; and in float64 the roundings of the
+        four-term sum that decides whether a face is lit, perhaps far from the origin.
         """
         size = float(np.abs(light).max())
         if not _LEAST < size < _MOST:
@@ -98,18 +96,18 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Duals:
-    """A caster's faces as points, and its pairs as segments between them."""
+    """Dual points of a caster's faces, and segments of its pairs."""
 
     fit: Fit
-    # (n_faces + 1, 4) unit normal, and the plane's signed distance from the centre over the
-    # reach; NaN where a plane has no direction
+    # (n_faces + 1, 4) unit normal, and the plane's signed distance from the centre divided by the
+    # reach; NaN for planes without direction
     points: NDArray[np.float64]
     edges: NDArray[np.int32]  # (n,) pairs that are segments
     always: NDArray[np.int32]  # (n_always,) the other pairs
 
 
 def make_duals(caster: Caster) -> Duals:
-    """Return a caster's faces as points."""
+    """Make the dual points and segments of a caster."""
     used = np.zeros(len(caster.vertices), np.bool_)
     used[caster.faces.ravel()] = True
     places = caster.vertices[used] if used.any() else np.zeros((1, 3))
@@ -151,15 +149,15 @@ def _find_loose(has_no_point, edge_faces, loose):
 @njit(cache=True, nogil=True)
 def find_key(x, y, z, w):
     """
-    Find a point's place on the Morton curve through the cube, uint64.
+    Find a point's key on the Morton curve through the cube, uint64.
 
-    It has 16 digits of four bits, the highest first: bit i of a digit says in which half of
-    the cell along axis i the point lies, that of which cell the digits before say.
+    It has 16 digits of four bits, highest first: bit i of a digit is the half, along axis i, of the
+    cell that the previous digits select.
     """
     key = np.uint64(0)
     for axis, part in enumerate((x, y, z, w)):
         cell = np.uint64(min(max((part + 1.0) * 32768.0, 0.0), 65535.0))
-        # Three empty bits between any two of the 16.
+        # Three zero bits between any two of the 16.
         cell = (cell | (cell << np.uint64(24))) & np.uint64(0x000000FF000000FF)
         cell = (cell | (cell << np.uint64(12))) & np.uint64(0x000F000F000F000F)
         cell = (cell | (cell << np.uint64(6))) & np.uint64(0x0303030303030303)
@@ -169,18 +167,18 @@ def find_key(x, y, z, w):
 
 
 WIDTH = 16
-"""Segments in a block: one register or a few of them hold a row."""
+"""Segments per block: a row fits in one or a few registers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """A caster's edges in dual space."""
+    """Edges of a caster in dual space."""
 
     fit: Fit
     always: NDArray[np.int32]  # (n_always,) edges that are no segments
-    numbers: NDArray[np.int32]  # (n_blocks, 16) the edge at each place of a block, -1 for none
-    # (n_blocks, 8, 16) four rows of the segments' middles, then four of the way from the
-    # middle to the first end; NaN, which no test lets pass, where there is none
+    numbers: NDArray[np.int32]  # (n_blocks, 16) edge index at each slot of a block, -1 for none
+    # (n_blocks, 8, 16) four rows of the segments' midpoints, then four of the vectors from there to
+    # the first end; NaN, which fails every test, in empty slots
     blocks: NDArray[np.float32]
 
     def decide(
@@ -190,7 +188,7 @@ class Segments:
         codes: NDArray[np.int32],
         unsure: NDArray[np.int32],
     ) -> NDArray[np.int32]:
-        """Test the unsure edges and those that are no segments; return all codes, ascending."""
+        """Test the unsure edges and the edges that are no segments; return all codes, ascending."""
         rest = np.concatenate([unsure, self.always])
         asked = np.zeros(len(rest) + 1, np.int32)
         n = _ask_edges(
@@ -212,12 +210,12 @@ class Tree(ABC):
         """
         Find the segments that a light's plane cuts.
 
-        Returns codes as in ``Silhouettes``, edges yet to be asked, and how many places of segments
-        were looked at. ``numbers`` (n_blocks, 16) replace the numbers of the edges in the answers.
+        Returns codes as in ``Silhouettes``, unsure edges, and the number of segment slots tested.
+        ``numbers`` (n_blocks, 16) replace the edge indices in the results.
         """
 
     def count_tested(self, light: NDArray[np.float64]) -> int | None:
-        """Count the edges looked at for a light's silhouette; None if it is out of range."""
+        """Count the edges tested for a light's silhouette; None if the light is out of range."""
         plane = self.segments.fit.place(light)
         if plane is None:
             return None
@@ -225,7 +223,7 @@ class Tree(ABC):
 
     @property
     def n_bytes(self) -> int:
-        """What the tree takes in memory [byte]."""
+        """Memory of the tree [byte]."""
         held = [*vars(self).values(), *vars(self.segments).values()]
         return sum(array.nbytes for array in held if isinstance(array, np.ndarray))
 
@@ -233,8 +231,8 @@ class Tree(ABC):
         """
         Find the silhouette of one light (4,): codes as in ``Silhouettes``, ascending.
 
-        Neighbours in space are neighbours in memory, too. None if the light is out of the
-        tree's range. The caster is the one that the tree was made of, components opened or not.
+        Edges close in space are close in the list. None if the light is out of the tree's range.
+        The caster is the tree's, components opened or not.
         """
         plane = self.segments.fit.place(light)
         if plane is None:
@@ -244,7 +242,7 @@ class Tree(ABC):
 
 
 def make_segments(caster: Caster, duals: Duals, numbers: NDArray[np.int32]) -> Segments:
-    """Lay segments out in blocks; ``numbers`` (n_blocks, 16) are edges, -1 for none."""
+    """Arrange segments in blocks; ``numbers`` (n_blocks, 16) are edges, -1 for none."""
     blocks = np.full((len(numbers), 8, WIDTH), np.nan, np.float32)
     _lay_out(duals.points, numbers, caster.edge_faces, caster.turn, blocks)
     return Segments(duals.fit, duals.always, numbers, blocks)
@@ -271,13 +269,13 @@ def _lay_out(points, numbers, edge_faces, turn, blocks):
 @njit(cache=True, nogil=True, boundscheck=False)
 def sift_block(block, numbers, low, high, normal, margin, inside, lit, codes, n, unsure, k):
     """
-    Find the segments of a block that a plane cuts, and those where it is not sure.
+    Find the segments of a block that a plane cuts, and the unsure ones.
 
-    With m and h the plane's distances of middle and half, the ends lie at m + h and
-    m - h, on different sides if abs(h) > abs(m), and h tells on which the first one is.
-    Only places from ``low`` up to ``high`` are asked; ``inside`` and ``lit`` (16,) are scratch.
-    ``codes`` are written from n on, as in ``Silhouettes`` (one place more than is kept), edges
-    that are ``unsure`` from k on; returns n and k moved on.
+    With m the midpoint's distance from the plane and h the half vector's, the ends lie at m + h and
+    m - h, on different sides if abs(h) > abs(m); the sign of h is the first end's side. Only slots
+    from ``low`` to ``high`` are tested; ``inside`` and ``lit`` (16,) are scratch. ``codes`` are
+    written from n on, as in ``Silhouettes`` (with one extra entry), ``unsure`` edges from k on;
+    returns the new n and k.
     """
     x, y, z, w = normal[0], normal[1], normal[2], normal[3]
     close = 0
@@ -300,10 +298,10 @@ def sift_block(block, numbers, low, high, normal, margin, inside, lit, codes, n,
 @njit(cache=True, nogil=True, boundscheck=False)
 def _ask_edges(edges, light, planes, edge_faces, turn, component, is_closed, codes):
     """
-    Ask edges one by one whether they are in the silhouette; return how many codes were written.
+    Test whether edges are in the silhouette; return the number of codes written.
 
-    The sums must be formed as in ``find_lit``, and edge-on faces of open components
-    left out as in brute force, for answers to be the same to the last bit.
+    Sums are formed as in ``find_lit``, and edge-on faces of open components are left out as in
+    brute force, so that results are bit-identical.
     """
     l0, l1, l2, l3 = light[0], light[1], light[2], light[3]
     m = 0

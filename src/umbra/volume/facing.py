@@ -1,10 +1,9 @@
 """
-Which faces are lit, for up to 64 lights at once, and silhouettes by brute force.
+Lit faces for up to 64 lights at once, and silhouettes by brute force.
 
-For silhouettes every edge is asked. The lit bits of both faces are read once per edge
-and serve all lights, so the gather, which dominates the work for one light, is paid once
-for 64. Edges in no silhouette at all are left behind there; the lights then look at the
-others.
+Brute force tests every edge. The lit bits of both faces are read once per edge for all lights, so
+the gather, which dominates the cost for one light, is paid once for 64. Edges in no silhouette are
+dropped; each light then tests the rest.
 """
 
 from collections.abc import Iterator
@@ -19,16 +18,16 @@ from umbra.volume.adjacency import Caster
 __all__ = ["LIGHTS_AT_ONCE", "Silhouettes", "ask_every_edge", "find_lit", "find_sides"]
 
 LIGHTS_AT_ONCE = 64
-_BLOCK = 512  # faces whose planes stay in the first-level cache while lights pass
+_BLOCK = 512  # faces whose planes stay in the L1 cache for all lights
 
 
 @njit(cache=True, nogil=True, parallel=True)
 def find_lit(planes, lights, lit, edge_on):
     """
-    Find which faces each light lights; a plane exactly through the light is unlit.
+    Find the faces lit by each light; a face whose plane contains the light is unlit.
 
     Planes (4, n_faces) are outward normals and offsets, lights (n_lights, 4) homogeneous, at most
-    64. Written are ``lit`` (n_faces,), bit k set where light k lights the face, and ``edge_on``
+    64. Writes ``lit`` (n_faces,), bit k set where light k lights the face, and ``edge_on``
     (n_blocks,), bit k set where light k sees some face of the block of 512 exactly edge-on.
     """
     n = planes.shape[1]
@@ -60,11 +59,11 @@ def find_lit(planes, lights, lit, edge_on):
 
 def find_sides(planes: NDArray[np.float64], light: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Tell on which side of faces a light is: above 0 it lights them, at 0 in their plane.
+    Return the side of faces on which a light is: above 0 they are lit, at 0 edge-on.
 
-    Summed up as ``find_lit`` does, to the last bit. A matrix product would round otherwise,
-    and its caps would not fit the silhouette where a light is as good as in a face's plane.
-    ``planes`` are (4, ...), the light (4,) or (4, ...).
+    Summed as in ``find_lit``, bit for bit. A matrix product would round differently, and caps would
+    not match the silhouette for a light almost in a face's plane. ``planes`` are (4, ...), the
+    light (4,) or (4, ...).
     """
     sides = planes[0] * light[0]
     for k in (1, 2, 3):
@@ -72,13 +71,13 @@ def find_sides(planes: NDArray[np.float64], light: NDArray[np.float64]) -> NDArr
     return sides
 
 
-_CODES_AT_ONCE = 24_000_000  # 96 MB of silhouette edges held at a time
-_STRETCH = 4096  # edges that one thread takes at a time
+_CODES_AT_ONCE = 24_000_000  # at most 96 MB of silhouette edges at a time
+_STRETCH = 4096  # edges per work item of a thread
 
 
 @dataclass(frozen=True, eq=False)
 class Silhouettes:
-    """The silhouette edges of one caster for some lights."""
+    """Silhouette edges of a caster for several lights."""
 
     # (n,) ``edge << 2 | half << 1 | lit``: the multiplicity is the edge's weight, halved if half
     # (only one face of the pair adds), negated if not lit
@@ -110,7 +109,7 @@ def ask_every_edge(
         totals = np.cumsum(counts.sum(1))
         n = max(1, int(np.searchsorted(totals, _CODES_AT_ONCE, "right")))
         n = min(n, len(batch))
-        # Where each light's list starts, and within it each stretch of edges.
+        # Start of each light's list, and within it of each stretch of edges.
         starts = np.append(0, totals[:n])
         places = np.cumsum(counts[:n], axis=1) - counts[:n] + starts[:-1, None]
         codes = np.zeros(max(int(starts[-1]), 1), np.int32)
@@ -122,7 +121,7 @@ def ask_every_edge(
 
 
 def _ask_for_one(caster: Caster, light: NDArray[np.float64]) -> Silhouettes:
-    """Find the silhouette of a light that comes alone, (1, 4): nothing is there to share."""
+    """Find the silhouette of a single light, (1, 4), without the work shared between lights."""
     n_faces, n_edges = caster.planes.shape[1], len(caster.edges)
     lit = np.zeros(n_faces, np.uint8)
     edge_on = np.zeros((n_faces + 511) // 512, np.uint64)
@@ -137,7 +136,7 @@ def _ask_for_one(caster: Caster, light: NDArray[np.float64]) -> Silhouettes:
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _list_for_one(edge_faces, turn, lit, codes, active):
-    """List the codes of one light, stretch by stretch, then close up; return how many."""
+    """List the codes of one light per stretch, then compact them; return their number."""
     for stretch in prange(active.size):
         start = stretch * _STRETCH
         n = start
@@ -161,10 +160,10 @@ def _find_active(edge_faces, turn, lit, n_lights, edges, found, first, active, c
     """
     Find the edges that are in some light's silhouette, in stretches of edges.
 
-    Stretch j writes its ``active[j]`` edges from place j * _STRETCH on: the edge, for
-    which lights it is found, and which lights light its first face. How many each
-    light has goes to ``counts[light, stretch]``. What may or may not be kept is always
-    written, and the place moved on by 0 or 1: no branch to mispredict.
+    Stretch j writes its ``active[j]`` edges from index j * _STRETCH on: the edge, the lights in
+    whose silhouette it is, and the lights that light its first face. The numbers of edges go to
+    ``counts[light, stretch]``. Candidates are always written and the index advances by 0 or 1: no
+    mispredicted branches.
     """
     wanted = np.uint64(0xFFFFFFFFFFFFFFFF)
     if n_lights < 64:
@@ -215,10 +214,10 @@ def _drop_edge_on(
     starts: NDArray[np.int64],
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """
-    Let open faces that a light sees exactly edge-on add nothing.
+    Remove the contribution of open faces that a light sees exactly edge-on.
 
-    Their volumes are flat; but an unlit face of an open component adds -1, which
-    rounding could show on pixels that lie on the flat volume. Rare, so done apart.
+    Their volumes are flat, but an unlit face of an open component adds -1, which rounding could
+    show at pixels on the flat volume. Rare, so done separately.
     """
     if not flat or caster.is_closed.all():
         return codes, starts

@@ -1,4 +1,4 @@
-"""Inspection of meshes: closed or not and why, and their bad edges."""
+"""Inspection of meshes: whether they are closed, and their bad edges."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,12 +15,12 @@ __all__ = ["Inspection", "PartReport", "describe_scene", "inspect_scene"]
 @dataclass(frozen=True)
 class PartReport:
     """
-    What a part is, among all triangles of its scene.
+    Properties of a part, among all triangles of its scene.
 
-    ``closed``: only its lit faces cast (each belongs to a closed component).
-    ``border_edges`` have one face, ``nonmanifold_edges`` more than two, and
-    ``inconsistent_edges`` two that run along it the same way. Edges are counted once
-    for each part that they touch, wherever their other faces belong.
+    ``closed``: only its lit faces cast (each belongs to a closed component). ``border_edges`` have
+    one face, ``nonmanifold_edges`` more than two, and ``inconsistent_edges`` two faces of the same
+    direction. Edges count once for each part that they touch, whatever part their other faces
+    belong to.
     """
 
     name: str
@@ -36,17 +36,17 @@ class PartReport:
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """The findings on a scene."""
+    """Inspection of a scene."""
 
     parts: list[PartReport]
-    total: PartReport  # of all parts together; each edge counts once
-    vertices: int  # places that triangles use, after welding
-    # (2, 3) ends of the first edge that keeps the scene open, in the model's frame [m]
+    total: PartReport  # of all parts; each edge counts once
+    vertices: int  # number of vertices in use, after welding
+    # (2, 3) ends of the first edge that makes the scene open, in the model's frame [m]
     first_bad_edge: NDArray[np.float64] | None
 
 
 def inspect_scene(scene: Scene) -> Inspection:
-    """Find out how the triangles of a scene and of its parts meet."""
+    """Inspect how the triangles of a scene and of its parts meet."""
     soup = scene.triangles()
     n_parts = len(scene.parts)
     caster = make_caster(soup.vertices, soup.faces, scene.groups()[soup.part])
@@ -55,7 +55,7 @@ def inspect_scene(scene: Scene) -> Inspection:
 
     faces = weld_vertices(soup.vertices)[soup.faces]
     a, b, c = (soup.vertices[faces[:, k]] for k in range(3))
-    # Zero area to the last digit of the coordinates, not to a tolerance.
+    # Exactly zero area, without a tolerance.
     degenerate = np.asarray(~np.cross(b - a, c - a).any(1))
     is_used = np.zeros(len(soup.vertices), np.bool_)
     is_used[faces] = True
@@ -64,7 +64,7 @@ def inspect_scene(scene: Scene) -> Inspection:
     whole = (faces != np.roll(faces, 1, 1)).all(1)
     tail, head = faces[whole].ravel(), np.roll(faces[whole], -1, 1).ravel()
     part = np.repeat(soup.part[whole], 3)
-    # Pairs of numbers as one number: sorted many times sooner than rows.
+    # Pairs of indices packed into one integer sort many times faster than rows.
     wide = max(len(soup.vertices), 1)
     pairs, edge, n_faces = np.unique(
         np.minimum(tail, head).astype(np.int64) * wide + np.maximum(tail, head),
@@ -100,8 +100,8 @@ def inspect_scene(scene: Scene) -> Inspection:
 
 
 def _find_repeated(rows: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Return which rows of three numbers came before."""
-    order = np.lexsort(rows.T)  # stable: the first of equal rows stays first
+    """Return whether rows of three numbers repeat an earlier row."""
+    order = np.lexsort(rows.T)  # stable: the first of equal rows remains first
     ordered = rows[order]
     repeated = np.zeros(len(rows), np.bool_)
     repeated[order[1:]] = (ordered[1:] == ordered[:-1]).all(1)

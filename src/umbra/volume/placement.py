@@ -1,5 +1,5 @@
 """
-Which faces of a shadow volume a renderer must draw: McGuire's three cases.
+The faces of a shadow volume that a renderer must draw: McGuire's three cases.
 
 1. No caster stands between the near rectangle and the light, so the viewport is lit:
    sides alone, counted before the visible surface (z-pass).
@@ -7,11 +7,11 @@ Which faces of a shadow volume a renderer must draw: McGuire's three cases.
    counted behind the visible surface (z-fail).
 3. The light cap is in view: light cap, sides and dark cap, z-fail.
 
-Case 1 is exact: z-pass is right for every pixel if and only if no casting triangle meets
-the occlusion pyramid, the hull of near rectangle and light (docs/papers.md, M6). It
-holds for volumes that are clipped at the near plane: draw z-pass without depth clamping.
-Bounds decide most casters, all at once; triangles decide the rest, clipped as by Sutherland
-and Hodgman (1974), in terms of their corners' distances from planes.
+Case 1 is exact: z-pass is right for every pixel if and only if no casting triangle meets the
+occlusion pyramid, the hull of near rectangle and light (docs/papers.md, M6). It holds for volumes
+that are clipped at the near plane: draw z-pass without depth clamping. Bounds decide most casters,
+all at once; triangles decide the rest, by Sutherland and Hodgman's clipping (1974) of their
+corners' distances from planes.
 
 Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M3, M5 and M6.
 """
@@ -39,13 +39,13 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Placement:
-    """How one caster's shadow volume is to be drawn for one light."""
+    """Drawing case of one caster's shadow volume for one light."""
 
     case: int  # 1, 2 or 3
-    reason: str  # of the case, in words
-    needs_light_cap: bool  # whether that cap is counted and in view
-    needs_dark_cap: bool  # the same; a directional light has no dark cap
-    dark_cap_is_fan: bool  # a fan over the silhouette closes the far end; else extrude the faces
+    reason: str  # explanation of the case
+    needs_light_cap: bool  # whether the light cap is counted and in view
+    needs_dark_cap: bool  # whether the dark cap is; a directional light has none
+    dark_cap_is_fan: bool  # whether the dark cap is a fan over the silhouette, else extruded
 
     @property
     def z_fail(self) -> bool:
@@ -56,10 +56,10 @@ class Placement:
 @dataclass(frozen=True, eq=False)
 class Placements:
     """
-    How the volumes of many casters are to be drawn: what their bounds can tell, (n,) each.
+    Drawing cases of many casters' shadow volumes, decided by their bounds, (n,) each.
 
-    Every answer is right as it is; where ``undecided``, triangles may tell of less to draw.
-    The others are as in ``Placement``.
+    Every case is correct; where ``undecided``, a test of triangles may find less to draw. Other
+    fields as in ``Placement``.
     """
 
     case: NDArray[np.int8]
@@ -76,7 +76,7 @@ class Placements:
 
 def dark_cap_is_fan(bounds: NDArray[np.float64], light: ArrayLike) -> NDArray[np.bool_]:
     """
-    Return which casters' (..., 2, 3) dark caps may be fans over the silhouette, (...).
+    Return whether casters' (..., 2, 3) dark caps may be fans over the silhouette, (...).
 
     A fan around an enclosed light (4,) can close the wrong way and shift every z-fail count
     (docs/papers.md, M3): only a light outside the bounds is safe. A directional light has no dark
@@ -96,10 +96,10 @@ def find_placements(
     is_drawn: NDArray[np.bool_] | bool = True,
 ) -> Placements:
     """
-    Place many casters at once by their bounds (n, 2, 3), in the frame of the regions [m].
+    Find the cases of many casters by their bounds (n, 2, 3), in the frame of the regions [m].
 
-    Where ``is_drawn`` is False, a caster is not in the depth buffer: it needs its light cap
-    counted in case 1, too, where it is in view.
+    Where ``is_drawn`` is False, a caster is not in the depth buffer: its light cap, if in view, is
+    counted in case 1, too.
     """
     n = len(bounds)
     case, found = np.zeros(n, np.int8), np.zeros((4, n), np.bool_)
@@ -111,7 +111,7 @@ def find_placements(
 
 @njit(cache=True, nogil=True)
 def _sort_box(planes, box):
-    """Tell whether a box lies wholly beyond a plane, and whether it lies within all."""
+    """Return whether a box lies wholly beyond a plane, and whether it lies within all."""
     beyond, within = False, True
     for k in range(planes.shape[0]):
         lowest = highest = planes[k, 3]
@@ -126,7 +126,7 @@ def _sort_box(planes, box):
 
 @njit(cache=True, nogil=True)
 def _is_thrown_beyond(planes, box, light):
-    """Tell whether the ends of a box's volume, at infinity, lie wholly beyond a plane."""
+    """Return whether the far end of a box's volume, at infinity, lies wholly beyond a plane."""
     for k in range(planes.shape[0]):
         highest = 0.0
         for axis in range(3):
@@ -139,7 +139,7 @@ def _is_thrown_beyond(planes, box, light):
 
 @njit(cache=True, nogil=True)
 def _is_fan(box, light):
-    """Tell what ``dark_cap_is_fan`` does of one box."""
+    """Return ``dark_cap_is_fan`` of one box."""
     margin = 0.0
     for axis in range(3):
         margin = max(margin, 1e-6 * (box[1, axis] - box[0, axis]))  # as for the cap itself
@@ -152,7 +152,7 @@ def _is_fan(box, light):
 
 @njit(cache=True, nogil=True)
 def _place(bounds, pyramid, view, light, is_drawn, case, found):
-    """Write cases, and the other four fields of ``Placements`` into rows of ``found``."""
+    """Write cases, and the other four fields of ``Placements``, into rows of ``found``."""
     for i in range(bounds.shape[0]):
         beyond, within = _sort_box(pyramid, bounds[i])
         unseen, seen_whole = _sort_box(view, bounds[i])
@@ -177,23 +177,23 @@ def find_placement(
     is_drawn: bool = True,
 ) -> Placement:
     """
-    Place one caster by its bounds, or else by its triangles.
+    Find the case of one caster by its bounds or, if undecided, by its triangles.
 
     Parameters
     ----------
     caster : Caster, or vertices (n, 3) and faces (m, 3)
-        Of bare triangles all are taken to cast.
+        Of bare triangles all cast.
     camera, light, origin
         The light (4,) is relative to the origin (3,) [m]. Not needed with ``regions``.
     regions : Regions, optional
-        Of camera and light; saves finding them anew.
+        Regions of camera and light, to reuse them.
     transform : (4, 4) float64, optional
         Affine, from the caster's frame to the regions'.
     bounds : (2, 3) float64, optional
-        Of the caster in its own frame, if they are known; else of all its vertices [m].
+        Bounds of the caster in its own frame; by default of all its vertices [m].
     is_drawn : bool
-        Whether the caster is in the depth buffer; if not, case 1 needs the light cap
-        where it is in view.
+        Whether the caster is in the depth buffer; if not, case 1 needs the light cap if it is in
+        view.
     """
     if regions is None:
         if camera is None or light is None:
@@ -205,7 +205,7 @@ def find_placement(
     vertices, faces = (caster.vertices, caster.faces) if isinstance(caster, Caster) else caster
     if not len(faces):
         return Placement(1, "it has no triangles", False, False, True)
-    if 3 * len(faces) < len(vertices):  # a few faces of a larger whole
+    if 3 * len(faces) < len(vertices):  # a few faces of a larger mesh
         vertices, faces = (
             vertices[faces.ravel()],
             np.arange(faces.size, dtype=np.int32).reshape(-1, 3),
@@ -235,7 +235,7 @@ def find_placement(
 
 def _find_bounds(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the lowest and the highest corner, (2, 3) float64."""
-    # Numpy reduces long rows many times faster than rows of three.
+    # NumPy reduces long rows many times faster than rows of three.
     whole = len(vertices) // 64 * 64
     rows, rest = vertices[:whole].reshape(-1, 192), vertices[whole:]
     if whole:
@@ -245,13 +245,13 @@ def _find_bounds(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class CastingFaces:
-    """Tells which faces cast: lit ones of closed components, all of open ones not edge-on."""
+    """Data to decide which faces cast: lit faces, or all but edge-on ones in open components."""
 
     caster: Caster | None
     light: NDArray[np.float64]
 
     def list_facts(self) -> tuple[NDArray, NDArray, NDArray]:
-        """Give planes, components and which are closed; none where all faces cast."""
+        """Return planes, components and their closedness; empty if all faces cast."""
         if self.caster is None:
             return np.zeros((4, 0)), np.zeros(0, np.int32), np.zeros(0, np.bool_)
         return self.caster.planes, self.caster.component, self.caster.is_closed
@@ -265,10 +265,10 @@ def any_meets(
     away: NDArray[np.float64] | None = None,
 ) -> bool:
     """
-    Return whether any casting triangle, or its throw to infinity, meets a region.
+    Return whether any casting triangle, or its extrusion to infinity, meets a region.
 
     Triangles beyond one of the ``planes`` (k, 4), inward and in the frame of the vertices, are
-    passed over; the rest is clipped. With ``away``, a homogeneous light, the triangles' throw to
+    skipped; the rest is clipped. With ``away``, a homogeneous light, the triangles' extrusion to
     infinity is tested instead.
     """
     thrown = np.zeros(4) if away is None else away
@@ -279,11 +279,11 @@ def any_meets(
 
 @njit(cache=True, nogil=True)
 def _any_meets(vertices, faces, planes, sides, component, is_closed, light, away):
-    """Do what ``any_meets`` says; ``away`` of zeros asks the triangles as they stand."""
+    """Kernel of ``any_meets``; ``away`` of zeros tests the triangles themselves."""
     is_thrown = away[0] != 0.0 or away[1] != 0.0 or away[2] != 0.0 or away[3] != 0.0
     n_planes = planes.shape[0]
     slack = np.zeros(n_planes)
-    if is_thrown:  # directions have no size: widen by an angle instead
+    if is_thrown:  # directions have no length: widen by an angle instead
         for k in range(n_planes):
             slack[k] = 1e-9 * np.sqrt(planes[k, 0] ** 2 + planes[k, 1] ** 2 + planes[k, 2] ** 2)
     room = 3 + n_planes
@@ -324,10 +324,10 @@ def _any_meets(vertices, faces, planes, sides, component, is_closed, light, away
 @njit(cache=True, nogil=True)
 def _survives(values, clipped):
     """
-    Clip a triangle, given as its corners' distances from planes; tell if any is left.
+    Clip a triangle, given as its corners' distances from planes; return whether any is left.
 
-    Distances are linear along an edge, so they are all the clipper needs. Both arrays (3 + k, k)
-    are written to.
+    Distances are linear along an edge, so the clipper needs no coordinates. Both arrays (3 + k, k)
+    are overwritten.
     """
     n_planes, n = values.shape[1], 3
     for plane in range(n_planes):

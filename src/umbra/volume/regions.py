@@ -1,8 +1,8 @@
 """
-Regions of a camera and a light: the view, and the occlusion pyramid.
+Regions of a camera and a light: the view frustum and the occlusion pyramid.
 
-A caster that leaves the hull of near rectangle and light free leaves the viewport lit.
-Regions are inward planes, widened a little, in any caster's own frame.
+A caster outside the hull of near rectangle and light leaves the viewport lit. Regions are inward
+planes, slightly widened, in any caster's own frame.
 
 Sources: McGuire et al. 2003, section 5.2 and figure 2; docs/papers.md, M6.
 """
@@ -28,7 +28,7 @@ def find_near_rectangle(
     camera: Camera, origin: ArrayLike = (0.0, 0.0, 0.0), scissor: ArrayLike | None = None
 ) -> NDArray[np.float64]:
     """
-    Find where the picture, or a scissor's part of it, lies in the near plane.
+    Find the rectangle of the picture, or of a scissor, in the near plane.
 
     Returns (4, 3) float64: top left, bottom left, bottom right, top right, relative to the origin
     [m]. A scissor is left, top, right, bottom [pixels].
@@ -42,7 +42,7 @@ def find_near_rectangle(
         pixel = camera.height / rows
     middle = camera.eye - np.asarray(origin, np.float64) + camera.near * axes[2]
     corners = np.zeros((4, 3))
-    # Corners of pixels, whose centres are whole numbers in the picture.
+    # Corners of pixels; pixel centres have integer coordinates.
     x, y = camera.center[0] + 0.5, camera.center[1] + 0.5
     sides = (float(left - x), float(y - top), float(right - x), float(y - bottom))
     _write_rectangle(middle, axes, pixel, sides, corners)
@@ -51,7 +51,7 @@ def find_near_rectangle(
 
 @njit(cache=True, nogil=True)
 def _write_rectangle(middle, axes, pixel, sides, corners):
-    """Write the corners of a rectangle whose left, top, right and bottom are given in pixels."""
+    """Write the corners of a rectangle given by left, top, right and bottom [pixels]."""
     left, top, right, bottom = sides
     for axis in range(3):
         across, up = pixel * axes[0, axis], pixel * axes[1, axis]
@@ -65,7 +65,7 @@ def find_view_planes(
     camera: Camera, origin: ArrayLike = (0.0, 0.0, 0.0), scissor: ArrayLike | None = None
 ) -> NDArray[np.float64]:
     """
-    Find the planes of the view through the picture, or through a scissor's part of it.
+    Find the planes of the view through the picture, or through a scissor.
 
     Returns (5, 4) float64: near, left, bottom, right, top; inward, with unit normals, for points
     relative to the origin. There is no far plane: with depth clamping, z-fail needs volumes to
@@ -94,7 +94,7 @@ def _write_view(corners, eye, forward, is_perspective, planes):
 
 
 MARGIN = 1e-6
-"""By how much regions are widened, relative to the near rectangle's coordinates."""
+"""Widening of regions, relative to the near rectangle's coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,8 +102,8 @@ class Regions:
     """
     Planes shared by all placements of one camera and one light.
 
-    ``pyramid`` (n, 4) and ``view`` (5, 4) are inward planes, a little widened, of the occlusion
-    pyramid and of the view, to infinity; ``light`` (4,) is in their frame.
+    ``pyramid`` (n, 4) and ``view`` (5, 4) are inward planes, slightly widened, of the occlusion
+    pyramid and of the infinite view; ``light`` (4,) is in their frame.
     """
 
     pyramid: NDArray[np.float64]
@@ -111,7 +111,7 @@ class Regions:
     light: NDArray[np.float64]
 
     def within(self, transform: NDArray[np.float64]) -> "Regions":
-        """Return the regions in a caster's own frame, from which ``transform`` leads here."""
+        """Return the regions in a caster's own frame; ``transform`` maps that frame to this one."""
         light = np.asarray(np.linalg.solve(transform, self.light), np.float64)
         light[3] = self.light[3]
         return Regions(self.pyramid @ transform, self.view @ transform, light)
@@ -124,14 +124,13 @@ def occlusion_pyramid(
     scissor: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
     """
-    Find the planes (n, 4) around all ways from the near rectangle to a light (4,).
+    Find the planes (n, 4) around all segments from the near rectangle to a light (4,).
 
-    A directional light gives a prism without end. Each plane holds an edge of the
-    rectangle and the homogeneous light; it is turned to the rectangle's centre, the near
-    plane to the light. A light in the near plane leaves no volume: there a slab around
-    the near plane is returned, so that what touches that plane near the rectangle counts
-    as in the way. Planes that rounding might have spoilt are left out or moved outward, so n is
-    5, or 2 to 6 for a light in the near plane.
+    A directional light yields an infinite prism. Each plane contains an edge of the rectangle and
+    the homogeneous light and faces the rectangle's centre; the near plane faces the light. A light
+    in the near plane spans no volume: the result is a slab around the near plane, so that casters
+    that touch it near the rectangle count as occluding. Planes that rounding may have spoilt are
+    left out or moved outward, so n is 5, or 2 to 6 for a light in the near plane.
     """
     corners = find_near_rectangle(camera, origin, scissor)
     light = np.asarray(light, np.float64)
@@ -142,7 +141,7 @@ def occlusion_pyramid(
 
 @njit(cache=True, nogil=True)
 def _write_pyramid(corners, forward, light, planes):
-    """Write the planes of ``occlusion_pyramid``; give how many there are."""
+    """Write the planes of ``occlusion_pyramid``; return their number."""
     to_light = light[:3] - light[3] * corners
     edges = np.zeros((4, 3))
     for side in range(4):
@@ -165,8 +164,8 @@ def _write_pyramid(corners, forward, light, planes):
             planes[n, :3] = normal / (-length if inner < 0.0 else length)
             n += 1
 
-    # A plane is right if all that spans the pyramid is inside: move it until it is, and
-    # leave it out if a directional light leads away through it.
+    # A plane is valid if all points of the pyramid are inside: move it until they are, and leave it
+    # out if a directional light crosses it outward.
     m = 0
     for k in range(n):
         normal = planes[k, :3].copy()
@@ -191,11 +190,11 @@ def make_regions(
     margin: float = MARGIN,
 ) -> Regions:
     """
-    Find the pyramid and the view of a camera and a light (4,), for many casters.
+    Find the occlusion pyramid and the view of a camera and a light (4,), for many casters.
 
-    The light is relative to the origin [m]; the scissor, left, top, right, bottom [pixels], is the
-    part of the picture that is drawn. Planes move outward by the margin times the near rectangle's
-    largest coordinate, for devices that compute in float32.
+    The light is relative to the origin [m]; the scissor (left, top, right, bottom) [pixels] is the
+    drawn part of the picture. Planes move outward by the margin times the near rectangle's largest
+    coordinate, for devices that compute in float32.
     """
     light = np.asarray(light, np.float64)
     pyramid = occlusion_pyramid(camera, light, origin, scissor)

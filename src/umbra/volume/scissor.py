@@ -1,8 +1,8 @@
 """
-Which pixels and depths a light can change: scissor rectangles and depth bounds.
+Pixels and depths that a light can change: scissor rectangles and depth bounds.
 
-Rectangles of pixels are (left, top, right, bottom), right and bottom left out; row 0 is
-the top, as in a picture. They hold every pixel that a shape touches, a little widened.
+Rectangles of pixels are (left, top, right, bottom), right and bottom exclusive; row 0 is the top.
+They contain every pixel that a shape touches, slightly widened.
 
 Sources: McGuire et al. 2003, section 5.1 and "Depth Bounds"; docs/papers.md, M4.
 """
@@ -37,10 +37,10 @@ def find_box_scissors(
     camera: Camera, bounds: NDArray[np.float64], origin: ArrayLike = (0.0, 0.0, 0.0)
 ) -> NDArray[np.int64]:
     """
-    Find the pixels in which boxes (n, 2, 3), relative to the origin [m], can be seen.
+    Find the pixels in which boxes (n, 2, 3), relative to the origin [m], are visible.
 
-    A box that crosses the near plane is cut there first, so the rectangle stays tight. Returns (n,
-    4) int64: left, top, right, bottom; all 0 where nothing is seen.
+    Boxes are first clipped at the near plane, so the rectangles stay tight. Returns (n, 4) int64:
+    left, top, right, bottom; all 0 where nothing is seen.
     """
     points = find_box_points(bounds)
     ahead = points @ find_view_planes(camera, origin)[0]
@@ -66,11 +66,11 @@ def find_sphere_scissors(
     origin: ArrayLike = (0.0, 0.0, 0.0),
 ) -> NDArray[np.int64]:
     """
-    Find the pixels in which spheres, such as lights' ranges, can be seen; as ``find_box_scissors``.
+    Find the pixels in which spheres, e.g. lights' ranges, are visible; as ``find_box_scissors``.
 
-    Along each axis of the picture a sphere is a disc, cut by the near plane: its ends are where
-    rays touch it, or where the near plane cuts it. Centres (n, 3) are relative to the origin,
-    radii (n,) may be infinite [m].
+    Along each axis of the picture a sphere is a disc: its ends are tangent rays, or its
+    intersections with the near plane. Centres (n, 3) are relative to the origin, radii (n,) may be
+    infinite [m].
     """
     centres = np.asarray(centres, np.float64).reshape(-1, 3)
     radii = np.broadcast_to(np.asarray(radii, np.float64), len(centres))
@@ -113,16 +113,16 @@ def find_sphere_scissors(
     return _make_scissors(camera, spans[0], spans[1], endless | (short <= radius))
 
 
-_SIDES = 16  # of the pyramid around a cone
-_WIDER = 1e-6  # of a cone's cosine, for devices that compute in float32
+_SIDES = 16  # sides of the pyramid around a cone
+_WIDER = 1e-6  # widening of a cone's cosine, for devices that compute in float32
 
-_AHEAD = 1e-6  # an end at infinity is surely in the picture's half of space
+_AHEAD = 1e-6  # margin by which an end at infinity is in front of the eye
 
 
 def _make_pyramid(
     axis: NDArray[np.float64], half_angle: float
 ) -> tuple[float, NDArray[np.float64]] | None:
-    """Return the widened half angle, and directions (16, 3) around the axis; None from 90 on."""
+    """Return the widened half angle and directions (16, 3) around the axis; None from 90° on."""
     angle = np.arccos(max(np.cos(np.radians(half_angle)) - _WIDER, -1.0))
     if angle >= np.radians(89.0):
         return None
@@ -136,9 +136,9 @@ def find_cone_planes(
     place: NDArray[np.float64], axis: NDArray[np.float64], half_angle: float
 ) -> NDArray[np.float64] | None:
     """
-    Find inward planes (16, 4) around a cone from a place along an axis of length 1.
+    Find inward planes (16, 4) around a cone with an apex and a unit axis.
 
-    None if the half angle [degrees] is so wide that there are none.
+    None if the half angle [degrees] is too wide.
     """
     pyramid = _make_pyramid(axis, half_angle)
     if pyramid is None:
@@ -157,10 +157,10 @@ def find_cone_scissor(
     origin: ArrayLike = (0.0, 0.0, 0.0),
 ) -> NDArray[np.int64]:
     """
-    Find the pixels in which a cone, such as a spot light's, can be seen, up to its reach [m].
+    Find the pixels in which a cone, e.g. of a spot light, is visible, up to its reach [m].
 
-    Parameters as in ``find_cone_planes``. Returns (4,) int64, as ``find_box_scissors`` does;
-    the whole picture where the cone is too wide or its end has no place in the picture.
+    Parameters as in ``find_cone_planes``. Returns (4,) int64, as ``find_box_scissors`` does; the
+    whole picture if the cone is too wide or its end has no projection.
     """
     whole = np.array([0, 0, *camera.size], np.int64)
     pyramid = _make_pyramid(axis, half_angle)
@@ -176,7 +176,7 @@ def find_cone_scissor(
     ahead = points @ find_view_planes(camera, origin)[0]
     if is_endless and (ahead[1:] < _AHEAD).any():
         return whole
-    # Every two points span an edge of the hull, or lie within: where the near plane cuts it.
+    # Segments between all pairs of points, clipped at the near plane, contain the hull's edges.
     start, end = (k.ravel() for k in np.indices((len(points), len(points))))
     cut = (ahead[start] < 0) & (ahead[end] >= 0)
     start, end = start[cut], end[cut]
@@ -195,7 +195,7 @@ def _make_scissors(
     y: tuple[NDArray[np.float64], NDArray[np.float64]],
     seen: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    """Return the pixels that spans of the picture touch, none where nothing is seen."""
+    """Return the pixels that spans of the picture touch; empty where nothing is visible."""
     sides = []
     for (low, high), size in zip((x, y), camera.size, strict=True):
         first = np.floor(np.clip(low + 0.5 - _SLACK, 0, size))
@@ -211,10 +211,10 @@ def find_depths(
     camera: Camera, points: NDArray[np.float64], origin: ArrayLike = (0.0, 0.0, 0.0)
 ) -> NDArray[np.float64]:
     """
-    Find how near and how far shapes reach along the view axis, (n, 2) [m].
+    Find the nearest and farthest depth of shapes along the view axis, (n, 2) [m].
 
     ``points`` (n, m, 4) span each shape: homogeneous with w = 0 or 1, relative to the origin.
-    Infinite where a shape is.
+    Infinite for infinite shapes.
     """
     near = find_view_planes(camera, origin)[0]
     depths = points @ near + camera.near * points[..., 3]
@@ -230,7 +230,7 @@ def find_sphere_depths(
     radii: ArrayLike,
     origin: ArrayLike = (0.0, 0.0, 0.0),
 ) -> NDArray[np.float64]:
-    """Find how near and how far spheres (n, 3), (n,) reach along the view axis, (n, 2) [m]."""
+    """Find the nearest and farthest depth of spheres (n, 3), (n,), (n, 2) [m]."""
     apart = np.asarray(centres, np.float64).reshape(-1, 3) - camera.eye + np.asarray(origin)
     depth = apart @ camera.axes()[2]
     return np.stack([depth - radii, depth + radii], 1)
@@ -240,8 +240,8 @@ def find_window_depths(camera: Camera, depths: ArrayLike) -> NDArray[np.float64]
     """
     Turn distances along the view axis into window depths, (z/w + 1) / 2.
 
-    0 is the near plane, 1 the far plane, which may be infinite in perspective; distances are
-    above 0 there. `InputError` if an orthographic camera has no finite far plane.
+    0 is the near plane, 1 the far plane, which may be infinite in perspective; there distances must
+    be above 0. `InputError` if an orthographic camera has no finite far plane.
     """
     depths = np.asarray(depths, np.float64)
     near, far = camera.near, camera.far
@@ -257,11 +257,11 @@ def find_window_depths(camera: Camera, depths: ArrayLike) -> NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class DepthBounds:
     """
-    Between which window depths pixels can matter.
+    Range of window depths in which pixels can be in shadow.
 
-    ``bounds`` (n, 2) are lowest and highest, in 0 to 1; (0, 1) where ``is_empty``, so that nothing
-    is drawn at all. Never hand empty bounds to OpenGL: lowest above highest is an error that
-    leaves the old bounds in force.
+    ``bounds`` (n, 2) are lowest and highest, in 0 to 1; (0, 1) where ``is_empty``: then draw
+    nothing. Never pass empty bounds to OpenGL: lowest above highest is an error that keeps the old
+    bounds.
     """
 
     bounds: NDArray[np.float64]
@@ -272,11 +272,11 @@ def find_depth_bounds(
     camera: Camera, depths: NDArray[np.float64], widen: float = 2.0**-23
 ) -> DepthBounds:
     """
-    Find the depth bounds of shapes, cut by the near and far planes.
+    Find the depth bounds of shapes, clipped at the near and far planes.
 
-    Depths (n, 2) come from ``find_depths`` or ``find_sphere_depths`` [m]. Both ends are widened,
-    by default by two steps of a 24-bit depth buffer, one for its rounding and one for that of the
-    device's float32.
+    Depths (n, 2) come from ``find_depths`` or ``find_sphere_depths`` [m]. Both ends are widened, by
+    default by two steps of a 24-bit depth buffer: one for its rounding, one for the device's
+    float32.
     """
     depths = np.asarray(depths, np.float64).reshape(-1, 2)
     is_empty = (depths[:, 1] < camera.near) | (depths[:, 0] > camera.far)

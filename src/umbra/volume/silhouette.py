@@ -1,17 +1,15 @@
 """
-Silhouettes: by brute force, or by a tree over the edges in dual space.
+Silhouette search, by brute force or by a tree over the edges in dual space.
 
-All methods give the same edges with the same multiplicities, to the last bit. Brute
-force looks at an edge once for 64 lights, and needs nothing prepared; the tree looks
-only at edges near the silhouette, but building it takes as long as some 50 lights
-asked one by one, or 1,000 asked 64 at once.
+All methods return identical edges and multiplicities. Brute force reads an edge once for 64 lights,
+and needs no preparation; the tree tests only edges near the silhouette, but building it takes as
+long as brute force for some 50 single lights, or 1,000 lights 64 at a time.
 
 A light, or a caster, that moves in small steps is followed: ends of dual segments lie within
-sqrt(2) of the origin, so when a light's plane turns by some distance, no end comes nearer to
-it than by 1.5 times that. The segments within a reach of the plane are kept, and only they are
-tested until the light has moved farther than the reach allows; then the segments near its new
-place are kept. The reach is chosen for a few steps as long as the last. A caster that moves
-sees its light move.
+sqrt(2) of the origin, so a change of the light's plane brings no end nearer to it than by 1.5 times
+that change. The segments within a reach of the plane are cached, and only they are tested until the
+light has moved beyond the reach; then the cache is renewed. The reach allows a few steps as long as
+the last. For a moving caster, the light moves in its frame.
 """
 
 import weakref
@@ -40,39 +38,39 @@ __all__ = [
 ]
 
 METHODS = ("auto", "brute", "tree")
-# Crossovers, measured on towns, towers and boulders. Building takes 0.2 us an edge, a lone
-# light 3 ns an edge by brute force, one of 8 twice and one of 64 once 0.4 ns; by the tree
-# 50 ns for each edge that it finds.
-_EDGES = 10_000  # casters of fewer edges always take brute force
-_SHORT = 32  # single lights get a tree if at most one edge in 32 is in the silhouette,
-_LONE_LIGHTS = 4  # at the fourth light with such a short silhouette
-_SHORTER = 150  # many lights at once get a tree if at most one edge in 150 is,
-_MANY_LIGHTS = 1000  # after 1000 lights, which cost as much by brute force as the tree
-_FEW = 8  # lights at once, which cost twice as much each as 64 do
-_STEPS = 8  # that segments are held for
-_FARTHEST = 0.01  # beyond, so many edges would be held that the tree is as fast
+# Crossovers, measured on towns, towers and boulders. Building takes 0.2 us per edge; brute force 3
+# ns per edge for a single light, 0.8 ns for each of 8 and 0.4 ns for each of 64; the tree 50 ns per
+# edge found.
+_EDGES = 10_000  # casters with fewer edges always use brute force
+_SHORT = 32  # single lights use a tree if at most one edge in 32 is in the silhouette,
+_LONE_LIGHTS = 4  # from the fourth light with such a short silhouette
+_SHORTER = 150  # many lights at once use a tree if at most one edge in 150 is,
+_MANY_LIGHTS = 1000  # after 1000 lights, whose brute force costs as much as building the tree
+_FEW = 8  # lights at once, up to which each costs twice as much as one of 64
+_STEPS = 8  # steps for which segments are cached
+_FARTHEST = 0.01  # beyond this reach, so many edges would be cached that the tree is as fast
 
 
 @dataclass(eq=False)
 class _Kept:
-    """Cache on the edges of a caster, whichever of its components are open."""
+    """Cache for the edges of a caster, independent of its open components."""
 
     planes: weakref.ref
-    lone_lights: int = 0  # with short silhouettes, found by brute force
-    lights: int = 0  # the same of lights that came together; if few, counted twice
-    are_shorter: bool | None = None  # whether silhouettes are; None: not yet seen
+    lone_lights: int = 0  # single lights with short silhouettes, found by brute force
+    lights: int = 0  # the same for lights in groups; small groups count twice
+    are_shorter: bool | None = None  # whether silhouettes are this short; None: unknown
     tree: DualTree | None = None
 
 
 _kept: dict[int, _Kept] = {}
-"""By the identity of ``edge_faces``, which ``Caster.opened`` leaves alone."""
+"""Keyed by the identity of ``edge_faces``, which ``Caster.opened`` keeps."""
 
 
 def find_silhouettes(
     caster: Caster, lights: NDArray[np.float64], method: str | Tree = "auto"
 ) -> Iterator[tuple[slice, Silhouettes]]:
     """
-    Find the silhouette edges for many lights, some lights at a time.
+    Find the silhouette edges for many lights, in groups.
 
     Parameters
     ----------
@@ -80,22 +78,21 @@ def find_silhouettes(
     lights : (n_lights, 4) float64
         Homogeneous, in the caster's frame.
     method : {'auto', 'brute', 'tree'} or Tree
-        A tree is built when first needed, and kept as long as the caster and the casters
-        opened from it; any other tree of the caster may be given. If silhouettes are short,
-        ``auto`` builds a tree for the fourth
-        single light, or after enough lights in groups to pay for it; it uses a tree that
-        exists already; else it tests every edge.
+        A tree is built when first needed, and cached as long as the caster and casters opened from
+        it exist; another tree of the caster may be given. If silhouettes are short, ``auto`` builds
+        a tree for the fourth single light, or after enough lights in groups to pay for it; it uses
+        an existing tree; otherwise it tests every edge.
 
     Yields
     ------
     which : slice
-        Of ``lights``.
+        Slice of ``lights``.
     silhouettes : Silhouettes
 
     Raises
     ------
     InputError
-        If the method is not one of these.
+        If the method is unknown.
     """
     tree = _choose(caster, lights, method)
     done = 0
@@ -125,7 +122,7 @@ def find_silhouettes(
 
 def prepare_tree(caster: Caster, tree: DualTree | None = None) -> DualTree:
     """
-    Build a tree ahead of the first light, or return the tree that exists or is given.
+    Build a tree before the first light, or return the existing or given tree.
 
     ``find_silhouettes`` uses it from then on.
     """
@@ -141,9 +138,9 @@ def find_silhouette_edges(
     """
     Find the silhouette of one light (4,), in the caster's frame, as edges with multiplicities.
 
-    Returns the vertices of each edge once, (n, 2), wound as in the lit faces for multiplicity > 0,
-    and multiplicities (n,), never 0. At every vertex the multiplicities of its edges sum to 0,
-    outgoing less incoming. Methods are those of ``find_silhouettes``.
+    Returns the vertices of unique edges, (n, 2), wound as in the lit faces, and multiplicities
+    (n,), above 0. At every vertex the multiplicities of its edges sum to 0, outgoing minus
+    incoming. Methods as in ``find_silhouettes``.
     """
     (_, found), *_ = find_silhouettes(caster, np.asarray(light, np.float64)[None], method)
     codes = found.codes[found.starts[0] : found.starts[1]]
@@ -184,7 +181,7 @@ def _choose(caster: Caster, lights: NDArray[np.float64], method: str | Tree) -> 
 
 
 def _think_again(caster: Caster, found: Silhouettes, n_lights: int, done: int) -> Tree | None:
-    """Return the tree that would find the lights that are left sooner, now that some are."""
+    """Return the tree if it pays for the remaining lights, judged by the silhouettes so far."""
     n_edges = len(caster.edges)
     if n_edges < _EDGES:
         return None
@@ -212,7 +209,7 @@ def _search(tree: Tree, caster: Caster, light: NDArray[np.float64]) -> NDArray[n
 
 
 def _look_up(caster: Caster) -> _Kept:
-    """Return what is cached for a caster, for as long as its edges exist."""
+    """Return the cache of a caster, which lives as long as its edges."""
     key = id(caster.edge_faces)
     kept = _kept.get(key)
     if kept is None or kept.planes() is not caster.whole_planes:
@@ -224,18 +221,17 @@ def _look_up(caster: Caster) -> _Kept:
 
 class Follower:
     """
-    Finds the silhouettes of lights that are near each other, one after another, by a caster's tree.
+    Search for the silhouettes of a light that moves in small steps, by a caster's tree.
 
-    Answers are as by brute force, whatever the steps. With 1.3M triangles it is twice as fast
-    as the tree for steps up to 0.0003 (in radians, for the sun), and as fast as the tree from
-    0.001 on.
+    Results equal brute force for any steps. With 1.3M triangles it is twice as fast as the tree for
+    steps up to 0.0003 (radians, for the sun), and as fast as the tree from 0.001 on.
     """
 
     def __init__(self, tree: Tree) -> None:
         self.tree = tree
         self._last: Plane | None = None
         self._at: Plane | None = None
-        self._reach = 0.0  # how far the light may go with the edges held
+        self._reach = 0.0  # how far the light may move with the cached segments
         self._held = tree.segments
         numbers = tree.segments.numbers
         self._places = np.arange(numbers.size, dtype=np.int32).reshape(numbers.shape)
@@ -244,7 +240,7 @@ class Follower:
         """
         Find the silhouette of the next light (4,); codes as from ``Tree.find``.
 
-        The caster is the one that the tree was made of, components opened or not.
+        The caster is the tree's, components opened or not.
         """
         plane = self.tree.segments.fit.place(light)
         if plane is None:
@@ -260,7 +256,7 @@ class Follower:
         return held.decide(caster, light, *sifted)
 
     def _hold(self, plane: Plane, reach: float) -> None:
-        """Hold the segments within reach of a plane, and those that it cuts."""
+        """Cache the segments within reach of a plane, and the segments that it cuts."""
         wide = Plane(plane.normal, np.float32(plane.margin + reach))
         codes, unsure, _ = self.tree.sift(wide, self._places)
         places = np.sort(np.concatenate([codes >> 2, unsure]))
@@ -273,7 +269,7 @@ class Follower:
 
 
 def _measure(one: Plane, two: Plane | None) -> float:
-    """Return how far apart planes are; infinite if there is only one."""
+    """Return the distance between two planes' normals; infinite if there is only one."""
     if two is None:
         return np.inf
     return float(np.linalg.norm(one.normal.astype(np.float64) - two.normal))
@@ -281,7 +277,7 @@ def _measure(one: Plane, two: Plane | None) -> float:
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _pack(blocks, numbers, places, packed, names):
-    """Bring the segments of some places together."""
+    """Gather segments at given slots into blocks."""
     for i in range(places.size):
         block, lane = places[i] // WIDTH, places[i] % WIDTH
         names[i // WIDTH, i % WIDTH] = numbers[block, lane]
@@ -291,7 +287,7 @@ def _pack(blocks, numbers, places, packed, names):
 
 @njit(cache=True, nogil=True, boundscheck=False)
 def _sift(blocks, numbers, normal, margin):
-    """Sift all blocks."""
+    """Apply ``sift_block`` to all blocks."""
     inside, lit = np.empty(WIDTH, np.float32), np.empty(WIDTH, np.int32)
     codes = np.empty(numbers.size + 1, np.int32)
     unsure = np.empty(numbers.size + 1, np.int32)

@@ -1,9 +1,8 @@
 """
-Trees in files, to be kept beside the models they were made of.
+Files of dual trees, to be stored with their models.
 
-A file is numpy's ``.npz``: the tree's arrays, and a digest of all of a caster that the
-tree depends on. It is read only for a caster with that digest; ``open_tree`` makes it
-anew for any other.
+A file is NumPy's ``.npz``: the tree's arrays, and a digest of the caster data that it depends on.
+It is used only for a caster with that digest; ``open_tree`` replaces it for any other.
 """
 
 import hashlib
@@ -34,16 +33,16 @@ def open_tree(
     say: Callable[[str], object] = lambda _: None,
 ) -> DualTree:
     """
-    Take the tree of a caster from a file ``.npz``, or build it and store it there.
+    Read the tree of a caster from an ``.npz`` file, or build it and store it there.
 
     ``find_silhouettes`` uses it from then on. A tree of another caster, or of another version of
-    umbra, is replaced; a file that is no tree is not. ``say`` is told in a line whether the tree
+    umbra, is replaced; a file that is no tree is not. ``say`` receives one line: whether the tree
     was read or built, and why.
 
     Raises
     ------
     InputError
-        If there is a file that is no tree, or is damaged.
+        If the file is no tree, or is damaged.
     OSError
         If the tree cannot be stored.
     """
@@ -80,7 +79,7 @@ def write_tree(path: str | os.PathLike[str], caster: Caster, tree: DualTree) -> 
 
 def read_tree(path: str | os.PathLike[str], caster: Caster) -> DualTree:
     """
-    Read the tree of a caster that was stored.
+    Read the stored tree of a caster.
 
     `InputError` if the file is missing, damaged, no tree, or that of another caster.
     """
@@ -93,7 +92,7 @@ def read_tree(path: str | os.PathLike[str], caster: Caster) -> DualTree:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    """Return the arrays of a tree's file, of whatever caster and version."""
+    """Return the arrays of a tree's file, for any caster and version."""
     try:
         with path.open("rb") as file:
             found = np.load(file, allow_pickle=False)
@@ -108,7 +107,7 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 def _find_fault(arrays: dict[str, Any], caster: Caster) -> str:
-    """Return why the arrays are not this caster's tree; nothing if they are."""
+    """Return why the arrays are not this caster's tree; empty if they are."""
     if str(arrays["format"]) != _FORMAT:
         return "holds a tree of another version of umbra"
     if str(arrays["digest"]) != _digest(caster):
@@ -123,8 +122,8 @@ def _unpack(arrays: dict[str, Any]) -> DualTree:
 
 
 def _digest(caster: Caster) -> str:
-    """Sum up all that a tree depends on; weights and open components are not part of it."""
-    found = hashlib.sha256()  # twice as fast as others where processors have it built in
+    """Return a digest of all that a tree depends on: not weights or open components."""
+    found = hashlib.sha256()  # twice as fast as others on processors with SHA instructions
     for array in (caster.planes, caster.edge_faces, caster.turn, caster.vertices, caster.faces):
         found.update(f"{array.dtype} {array.shape} ".encode())
         found.update(np.ascontiguousarray(array).data)
