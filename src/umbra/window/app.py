@@ -1,8 +1,8 @@
 """
-The viewer's loop: events in, another view, a picture when it changed.
+The viewer's loop: events update the view; a changed view is drawn.
 
-Nothing is drawn while nothing happens. What mouse and keys do is told by ``Controls``; the
-scene is drawn anew only for another view or size, Dear ImGui a few times after each event.
+Nothing is drawn while idle. ``Controls`` handles mouse and keys; the scene is redrawn only
+for a new view or size, Dear ImGui for a few frames after each event.
 """
 
 import time
@@ -38,14 +38,14 @@ __all__ = ["PANEL", "Viewer", "show"]
 PANEL = 290
 """Width of the panel, in the window's units."""
 
-_REST, _FASTEST = 0.5, 1 / 60  # [s] between looks, [s] a frame
-_BOTH = 560.0  # the width that help and statistics need side by side
+_REST, _FASTEST = 0.5, 1 / 60  # [s] between idle checks, [s] per frame
+_BOTH = 560.0  # width of help and statistics side by side
 _LONGEST = 0.1  # [s] that a view advances in one frame
 
 
 class Viewer:
     """
-    A window on a scene.
+    Interactive window of a scene.
 
     Parameters
     ----------
@@ -53,18 +53,18 @@ class Viewer:
         Closed with the viewer.
     scene : Scene
     view : ViewState
-        To begin with.
+        Initial view.
     title : str
     ground : float, optional
-        z of a plane that is drawn and receives shadows [m].
+        z of a drawn, receiving plane [m].
     threads : int
-        For the CPU's pictures.
+        For pictures on the CPU.
     picture : Path
-        Where screenshots go; further ones get a number.
+        File of screenshots; further ones get a number.
     view_file : Path
-        Where views are saved and loaded.
+        File to save and load views.
     animates : bool
-        Whether the view's animation plays at once.
+        Whether to start the view's animation.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class Viewer:
                 self._draw()
 
     def close(self) -> None:
-        """Free all that was made and close the window; `UmbraError` if something is left behind."""
+        """Free all objects and close the window; `UmbraError` if any are left."""
         self.painter.release()
         self._show.release()
         left = sorted(self.screen.device.live)
@@ -131,7 +131,7 @@ class Viewer:
     # -- drawing ---------------------------------------------------------------------------
 
     def _find_frame(self) -> PictureArea:
-        """Find where the picture goes: all of the window that the panel leaves."""
+        """Find the picture's area: the window without the panel."""
         width, height = glfw.get_window_size(self.screen.window)
         pixels, _ = glfw.get_framebuffer_size(self.screen.window)
         panel = PANEL * self.screen.unit
@@ -139,7 +139,7 @@ class Viewer:
         return PictureArea((left, 0.0), (width - left, float(height)), pixels / max(width, 1))
 
     def _choose(self) -> tuple[Any, ...]:
-        """Give what the picture depends on: view, size, step, samples a pixel."""
+        """Return the picture's inputs: view, size, step, samples per pixel."""
         moves = self.controls.is_moving or self._is_panel_held
         view, pixels = self.events.view, self.events.frame.pixels
         return view, pixels, self._pacing.choose_step(moves), self._pacing.samples
@@ -151,7 +151,7 @@ class Viewer:
         events = self.events
         frame = events.frame = self._find_frame()
         self.controls.size = frame.pixels
-        if min(frame.size) < 8:  # an icon
+        if min(frame.size) < 8:  # minimised
             glfw.wait_events_timeout(_REST)
             return
         self.screen.begin()
@@ -207,7 +207,7 @@ class Viewer:
         with State(self.screen.device) as state:
             state.use(Pass(color_write=True, scissor=(left, 0, cols, rows)))
             targets.picture.bind(0)
-            for name in (0x2800, 0x2801):  # smooth where it is enlarged
+            for name in (0x2800, 0x2801):  # linear filter when enlarged
                 gl.TexParameteri(0x0DE1, name, 0x2601)
             self._show.set(
                 picture=0, corner=np.array([left, 0.0]), size=np.array([cols, rows], float)
@@ -217,7 +217,7 @@ class Viewer:
     # -- commands --------------------------------------------------------------------------
 
     def _obey(self) -> None:
-        """Do what was asked for besides another view."""
+        """Execute the pending commands."""
         commands, self.controls.commands = self.controls.commands, []
         for command in commands:
             self.events.stir()
@@ -237,7 +237,7 @@ class Viewer:
             self.panel.message = f"saved {file}"
         elif command == "load":
             view = load_view(file, self._images_of)
-            self.painter.motion.find_duration(view)  # refuses an animation of another model
+            self.painter.motion.find_duration(view)  # raises for another model's animation
             self.events.view = view
             self.panel.message = f"loaded {file}"
         elif command == "panel":
@@ -248,7 +248,7 @@ class Viewer:
             glfw.set_window_should_close(self.screen.window, True)
 
     def _toggle_cast(self) -> None:
-        """Let the part under the mouse cast, or no longer."""
+        """Toggle whether the part under the mouse casts."""
         events, scene, part = self.events, self.painter.scene, None
         if events.is_over_picture():
             camera = events.view.viewpoint.camera(events.frame.pixels)
@@ -261,7 +261,7 @@ class Viewer:
         self.panel.message = f"{scene.parts[part].name} {casts}"
 
     def _shoot(self) -> Path:
-        """Write the picture, at whole resolution, without panel and handles."""
+        """Write the picture at full resolution, without panel and handles."""
         wanted = (self.events.view, self.events.frame.pixels, 1, SMOOTH)
         if self._shown != wanted:
             self._paint(wanted)
@@ -295,7 +295,7 @@ def show(
     size : (int, int)
         Of the window.
     instead : str
-        A command that does without a window; named in the `InputError` if none opens.
+        Alternative command, named in the `InputError` if no window opens.
     **options
         As for ``Viewer``.
     """

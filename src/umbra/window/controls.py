@@ -1,4 +1,4 @@
-"""What mouse and keys do to a view; they are given by name, so that no window is needed."""
+"""Mouse and key actions on a view; events are named, so that no window is needed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -37,9 +37,9 @@ KEYS = {
 }
 """For the help, in its order."""
 
-_TURN = 0.3  # degrees a pixel
+_TURN = 0.3  # degrees per pixel
 _LOOK = 0.15
-_WALK = 0.25  # of the model's diagonal a second
+_WALK = 0.25  # of the model's diagonal per second
 _COMMANDS = {"p": "screenshot", "x": "cast", "tab": "panel", "f1": "help"}
 _WITH_CONTROL = {"s": "save", "o": "load", "q": "quit"}
 _WALKING = frozenset("wasdeq")
@@ -47,7 +47,7 @@ _WALKING = frozenset("wasdeq")
 
 @dataclass(frozen=True)
 class _Drag:
-    """A button that is held: what it moves, from where."""
+    """A drag in progress: its button, its target and where it began."""
 
     kind: str
     button: str
@@ -59,30 +59,30 @@ class _Drag:
 @dataclass
 class Controls:
     """
-    Hands on a view.
+    Mouse and keyboard control of a view.
 
     Parameters
     ----------
     bounds : (2, 3) float64
         Of the model [m].
     size : (int, int)
-        Columns and rows of the picture, in which the mouse is told [pixels].
+        Columns and rows of the picture, the frame of mouse positions [pixels].
     grip : float
-        How far from a handle it is held [pixels].
+        Radius in which a handle is picked [pixels].
 
     Attributes
     ----------
     plays : bool
-        Whether time passes.
+        Whether the day plays.
     speed : float
-        Minutes of the clock a second.
+        Clock minutes per second.
     animates : bool
         Whether the scene's animation plays.
     motion : Motion, optional
         The scene's animations.
     commands : list of str
-        What was asked for besides another view: ``screenshot``, ``save``, ``load``,
-        ``cast``, ``panel``, ``help``, ``quit``. Whoever does it takes it off the list.
+        Pending commands: ``screenshot``, ``save``, ``load``, ``cast``, ``panel``, ``help``,
+        ``quit``. The executor removes them.
     """
 
     bounds: NDArray[np.float64]
@@ -98,17 +98,17 @@ class Controls:
 
     @property
     def is_moving(self) -> bool:
-        """Whether something is dragged, walks or plays."""
+        """Whether a drag, a walk or playback is in progress."""
         return self._drag is not None or self.needs_time
 
     @property
     def needs_time(self) -> bool:
-        """Whether the view changes without further events."""
+        """Whether the view changes without events."""
         return self.plays or self.animates or bool(self._held)
 
     def press(self, view: ViewState, button: str, at: Pixel, *, shift: bool = False) -> ViewState:
         """
-        Press a mouse button at a pixel: on a light's handle it takes that, else the camera.
+        Press a mouse button at a pixel, to drag the light's handle there, or else the camera.
 
         With shift the left button pans, too.
         """
@@ -140,12 +140,12 @@ class Controls:
         return replace(view, viewpoint=turned)
 
     def release(self, button: str) -> None:
-        """Let a mouse button go."""
+        """Release a mouse button."""
         if self._drag is not None and self._drag.button == button:
             self._drag = None
 
     def scroll(self, view: ViewState, steps: float) -> ViewState:
-        """Turn the wheel: nearer, or away."""
+        """Zoom by the mouse wheel."""
         return replace(view, viewpoint=view.viewpoint.dolly(steps))
 
     def press_key(
@@ -166,7 +166,7 @@ class Controls:
         return view if act is None else act()
 
     def _list_actions(self, view: ViewState, minutes: float) -> dict[str, Callable[[], ViewState]]:
-        """List what keys do to a view; arrows move the sun by so many minutes."""
+        """List the keys' actions on a view; arrows move the sun by ``minutes``."""
         return {
             **{str(n): partial(view.toggle, name) for n, name in enumerate(OVERLAYS, 1)},
             "f": lambda: replace(
@@ -199,16 +199,16 @@ class Controls:
         return view
 
     def release_key(self, key: str) -> None:
-        """Let a key go."""
+        """Release a key."""
         self._held.discard(key)
 
     def let_go(self) -> None:
-        """Let everything go, as when the window loses the keyboard."""
+        """Release all buttons and keys, as when the window loses focus."""
         self._held.clear()
         self._drag = None
 
     def advance(self, view: ViewState, seconds: float) -> ViewState:
-        """Let time pass: walk, play the day and the animation."""
+        """Advance time: walk, play the day and the animation."""
         if self._held and view.viewpoint.walks:
             held = self._held
             stride = _WALK * float(np.linalg.norm(np.ptp(self.bounds, axis=0))) * seconds

@@ -1,4 +1,4 @@
-"""The sun of a view: by date and clock at a site, or by its azimuth and altitude."""
+"""The sun of a view, by date and clock at a site or by azimuth and altitude."""
 
 import datetime as dt
 import itertools
@@ -19,28 +19,28 @@ __all__ = ["DAY", "ProfilePeriod", "Sun", "Suns", "find_day", "find_rise", "find
 DAY = 24 * 60
 """Minutes of a day's clock."""
 _PATH_STEP = 5  # [min] between points of a day's path
-_LOWEST = 0.05  # [degrees]; below, shadows have no end
+_LOWEST = 0.05  # [degrees]; below, shadows are endless
 
 
 @dataclass(frozen=True)
 class Sun:
     """
-    A sun that can be moved.
+    Adjustable sun.
 
     Parameters
     ----------
     shines : bool
-        Whether it is switched on.
+        Whether the sun is switched on.
     site : Site, optional
-        Where the model stands.
+        Site of the model.
     date : datetime.date
-        At the site.
+        Date at the site.
     minutes : float
-        On the site's clock since midnight, in [0, 1440).
+        Site's clock time since midnight, in [0, 1440).
     azimuth, altitude : float
-        Where it stands if there is no site or ``by_clock`` is off [degrees].
+        Position without a site or with ``by_clock`` off [degrees].
     by_clock : bool
-        Whether date and clock say where it stands.
+        Whether date and clock determine the position.
     color : (float, float, float)
         Linear RGB.
     """
@@ -56,46 +56,46 @@ class Sun:
 
     @property
     def has_clock(self) -> bool:
-        """Whether the clock moves it."""
+        """Whether the clock determines the position."""
         return self.by_clock and self.site is not None
 
     def place(self) -> tuple[float, float]:
-        """Give azimuth, clockwise from true north, and altitude [degrees]."""
+        """Return azimuth, clockwise from true north, and altitude [degrees]."""
         if not self.has_clock:
             return self.azimuth, self.altitude
         path = find_sun(self.site, [self.when()])  # type: ignore[arg-type]
         return float(path.azimuth[0]), float(path.altitude[0])
 
     def direction(self) -> NDArray[np.float64]:
-        """Give the unit vector toward the sun in the model's axes, (3,) float64."""
+        """Return the unit vector toward the sun in the model's axes, (3,) float64."""
         azimuth, altitude = self.place()
         north = self.site.true_north if self.site is not None else 0.0
         turn, up = np.radians([azimuth + north, altitude])
         return np.array([np.sin(turn) * np.cos(up), np.cos(turn) * np.cos(up), np.sin(up)])
 
     def light(self) -> Light | None:
-        """Give its light; None at night or if it is switched off."""
+        """Return the sun's light; None at night or if switched off."""
         if not self.shines or self.place()[1] < _LOWEST:
             return None
         return directional_light(self.direction(), color=self.color)
 
     def when(self) -> dt.datetime:
-        """Give the moment, in the site's zone; of a clock time that comes twice the first."""
+        """Return the time in the site's zone; of an ambiguous clock time, the first."""
         return _find_moment(self.site, self.date, self.minutes)
 
     def clock(self) -> str:
-        """Give the clock time as HH:MM."""
+        """Return the clock time as HH:MM."""
         whole = int(self.minutes + 0.5) % DAY
         return f"{whole // 60:02}:{whole % 60:02}"
 
     def pass_time(self, minutes: float) -> "Sun":
-        """Let time pass; after midnight the same day begins again."""
+        """Advance time, wrapping at midnight to the same day."""
         if self.has_clock:
             return replace(self, minutes=(self.minutes + minutes) % DAY)
         return replace(self, azimuth=(self.azimuth + minutes / 4) % 360.0)
 
     def play(self, minutes: float) -> "Sun":
-        """Let time pass, from sunset straight on to sunrise."""
+        """Advance time, skipping from sunset to sunrise."""
         later = self.pass_time(minutes)
         if not later.has_clock or later.place()[1] > 0:
             return later
@@ -103,7 +103,7 @@ class Sun:
         return replace(later, minutes=float(times[path.is_up][0])) if path.is_up.any() else later
 
     def point_at(self, direction: NDArray[np.float64]) -> "Sun":
-        """Put it in a direction (3,), at least a degree above the horizon; the clock is left."""
+        """Move to a direction (3,), at least a degree above the horizon; leaves the clock."""
         unit = direction / np.linalg.norm(direction)
         north = self.site.true_north if self.site is not None else 0.0
         azimuth = float(np.degrees(np.arctan2(unit[0], unit[1])) - north) % 360.0
@@ -113,7 +113,7 @@ class Sun:
 
 @dataclass(frozen=True)
 class ProfilePeriod:
-    """A part of the day: from and to, and the steps between, in minutes of the site's clock."""
+    """Period of the day: start, end and step, in minutes of the site's clock."""
 
     start: float = 9 * 60.0
     end: float = 17 * 60.0
@@ -130,7 +130,7 @@ class ProfilePeriod:
 
 @dataclass(frozen=True, eq=False)
 class Suns:
-    """The suns of a period that are up."""
+    """The suns of a period above the horizon."""
 
     directions: NDArray[np.float64]
     """(n, 3): toward each, in the model's axes, at the middle of its step."""
@@ -142,7 +142,7 @@ class Suns:
 
 @lru_cache(maxsize=8)
 def find_suns(site: Site, date: dt.date, period: ProfilePeriod) -> Suns:
-    """Find the suns in the middles of a period's steps, as a study takes them."""
+    """Find the suns at the midpoints of a period's steps, as in a study."""
     begin, end = (
         _find_moment(site, date, mark).astimezone(dt.UTC) for mark in (period.start, period.end)
     )
@@ -157,13 +157,13 @@ def find_suns(site: Site, date: dt.date, period: ProfilePeriod) -> Suns:
 
 @lru_cache(maxsize=32)
 def find_day(site: Site, date: dt.date) -> tuple[NDArray[np.float64], SunPath]:
-    """Find the sun's path over a day: minutes on the clock since midnight (n,), and the path."""
+    """Find the sun's path over a day: clock minutes since midnight (n,), and the path."""
     minutes = np.arange(0, DAY, _PATH_STEP, dtype=np.float64)
     return minutes, find_sun(site, [_find_moment(site, date, float(m)) for m in minutes])
 
 
 def find_rise(site: Site, date: dt.date) -> tuple[str, str] | None:
-    """Give the clock times, HH:MM, between which the sun is up; None if it never or always is."""
+    """Return sunrise and sunset as HH:MM; None if the sun never or always is up."""
     minutes, path = find_day(site, date)
     up = path.is_up
     rises = np.flatnonzero(up[1:] & ~up[:-1])

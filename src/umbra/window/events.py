@@ -1,4 +1,4 @@
-"""Events of a window: mouse and keys, as glfw tells them, made into another view."""
+"""Window events: glfw's mouse and key events turned into a new view."""
 
 from typing import Any
 
@@ -25,16 +25,16 @@ _KEYS = {
 
 class Events:
     """
-    Keeps the view that events make.
+    Holds the view, updated by events.
 
-    ``window`` is glfw's; its callbacks are set, so Dear ImGui must start after.
+    ``window`` is a glfw window; sets its callbacks, so Dear ImGui must start afterwards.
 
     Attributes
     ----------
     frame : PictureArea
-        Where the picture lies; to be kept up to date.
+        Area of the picture, updated by the viewer.
     mouse : (float, float)
-        Where it was at the last event, in the window.
+        Position at the last event, in the window.
     stirs : int
         Frames still to be drawn.
     """
@@ -59,7 +59,7 @@ class Events:
         glfw.set_window_refresh_callback(window, self.stir)
 
     def stir(self, *_: object) -> None:
-        """Ask for a few more frames: Dear ImGui settles after an event."""
+        """Request a few more frames: Dear ImGui settles after an event."""
         self.stirs = _SETTLE
 
     def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
@@ -77,7 +77,7 @@ class Events:
 
     def _on_cursor(self, window: Any, x: float, y: float) -> None:
         self.stir()
-        self.mouse = (x, y)  # glfw would give where it is now, not where it was at the event
+        self.mouse = (x, y)  # glfw would return the position now, not at the event
         shift = any(
             glfw.get_key(window, key) == glfw.PRESS
             for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT)
@@ -90,7 +90,7 @@ class Events:
             self.view = self.controls.scroll(self.view, steps)
 
     def is_over_picture(self) -> bool:
-        """Tell whether the mouse is on the picture and on nothing that lies over it."""
+        """Return whether the mouse is on the picture and not on a panel over it."""
         over = self.mouse[0] >= self.frame.corner[0]
         return over and not imgui.get_io().want_capture_mouse
 

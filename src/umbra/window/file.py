@@ -25,7 +25,7 @@ _NUMBERS = ("heading", "tilt", "distance", "fov", "near")
 
 
 def to_json(view: ViewState) -> dict[str, Any]:
-    """Describe a view in JSON's own types; pictures that spot lights project are left out."""
+    """Convert a view to JSON types; pictures projected by spot lights are left out."""
     sun = asdict(view.sun)
     sun["date"] = view.sun.date.isoformat()
     return {
@@ -42,9 +42,9 @@ def to_json(view: ViewState) -> dict[str, Any]:
 
 def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
     """
-    Make a view from its description; `InputError` names what is missing or wrong.
+    Make a view from its JSON description; `InputError` names a missing or invalid entry.
 
-    A light that stands in the same place of the list ``images_of`` projects that one's picture.
+    Each light projects the picture of the light of the same index in ``images_of``.
     """
     if not isinstance(described, dict) or described.get("umbra_view") != _VERSION:
         msg = f"this is no view of version {_VERSION}: 'umbra_view' is missing or another number"
@@ -57,7 +57,7 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
             walks=bool(given.get("walks", False)),
             **{name: _read_number(given[name]) for name in _NUMBERS},
         )
-        viewpoint.camera((16, 16))  # refuses what cannot be looked at
+        viewpoint.camera((16, 16))  # raises for an invalid viewpoint
         if not viewpoint.distance > 0 or abs(viewpoint.tilt) >= 90:
             msg = "distance must be above 0, and tilt between -90 and 90"
             raise InputError(msg)
@@ -95,7 +95,7 @@ def from_json(described: Any, images_of: tuple[Light, ...] = ()) -> ViewState:
 
 
 def save_view(path: str | os.PathLike[str], view: ViewState) -> None:
-    """Write a view to a file, whole or not at all; `InputError` if nothing can be written there."""
+    """Write a view to a file atomically; `InputError` if it cannot be written."""
     with replace_file(path) as beside:
         beside.write_text(json.dumps(to_json(view), indent=2) + "\n", "utf-8")
 
@@ -187,4 +187,4 @@ _CHOICES: dict[str, Callable[[Any], Any]] = {
     "mask_scale": int, "mask_filter": str, "time": _read_number,
     "animation": lambda value: value if value is None or isinstance(value, int) else str(value),
 }  # fmt: skip
-"""What a file may leave out, and how each is read."""
+"""Optional entries of a file, and the reader of each."""

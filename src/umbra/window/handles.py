@@ -1,10 +1,9 @@
 """
-Handles of lights in the picture: where they are, which one the mouse is on, how it drags them.
+Handles of lights in the picture: position, picking and dragging.
 
-The sun hangs on a dome about the target that always fits the picture. By clock it slides
-along its day's path; else it goes anywhere on the dome, as other lights without a place do.
-A lamp is dragged in the plane of
-the view, or on its own level.
+The sun is shown on a dome about the target that always fits the picture. By clock it moves
+along its day's path; otherwise anywhere on the dome, like other directional lights. A lamp
+is dragged in the plane of the view, or at constant height.
 """
 
 from dataclasses import dataclass, replace
@@ -37,14 +36,14 @@ _LAMP_LEAST = 0.08  # of the picture's height, from its top
 GRIP = 14.0
 """How far from its middle a handle is held [pixels]."""
 
-_TIME_COST = 0.03  # [pixels per minute], so that a path that crosses itself is not left
+_TIME_COST = 0.03  # [pixels per minute], to stay on one branch where the path crosses itself
 _PINHOLE = 0.01  # [degrees]: a view of one pixel
-_FLATTEST = 0.02  # a ray that falls less meets its level too far away
+_FLATTEST = 0.02  # a flatter ray meets the lamp's level too far away
 
 
 @dataclass(frozen=True)
 class Handle:
-    """A light that can be taken hold of: its number, its pixel, its place in the model (3,) [m]."""
+    """Draggable handle of a light: its number, pixel and position in the model (3,) [m]."""
 
     number: int
     at: Pixel
@@ -52,7 +51,7 @@ class Handle:
 
 
 def project(camera: Camera, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Find the pixels (n, 2), columns and rows, of places (n, 3); NaN for what is not ahead."""
+    """Project points (n, 3) to pixels (n, 2), columns and rows; NaN behind the eye."""
     matrix = camera.matrix(camera.eye)
     x, y, weight, _ = matrix @ np.column_stack([places - camera.eye, np.ones(len(places))]).T
     ahead = weight > camera.near
@@ -62,14 +61,14 @@ def project(camera: Camera, places: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def find_dome(viewpoint: Viewpoint) -> tuple[NDArray[np.float64], float]:
-    """Give the middle (3,) and the radius [m] of the dome on which the sun hangs."""
+    """Return the centre (3,) and the radius [m] of the sun's dome."""
     radius = _DOME * viewpoint.distance * np.sin(np.radians(viewpoint.fov) / 2)
     return np.array(viewpoint.target), float(radius)
 
 
 def find_path(view: ViewState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """
-    Find the sun's path of the day on the dome: minutes since midnight (n,), places (n, 3).
+    Find the sun's path of the day on the dome: minutes since midnight (n,), points (n, 3).
 
     Only points where the sun is up.
     """
@@ -81,7 +80,7 @@ def find_path(view: ViewState) -> tuple[NDArray[np.float64], NDArray[np.float64]
 
 
 def find_handles(view: ViewState, size: tuple[int, int]) -> list[Handle]:
-    """Find the handles that are in the picture of a size."""
+    """Find the handles inside a picture of this size."""
     numbers, places = [], []
     if view.sun.light() is not None:
         middle, radius = find_dome(view.viewpoint)
@@ -106,14 +105,14 @@ def find_handles(view: ViewState, size: tuple[int, int]) -> list[Handle]:
 
 
 def pick(handles: list[Handle], at: Pixel, grip: float = GRIP) -> Handle | None:
-    """Find the handle that a pixel is on."""
+    """Find the handle at a pixel."""
     near = [(np.hypot(h.at[0] - at[0], h.at[1] - at[1]), n) for n, h in enumerate(handles)]
     reached = [each for each in near if each[0] <= grip]
     return handles[min(reached)[1]] if reached else None
 
 
 def find_part(scene: Scene, camera: Camera, at: Pixel) -> int | None:
-    """Find the part that a pixel shows; None if there is none."""
+    """Find the part visible at a pixel, or None."""
     soup = scene.triangles()
     ray = _find_ray(camera, at)
     look = replace(camera, target=camera.eye + ray, up=camera.axes()[1], size=(1, 1), fov=_PINHOLE)
@@ -125,7 +124,7 @@ def find_part(scene: Scene, camera: Camera, at: Pixel) -> int | None:
 def place_lamp(
     view: ViewState, bounds: NDArray[np.float64], size: tuple[int, int]
 ) -> NDArray[np.float64]:
-    """Find a place for another lamp: above the model, in the picture, beside earlier ones."""
+    """Find a position for a new lamp: above the model, in the picture, next to earlier ones."""
     low, high = bounds
     length = float(np.linalg.norm(high - low))
     foot = np.array(view.viewpoint.target)
@@ -143,9 +142,9 @@ def drag(
     view: ViewState, number: int, at: Pixel, size: tuple[int, int], *, level: bool
 ) -> ViewState:
     """
-    Bring the handle of a light, or of ``SUN``, to a pixel.
+    Drag the handle of a light, or of ``SUN``, to a pixel.
 
-    On its ``level`` a lamp keeps its height, rather than its distance from the view.
+    With ``level`` a lamp keeps its height, rather than its distance from the view.
     """
     camera = view.viewpoint.camera(size)
     ray = _find_ray(camera, at)
@@ -183,12 +182,12 @@ def _drag_sun(view: ViewState, camera: Camera, ray: NDArray[np.float64], at: Pix
 def _find_on_dome(
     view: ViewState, camera: Camera, ray: NDArray[np.float64], now: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Find where a ray meets the dome, on the side on which it was; (3,) from its middle [m]."""
+    """Find where a ray meets the dome, on the same side as before; (3,) from its centre [m]."""
     middle, radius = find_dome(view.viewpoint)
     unit = ray / np.linalg.norm(ray)
     way = middle - camera.eye
     along = float(way @ unit)
-    aside = way - along * unit  # from the ray's nearest point to the middle
+    aside = way - along * unit  # from the ray's nearest point to the centre
     inside = radius**2 - float(aside @ aside)
     half = np.sqrt(max(inside, 0.0))
     found = [-aside - half * unit, -aside + half * unit]
@@ -196,7 +195,7 @@ def _find_on_dome(
 
 
 def _find_ray(camera: Camera, at: Pixel) -> NDArray[np.float64]:
-    """Give the ray of a pixel, (3,) float64, one metre long along the view axis."""
+    """Return the ray of a pixel, (3,) float64, of depth 1 m along the view axis."""
     right, up, forward = camera.axes()
     cols, rows = camera.size
     pixel = 2 * np.tan(np.radians(camera.fov) / 2) / rows

@@ -1,4 +1,4 @@
-"""What lies over the picture: handles of lights, the sun's path, the scale, statistics, help."""
+"""Head-up display: handles of lights, the sun's path, the scale, statistics, help."""
 
 import itertools
 
@@ -23,12 +23,12 @@ _MARGIN = 12.0
 
 
 def grow(length: float) -> float:
-    """Give a length that suits a plain screen in the units of this one."""
+    """Scale a length for a standard screen to the units of this one."""
     return length * imgui.get_font_size() / FONT_SIZE
 
 
 class PictureArea:
-    """Where the picture lies in the window, in Dear ImGui's units; ``scale`` pixels to each."""
+    """Area of the picture in the window, in Dear ImGui units of ``scale`` pixels."""
 
     def __init__(
         self, corner: tuple[float, float], size: tuple[float, float], scale: float
@@ -37,22 +37,22 @@ class PictureArea:
 
     @property
     def pixels(self) -> tuple[int, int]:
-        """Columns and rows of the picture at whole resolution."""
+        """Columns and rows of the picture at full resolution."""
         return max(round(self.size[0] * self.scale), 1), max(round(self.size[1] * self.scale), 1)
 
     def to_window(self, pixel: NDArray[np.float64] | tuple[float, float]) -> imgui.ImVec2:
-        """Give the place of a pixel in the window."""
+        """Convert a pixel to a window position."""
         x, y = ((value + 0.5) / self.scale for value in pixel)
         return imgui.ImVec2(float(self.corner[0] + x), float(self.corner[1] + y))
 
     def to_pixel(self, at: tuple[float, float]) -> tuple[float, float]:
-        """Give the pixel of a place in the window."""
+        """Convert a window position to a pixel."""
         x, y = ((a - c) * self.scale - 0.5 for a, c in zip(at, self.corner, strict=True))
         return x, y
 
 
 def draw_handles(view: ViewState, frame: PictureArea, mouse: tuple[float, float] | None) -> None:
-    """Draw the lights' handles, and what they slide on; ``mouse`` is the pixel under it, if any."""
+    """Draw the lights' handles and their guides; ``mouse`` is the pixel under it, if any."""
     draw = imgui.get_background_draw_list()
     low, size = frame.corner, frame.size
     draw.push_clip_rect(imgui.ImVec2(*low), imgui.ImVec2(low[0] + size[0], low[1] + size[1]))
@@ -80,7 +80,7 @@ def draw_handles(view: ViewState, frame: PictureArea, mouse: tuple[float, float]
 
 
 def _draw_dome(draw: imgui.ImDrawList, view: ViewState, frame: PictureArea) -> None:
-    """Draw the horizon with north, and the sun's path of the day with its hours."""
+    """Draw the horizon with north, and the sun's path of the day with hours."""
     camera = view.viewpoint.camera(frame.pixels)
     middle, radius = find_dome(view.viewpoint)
     turn = np.linspace(0, 2 * np.pi, _CIRCLE + 1)
@@ -109,7 +109,7 @@ def _draw_line(
     opacity: float,
     width: float = 1.0,
 ) -> None:
-    """Draw a line with a soft dark rim, so that it shows on any ground."""
+    """Draw a line with a soft dark outline, visible on any background."""
     shown = ~np.isnan(pixels[:, 0])
     points = [frame.to_window(pixel) for pixel in np.nan_to_num(pixels)]
     rim, line = _tint(_INK, 0.28 * opacity), _tint(color, opacity)
@@ -119,7 +119,7 @@ def _draw_line(
 
 
 def _write(draw: imgui.ImDrawList, x: float, y: float, text: str) -> None:
-    """Write with a dark rim."""
+    """Write text with a dark outline."""
     for right, down in ((1, 0), (-1, 0), (0, 1), (0, -1)):
         draw.add_text(imgui.ImVec2(x + right, y + down), _tint(_INK, 0.55), text)
     draw.add_text(imgui.ImVec2(x, y), _tint(_PAPER, 1.0), text)
@@ -128,14 +128,14 @@ def _write(draw: imgui.ImDrawList, x: float, y: float, text: str) -> None:
 def _draw_stem(
     draw: imgui.ImDrawList, view: ViewState, frame: PictureArea, place: NDArray[np.float64]
 ) -> None:
-    """Draw a line from a lamp straight down to the target's height."""
+    """Draw a vertical line from a lamp to the target's height."""
     foot = np.array([place[0], place[1], min(view.viewpoint.target[2], place[2])])
     pixels = project(view.viewpoint.camera(frame.pixels), np.stack([place, foot]))
     _draw_line(draw, frame, pixels, _PAPER, 0.7)
 
 
 def draw_scale(title: str, top: float, frame: PictureArea, *, by_whole: bool = True) -> None:
-    """Draw a scale of counts or hours from 0 to ``top`` at the foot of the picture."""
+    """Draw a scale of counts or hours from 0 to ``top`` at the bottom of the picture."""
     width, height = grow(260.0), grow(14.0)
     _begin("scale", frame, right=False, top=False)
     imgui.text(title)
@@ -162,7 +162,7 @@ def draw_scale(title: str, top: float, frame: PictureArea, *, by_whole: bool = T
 
 
 def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> None:
-    """Draw what the last picture took."""
+    """Draw the statistics of the last picture."""
     _begin("statistics", frame, right=True, top=True)
     cols, rows = drawn.size
     _write_row("frame", f"{drawn.spent:.1f} ms")
@@ -195,7 +195,7 @@ def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> No
 
 
 def draw_help(frame: PictureArea) -> None:
-    """Draw what the mouse and the keys do."""
+    """Draw the help on mouse and keys."""
     _begin("help", frame, right=False, top=True)
     mouse = {
         "Drag": "turn; on a light: move it",
@@ -211,7 +211,7 @@ def draw_help(frame: PictureArea) -> None:
 
 
 def _begin(name: str, frame: PictureArea, *, right: bool, top: bool) -> None:
-    """Open a quiet window in a corner of the picture."""
+    """Begin a passive window in a corner of the picture."""
     margin = grow(_MARGIN)
     x = frame.corner[0] + (frame.size[0] - margin if right else margin)
     y = frame.corner[1] + (margin if top else frame.size[1] - margin)

@@ -1,4 +1,4 @@
-"""The panel's sections about the model: its animations, and its parts, which cast or not."""
+"""The panel's sections on the model: animations, and parts with their casting."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,11 +14,11 @@ from umbra.window.widgets import DIM, put_label
 
 __all__ = ["draw_animation", "draw_parts"]
 
-_LISTED = 8  # parts at a time
+_LISTED = 8  # parts visible in the list
 
 
 def draw_animation(view: ViewState, controls: Controls, motion: Motion) -> ViewState:
-    """Draw which animation is shown, and its time; playing goes to ``controls``."""
+    """Draw the choice of animation and its time; playback goes to ``controls``."""
     width = imgui.ImVec2(grow(70), 0)
     if imgui.button("Pause##animation" if controls.animates else "Play##animation", width):
         view = controls.press_key(view, "t")
@@ -39,9 +39,9 @@ def draw_animation(view: ViewState, controls: Controls, motion: Motion) -> ViewS
 
 def draw_parts(view: ViewState, pattern: str, parts: Sequence[Part]) -> tuple[ViewState, str]:
     """
-    Draw the list of parts, those that a pattern matches, each with a box to cast or not.
+    Draw the list of parts that match a pattern, each with a checkbox to cast.
 
-    Give the view, and the pattern as it was typed.
+    Returns the view and the edited pattern.
     """
     imgui.set_next_item_width(-1)
     _, typed = imgui.input_text_with_hint("##pattern", "name, kind or layer", pattern)

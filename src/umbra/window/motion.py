@@ -1,4 +1,4 @@
-"""Animations in a view: which one plays, how long it is, and the scene at a moment of it."""
+"""Animations in a view: choice, duration and posed scene."""
 
 from dataclasses import replace
 
@@ -13,17 +13,17 @@ __all__ = ["Motion"]
 
 class Motion:
     """
-    The animations of one scene, and how it stood when it was last asked for.
+    The animations of one scene, and its last pose.
 
     Parameters
     ----------
     scene : Scene
-        As it is shown where no animation is chosen.
+        Scene without an animation.
 
     Attributes
     ----------
     choices : dict
-        What a view's ``animation`` may be, by what a panel calls it.
+        Values of a view's ``animation``, by label in the panel.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -41,13 +41,13 @@ class Motion:
         return bool(self._scene.animations)
 
     def find_duration(self, view: ViewState) -> float:
-        """Give the last time of a view's animation [s]; 0 where it has none."""
+        """Return the duration of a view's animation [s]; 0 without one."""
         if view.animation is None:
             return 0.0
         return max(one.duration for one in find_animations(self._scene, view.animation))
 
     def pose(self, view: ViewState) -> Scene:
-        """Give the scene of a view; the very same one as long as nothing moves."""
+        """Return the scene of a view; the same object while nothing moves."""
         key = (view.animation, view.time if view.animation is not None else 0.0)
         if key != self._key:
             self._key, self._posed = key, self._scene
@@ -56,7 +56,7 @@ class Motion:
         return self._posed
 
     def advance(self, view: ViewState, seconds: float) -> ViewState:
-        """Let an animation go on, from its end to its beginning; the first if none is chosen."""
+        """Advance the animation, in a loop; the first one if none is chosen."""
         if not self.has_any:
             return view
         if view.animation is None:
@@ -65,7 +65,7 @@ class Motion:
         return replace(view, time=(view.time + seconds) % duration if duration > 0 else 0.0)
 
     def follow(self, view: ViewState) -> ViewState:
-        """Move those lights of the file that an animation has moved since this was last asked."""
+        """Move the file's lights that the animation moved since the last call."""
         posed = self.pose(view)
         if posed is self._lit:
             return view

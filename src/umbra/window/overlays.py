@@ -1,4 +1,4 @@
-"""What is drawn over a picture to show how it came about: volumes, cases, edges, counts."""
+"""Diagnostic overlays of a picture: volumes, cases, edges, counts."""
 
 import operator
 from collections.abc import Mapping
@@ -47,12 +47,12 @@ _FEW = 8
 
 
 def find_top(highest: int) -> int:
-    """Give the count that takes the last colour: whole steps of the scale where there are few."""
+    """Return the count of the last colour, rounded to the scale's steps if small."""
     return max(int(highest), 4)
 
 
 def find_colors(counts: NDArray, top: int) -> NDArray[np.float64]:
-    """Give the colours of counts, sRGB (..., 3); a count of ``top`` takes the last colour."""
+    """Return the colours of counts, sRGB (..., 3); ``top`` has the last colour."""
     place = np.clip(np.asarray(counts) / top, 0.0, 1.0) * (len(PALETTE) - 1)
     low = np.minimum(place.astype(int), len(PALETTE) - 2)
     part = (place - low)[..., None]
@@ -60,7 +60,7 @@ def find_colors(counts: NDArray, top: int) -> NDArray[np.float64]:
 
 
 def find_ticks(top: int) -> list[int]:
-    """Give the counts to write at the scale, 0 and ``top`` among them."""
+    """Return the counts to label on the scale, with 0 and ``top``."""
     if top <= _FEW:
         return list(range(top + 1))
     return sorted({round(top * k / 4) for k in range(5)})
@@ -69,7 +69,7 @@ def find_ticks(top: int) -> list[int]:
 CASES = {
     0: (0.60, 0.60, 0.60), 1: (0.27, 0.52, 0.93), 2: (0.98, 0.72, 0.12), 3: (0.20, 0.72, 0.36)
 }  # fmt: skip
-"""sRGB of casters by McGuire's case; 0 casts no shadow that can be seen."""
+"""sRGB of casters by McGuire's case; 0 casts no visible shadow."""
 
 VOLUMES = {Z_PASS: (0.98, 0.66, 0.20), Z_FAIL: (0.35, 0.45, 0.98), LIGHT_CAP: (0.20, 0.75, 0.38)}
 """sRGB of volumes by how they are counted."""
@@ -85,8 +85,8 @@ OPEN = (0.95, 0.35, 0.15)
 EDGES = (1.0, 0.22, 0.30)
 
 _OPACITY = {"cases": 0.6, "components": 0.7, "volumes": 0.10, "edges": 1.0, "hidden": 0.22}
-_SOME = 1500  # triangles of volumes that have this opacity
-_EDGE_WIDTH = 1.3  # [pixels], to either side together
+_SOME = 1500  # triangles of volumes at this opacity
+_EDGE_WIDTH = 1.3  # [pixels], total
 _OVER = Pass(depth_test="lequal", color_write=True, blend="over")
 _BEFORE = replace(_OVER, depth_test="less")
 _NEARER = replace(_OVER, polygon_offset=(-1.0, -2.0))
@@ -99,7 +99,7 @@ ASIDE = np.array([0.45, -0.55, 0.70]) / np.linalg.norm([0.45, -0.55, 0.70])
 
 
 class Overlays:
-    """Draws over the picture of a renderer; its depth decides what is hidden."""
+    """Draws over the picture of a renderer, with hidden parts by its depth."""
 
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
@@ -125,10 +125,10 @@ class Overlays:
         shrink: float = 1.0,
     ) -> int:
         """
-        Draw overlays over ``targets.picture``; give the highest count in it, if counts are shown.
+        Draw overlays over ``targets.picture``; return its highest count, if counts are shown.
 
-        The depth of the targets holds the scene; the plan is of one light. Where the picture
-        will be enlarged by ``shrink``, lines are thinner by as much.
+        The depth of the targets holds the scene; the plan is of one light. Lines are thinner
+        by ``shrink``, by which the picture will be enlarged.
         """
         highest = self.draw_counts(state, targets, plan) if "counts" in overlays else 0
         targets.picture.use()
@@ -143,9 +143,9 @@ class Overlays:
         return highest
 
     def draw_volumes(self, state: State, plan: VolumePlan) -> None:
-        """Draw what the plan counts, translucent, into the target in use."""
+        """Draw the plan's volumes, translucent, into the target in use."""
         self._set_up(self._faces, plan)
-        # The more lie one behind the other, the thinner each.
+        # The more triangles, the more transparent each.
         total = max(sum(draw.count for draw in plan.draws) // 3, 1)
         opacity = float(np.clip(_OPACITY["volumes"] * np.sqrt(_SOME / total), 0.02, 0.2))
         for draw in plan.draws:
@@ -155,14 +155,14 @@ class Overlays:
             self._renderer.planner.indices.draw(self._faces, draw.first, draw.count)
 
     def draw_cases(self, state: State, plan: VolumePlan) -> None:
-        """Colour casters by their case, in the target in use."""
+        """Colour casters by case, in the target in use."""
         if self._case != plan.case.tobytes():
             self._case = plan.case.tobytes()
             self._by_case.write(list_faces_by_case(self._renderer, plan.case))
         self._draw_groups(state, plan, self._by_case, CASES, _OPACITY["cases"])
 
     def draw_components(self, state: State, plan: VolumePlan) -> None:
-        """Colour the casters' components, in the target in use; those that are open alike."""
+        """Colour the casters' components, in the target in use; open ones share a colour."""
         if self.n_components is None:
             lists, self.n_components = list_faces_by_component(self._renderer)
             self._by_component.write(lists)
@@ -204,7 +204,7 @@ class Overlays:
             self._lines.draw(6 * self.n_edges)
 
     def draw_counts(self, state: State, targets: PictureTargets, plan: VolumePlan) -> int:
-        """Draw the counts of a light's volumes instead of the picture; give the highest."""
+        """Draw the counts of a light's volumes over the whole picture; return the highest."""
         self._renderer.draw_surface(state)
         floats = self._counter.count_in_floats(state, targets.light, plan)
         seen = targets.surface.read_depth() < 1.0
@@ -221,7 +221,7 @@ class Overlays:
         return highest
 
     def release(self) -> None:
-        """Free all that the overlays hold on the device."""
+        """Free the device objects."""
         release_all(self._counter, self._faces, self._lines, self._heat)
         release_all(self._by_case.indices, self._by_component.indices)
         if self._edges is not None:
@@ -250,7 +250,7 @@ class FaceGroups:
 def list_faces_by_component(
     renderer: Renderer,
 ) -> tuple[dict[int, NDArray[np.uint32]], tuple[int, int]]:
-    """List the vertex numbers of casters by colour; count the closed components and the open."""
+    """List the vertex numbers of casters by colour; count closed and open components."""
     lists: dict[int, list[NDArray[np.uint32]]] = {n: [] for n in range(-1, len(COMPONENTS))}
     n_closed = n_open = 0
     for body in renderer.planner.bodies:
@@ -284,6 +284,6 @@ def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, 
 
 
 def list_edges(volumes: tuple[BodyVolumes, ...]) -> NDArray[np.int32]:
-    """List the silhouette edges that throw volumes' sides once each, (n_edges, 2) numbers."""
+    """List the silhouette edges of the volumes once each, (n_edges, 2) vertex numbers."""
     lists = [np.zeros((0, 2), np.int32), *(each.sides[:, :2].astype(np.int32) for each in volumes)]
     return np.unique(np.concatenate(lists), axis=0)

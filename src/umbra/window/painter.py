@@ -1,4 +1,4 @@
-"""Draws a view: on OpenGL, or counted and shaded on the CPU, coarser while things move."""
+"""Draws a view on OpenGL, or counted and shaded on the CPU, coarser while moving."""
 
 import time
 from collections.abc import Callable
@@ -39,9 +39,9 @@ SMOOTH = 4
 @dataclass
 class Pacing:
     """
-    Decides between whole and half resolution, from how long frames took [ms].
+    Chooses between full and half resolution, from measured frame times [ms].
 
-    A whole frame that takes longer than ``slow`` is drawn at half resolution while things move.
+    If a full frame takes longer than ``slow``, moving views are drawn at half resolution.
     """
 
     slow: float = 80.0
@@ -49,20 +49,20 @@ class Pacing:
     is_software: bool = True
 
     def choose_step(self, is_moving: bool) -> int:
-        """Give 1 for whole resolution, 2 for half."""
+        """Return 1 for full resolution, 2 for half."""
         return 2 if is_moving and self.whole > self.slow else 1
 
     @property
     def samples(self) -> int:
-        """Samples of each pixel in the window."""
+        """Samples per pixel in the window."""
         return 1 if self.is_software else SMOOTH
 
     def note(self, step: int, spent: float) -> None:
-        """Learn from a frame how long one at whole resolution takes, as far as is known [ms]."""
+        """Update the estimated time of a full frame from a frame's time [ms]."""
         if step == 1:
             self.whole = spent
         else:
-            # A quarter of the pixels; but much of a frame does not depend on them.
+            # A quarter of the pixels, but much of the cost does not depend on them.
             self.whole = 0.5 * (self.whole + 3.0 * spent)
 
 
@@ -75,26 +75,26 @@ _TEXTURE_2D, _RGBA8, _RGBA, _BYTE, _UNPACK = 0x0DE1, 0x8058, 0x1908, 0x1401, 0x0
 @dataclass(frozen=True)
 class DrawnView:
     """
-    What is known of a picture that was drawn.
+    Statistics of a drawn picture.
 
     Parameters
     ----------
     size : (int, int)
         Columns and rows.
     spent : float
-        From asking to finished [ms].
+        Total time [ms].
     passes : dict of float
-        Time of each pass [ms], in their order.
+        Time of each pass [ms], in order.
     statistics : dict of Statistics
-        By the light's number; of none that was counted on the CPU.
+        By light number; none for lights counted on the CPU.
     highest : int
-        The highest count in the picture, if counts were asked for.
+        Highest count in the picture, if counts are shown.
     edges : int
-        Silhouette edges, if they were asked for.
+        Number of silhouette edges, if shown.
     components : (int, int), optional
-        Closed ones and open ones that cast, if they were asked for.
+        Number of closed and open casting components, if shown.
     period : float
-        Of the shadow profile [h]; 0 if it is not shown.
+        Period of the shadow profile [h]; 0 if not shown.
     warnings : tuple of str
     """
 
@@ -118,9 +118,9 @@ class ViewPainter:
     device : Device
     scene : Scene
     ground : float, optional
-        z of a plane that is drawn and receives shadows, in the model's own coordinates [m].
+        z of a drawn, receiving plane, in the model's own coordinates [m].
     threads : int
-        For the CPU's pictures.
+        For pictures on the CPU.
     """
 
     def __init__(
@@ -145,7 +145,7 @@ class ViewPainter:
         self._decorate()
 
     def _decorate(self) -> None:
-        """Prepare what is drawn over pictures of the renderer's geometry."""
+        """Prepare the overlays of the renderer's geometry."""
         self.overlays = Overlays(self.renderer)
         self.profile = ShadowProfile(self.renderer)
         self._relief: tuple[tuple, Relief | None] | None = None
@@ -166,11 +166,11 @@ class ViewPainter:
         samples: int = 1,
     ) -> DrawnView:
         """
-        Draw a view and wait until it is there.
+        Draw a view and wait for it.
 
-        ``times`` measures each pass. Where the picture will be enlarged by ``shrink``, lines
-        are thinner by as much. OpenGL smooths edges by several ``samples`` a pixel, but not below
-        overlays, which show the pixels' centres.
+        ``times`` measures each pass. Lines are thinner by ``shrink``, by which the picture will
+        be enlarged. OpenGL antialiases by ``samples`` per pixel, but not below overlays, which
+        show the pixels' centres.
         """
         start = time.perf_counter()
         self._warnings.clear()
@@ -181,7 +181,7 @@ class ViewPainter:
         is_apart = not DEVICES[view.device].is_window
         passes: dict[str, float] = {}
         if is_apart:
-            # Depth, for overlays, is OpenGL's in any case.
+            # Overlays always need OpenGL's depth.
             self.renderer.draw(camera, [], shadows=False)
             self._put(self._shade(view, size, passes))
         else:
@@ -226,12 +226,12 @@ class ViewPainter:
 
     @on_device
     def release(self) -> None:
-        """Free all that is held on the device."""
+        """Free the device objects."""
         self._frames.close()
         release_all(self.timers, self.overlays, self.profile, self.renderer)
 
     def _move(self, scene: Scene, no_cast: frozenset[int]) -> None:
-        """Take a pose of the scene, and what casts; overlays are made anew where geometry is."""
+        """Update the pose and the casters; overlays are rebuilt where geometry is."""
         if no_cast != self._no_cast:
             self.scene, self._no_cast = scene, no_cast
             release_all(self.overlays, self.profile, self.renderer)
@@ -251,7 +251,7 @@ class ViewPainter:
         return self.renderer.targets
 
     def _draw_overlays(self, view: ViewState, shrink: float) -> int:
-        """Draw the overlays of the chosen light; its plan is the picture's where that has one."""
+        """Draw the overlays of the chosen light, by the picture's plan if it has one."""
         renderer, shining = self.renderer, view.shining()
         assert renderer.projection is not None
         number, plans = list(shining).index(view.chosen), renderer.plans
@@ -262,7 +262,7 @@ class ViewPainter:
             return self.overlays.draw(state, self._targets(), plans[number], view.overlays, shrink)
 
     def _draw_relief(self, view: ViewState, suns: Suns) -> None:
-        """Draw the profile of the ground as a relief, counted when it is another."""
+        """Draw the profile of the ground as a relief, recounted when it changes."""
         key = (view.sun.site, view.sun.date, view.period)
         if self._relief is None or self._relief[0] != key:
             casters = self._list_casters()
@@ -274,7 +274,7 @@ class ViewPainter:
                 self.profile.draw_relief(state, self._relief[1], suns)
 
     def _find_counter(self, device: str) -> Any:
-        """Give what a device counts frames by, kept until the scene or the device is another."""
+        """Return a device's frame counter, kept until the scene or the device changes."""
         if self._counter is None or self._counter[0] != device:
             self._frames.close()
             frames = DEVICES[device].open_frames(
@@ -285,7 +285,7 @@ class ViewPainter:
         return self._counter[1]
 
     def _shade(self, view: ViewState, size: tuple[int, int], passes: dict[str, float]) -> NDArray:
-        """Count and shade a picture on a device that does not draw in the window."""
+        """Count and shade a picture on a device other than the window's."""
         counter, camera = self._find_counter(view.device), view.viewpoint.camera(size)
         lights = list(view.shining().values())
         marks = [time.perf_counter()]
@@ -318,7 +318,7 @@ class ViewPainter:
         frame: VisibleSurface,
         camera: Camera,
     ) -> tuple[list[NDArray], list[NDArray], list[NDArray[np.float32]] | None]:
-        """Find what share of each light arrives, its counts, and what glass leaves of it."""
+        """Find the visibility and counts of each light, and its transmitted fraction."""
         lights = list(view.shining().values())
         counts = [counter.count(seen, camera, light, view.method) for light in lights]
         areas = [] if view.soft == "none" else view.size_lights()
@@ -337,7 +337,7 @@ class ViewPainter:
         return lit, counts, follow_lights(counter, seen, camera, areas or lights)[0]
 
     def _put(self, rgb: NDArray[np.uint8]) -> None:
-        """Upload a picture made on the CPU in place of the one drawn."""
+        """Replace the drawn picture by one from the CPU."""
         rows, cols, _ = rgb.shape
         flipped = np.full((rows, cols, 4), 255, np.uint8)
         flipped[..., :3] = rgb[::-1]

@@ -1,4 +1,4 @@
-"""The panel beside the picture: every choice of a view, as Dear ImGui's widgets."""
+"""The side panel: all settings of a view, as Dear ImGui widgets."""
 
 import datetime as dt
 from collections.abc import Sequence
@@ -41,22 +41,22 @@ _PICKER = imgui.ColorEditFlags_.no_inputs.value | imgui.ColorEditFlags_.no_alpha
 @dataclass
 class PanelState:
     """
-    What the panel keeps that is no part of a view.
+    State of the panel outside the view.
 
     Parameters
     ----------
     title : str
-        Of the model.
+        Title of the model.
     view_file : str
-        Where views are saved and loaded.
+        File to save and load views.
     statistics : bool
-        Whether they are shown over the picture.
+        Whether statistics are shown over the picture.
     message : str
-        What happened last.
+        Last message.
     warnings : tuple of str
-        About the picture.
+        Warnings about the picture.
     pattern : str
-        Of the names, kinds or layers of the parts that are listed.
+        Filter of listed parts by name, kind or layer.
     """
 
     title: str
@@ -75,9 +75,9 @@ def draw_panel(
     parts: Sequence[Part] = (),
 ) -> ViewState:
     """
-    Draw the panel at the left rim of the window; give the view as its widgets changed it.
+    Draw the panel at the left of the window; return the edited view.
 
-    Switches of the panel itself go to ``state``, playing and commands to ``controls``.
+    The panel's own switches go to ``state``, playback and commands to ``controls``.
     """
     imgui.set_next_window_pos(imgui.ImVec2(0, 0))
     imgui.set_next_window_size(imgui.ImVec2(*size))
@@ -164,7 +164,7 @@ def _draw_angles(sun: Sun) -> Sun:
     _, azimuth = imgui.slider_float("##azimuth", sun.azimuth, 0.0, 359.9, " ")
     put_label(f"altitude {sun.altitude:.0f}°")
     _, altitude = imgui.slider_float("##altitude", sun.altitude, 1.0, 90.0, " ")
-    # A slider rounds to float32: what is not moved stays as it is.
+    # A slider rounds to float32: keep the value unless it moved.
     if max(abs(azimuth - sun.azimuth), abs(altitude - sun.altitude)) > _STILL:
         sun = replace(sun, azimuth=azimuth, altitude=altitude)
     return sun
@@ -224,7 +224,7 @@ def _draw_sun_color(sun: Sun) -> Sun:
 
 
 def _draw_color(color: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Draw a colour to pick; what is linear is shown, and picked, as a screen has it."""
+    """Draw a colour picker; linear colours are shown and picked in sRGB."""
     strength = max(*color, 1e-3)
     shown = [(value / strength) ** (1 / 2.2) for value in color]
     changed, picked = imgui.color_edit3("##color", shown, _PICKER)
@@ -267,7 +267,7 @@ def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
         view = replace(view, soft=SOFT[place])
     if view.soft == "none":
         return view
-    if view.soft == "weng":  # layers do not ask for a size
+    if view.soft == "weng":  # layers need no light size
         return _draw_layers(view)
     lights = view.shining().values()
     if any(not light.is_point for light in lights):
@@ -285,7 +285,7 @@ def _draw_softness(view: ViewState, controls: Controls) -> ViewState:
 
 
 def _draw_layers(view: ViewState) -> ViewState:
-    """Draw Weng's length and gap; those that make no layer are not taken."""
+    """Draw Weng's length and gap; values that make no layer are rejected."""
     layers = view.soften(1).layers
     for name, most in (("layer_length", 6.0), ("layer_gap", 2.0)):
         value = getattr(view, name)
@@ -321,7 +321,7 @@ def _draw_overlays(view: ViewState) -> ViewState:
 
 
 def _draw_period(view: ViewState) -> ViewState:
-    """Draw from when to when a profile is, by which steps."""
+    """Draw the start, end and step of the profile's period."""
     if view.sun.site is None:
         say("a profile needs a site: its latitude and longitude", WARNING)
         return view

@@ -1,10 +1,10 @@
 """
-The shadow profile of a period in 3D: hours of shadow on all that is seen, or as a relief.
+The shadow profile of a period in 3D: hours of shadow on visible surfaces, or as a relief.
 
-Wallner (2008, figures 5 to 7) lays the shadows of the steps of a period over one another in
-a perspective view. Here each step is counted by shadow volumes for every pixel, so the hours
-on walls and roofs are as exact as on the ground. The relief is the profile of the ground as a
-surface of its own: as high as a place is long in shadow, with a contour at each step.
+Wallner (2008, figures 5 to 7) superimposes the shadows of a period's steps in a perspective
+view. Here each step is counted by shadow volumes at every pixel, so the hours on walls and
+roofs are as exact as on the ground. The relief shows the profile of the ground as a separate
+surface, with height proportional to shadow hours and a contour at each step.
 """
 
 from collections.abc import Sequence
@@ -30,10 +30,10 @@ from umbra.window.overlays import ASIDE, PALETTE
 
 __all__ = ["Relief", "ShadowProfile", "find_relief"]
 
-_AT_ONCE = 16  # suns whose volumes are kept in memory together
-_CELLS = 240  # of a relief, on its longer side
-_HIGHEST = 1 / 3  # of the model above the ground
-_FARTHEST = 2.0  # of the model's diagonal: shadows go on, the relief ends
+_AT_ONCE = 16  # suns whose volumes are in memory together
+_CELLS = 240  # along a relief's longer side
+_HIGHEST = 1 / 3  # of the model's height above ground
+_FARTHEST = 2.0  # of the model's diagonal: the relief cuts longer shadows
 _SUNLIT = Pass(color_write=True, blend="add", stencil=Stencil(test="equal", reference=0))
 _WHOLE = Pass(color_write=True)
 _DEPTH = Pass(depth_test="less", depth_write=True)
@@ -53,11 +53,11 @@ class Relief:
     grid : Grid
         In the scene's frame.
     height : float
-        z of the ground there [m].
+        z of the ground in that frame [m].
     hours : (rows, cols) float32
-        -1 where something stands on the ground or hangs over it.
+        -1 under any part.
     lift : float
-        How high an hour is drawn [m].
+        Height of an hour [m].
     """
 
     grid: Grid
@@ -70,10 +70,10 @@ def find_relief(
     scene: Scene, casters: Sequence[int], ground: float, suns: Suns, threads: int = 1
 ) -> Relief | None:
     """
-    Count the hours of shadow on the ground around what casts; None if nothing does.
+    Count the hours of shadow on the ground around the casters; None without casters.
 
-    A place in shadow all the time stands a third as high as the model. ``ground`` is in the
-    model's own coordinates [m].
+    A point always in shadow is a third as high as the model. ``ground`` is in the model's
+    own coordinates [m].
     """
     caster = prepare_casting(scene, casters, threads).caster if len(casters) else None
     height = ground - scene.origin[2]
@@ -97,7 +97,7 @@ def find_relief(
 
 
 class ShadowProfile:
-    """Draws the profile of a period over the picture of a renderer."""
+    """Draws the profile of a period over a renderer's picture."""
 
     def __init__(self, renderer: Renderer) -> None:
         self._renderer, self._device = renderer, renderer.device
@@ -111,13 +111,13 @@ class ShadowProfile:
         self._raster_of: Relief | None = None
 
     def renew(self) -> None:
-        """Forget the volumes: the renderer's scene has moved."""
+        """Drop the volumes after the renderer's scene moved."""
         if self._counts is not None:
             release_all(*reversed(self._counts))
         self._counts = None
 
     def _prepare(self) -> "tuple[Planner, VolumeCounter]":
-        """Give what plans and counts volumes, apart from the picture's."""
+        """Return a planner and a counter, separate from the picture's."""
         if self._counts is None:
             planner = self._renderer.planner.twin()
             counter = VolumeCounter(self._device, self._renderer.geometry, planner.indices)
@@ -126,10 +126,10 @@ class ShadowProfile:
 
     def draw_hours(self, state: State, suns: Suns) -> None:
         """
-        Draw the hours of shadow on all that is seen instead of the picture.
+        Replace the picture by the hours of shadow on visible surfaces.
 
         Before: the renderer has drawn a picture. After: ``targets.picture`` is in use, and shows
-        the hours in the colours of ``PALETTE``, the whole period in the last of them.
+        the hours in the colours of ``PALETTE``, the whole period in the last.
         """
         renderer, targets = self._renderer, self._renderer.targets
         assert targets is not None
@@ -160,7 +160,7 @@ class ShadowProfile:
         self._heat.draw(3)
 
     def draw_relief(self, state: State, relief: Relief, suns: Suns) -> None:
-        """Draw a relief, translucent, into ``targets.picture``; its depth hides what is behind."""
+        """Draw a relief, translucent, into ``targets.picture``, tested against its depth."""
         targets, projection = self._renderer.targets, self._renderer.projection
         assert targets is not None
         assert projection is not None
@@ -184,7 +184,7 @@ class ShadowProfile:
             self._relief.draw(6 * (grid.cols - 1) * (grid.rows - 1))
 
     def release(self) -> None:
-        """Free all that is held on the device."""
+        """Free the device objects."""
         release_all(self._sunlit, self._heat, self._relief, self._raster, self._hours)
         self.renew()
         self._raster = self._raster_of = None

@@ -1,4 +1,4 @@
-"""The window itself: glfw, its OpenGL context and Dear ImGui, opened and closed as one."""
+"""The window: glfw, its OpenGL context and Dear ImGui, opened and closed together."""
 
 import ctypes
 import sys
@@ -18,10 +18,10 @@ _FONT, FONT_SIZE = "fonts/Roboto/Roboto-Regular.ttf", 15.0
 
 def check_display(instead: str) -> None:
     """
-    Make sure that a window can be opened, as far as that can be told without trying.
+    Check, without opening one, that a window can be opened.
 
-    Raises `UmbraError` if a package is missing (which) and `InputError` if there is no
-    display; it names the command to use ``instead``.
+    Raises `UmbraError` if a package is missing, and `InputError` without a display, which
+    names the command to use ``instead``.
     """
     for package in ("moderngl", "glfw", "imgui_bundle"):
         if find_spec(package) is None:
@@ -49,21 +49,21 @@ class Screen:
     Raises
     ------
     InputError
-        If the display does not answer.
+        If the display cannot be opened.
     UmbraError
-        If it has no OpenGL 3.3.
+        If the display has no OpenGL 3.3.
 
     Attributes
     ----------
     window
-        glfw's.
+        The glfw window.
     device : Device
     unit : float
-        By how much letters and widgets are larger than on a plain screen.
+        Scale of text and widgets relative to a standard screen.
     """
 
     def __init__(self, title: str, size: tuple[int, int], instead: str) -> None:
-        # Dear ImGui brings the glfw that both must share, so it is imported first.
+        # Dear ImGui bundles the glfw that both must share, so it is imported first.
         from imgui_bundle import imgui  # noqa: I001, PLC0415
         import glfw  # noqa: PLC0415
         import moderngl  # noqa: PLC0415
@@ -85,7 +85,7 @@ class Screen:
             raise UmbraError(msg)
         glfw.make_context_current(self.window)
         glfw.swap_interval(1)
-        # A dense screen asks for larger letters, unless its units are larger than pixels already.
+        # A dense screen needs larger text, unless its units are already larger than pixels.
         pixels, _ = glfw.get_framebuffer_size(self.window)
         dense, _ = glfw.get_window_content_scale(self.window)
         self.unit = max(dense * size[0] / max(pixels, 1), 1.0)
@@ -93,7 +93,7 @@ class Screen:
         self.device = Device.of(self._context, "given", WindowBinding(self.window))
 
     def start_gui(self) -> None:
-        """Start Dear ImGui; callbacks that were set before it are called before its own."""
+        """Start Dear ImGui; callbacks set earlier are called before its own."""
         imgui = self._imgui
         imgui.create_context()
         io = imgui.get_io()
@@ -108,7 +108,7 @@ class Screen:
         imgui.backends.opengl3_init("#version 330")
 
     def begin(self) -> None:
-        """Begin a frame of Dear ImGui's."""
+        """Begin a Dear ImGui frame."""
         self.device.use()
         backends = self._imgui.backends
         backends.opengl3_new_frame()
@@ -116,7 +116,7 @@ class Screen:
         self._imgui.new_frame()
 
     def end(self) -> None:
-        """Draw Dear ImGui's frame and show all."""
+        """Draw the Dear ImGui frame and present."""
         self.device.use()
         imgui = self._imgui
         imgui.render()

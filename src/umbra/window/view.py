@@ -1,7 +1,7 @@
 """
-A view: all that can be looked at and chosen, as one frozen record that knows no window.
+Complete state of a view, as a frozen record independent of any window.
 
-Its viewpoint is an orbit around a point, or a walk; each move gives another record.
+Its viewpoint orbits a point or walks; each move returns a new record.
 """
 
 import datetime as dt
@@ -33,10 +33,10 @@ __all__ = [
     "make_view",
 ]
 
-STEEPEST = 89.9  # [degrees], so that up stays up
+STEEPEST = 89.9  # [degrees], so that "up" stays defined
 _MARGIN = 1.06
 _NEAR_MOST, _NEAR_SHARE = 0.1, 1e-3
-_LEAST = 1e-6  # [m]; a smaller model is seen as if it were of this size
+_LEAST = 1e-6  # [m]; a smaller model is framed as if of this size
 
 Point = tuple[float, float, float]
 SUN = -1
@@ -51,24 +51,24 @@ METHODS: dict[str, tuple[str, ...]] = {
 SOFT = ("none", *METHODS_OF_SOFT)
 """What draws soft shadows."""
 
-_CLEAR = 2e-4  # of the diagonal, so that no floor of the model lies in the ground
+_CLEAR = 2e-4  # of the diagonal, so that the ground is below the model's floor
 _LAMP = 0.01  # a lamp's radius, of the diagonal
-_FROM_LEFT = 115.0  # [degrees] left of where one looks: a light from the upper left
+_FROM_LEFT = 115.0  # [degrees] left of the heading: a light from the upper left
 
 
 @dataclass(frozen=True)
 class Viewpoint:
     """
-    A place to look from.
+    Position and direction of the view.
 
     Parameters
     ----------
     target : (float, float, float)
-        What the view turns around, in the model's own coordinates [m].
+        Centre of the orbit, in the model's own coordinates [m].
     heading : float
-        In which direction one looks, clockwise from +y [degrees].
+        Direction of view, clockwise from +y [degrees].
     tilt : float
-        How far above the horizon one looks [degrees].
+        Elevation of the direction of view [degrees].
     distance : float
         From the eye to the target [m].
     fov : float
@@ -76,7 +76,7 @@ class Viewpoint:
     near : float
         Distance of the near plane [m].
     walks : bool
-        Whether turning moves the target around the eye rather than the eye around it.
+        Whether turning rotates the target around the eye, rather than the eye around it.
     """
 
     target: Point
@@ -88,7 +88,7 @@ class Viewpoint:
     walks: bool = False
 
     def axes(self) -> NDArray[np.float64]:
-        """Give the unit vectors right, up and forward, (3, 3) float64 by rows."""
+        """Return the unit vectors right, up and forward, (3, 3) float64 by rows."""
         turn, lift = np.radians([self.heading, self.tilt])
         forward = np.array([np.sin(turn) * np.cos(lift), np.cos(turn) * np.cos(lift), np.sin(lift)])
         right = np.array([np.cos(turn), -np.sin(turn), 0.0])
@@ -96,15 +96,15 @@ class Viewpoint:
 
     @property
     def eye(self) -> NDArray[np.float64]:
-        """Where the eye is, (3,) float64."""
+        """Position of the eye, (3,) float64."""
         return np.array(self.target) - self.distance * self.axes()[2]
 
     def camera(self, size: tuple[int, int]) -> Camera:
-        """Give the camera that makes a picture of so many columns and rows."""
+        """Return the camera for a picture of columns and rows ``size``."""
         return Camera(self.eye, np.array(self.target), size=size, fov=self.fov, near=self.near)
 
     def turn(self, right: float, up: float) -> "Viewpoint":
-        """Turn the head in a walk, else the eye around the target [degrees in the picture]."""
+        """Turn the view in a walk, else the eye around the target [degrees in the picture]."""
         eye = self.eye
         turned = replace(
             self,
@@ -114,30 +114,30 @@ class Viewpoint:
         return turned.put_eye(eye) if self.walks else turned
 
     def put_eye(self, eye: ArrayLike) -> "Viewpoint":
-        """Move the eye to a place, looking as before."""
+        """Move the eye to a point, in the same direction of view."""
         return replace(self, target=_point(np.asarray(eye, float) + self.distance * self.axes()[2]))
 
     def pan(self, cols: float, rows: float, height: int) -> "Viewpoint":
-        """Shift the view so that what is as far as the target follows the mouse [pixels]."""
+        """Pan so that points at the target's distance follow the mouse [pixels]."""
         right, up, _ = self.axes()
         pixel = 2 * self.distance * np.tan(np.radians(self.fov) / 2) / max(height, 1)
         return self.shift(pixel * (rows * up - cols * right))
 
     def dolly(self, steps: float) -> "Viewpoint":
-        """Go so many steps nearer to the target: a tenth of the way each, or less than 0 away."""
+        """Move toward the target by steps of a tenth of the distance; negative steps move away."""
         factor = 0.9**steps
         if self.walks:
             return self.shift(self.distance * (1 - factor) * self.axes()[2])
         return replace(self, distance=max(self.distance * factor, 2 * self.near))
 
     def walk(self, ahead: float, right: float, up: float) -> "Viewpoint":
-        """Go on level ground: metres ahead, to the right and up."""
+        """Walk horizontally ahead and to the right, and move up [m]."""
         turn = np.radians(self.heading)
         level = np.array([np.sin(turn), np.cos(turn), 0.0])
         return self.shift(ahead * level + right * self.axes()[0] + np.array([0.0, 0.0, up]))
 
     def shift(self, way: NDArray[np.float64]) -> "Viewpoint":
-        """Move eye and target alike [m]."""
+        """Move the eye and the target together [m]."""
         return replace(self, target=_point(np.array(self.target) + way))
 
 
@@ -148,7 +148,7 @@ def frame_bounds(
     fov: float | None = None,
 ) -> Viewpoint:
     """
-    Find the viewpoint from which a box (2, 3) fills a picture of a size.
+    Find the viewpoint from which a box (2, 3) fills a picture of this size.
 
     It looks in the direction of ``like``, with its field of view unless ``fov`` is given.
     """
@@ -161,7 +161,7 @@ def frame_bounds(
     corners = np.stack(np.meshgrid(*bounds.T), -1).reshape(-1, 3) - middle
     across = np.tan(np.radians(start.fov) / 2) * np.array([size[0] / size[1], 1.0])
     needed = np.abs(corners @ np.stack([right, up]).T) / across - (corners @ forward)[:, None]
-    # A model seen from the rim of the picture fits; nothing is nearer than half its size.
+    # The model fits the picture, from no nearer than half its diagonal.
     return replace(start, distance=max(float(needed.max()) * _MARGIN, diagonal / 2))
 
 
@@ -173,41 +173,41 @@ def _point(values: NDArray[np.float64]) -> Point:
 @dataclass(frozen=True)
 class ViewState:
     """
-    What a window shows.
+    State of a view.
 
     Parameters
     ----------
     viewpoint : Viewpoint
     sun : Sun
     lights : tuple of Light
-        Besides the sun.
+        Lights other than the sun.
     chosen : int
-        The light whose volumes are shown: a place in ``lights``, or ``SUN``.
+        The light whose volumes are shown: an index into ``lights``, or ``SUN``.
     method : str
-        Of ``METHODS``.
+        One of ``METHODS``.
     device : {'gl', 'cpu'}
     overlays : frozenset of str
-        Of ``OVERLAYS``.
+        Any of ``OVERLAYS``.
     soft : str
-        Of ``SOFT``; ``none`` are hard shadows.
+        One of ``SOFT``; ``none`` for hard shadows.
     sun_radius : float
-        From the middle of the sun, or of another direction, to its rim [degrees].
+        Angular radius of the sun and other directional lights [degrees].
     lamp_radius : float
-        Of lights at a place [m].
+        Radius of lamps [m].
     layer_length, layer_gap : float
-        Of scaled layers, as in ``Softness``.
+        Parameters of scaled layers, as in ``Softness``.
     mask_scale : {1, 2, 4}
-        On gl hard shadows are counted in so many times fewer columns and rows.
+        Factor by which hard shadows on gl are counted in fewer columns and rows.
     mask_filter : {'joint', 'bilinear', 'nearest'}
-        How such a mask is laid over the picture.
+        Upsampling filter of the mask.
     animation : int or str, optional
-        Which of the scene's animations is shown: its number, its name or ``all``.
+        Animation of the scene: its number, its name or ``all``.
     time : float
-        Of that animation [s].
+        Time of the animation [s].
     no_cast : frozenset of int
-        Numbers of the parts that cast no shadow.
+        Indices of the parts that cast no shadow.
     period : ProfilePeriod
-        Of the shadow profile, on the sun's date.
+        Period of the shadow profile, on the sun's date.
     """
 
     viewpoint: Viewpoint
@@ -263,65 +263,65 @@ class ViewState:
             object.__setattr__(self, "chosen", len(self.lights) - 1)
 
     def shining(self) -> dict[int, Light]:
-        """Give the lights that shine now, by number; the sun first."""
+        """Return the active lights by number, the sun first."""
         found = dict(enumerate(self.lights))
         sun = self.sun.light()
         return found if sun is None else {SUN: sun, **found}
 
     def profile_suns(self) -> Suns | None:
-        """Give the suns of the shadow profile; None without a site, or if none is up."""
+        """Return the suns of the shadow profile; None without a site or if none is up."""
         if self.sun.site is None:
             return None
         suns = find_suns(self.sun.site, self.sun.date, self.period)
         return suns if len(suns.hours) else None
 
     def size_lights(self) -> list[AreaLight]:
-        """Give the lights that shine with the sizes that soft shadows take."""
+        """Return the active lights with their sizes, for soft shadows."""
         return [
             ball_light(light, self.lamp_radius if light.is_point else self.sun_radius)
             for light in self.shining().values()
         ]
 
     def soften(self, samples: int) -> Softness:
-        """Return how finely soft shadows are drawn, by so many samples."""
+        """Return the resolution of soft shadows for a number of samples."""
         return Softness(samples=samples, length=self.layer_length, gap=self.layer_gap)
 
     def toggle(self, overlay: str) -> "ViewState":
-        """Show an overlay, or no longer."""
+        """Toggle an overlay."""
         return replace(self, overlays=self.overlays ^ {overlay})
 
     def choose_casters(self, casters: Iterable[int], parts: int) -> "ViewState":
-        """Let some of so many parts cast, and no others."""
+        """Make only ``casters`` cast, out of ``parts`` parts."""
         return replace(self, no_cast=frozenset(range(parts)).difference(casters))
 
     def toggle_cast(self, part: int) -> "ViewState":
-        """Let a part cast, or no longer."""
+        """Toggle whether a part casts."""
         return replace(self, no_cast=self.no_cast ^ {part})
 
     def choose_method(self, method: str) -> "ViewState":
-        """Count by a method."""
+        """Choose the method of counting."""
         return replace(self, method=method)
 
     def next_method(self) -> "ViewState":
-        """Count by the device's next method."""
+        """Choose the device's next method."""
         methods = METHODS[self.device]
         return replace(self, method=methods[(methods.index(self.method) + 1) % len(methods)])
 
     def next_soft(self) -> "ViewState":
-        """Draw soft shadows by the next method, or hard ones."""
+        """Choose the next soft method, or hard shadows."""
         return replace(self, soft=SOFT[(SOFT.index(self.soft) + 1) % len(SOFT)])
 
     def next_scale(self) -> "ViewState":
-        """Count hard shadows in half as many columns and rows, or again in all."""
+        """Halve the mask's columns and rows, or restore full resolution."""
         scale = MASK_SCALES[(MASK_SCALES.index(self.mask_scale) + 1) % len(MASK_SCALES)]
         return replace(self, mask_scale=scale)
 
     def choose_device(self, device: str) -> "ViewState":
-        """Count on a device; a method that it does not have becomes ``auto``."""
+        """Choose a device; a method that it lacks becomes ``auto``."""
         return replace(self, device=device)
 
     def next_device(self) -> "ViewState":
-        """Count on the next device."""
+        """Choose the next device."""
         names = [*DEVICES]
         return self.choose_device(names[(names.index(self.device) + 1) % len(names)])
 
@@ -330,11 +330,11 @@ class ViewState:
         return replace(self, lights=(*self.lights, light), chosen=len(self.lights))
 
     def change_light(self, number: int, light: Light) -> "ViewState":
-        """Put another light in a light's place."""
+        """Replace a light."""
         return replace(self, lights=(*self.lights[:number], light, *self.lights[number + 1 :]))
 
     def move_light(self, number: int, position: NDArray[np.float64]) -> "ViewState":
-        """Move a light that has a place to (3,) [m]."""
+        """Move a lamp to (3,) [m]."""
         light = self.lights[number]
         return self.change_light(number, replace(light, position=np.append(position, 1.0)))
 
@@ -347,7 +347,7 @@ class ViewState:
 
 
 def find_ground(bounds: NDArray[np.float64]) -> float:
-    """Give the height of a ground [m] just below a model in a box (2, 3), clear of its base."""
+    """Return the height [m] of a ground just below a model with bounds (2, 3)."""
     return float(bounds[0, 2] - _CLEAR * np.linalg.norm(bounds[1] - bounds[0]))
 
 
@@ -360,10 +360,10 @@ def make_view(
     minutes: float | None = None,
 ) -> ViewState:
     """
-    Make the view to begin with: the whole model under its own lights, the sun or one light.
+    Make the initial view: the whole model under its own lights, the sun or one light.
 
-    Without a site a light comes from the upper left. The date is 21 March of this year by
-    default; ``minutes`` are on the clock since midnight, 15:00 by default.
+    Without a site, the light comes from the upper left. The date is 21 March of this year by
+    default; ``minutes`` is the clock time since midnight, 15:00 by default.
     """
     viewpoint = frame_bounds(scene.bounds(), size)
     lights = expose_lights(scene)

@@ -1,4 +1,4 @@
-"""Small widgets that the panels share."""
+"""Small widgets shared by the panels."""
 
 from imgui_bundle import imgui
 
@@ -11,7 +11,7 @@ DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
 
 
 def put_label(text: str) -> None:
-    """Write at the left; the next widget has the rest of the row."""
+    """Write a label at the left; the next widget fills the rest of the row."""
     imgui.align_text_to_frame_padding()
     imgui.text(text)
     imgui.same_line(grow(104))
@@ -19,14 +19,14 @@ def put_label(text: str) -> None:
 
 
 def say(text: str, color: imgui.ImVec4) -> None:
-    """Write lines as wide as the panel."""
+    """Write text wrapped to the panel's width."""
     imgui.push_text_wrap_pos(0.0)
     imgui.text_colored(color, text)
     imgui.pop_text_wrap_pos()
 
 
 def draw_key(entries: list[tuple[str, tuple[float, float, float]]]) -> None:
-    """Draw colours and what they mean in a row."""
+    """Draw a legend of colours in a row."""
     for place, (label, color) in enumerate(entries):
         if place:
             imgui.same_line(0, grow(12))
