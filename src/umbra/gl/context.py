@@ -195,7 +195,7 @@ class Device:
         return number
 
     def delete(self, kind: str, number: int) -> None:
-        """Delete what ``make`` made."""
+        """Delete an object of ``make``."""
         self.gl.delete(kind, number)
         self.forget(kind.lower(), number)
 

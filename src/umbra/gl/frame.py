@@ -147,7 +147,7 @@ class GlFrameCounter(DeviceUser):
         Parameters
         ----------
         view : DepthBuffer
-            Of this camera, from ``see``.
+            View of this camera, from ``see``.
         camera : Camera
         light : Light
         method : str

@@ -65,7 +65,7 @@ def find_held(
     ----------
     body : Body
     origin : (3,) float64
-        Of the scene.
+        Origin of the scene.
     lights : (n_instances, 4) float64
         In each instance's own frame.
     near : (n, 2) int
@@ -205,7 +205,7 @@ def find_start(
     start : int
         0 in perspective, and under a directional light.
     tilt : (2,) float64
-        Of the rays, left and down, as tangents; for ``Projection.tilted``.
+        Tilt of the rays, left and down, as tangents; for ``Projection.tilted``.
     """
     tilt = np.zeros(2)
     if camera.is_perspective or not volumes:

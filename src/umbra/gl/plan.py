@@ -115,14 +115,14 @@ def select(
     ----------
     volumes : list of BodyVolumes
     tree : BoxTree
-        Of the shells' boxes (n_shells, 2, 3), relative to the origin [m].
+        Tree of the shells' boxes (n_shells, 2, 3), relative to the origin [m].
     projection : Projection
         Cases refer to the near rectangle at which it clips volumes.
     origin : (3,) float64
     source : (4,) float64
         The light, relative to the origin.
     method : str
-        Of ``Methods.volumes``.
+        One of ``Methods.volumes``.
     choices : VolumeOptions
     floor : float
         z, relative to the origin, where volumes may end; below every receiver [m].

@@ -66,7 +66,7 @@ class Planner:
     device : Device
     scene : Scene
     geometry : Geometry
-        Of the scene; the planner does not release it.
+        Geometry of the scene; not released by the planner.
     casters : sequence of int, optional
         Indices of the parts that cast; all by default. All casters must be in the depth
         buffer when counts are made.
@@ -79,9 +79,9 @@ class Planner:
     ----------
     bodies : list of Body
     bounds : (n_shells, 2, 3) float64
-        Of the shells of all bodies, relative to the scene's origin [m].
+        Bounds of all bodies' shells, relative to the scene's origin [m].
     tree : BoxTree
-        Of these boxes.
+        Tree of these boxes.
     indices : Indices
         The triangles of the last plans.
     floor : float

@@ -29,7 +29,7 @@ class PosedShape:
     planes : (4, n_faces + 1) float64
         As in ``Caster``.
     bounds : (n_components, 2, 3) float64
-        Of each component [m].
+        Bounds of each component [m].
     blocks : (n_blocks, 6) float64
         As in ``FaceBlocks`` [m].
     volumes : (n_components,) float64

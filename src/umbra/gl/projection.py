@@ -162,7 +162,7 @@ def make_projection(
     ----------
     camera : Camera
     origin : (3,) float64
-        Of the scene.
+        Origin of the scene.
     bounds : (n, 2, 3) float64
         Bounds of all drawn surfaces, relative to the origin [m].
     ground : float, optional
@@ -270,7 +270,7 @@ def find_clip_ranges(
     ----------
     camera : Camera
     origin : (3,) float64
-        Of the scene.
+        Origin of the scene.
     sources : (n, 4) float64
         The lights, relative to the origin.
     lights : sequence of Light

@@ -79,11 +79,11 @@ class Renderer(DeviceUser):
     Attributes
     ----------
     statistics : list of Statistics
-        Of the last picture's lights.
+        Statistics of the last picture's lights.
     plans : list of VolumePlan
-        Of the last picture's lights, valid until the next.
+        Plans of the last picture's lights, valid until the next.
     projection : Projection, optional
-        Of the last picture.
+        Projection of the last picture.
     targets : PictureTargets
         Framebuffers of the last picture.
     timers : Timers, optional

@@ -58,7 +58,7 @@ class Target:
     size : (int, int)
         Columns and rows.
     colors : sequence of str
-        Of ``FORMATS``; attachment k is the fragment shader's output at location k.
+        Keys of ``FORMATS``; attachment k is the fragment shader's output at location k.
     depth_of : Target, optional
         Share this target's depth and stencil.
     shows : (Target, int), optional

@@ -107,7 +107,7 @@ class SheerSurfaces:
     device : Device
     geometry : Geometry
     tables : TransmitterTables
-        Of the same scene; released with this.
+        Tables of the same scene; released with this object.
     """
 
     def __init__(self, device: Device, geometry: Geometry, tables: TransmitterTables) -> None:

@@ -291,9 +291,9 @@ def show(
     scene : Scene
     view : ViewState
     names : sequence of str
-        Of the files.
+        Names of the files.
     size : (int, int)
-        Of the window.
+        Size of the window.
     instead : str
         Alternative command, named in the `InputError` if no window opens.
     **options

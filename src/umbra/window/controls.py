@@ -64,7 +64,7 @@ class Controls:
     Parameters
     ----------
     bounds : (2, 3) float64
-        Of the model [m].
+        Bounds of the model [m].
     size : (int, int)
         Columns and rows of the picture, the frame of mouse positions [pixels].
     grip : float

@@ -92,7 +92,7 @@ _BEFORE = replace(_OVER, depth_test="less")
 _NEARER = replace(_OVER, polygon_offset=(-1.0, -2.0))
 _HIDDEN = replace(_OVER, depth_test="greater")
 _WHOLE = Pass(color_write=True)
-OPEN_GROUP = -1  # beside the places of COMPONENTS
+OPEN_GROUP = -1  # outside the indices of COMPONENTS
 Tints = Mapping[int, tuple[float, float, float]]
 ASIDE = np.array([0.45, -0.55, 0.70]) / np.linalg.norm([0.45, -0.55, 0.70])
 """Where the soft light on colours comes from."""

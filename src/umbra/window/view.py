@@ -70,7 +70,7 @@ class Viewpoint:
     tilt : float
         Elevation of the direction of view [degrees].
     distance : float
-        From the eye to the target [m].
+        Distance from the eye to the target [m].
     fov : float
         Vertical field of view [degrees].
     near : float

@@ -73,7 +73,7 @@ class MaskCounter:
     limit : int
         Most fronts, or backs, of a batch on one line on this device.
     pieces : Pieces, optional
-        Of the last plan.
+        Pieces of the last plan.
     painter : MaskPainter
     """
 

@@ -67,7 +67,7 @@ class MaskPicture(DeviceUser):
     Attributes
     ----------
     tally : Tally
-        Of the last picture.
+        Tally of the last picture.
     """
 
     def __init__(
