@@ -1,15 +1,14 @@
 """
-Cache of scenes that take long to read, stored as a few arrays.
+Cache of scenes that are slow to read, stored as arrays.
 
-The folder holds arrays by name, bounded, safe to lose: every file is numpy's ``.npz`` without
-pickles, written beside and renamed, so that runs at one time and runs that are killed leave
-whole files only. A file that cannot be read is removed and made anew. Nothing here fails:
-where nothing can be kept, nothing is kept.
+The folder stores arrays by name, limited in size and safe to delete: each file is NumPy's ``.npz``
+without pickles, written under another name and renamed, so that concurrent or killed runs leave
+only complete files. An unreadable file is removed and rewritten. Nothing here raises: if the cache
+cannot be written, it is not used.
 
-Arrays that parts share are stored once and shared again; small ones lie end to end. What
-shines, moves or bears a picture is not kept: it comes in formats that read as fast. A scene
-comes back only as it was kept: its arrays have a SHA-256 among them, and since kernels that
-are compiled check no bounds, every number that is an index is checked besides.
+Arrays shared by parts are stored once and shared again after loading. Scenes with lights, motion or
+images are not cached: their formats are as fast to read. A SHA-256 among the arrays detects
+changes, and every index is checked, since compiled kernels check no bounds.
 """
 
 import os
@@ -38,24 +37,24 @@ _WIDTHS = {"vertices": 3, "faces": 3, "normals": 3, "uv": 2, "colors": 3}
 _NONE = -1
 
 Beside = list[list[Any]]
-"""Files beside the scene's own that were read or missed, as their reader tells them."""
+"""Companion files of the scene's file, read or missing, as reported by their reader."""
 
 
 def keep_scene(key: str, scene: Scene, beside: Beside | None = None) -> None:
-    """Store a scene, and the files ``beside`` the named ones that it depends on."""
+    """Store a scene, with the companion files ``beside`` it that it depends on."""
     if scene.lights or any(part.binding or part.material.images for part in scene.parts):
         return
     if not all(np.isfinite(getattr(scene, name) or 0.0) for name in _PLACE):
         return
     try:
         arrays = _pack(scene, beside or [])
-    except TypeError:  # of a text that is no Unicode, in a file's name say
+    except TypeError:  # text that is not Unicode, e.g. in a file's name
         return
     keep(key, {**arrays, "sum": _sum(arrays)})
 
 
 def load_scene(key: str, is_current: Callable[[Beside], bool] = lambda _: True) -> Scene | None:
-    """Return the scene of a key, or None; ``is_current`` checks the files beside."""
+    """Return the scene of a key, or None; ``is_current`` checks the companion files."""
     arrays = load(key)
     if arrays is None:
         return None
@@ -65,20 +64,20 @@ def load_scene(key: str, is_current: Callable[[Beside], bool] = lambda _: True) 
             raise ValueError(msg)  # noqa: TRY301
         words = orjson.loads(arrays["words"].tobytes())
         return _unpack(arrays, words) if is_current(words["beside"]) else None
-    except Exception:  # noqa: BLE001 - whatever another hand wrote there
+    except Exception:  # noqa: BLE001 - changed files can raise anything
         drop(key)
         return None
 
 
 class _Pool:
-    """Objects by number, each once: the same object again has the same number."""
+    """Unique objects, by identity, and their indices."""
 
     def __init__(self) -> None:
         self.items: list[Any] = []
         self._numbers: dict[int, int] = {}
 
     def add(self, item: Any) -> int:
-        """Return the object's number; -1 for None."""
+        """Return the object's index; -1 for None."""
         if item is None:
             return _NONE
         number = self._numbers.setdefault(id(item), len(self.items))
@@ -88,7 +87,7 @@ class _Pool:
 
 
 def _sum(arrays: Mapping[str, NDArray]) -> NDArray[np.uint8]:
-    """Sum up arrays by SHA-256, with their names, types and shapes."""
+    """Return the SHA-256 of arrays with their names, types and shapes."""
     summed = sha256()
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])
@@ -170,7 +169,7 @@ def _unpack(arrays: dict[str, NDArray], words: dict[str, Any]) -> Scene:
 
 
 def _cut(array: NDArray, lengths: NDArray[np.int64]) -> list[NDArray]:
-    """Return the pieces of an array, without copying."""
+    """Split an array into pieces, without copying."""
     if (lengths < 0).any() or lengths.sum() != len(array):
         msg = "pieces that do not make up their array"
         raise ValueError(msg)
@@ -181,7 +180,7 @@ def _cut(array: NDArray, lengths: NDArray[np.int64]) -> list[NDArray]:
 def _check_numbers(
     table: NDArray[np.int64], pools: Sequence[Sequence], is_optional: Sequence[bool]
 ) -> None:
-    """Check that each column of a table counts within its pool; -1 is none."""
+    """Check that each column of a table holds valid indices of its pool; -1 means none."""
     lowest = [_NONE if optional else 0 for optional in is_optional]
     if (table < lowest).any() or (table >= [len(pool) for pool in pools]).any():
         msg = "numbers of what is not there"
@@ -197,14 +196,14 @@ def _with_tuples(facts: dict[str, Any]) -> dict[str, Any]:
 
 
 LIMIT = 1_000_000_000
-"""Most bytes of all files together, and least bytes that stay free on the disk."""
+"""Maximum total size of all files, and minimum free space on the disk [byte]."""
 
 _ENDING, _UNFINISHED = ".npz", ".unfinished"
-_ABANDONED = 3600.0  # a file that was not finished in so long is of a run that was killed [s]
+_ABANDONED = 3600.0  # age at which an unfinished file is that of a killed run [s]
 
 
 def find_folder() -> Path:
-    """Return the folder: what ``UMBRA_CACHE`` says, else the user's cache folder of this system."""
+    """Return the cache folder: ``UMBRA_CACHE``, else the user's cache folder of this system."""
     given = os.environ.get("UMBRA_CACHE")
     if given:
         return Path(given).absolute()
@@ -224,12 +223,12 @@ def load(name: str) -> dict[str, NDArray] | None:
         drop(name)
         return None
     with suppress(OSError):
-        os.utime(_find_path(name))  # the last used stay longest
+        os.utime(_find_path(name))  # for removal of the least recently used
     return arrays
 
 
 def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
-    """Store arrays under a name, if there is room; then remove the oldest."""
+    """Store arrays under a name, if there is room; then remove the least recently used."""
     size = sum(array.nbytes for array in arrays.values())
     if size > LIMIT // 4:
         return
@@ -237,7 +236,7 @@ def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
     try:
         folder = find_folder()
         if not folder.is_absolute():
-            return  # of a user without a home
+            return  # a user without a home
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if shutil.disk_usage(folder).free < size + LIMIT:
             return
@@ -247,7 +246,7 @@ def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
         Path(unfinished).replace(_find_path(name))
         _sweep(folder)
     except OSError:
-        pass  # a cache that cannot be written is none
+        pass  # caching is optional
     finally:
         if unfinished is not None:
             with suppress(OSError):
@@ -255,13 +254,13 @@ def keep(name: str, arrays: Mapping[str, NDArray]) -> None:
 
 
 def drop(name: str) -> None:
-    """Remove the file of a name."""
+    """Remove the file stored under a name."""
     with suppress(OSError):
         _find_path(name).unlink()
 
 
 def measure() -> tuple[int, int]:
-    """Return the number of files, and their size [byte]."""
+    """Return the number of files and their total size [byte]."""
     sizes = [size for _, size, _ in _list(find_folder())]
     return len(sizes), sum(sizes)
 
@@ -271,7 +270,7 @@ def _find_path(name: str) -> Path:
 
 
 def _list(folder: Path) -> list[tuple[float, int, Path]]:
-    """Return when each file was last used, its bytes and its path."""
+    """Return the time of last use, the size [byte] and the path of each file."""
     found = []
     with suppress(OSError):
         for path in folder.glob(f"*{_ENDING}"):
@@ -282,7 +281,7 @@ def _list(folder: Path) -> list[tuple[float, int, Path]]:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the files that were not used for longest, and the files of killed runs."""
+    """Remove the least recently used files, and unfinished files of killed runs."""
     files = sorted(_list(folder), key=lambda one: one[0])
     excess = sum(size for _, size, _ in files) - LIMIT
     for _, size, path in files:

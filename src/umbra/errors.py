@@ -1,9 +1,9 @@
 """
-What umbra raises, so that a caller can tell bad input from failed work.
+Exceptions, which separate invalid input from failed work, and text made safe to print.
 
-Messages name options as they are typed in Python, ``no_cast=`` or ``receivers='top'``. The
-command line writes them as its own, ``--no-cast`` and ``--receivers top``. Names in files may
-contain terminal commands, so text is made safe to print here.
+Messages write options as in Python, ``no_cast=`` or ``receivers='top'``. The command line prints
+them as ``--no-cast`` and ``--receivers top``. Names in files may contain terminal control
+characters, which are escaped here.
 """
 
 import json
@@ -22,11 +22,11 @@ __all__ = [
 ]
 
 LONGEST = 500
-"""Letters of a message; names from files that make it longer are cut from its middle."""
+"""Greatest length of a message in characters; the middle of a longer one is cut."""
 
-_TAIL = 180  # letters kept at a message's end, where the remedy stands
-# Commands to a terminal, half characters, and what turns the order of letters or hides text:
-# all but tab and line feed. Joiners stay, which Persian and Hindi need.
+_TAIL = 180  # characters kept at a message's end, which holds the remedy
+# Control characters except tab and line feed, lone surrogates, and characters that reorder or hide
+# text. Joiners stay: Persian and Hindi need them.
 _COMMANDS = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff"
     "\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e007f]"
@@ -42,7 +42,7 @@ _SPELLED = {
     "true_north": "north",
     "zone": "tz",
 }
-"""Options that have another name on the command line."""
+"""Options with another name on the command line."""
 
 _OPTIONS = """
 allow_outside at base_column by by_day canopy canopy_heights cast cell date device every
@@ -52,7 +52,7 @@ points proposed receivers refraction report rules sheet size soft spacing spells
 transmissivity trunk under up who write end latitude lights longitude spots start true_north zone
 """
 OPTIONS = frozenset(_OPTIONS.split())
-"""What messages may name."""
+"""Options that messages may name."""
 
 _OPTION = re.compile(
     r"(?<![\w'\"=./-])([a-z][a-z_]*)="
@@ -63,18 +63,18 @@ _OPTION = re.compile(
 
 def make_printable(text: str, *, is_json: bool = False) -> str:
     r"""
-    Write control and bidirectional characters as Python does: ``\x1b``, ``\u202e``.
+    Escape control and bidirectional characters as in Python: ``\x1b``, ``\u202e``.
 
     Parameters
     ----------
     text : str
     is_json : bool
-        Write them as JSON does, ``\\u001b``, which reads back unchanged.
+        Escape them as in JSON, ``\\u001b``, which reads back unchanged.
 
     Returns
     -------
     text : str
-        The same where there are none; tabs and line feeds stay.
+        Unchanged without such characters; tabs and line feeds stay.
     """
     if is_json:
         return _COMMANDS.sub(lambda found: json.dumps(found[0])[1:-1], text)
@@ -82,7 +82,7 @@ def make_printable(text: str, *, is_json: bool = False) -> str:
 
 
 def shorten(text: str, longest: int = LONGEST) -> str:
-    """Cut a line's middle out, and say how much is missing; a short one stays."""
+    """Replace the middle of a long line by a note of its full length."""
     if len(text) <= longest:
         return text
     gap = f" … ({len(text):,} characters in all) … "
@@ -91,10 +91,10 @@ def shorten(text: str, longest: int = LONGEST) -> str:
 
 def fit_names(names: Sequence[str], width: int) -> list[str]:
     """
-    Cut names for a column of a width in letters so that no two come out alike.
+    Shorten names to a column of ``width`` characters, without making two names equal.
 
-    The middle is left out where one is too long, as programs number objects at the end. Where two
-    names would still be the same they stay whole.
+    The middle of long names is cut, as programs number objects at the end. Names that would become
+    equal stay whole.
     """
     tail = width // 2
     cut = {
@@ -107,12 +107,12 @@ def fit_names(names: Sequence[str], width: int) -> list[str]:
 
 def write_for_shell(text: str) -> str:
     """
-    Write the options in a message as they are typed in a shell.
+    Write the options in a message as in a shell.
 
     Parameters
     ----------
     text : str
-        With options as in Python: ``no_cast=``, ``receivers='top'``, ``size=(512, 384)``.
+        Message with options as in Python: ``no_cast=``, ``receivers='top'``, ``size=(512, 384)``.
 
     Returns
     -------
@@ -135,17 +135,16 @@ def _spell(found: re.Match[str]) -> str:
 
 class UmbraError(Exception):
     """
-    The work failed; the command line ends with exit status 1.
+    Failed work; the command line exits with status 1.
 
     Parameters
     ----------
     message : str
-        One line: what, how many, which first, and the remedy. Names in it come from files:
-        control and bidirectional characters are written out, and of more than 500
-        characters the middle is left out.
+        One line: what, how many, which first, and the remedy. Names in it come from files: control
+        and bidirectional characters are escaped, and the middle of more than 500 characters is cut.
     **data
-        The facts behind the message, kept as attributes for programs. ``option`` is the
-        option that is wrong, by default the first that the message names.
+        Data of the error, as attributes for programs. ``option`` is the invalid option, by default
+        the first that the message names.
     """
 
     def __init__(self, message: str, **data: object) -> None:
@@ -154,16 +153,16 @@ class UmbraError(Exception):
         self.data = {"option": next(named, None)} | data
 
     def __getattr__(self, name: str) -> object:
-        """Return the facts as attributes: ``error.indices``, ``error.path``."""
+        """Return the data as attributes: ``error.indices``, ``error.path``."""
         data = self.__dict__.get("data", {})
         if name in data:
             return data[name]
         raise AttributeError(name)
 
     def for_shell(self) -> str:
-        """Return the message with options as they are typed in a shell."""
+        """Return the message with options as in a shell."""
         return write_for_shell(str(self))
 
 
 class InputError(UmbraError, ValueError):
-    """The input or the call is wrong; the command line ends with exit status 2."""
+    """Invalid input or call; the command line exits with status 2."""

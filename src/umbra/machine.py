@@ -1,14 +1,13 @@
 """
-The machine that umbra runs on: memory, cores, threads, child processes, compiled kernels.
+Resources of the machine: memory, cores, threads, child processes, compiled kernels.
 
-Python looks for modules in the current folder when it is given ``-c`` or ``-m``, and
-numba and matplotlib look there for settings. The folder may be a stranger's, unpacked to
-see what his model is; so a child imports from where this process does, less that folder,
-and stands in umbra's own. numba takes ``.numba_config.yaml`` from there (so a cache, which holds
-pickles, in a folder of a stranger's choice), and matplotlib takes ``matplotlibrc``.
+With ``-c`` or ``-m`` Python searches the current folder for modules; numba reads
+``.numba_config.yaml`` there, which can set a cache folder of pickles, and matplotlib reads
+``matplotlibrc``. That folder may hold an untrusted download, so a child process uses this process's
+import path without it, and runs in umbra's folder.
 
-numba keeps compiled kernels beside the source, else in the user's cache folder, and refuses to
-compile where it can write to neither: in a container that is read-only, of a user without a home.
+numba stores compiled kernels beside the source, else in the user's cache folder, and refuses to
+compile if it can write to neither, as in a read-only container of a user without a home.
 """
 
 import atexit
@@ -43,7 +42,7 @@ __all__ = [
 ]
 
 HOME = Path(__file__).parent
-"""Where children stand, so paths that they are given must be absolute."""
+"""Working folder of child processes; paths passed to them must be absolute."""
 
 _UNKNOWN = 8e9
 _GROUPS = Path("/proc/self/cgroup")
@@ -53,10 +52,10 @@ _USE = Path("/proc/self/statm")
 
 def find_memory() -> float:
     """
-    Return the memory that this process may use [byte]; 8 GB where no one tells.
+    Return the memory that this process may use [byte]; 8 GB if unknown.
 
-    It is the machine's, or less where a control group (a container, a job of a cluster, a
-    systemd service) or the process's own limits (``ulimit -v``, ``-d``) allow less.
+    This is the machine's memory, or less if a control group (a container, a cluster job, a systemd
+    service) or the process's own limits (``ulimit -v``, ``-d``) allow less.
     """
     return min(_find_physical(), _find_group_limit(), *_find_own_limits())
 
@@ -76,7 +75,7 @@ def _find_physical() -> float:
 
 @cache
 def _find_group_limit() -> float:
-    """Return the least that a control group above this process may use [byte]."""
+    """Return the lowest memory limit of the control groups of this process [byte]."""
     least = math.inf
     for path in _find_group_files():
         with suppress(OSError, ValueError):  # it may say "max"
@@ -87,7 +86,7 @@ def _find_group_limit() -> float:
 def _find_own_limits() -> Iterator[float]:
     if resource is None:
         return
-    # These bound addresses, of which libraries and threads take more than they use.
+    # These limit addresses; libraries and threads reserve more of them than they use.
     size, resident, data = _find_use()
     for name, taken in (("RLIMIT_AS", size), ("RLIMIT_DATA", data)):
         limit = resource.getrlimit(getattr(resource, name))[0]
@@ -97,9 +96,9 @@ def _find_own_limits() -> Iterator[float]:
 
 def _find_group_files() -> Iterator[Path]:
     """
-    Return the files that limit this process's control group and those that hold it.
+    Return the limit files of this process's control group and its parent groups.
 
-    In a container the group's own path may not be there, and the root is the container's.
+    In a container the group's own path may be missing, and the root is the container's.
     """
     text = ""
     with suppress(OSError, ValueError):
@@ -121,7 +120,7 @@ def _find_group_files() -> Iterator[Path]:
 
 
 def _find_use() -> tuple[int, int, int]:
-    """Return the sizes of this process: addresses, memory in use, and data [byte]."""
+    """Return the sizes of this process: address space, resident memory and data [byte]."""
     with suppress(OSError, ValueError):
         pages = [int(word) for word in _USE.read_text(encoding="ascii").split()]
         size, resident, data = (pages[n] * os.sysconf("SC_PAGE_SIZE") for n in (0, 1, 5))
@@ -138,24 +137,24 @@ def count_cores() -> int:
 
 def use_threads(threads: int) -> None:
     """
-    Let kernels called from here use this many threads, as far as there are any.
+    Set the number of threads of kernels called from this thread, at most all.
 
-    Results never depend on it.
+    Results do not depend on it.
     """
-    import numba  # noqa: PLC0415  (readers ask for memory alone)
+    import numba  # noqa: PLC0415  (readers need the memory alone)
 
     most = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
     numba.set_num_threads(max(1, min(threads, most)))
-    # Work is handed out piece by piece: halves decided beforehand are seldom equal.
+    # Schedule work in small pieces: equal static shares seldom take equal time.
     numba.set_parallel_chunksize(1)
 
 
 def load_compiler() -> None:
     """
-    Load numba without scipy's linear algebra, in processes that are umbra's own: 0.13 s less.
+    Load numba without scipy's linear algebra, in umbra's own processes; saves 0.13 s.
 
-    numba imports that only to learn whether it could compile ``np.dot``, which no kernel of umbra
-    calls. Others' kernels might, so this is for the commands, not for Python's users.
+    numba imports it only to check for support of ``np.dot``, which no kernel of umbra calls. Users'
+    own kernels might, so only the commands do this.
     """
     unneeded = "scipy.linalg"
     if "numba" in sys.modules or unneeded in sys.modules:
@@ -169,12 +168,12 @@ def load_compiler() -> None:
 
 def _load_tbb() -> None:
     """
-    Load oneTBB where pip put it, so that numba finds it among its threading layers.
+    Load oneTBB from where pip installed it, so that numba finds this threading layer.
 
-    numba asks the system's loader, which does not look into environments, and falls back to
-    OpenMP: that one spins while it waits, which on a busy machine makes two threads several
-    times slower than one. pip puts it into the environment's folder ``lib``; of a package
-    installed for one user, or in another environment on the path, the list of its files tells.
+    numba uses the system's loader, which does not search environments, and falls back to OpenMP,
+    which spins while waiting: on a busy machine two threads are then several times slower than one.
+    pip installs it into the environment's ``lib``; for a user installation, or another environment
+    on the path, the package's file list has the location.
     """
     name = "libtbb.so.12"
     library = Path(sys.prefix) / "lib" / name
@@ -194,16 +193,16 @@ _load_tbb()
 
 def make_command(code: str, *arguments: str) -> list[str]:
     """
-    Make the command of a child that runs a few statements; start it in ``HOME``.
+    Make the command of a child process that runs Python statements; start it in ``HOME``.
 
-    What the current folder holds is not imported, unless ``PYTHONPATH`` names it or umbra itself
-    lies there. Arguments are its ``sys.argv[1:]``.
+    It imports nothing from the current folder, unless ``PYTHONPATH`` names it or umbra is there.
+    The arguments become its ``sys.argv[1:]``.
     """
     path = [entry for entry in sys.path if entry and not _is_here(entry)]
     root = str(HOME.parent)
     if root not in path:
         path.append(root)
-    # Python's own folders, should one be the current folder, come back from the child's path.
+    # If the current folder is one of Python's own, the child's path restores it.
     start = f"import sys; p = {path!r}; sys.path[:] = p + [e for e in sys.path if e not in p]"
     return [sys.executable, "-P", "-c", f"{start}\n{code}", *arguments]
 
@@ -212,13 +211,13 @@ def _is_here(entry: str) -> bool:
     """Return whether an entry of ``sys.path`` is the current folder."""
     try:
         return Path(entry).samefile(os.curdir)
-    except OSError:  # it is not there, or the current folder is not
+    except OSError:  # the entry or the current folder does not exist
         return False
 
 
 @cache
 def find_kernel_cache() -> str | None:
-    """Make kernels compile wherever umbra runs; return a note if they cannot be stored."""
+    """Make kernels compile in any environment; return a note if they cannot be stored."""
     if os.environ.get("NUMBA_CACHE_DIR") or _is_writable(HOME / "cpu") or _has_user_folder():
         return None
     try:
@@ -252,16 +251,16 @@ def _has_user_folder() -> bool:
 
 
 def _remove(folder: str, owner: int) -> None:
-    if os.getpid() == owner:  # not a fork of it
+    if os.getpid() == owner:  # not in a fork
         shutil.rmtree(folder, ignore_errors=True)
 
 
 def pass_over_settings() -> None:
-    """Import numba and matplotlib from another folder if the current one holds their settings."""
+    """Import numba and matplotlib from another folder if the current one has their settings."""
     if os.path.lexists(".numba_config.yaml"):
         with chdir(HOME):
             config: Any = import_module("numba.core.config")
-        config._config_fname = os.devnull  # it looks again whenever it compiles
+        config._config_fname = os.devnull  # numba reads it again at each compilation
     if os.path.lexists("matplotlibrc"):
         with chdir(HOME):
             import_module("matplotlib")

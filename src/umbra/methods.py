@@ -1,4 +1,4 @@
-"""How each device counts, and how finely: what commands offer and counters check, by name."""
+"""Methods of each device and their parameters, by name, for commands and counters."""
 
 import math
 from dataclasses import dataclass
@@ -9,26 +9,26 @@ from umbra.errors import InputError
 __all__ = ["MASK_FILTERS", "MASK_SCALES", "METHODS", "SOFT", "DeviceName", "Methods", "Softness"]
 
 DeviceName = Literal["auto", "cpu", "gl"]
-"""What callers may ask for, as signatures say it."""
+"""Names of devices that callers may pass."""
 SOFT = ("samples", "wedges", "complexity", "weng")
 """
 Soft shadows: samples of the light (the reference), penumbra wedges, depth complexity over the
 light (right where casters overlap, too), scaled layers.
 """
 MASK_SCALES, MASK_FILTERS = (1, 2, 4), ("joint", "bilinear", "nearest")
-"""By how much masks of hard shadows may be smaller than a picture, and how they are enlarged."""
-_MOST_LAYERS = 1000  # more is a slip
+"""Factors by which masks of hard shadows may be smaller than the picture; upsampling filters."""
+_MOST_LAYERS = 1000  # more are a mistake
 
 
 @dataclass(frozen=True)
 class Methods:
     """
-    What one device can count by.
+    Methods of one device.
 
     Parameters
     ----------
     title : str
-        The device as refusals call it.
+        The device's name in error messages.
     volumes : tuple of str
         Hard shadows by counting volumes; the first is the default.
     masks : tuple of str
@@ -48,18 +48,18 @@ class Methods:
 
     def check(self, method: str, *, masks: bool = True) -> None:
         """
-        Refuse a method of hard shadows that the device does not have.
+        Check that the device has a method of hard shadows.
 
         Parameters
         ----------
         method : str
         masks : bool
-            Whether it may be a mask.
+            Whether mask methods are allowed.
 
         Raises
         ------
         InputError
-            If it has none of this name; the error names those that it has.
+            If the device has no such method; the error lists its methods.
         """
         names = self.hard if masks else self.volumes
         if method not in names:
@@ -67,7 +67,7 @@ class Methods:
             raise InputError(msg, method=method)
 
     def check_soft(self, method: str) -> None:
-        """Refuse a method of soft shadows that the device does not have; raises as `check`."""
+        """Check that the device has a method of soft shadows; raises as `check`."""
         if method not in self.soft:
             has = f"it has {', '.join(self.soft)}" if self.soft else "it has none"
             msg = f"the {self.title} has no soft shadows by '{method}'; {has}"
@@ -82,28 +82,28 @@ METHODS = {
         ("alpha", "screen", "max", "half"),
     ),
 }
-"""By the device's name."""
+"""Methods by device name."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Softness:
     """
-    How finely soft methods work.
+    Resolution of soft methods.
 
     Parameters
     ----------
     samples : int
-        Points that stand for a light.
+        Number of sample points of a light.
     spots : int
-        Spots of a light at which ``complexity`` counts what hides them.
+        Number of spots of a light at which ``complexity`` counts casters.
     length, gap : float
-        How far the widest scaled layer goes, and from each to the next, in tenths of the
-        silhouette's radius. Weng (2008) recommends 2 to 3, and 0.3 to 0.5.
+        Extent of the widest scaled layer and step between layers, in tenths of the silhouette's
+        radius. Weng (2008) recommends 2 to 3, and 0.3 to 0.5.
 
     Raises
     ------
     InputError
-        If length and gap make no layer, or more than 1,000.
+        If length and gap yield no layer, or more than 1,000.
     """
 
     samples: int = 256
@@ -123,7 +123,7 @@ class Softness:
 
     @property
     def layers(self) -> int:
-        """How many layers length and gap make."""
+        """Number of scaled layers."""
         return round(min(self.length / self.gap, 2 * _MOST_LAYERS))
 
     def select(self, method: str) -> dict[str, float]:

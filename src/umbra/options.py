@@ -1,4 +1,4 @@
-"""Options as fields of a record, with everything that the command line and Python need."""
+"""Options as fields of a record, described for the command line and Python."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, field, fields
@@ -18,37 +18,37 @@ class Option:
     Parameters
     ----------
     type : str
-        ``number``, ``whole``, ``length``, ``numbers``, ``size``,
-        ``choice``, ``patterns``, ``texts``; or ``text``, ``flag``, ``dates``, ``table``,
-        ``path`` and ``any``, which whoever uses them checks.
+        ``number``, ``whole``, ``length``, ``numbers``, ``size``, ``choice``, ``patterns``,
+        ``texts``; or ``text``, ``flag``, ``dates``, ``table``, ``path`` and ``any``, checked where
+        they are used.
     help : str
-        For the command.
+        Help text of the command line.
     heading : str
-        In the command's help.
+        Heading in the command's help.
     flag : str, optional
-        As it is typed; made of the name by default. None: from Python alone.
+        Flag on the command line, made from the name by default; None: only in Python.
     metavar : str, optional
-        What is typed after it.
+        Placeholder of the value in the command's help.
     unit : str
     choices : tuple of str or int
     count : int or tuple of int
-        How many numbers; several where any of these is right.
+        Number of values; a tuple allows several.
     is_repeated : bool
-        Whether there may be any number of such values; patterns, texts and dates always are.
+        Whether the option may have any number of values; patterns, texts and dates always may.
     passes : tuple
-        Values besides, which stay as they are.
+        Further values, which are not checked.
     remedy : str
-        What the command says of text that is no such value.
+        Message of the command for text that is no such value.
     least : int, optional
-        Of a whole number.
+        Least value of a whole number.
     receivers : tuple of str
-        Names of the kinds of receivers that it is for; all by default.
+        Kinds of receivers to which the option applies; all by default.
     is_needed : bool
-        Whether those need it.
+        Whether these receivers require it.
     attribute : str
-        What the result's attributes call it, where they say it as it is.
+        Name of the result's attribute that stores the value unchanged.
     is_kept : bool
-        Whether a file of options has it: it changes results.
+        Whether it changes results, so option files store it.
     """
 
     type: str
@@ -70,7 +70,7 @@ class Option:
 
     @property
     def form(self) -> str:
-        """What is given after ``=``, as messages show it: ``(X, Y, Z)``, ``'FILE'``."""
+        """Value after ``=`` in messages: ``(X, Y, Z)``, ``'FILE'``."""
         word = str(self.metavar)
         return f"({', '.join(word.split(','))})" if self.type == "numbers" else f"'{word}'"
 
@@ -81,7 +81,7 @@ def option(type: str, help: str = "", *, default: Any = None, **more: Any) -> An
 
 
 def list_options(record: Any) -> Iterator[tuple[str, Option, Any]]:
-    """Return the name, the description and the default of each option."""
+    """Yield the name, the description and the default of each option."""
     for one in fields(record):
         if "option" in one.metadata:
             yield one.name, one.metadata["option"], one.default
@@ -91,13 +91,13 @@ def check_types(record: Any) -> None:
     """
     Check and normalise the types of a record's options.
 
-    One pattern becomes a tuple of patterns, vectors become tuples, numbers those of Python;
-    what is at its default stays.
+    A single pattern becomes a tuple, vectors become tuples, numbers Python's types; defaults stay
+    unchanged.
 
     Raises
     ------
     InputError
-        If one is of a wrong type; it has ``option``, the name.
+        If an option has the wrong type; the error's ``option`` is its name.
     """
     for name, said, default in list_options(record):
         value = getattr(record, name)
@@ -122,7 +122,7 @@ def _check_number(name: str, said: Option, value: Any) -> Any:
 
 
 def _check_each(name: str, said: Option, value: Any) -> tuple:
-    """Check several values; a number alone is one of them."""
+    """Check several values; a single number counts as one value."""
     try:
         several = (value,) if isinstance(value, Real) else tuple(value)
     except TypeError:
