@@ -130,7 +130,7 @@ class GlFrameCounter(DeviceUser):
     def transmit(
         self, view: DepthBuffer, camera: Camera, light: Light
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Find the light that transmitting parts pass, and hidden points: `Sight.transmit`."""
+        """Find transmitted light and the number of opaque hits; see `Sight.transmit`."""
         places = self.locate(view, camera).position
         if self._sheer is None:
             return np.ones(places.shape, np.float32), np.zeros(places.shape[:2], np.int32)

@@ -152,7 +152,7 @@ class SheerSurfaces:
         origin: NDArray[np.float64],
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """
-        Find the fraction of a light that arrives, (rows, cols, 3), and how many triangles hide it.
+        Find the transmitted fraction of a light, (rows, cols, 3), and the number of opaque hits.
 
         ``places`` (rows, cols, 3) are in the model's own coordinates, NaN for the background.
         """

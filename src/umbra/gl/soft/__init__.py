@@ -68,7 +68,7 @@ class SampledShadows:
         self, planner: Planner, samples: int = SAMPLES, choices: VolumeOptions | None = None
     ) -> None:
         self.samples = samples
-        # Points' ranges differ, and that of the light's centre decides.
+        # Points' ranges differ; only that of the light's centre limits the light.
         self._choices = replace(choices or VolumeOptions(), narrow=False)
         self._planner = planner.twin()
         self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
