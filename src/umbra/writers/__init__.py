@@ -1,1 +1,1 @@
-"""Write results: pictures, NetCDF, and the folder that holds them. Import the module you need."""
+"""Writers of results: pictures, NetCDF, and their folder. Import the module you need."""

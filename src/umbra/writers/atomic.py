@@ -1,9 +1,9 @@
 """
-Replace a file, or the files of a results folder, only when all that is new is complete.
+Atomic replacement of a file, or of a results folder's files.
 
-A single file is written beside its old self and renamed. A run writes into a temporary folder
-inside the results folder, so on the same file system, and every file is renamed over its old
-namesake at the end.
+A single file is written to a temporary file beside it, then renamed. A run writes into a
+temporary folder inside the results folder, so on the same file system, and renames every file
+over the old one at the end.
 """
 
 import errno
@@ -21,7 +21,7 @@ from umbra.writers.unfinished_folder import UnfinishedFolder, lock_folder
 __all__ = ["FULL", "hold_signals", "replace_file", "replace_results"]
 
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-"""Errors of a disk, or what a user may have of it, that is full."""
+"""Errors of a full disk or quota."""
 
 
 @contextmanager
@@ -29,9 +29,9 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     Yield a temporary file beside ``path``, made on entry, that replaces it on success.
 
-    Enter before long work, since the place is tried then. On any exception the new file is dropped
-    and the old one stays whole. An `InputError` says that nothing can be written there, an
-    `UmbraError` that the disk, or the user's share of it, is full.
+    Enter before long work: write access is checked on entry. On any exception the new file is
+    dropped and the old one kept. Raises InputError if the path cannot be written, UmbraError if
+    the disk or quota is full.
     """
     target = Path(path)
     try:
@@ -45,7 +45,7 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         Path(name).chmod(0o666 & ~mask)  # as any new file; mkstemp's are private
     except (OSError, ValueError) as error:  # ValueError: a null byte in its name
         reason = getattr(error, "strerror", None) or str(error)
-        if isinstance(error, FileExistsError):  # only where a file stands for a folder
+        if isinstance(error, FileExistsError):  # only if a file has a folder's name
             reason = f"'{target.parent}' is not a folder"
         msg = f"cannot write '{target}' ({reason}); choose another place"
         raise InputError(msg, path=target) from error
@@ -71,12 +71,11 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
     """
     Yield a temporary folder whose files, subfolders too, replace those of ``folder`` on success.
 
-    On entry ``folder`` is made, with its parents, and tried: so enter before long work. On any
-    exception, Ctrl-C included, the new files are dropped and the old ones stay whole; so they do
-    when the process is killed, and a later run sweeps up after it. A run that is killed while it
-    renames is finished by the next one into that folder. Ctrl-C and requests to end wait for the
-    renames; two runs into one folder do them one after the other. Files that the run did not write
-    are not touched.
+    Enter before long work: ``folder`` is made, with its parents, and checked on entry. On any
+    exception, including Ctrl-C, the new files are dropped and the old ones kept; likewise if the
+    process is killed, and a later run cleans up. Renames of a killed run are finished by the next
+    one. Ctrl-C and termination wait for the renames; two runs into one folder rename in turn.
+    Files that the run did not write are not touched.
 
     Raises
     ------
@@ -84,9 +83,9 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
         If ``folder`` is a file, cannot be made or written to, or holds a folder by the
         name of a new file.
     UmbraError
-        If the disk, or what the user may have of it, is full.
+        If the disk or quota is full.
     KeyboardInterrupt
-        Its text says whether the earlier results or the new ones are there.
+        Its text states whether the earlier or the new results are in place.
     """
     target = Path(folder).absolute()
     unfinished, made = _make_unfinished(target)
@@ -121,7 +120,7 @@ def replace_results(folder: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _make_unfinished(target: Path) -> tuple[UnfinishedFolder, list[Path]]:
-    """Make the temporary folder, or say why that cannot be; tell which folders were missing."""
+    """Make the temporary folder; return it and the folders that were missing."""
     try:
         if target.exists() and not target.is_dir():
             msg = f"'{target}' is a file, not a folder; name another output folder"
@@ -144,16 +143,16 @@ _NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # Windows has the last ins
 
 @contextmanager
 def hold_signals() -> Iterator[None]:
-    """Let Ctrl-C and requests to end wait for the end of the block; then they do what they do."""
+    """Delay Ctrl-C and termination signals until the end of the block."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # Python lets the main thread alone answer signals
+        yield  # only Python's main thread handles signals
         return
     held: list[int] = []
     numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
     previous = {}
     try:
         for number in numbers:
-            # One that was ignored (nohup) stays so; one set by other than Python is left alone.
+            # Ignored signals (nohup) stay so; handlers not set by Python are kept.
             if signal.getsignal(number) not in {signal.SIG_IGN, None}:
                 previous[number] = signal.signal(number, lambda number, _: held.append(number))
         yield

@@ -1,4 +1,4 @@
-"""Lines and hatches on maps: contours at whole hours with their labels, borders, canopies."""
+"""Lines and hatches on maps: labelled contours at whole hours, borders, canopies."""
 
 import math
 from collections.abc import Sequence
@@ -26,10 +26,10 @@ __all__ = [
 
 FINEST = 0.012  # the contour grid's spacing on the sheet [inch]
 SHORTEST = 0.10  # a contour smaller than this is a speck [inch]
-COARSE = 0.05  # a pixel of the rasters that labels are weighed on [inch]
+COARSE = 0.05  # pixel of the rasters for placing labels [inch]
 LABEL = SMALL - 0.5  # size of type [point]
-STRAIGHT = 0.9  # least length of a label's line, end to end, beside its length along it
-TOUCHED = 0.02  # share of a pixel that is blocked, from which a label keeps off
+STRAIGHT = 0.9  # least ratio of chord to arc length of a label's line
+TOUCHED = 0.02  # blocked share of a pixel from which labels avoid it
 LABEL_GAP = 0.55  # between two labels' middles [inch]
 
 Place = tuple[float, float, float]
@@ -50,9 +50,9 @@ def trace(
     """
     Trace the border of a region of cells (rows, cols) as lines (n, 2) on the sheet [inch].
 
-    The region's share of each point of a fine grid is traced at one half: a line keeps to the
-    edges of large cells, and is smooth where cells are small. At cells that are hidden, where the
-    inside is not known, lines end.
+    The region's share at each point of a fine grid is traced at one half: lines follow the edges
+    of large cells, and are smooth where cells are small. Lines end at hidden cells, where the
+    inside is unknown.
     """
     x, y, w, h = panel.map_box
     size = rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))
@@ -67,7 +67,7 @@ def trace(
 
 
 def _smooth(share: NDArray) -> NDArray:
-    """Go one point past the edges, and blur by a pixel: takes the cells' staircase off a line."""
+    """Pad by a point and blur by a pixel, to smooth the cells' staircase."""
     share = np.pad(share, 1, mode="edge")
     for _ in range(2):
         padded = np.pad(share, 1, mode="edge")
@@ -86,7 +86,7 @@ def draw_contours(
     """
     Draw and label the lines that enclose at least a level's hours, each level in its two colours.
 
-    In blocked cells hours do not count: no line runs there, and no label covers them.
+    Blocked cells have no valid hours: lines and labels avoid them.
     """
     finder = _LabelFinder(panel, hours, blocked)
     for level, (color, halo) in zip(levels, colors, strict=True):
@@ -103,7 +103,7 @@ def draw_contours(
 
 
 class _LabelFinder:
-    """Finds straight, free places on lines, away from labels found before."""
+    """Finder of straight, free label positions on lines, away from earlier labels."""
 
     def __init__(
         self, panel: Panel, hours: NDArray[np.float32], blocked: NDArray[np.bool_]
@@ -143,7 +143,7 @@ class _LabelFinder:
     def _judge(
         self, line: NDArray, length: NDArray, at: float, half: float
     ) -> tuple[float, float, Place] | None:
-        """Weigh a place on a line: how restless it is there, where, and how; None if unfit."""
+        """Score a label position on a line: unrest, arc length, placement; None if unfit."""
         start, (x, y), end = _cut(line, length, at - half, at + half, n=3)
         along = end - start
         straight = math.hypot(*along) / (2 * half)

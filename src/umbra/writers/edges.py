@@ -1,9 +1,9 @@
 """
-Finding the appearance of a view's surfaces: a soft shade, and their edges.
+Appearance of a view's surfaces: soft shading, and edges.
 
-The shade falls on what turns from a lamp at the viewer's upper left; level ground, and in an
-elevation the facade itself, keep the legend's colours. Lines are drawn where one surface ends
-before another, and, finer, where two meet at an angle or two parts meet.
+Surfaces that face away from a lamp at the viewer's upper left are shaded; level ground, and in
+an elevation the facade itself, keep the legend's colours. Lines mark jumps in depth and, finer,
+creases and borders between parts.
 """
 
 import math
@@ -21,13 +21,13 @@ from umbra.writers.plan import Appearance
 
 __all__ = ["find_appearance", "find_breaks"]
 
-JUMP, CREASE = 0.92, 0.5  # how much of a line's ink there is
+JUMP, CREASE = 0.92, 0.5  # opacity of lines
 BEND = math.cos(math.radians(20.0))  # normals further apart than this make a crease
-STEP = 2.0  # pixels that a surface must stand before another, of those that are looked at
-CROWDED = 0.22  # share of pixels with creases, above which they fade: leaves of a tree
-THRONGED = 0.5  # share of pixels with jumps, above which they fade, too
-FINER = 2  # pixels looked at for one of the picture, along each side
-_LEVEL = 1e-9  # of a unit vector that lies level
+STEP = 2.0  # least depth difference of a jump [sampled pixels]
+CROWDED = 0.22  # share of pixels with creases above which they fade: leaves of a tree
+THRONGED = 0.5  # share of pixels with jumps above which they fade
+FINER = 2  # sampled pixels per pixel of the picture, along each side
+_LEVEL = 1e-9  # largest z of a level unit vector
 RELIEF = 1.0  # least step in a plan's heights that is an edge [m]
 
 
@@ -35,7 +35,7 @@ def find_appearance(
     study: Study, size: tuple[int, int], grid: Grid | None = None
 ) -> Appearance | None:
     """
-    Find the appearance of a study's receivers, or of a part of their grid, in a picture's pixels.
+    Find the appearance of a study's receivers, or of a part of their grid, in pixels.
 
     None of a level plane, which has neither shade nor edges.
     """
@@ -77,7 +77,7 @@ def _find_plan_appearance(
 
 
 def _read_view(tile: ViewTile) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Give the shade of what a camera sees, where surfaces jump, and where they have creases."""
+    """Return the shade, jumps and creases of a camera's view."""
     frame, camera = tile.frame, tile.camera
     right, up, forward = camera.axes()
     is_level = abs(forward[2]) < _LEVEL
@@ -85,7 +85,7 @@ def _read_view(tile: ViewTile) -> tuple[NDArray[np.float32], NDArray[np.bool_], 
     lamp = -0.5 * right + 0.6 * up - 0.62 * forward
     pixel = float(camera.height or 0.0) / camera.size[1]
     deeper = 0 * forward
-    if camera.is_perspective:  # pixels grow with the way from the eye
+    if camera.is_perspective:  # pixels grow with the distance from the eye
         deeper = 2 * math.tan(math.radians(camera.fov) / 2) / camera.size[1] * forward
     return _mark_view(
         frame.position[::-1], frame.normal[::-1], frame.part[::-1], camera.eye,
@@ -121,8 +121,8 @@ def _mark_view(
                     continue
                 is_jump = is_seen != (part[y, x] != NOTHING)
                 if is_seen and not is_jump:
-                    # How far each of two neighbours stands off the other's plane: on one
-                    # plane, 0 at any slant.
+                    # Distance of each of two neighbours from the other's plane: 0 if coplanar,
+                    # at any slant.
                     here = there = alike = 0.0
                     for k in range(3):
                         here += (position[y, x, k] - p[k]) * n[k]
@@ -150,7 +150,7 @@ def _darken(facing: float) -> float:
 def _read_relief(
     heights: NDArray[np.float64], cell: float
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Give the shade of a plan's heights, where they jump, and where slopes have creases."""
+    """Return the shade, jumps and creases of a plan's heights."""
     rows, cols = heights.shape
     shade = np.ones((rows, cols), np.float32)
     jumps, creases = np.zeros((rows, cols), np.bool_), np.zeros((rows, cols), np.bool_)
@@ -160,7 +160,7 @@ def _read_relief(
     for i in range(rows):
         south, north = max(i - 1, 0), min(i + 1, rows - 1)
         for j in range(cols):
-            if jumps[i, j]:  # a wall seen from above is no roof in the shade
+            if jumps[i, j]:  # a wall seen from above is not a shaded roof
                 continue
             west, east = max(j - 1, 0), min(j + 1, cols - 1)
             up, across = heights[north, j] - heights[south, j], heights[i, east] - heights[i, west]
@@ -206,7 +206,7 @@ def _find_walls(
 
 @njit(cache=True)
 def _find_step(heights: NDArray[np.float64], i: int, j: int, up: int, right: int) -> float:
-    """Give the rise from a cell to the next; 0 across the border."""
+    """Return the rise from a cell to the next; 0 across the border."""
     rows, cols = heights.shape
     if i < 0 or j < 0 or i + up >= rows or j + right >= cols:
         return 0.0
@@ -217,7 +217,7 @@ def _find_step(heights: NDArray[np.float64], i: int, j: int, up: int, right: int
 def _is_bent(
     heights: NDArray[np.float64], cell: float, one: tuple[int, int], other: tuple[int, int]
 ) -> bool:
-    """Tell whether the normals of two squares between four cells are far apart."""
+    """Return whether the normals of two squares between four cells are far apart."""
     a, b = _find_rise(heights, one)
     c, d = _find_rise(heights, other)
     if a == c and b == d:  # as on level ground
@@ -228,7 +228,7 @@ def _is_bent(
 
 @njit(cache=True)
 def _find_rise(heights: NDArray[np.float64], square: tuple[int, int]) -> tuple[float, float]:
-    """Give the sums of two rises across and up on the square beyond a cell."""
+    """Return the sums of two rises across and up on the square beyond a cell."""
     i, j = square
     a, b, c, d = heights[i, j], heights[i, j + 1], heights[i + 1, j], heights[i + 1, j + 1]
     return b - a + d - c, c - a + d - b
@@ -249,7 +249,7 @@ def _compose(
     size: tuple[int, int],
     sky: NDArray[np.bool_] | None = None,
 ) -> Appearance:
-    """Bring shade and lines to a picture's size."""
+    """Resize shade and lines to a picture."""
     ink, fine = resample(jumps, size), resample(creases, size)
     lines = np.maximum(
         JUMP * ink * _fade(jumps, size, THRONGED), CREASE * fine * _fade(creases, size, CROWDED)
@@ -266,6 +266,6 @@ def _compose(
 
 
 def _fade(edges: NDArray[np.bool_], size: tuple[int, int], crowded: float) -> NDArray[np.float32]:
-    """Give how much of their ink edges keep: less where they would cover the surface."""
+    """Return the opacity of edges: less where they would cover the surface."""
     crowd = resample(resample(edges, (max(1, size[0] // 8), max(1, size[1] // 8))), size)
     return np.clip(2 - crowd / crowded, 0.15, 1).astype(np.float32)

@@ -38,10 +38,10 @@ class Arrangement:
 
 def arrange(need: Size, most: Size, elevations: Sequence[Size]) -> Arrangement:
     """
-    Choose the largest scale of a planner at which all fits, and fill the paper at it.
+    Choose the largest round scale at which all fits, and arrange the paper.
 
-    The plan takes at least what it needs, the model and the shadows that matter, and at most what
-    there is of it; sizes are (width, height) [m].
+    The plan takes at least ``need``, the model and relevant shadows, and at most ``most``; sizes
+    are (width, height) [m].
     """
     room = PAPER[0] - 2 * MARGIN - KEY_WIDTH - 0.4, PAPER[1] - HEAD - FOOT
     for scale in SCALES:

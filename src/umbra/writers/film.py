@@ -24,7 +24,7 @@ STRIP = 44
 """Pixels above the plan, for the clock."""
 MOST_FRAMES = 400
 SECONDS = 0.15
-"""That a frame stands; a film of few frames is slower, up to 0.5 s each."""
+"""Duration of a frame; up to 0.5 s in short films [s]."""
 GROUND = np.array([251, 248, 240], np.float32)
 SHADE = np.array([118, 123, 148], np.float32)
 INK, QUIET = "#1c1c22", "#5a5a64"
@@ -85,14 +85,14 @@ def _letter(frame: Image.Image, clock: str, day: str, title: str) -> None:
 
 
 def find_pace(n: int) -> float:
-    """Return the seconds that each of n frames stands."""
+    """Return the duration of each of n frames [s]."""
     return float(np.clip(6 / max(n, 1), SECONDS, 0.5))
 
 
 def write_gif(
     path: str | os.PathLike[str], frames: Iterator[Image.Image], sample: Image.Image, n: int
 ) -> None:
-    """Write n frames as a GIF that begins again; a sample's colours serve for all: none flicker."""
+    """Write n frames as a looping GIF, with one palette to avoid flicker."""
     palette = sample.quantize(96, dither=Image.Dither.NONE)
     indexed = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     pace = round(find_pace(n) * 1000)
@@ -103,7 +103,7 @@ def write_gif(
 
 
 def write_mp4(path: str | os.PathLike[str], frames: Iterator[Image.Image], n: int) -> None:
-    """Write n frames as H.264 in MP4; refuse where there is no encoder."""
+    """Write n frames as H.264 in MP4; raise if there is no encoder."""
     import av  # noqa: PLC0415  (an extra)
 
     if "libx264" not in av.codecs_available:

@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 __all__ = ["FORMATS", "Format", "Job", "check_extra", "write_formats"]
 
 FLAT = 1e-6  # above the ground something stands [m]
-FEW_TIMES = 12  # clock times that are named one by one
+FEW_TIMES = 12  # most clock times that are listed
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """A study to be written; what several formats need is made once, when first used."""
+    """A study to be written; data shared by formats are made once, on first use."""
 
     study: "Study"
     folder: Path
@@ -40,12 +40,12 @@ class Job:
 
     @property
     def is_on_map(self) -> bool:
-        """Whether coordinates are the model's; a view has its own."""
+        """Whether coordinates are the model's, not a view's."""
         return self.study.kind.is_plan or not self.study.kind.is_raster
 
     @property
     def crs(self) -> object:
-        """What the study says of its coordinates' system."""
+        """Coordinate reference system stated by the study."""
         return self.study.facts.get("crs") if self.is_on_map else None
 
     @property
@@ -98,7 +98,7 @@ class Job:
 
     @cached_property
     def seen(self) -> "list[NDArray[np.float64]]":
-        """The model's border in a view; nothing of a plan."""
+        """The model's border in a view; empty for a plan."""
         from umbra.writers.vectors import find_seen  # noqa: PLC0415
 
         return [] if self.is_on_map else find_seen(self.study)
@@ -129,7 +129,7 @@ class Format:
 
 
 def check_extra(name: str, packages: Sequence[str], extra: str) -> None:
-    """Raise an InputError for missing packages, which says how to install them."""
+    """Raise an InputError for missing packages, with the install command."""
     missing = [package for package in packages if find_spec(package) is None]
     if missing:
         msg = (

@@ -1,5 +1,5 @@
 """
-Models as GLB, their surfaces coloured by their hours in shadow.
+Models as GLB, with surfaces coloured by hours in shadow.
 
 Binary glTF 2.0 is one buffer, filled array by array, and the tree that describes the arrays.
 """
@@ -25,13 +25,13 @@ _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
 _TYPES = {"f": 5126, "B": 5121, "I": 5125}
 _KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 MOST_TRIANGLES = 400_000
-"""Of coloured surfaces: they are divided no finer."""
+"""Most triangles of coloured surfaces."""
 MOST_GROUND = 400
 """Cells along the longer side of the ground."""
 GREY = (0.80, 0.80, 0.80)
-_LEVEL = 0.1  # z of a unit normal from which a face is seen well from above
+_LEVEL = 0.1  # least z of the unit normal of a face coloured from above
 _FLAT = 1e-6  # above the ground something stands [m]
-_NEAR = 0.35  # a cell's height this near a surface's is its own [m]
+_NEAR = 0.35  # largest difference between a cell's and its surface's height [m]
 
 
 def turn_up(points: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -40,7 +40,7 @@ def turn_up(points: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 class Glb:
-    """A GLB file in the making, with the name of its generator and extras of the whole file."""
+    """Builder of a GLB file, with its generator's name and extras."""
 
     def __init__(self, generator: str, extras: dict[str, object]) -> None:
         self.data = bytearray()
@@ -237,7 +237,7 @@ def _divide(corners: NDArray[np.float64], side: float) -> NDArray[np.float64]:
 
 
 def _sample(study: Study, corners: NDArray[np.float64], most: float) -> NDArray[np.float32]:
-    """Take each corner's colour from the raster; grey where something else is on top."""
+    """Take each corner's colour from the raster; grey where another surface is on top."""
     middle = corners.mean(1, keepdims=True)
     inward = (corners + 1e-3 * (middle - corners)).reshape(-1, 3)  # off the edge, into its face
     grid = study.grid

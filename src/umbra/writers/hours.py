@@ -1,4 +1,4 @@
-"""The picture of a study: hours in shadow on a plan; of several dates a map for each."""
+"""Picture of a study: hours in shadow on a plan, with a map for each date."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -244,7 +244,7 @@ def draw_swatches(
 
 
 def _draw_title(sheet: "Sheet", title: list[str], remark: str, swatches: Sequence[Swatch]) -> float:
-    """Write a key's title, and beside a wide key's all else that is told; return its lower end."""
+    """Write a key's title, with all other text beside it if wide; return its lower end."""
     x, y, _, h = sheet.key_box
     top = y + h
     if not sheet.is_wide:
@@ -261,7 +261,7 @@ def _draw_title(sheet: "Sheet", title: list[str], remark: str, swatches: Sequenc
 
 
 def _draw_foot(sheet: "Sheet", y: float, remark: str, swatches: Sequence[Swatch]) -> None:
-    """Tell below a high key all else there is to tell."""
+    """Write all other text below a high key."""
     x, _, w, _ = sheet.key_box
     if remark:
         sheet.write(x, y - 0.24, remark, SMALL - 0.5, color=QUIET)

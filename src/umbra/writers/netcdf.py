@@ -18,10 +18,10 @@ __all__ = ["DeferredFile", "Variables", "write_netcdf"]
 
 class DeferredFile(io.FileIO):
     """
-    A new file, which remembers the first error of writing instead of raising it.
+    A new file that stores the first error of writing instead of raising it.
 
-    After an error nothing more is written, and what was not reads as zeros; so ask `check` after
-    each piece of work.
+    After an error nothing more is written, and unwritten bytes read as zeros; call `check` after
+    each step.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -29,12 +29,12 @@ class DeferredFile(io.FileIO):
         self._error: OSError | None = None
 
     def check(self) -> None:
-        """Raise what went wrong."""
+        """Raise the stored error, if any."""
         if self._error is not None:
             raise self._error
 
     def write(self, data: object) -> int:
-        """Write all of the data, or seem to."""
+        """Write all of the data, or pretend to after an error."""
         view = memoryview(data).cast("B")  # type: ignore[arg-type]
         done = 0
         while self._error is None and done < len(view):
@@ -65,12 +65,12 @@ class DeferredFile(io.FileIO):
 
 
 Variables = Mapping[str, tuple[tuple[str, ...], NDArray]]
-"""Arrays by name, each with the names of its dimensions. One that bears a dimension's
-name is that dimension's coordinate."""
+"""Arrays by name, each with the names of its dimensions. An array named like a dimension is
+its coordinate."""
 
 GRID_MAPPING = "spatial_ref"
-_CHUNK = 1024  # rows and columns that are packed together, at most
-_AT_ONCE = 4 * _CHUNK**2  # values that are handed over at a time
+_CHUNK = 1024  # most rows and columns of a chunk
+_AT_ONCE = 4 * _CHUNK**2  # values written at a time
 _MISSING = np.iinfo(np.int64).min  # NaT as a number
 
 
@@ -80,9 +80,9 @@ def write_netcdf(
     """
     Write arrays as NetCDF-4 (HDF5), compressed, with CF attributes by their names.
 
-    It goes to the file without xarray, whose import costs more than most studies count. Where the
-    fact ``crs`` names a coordinate reference system, a CF grid mapping goes in too, so that a GIS
-    puts the raster in its place.
+    Written without xarray, whose import takes longer than most studies. If the fact ``crs`` names
+    a coordinate reference system, a CF grid mapping is added, so that a GIS can georeference the
+    raster.
 
     Variables are (dimensions, array) by name: numbers, ``datetime64`` in UTC, or str. A value that
     is no ``ndarray`` but has a shape and a dtype is written one item of its first dimension at a
@@ -125,7 +125,7 @@ def _write_variable(
     array: NDArray,
     dates: int,
 ) -> h5netcdf.Variable:
-    """Store one array as suits its size and kind, and says of how many dates it is."""
+    """Store one array with suitable compression and attributes."""
     attributes = find_attributes(name, dates)
     how: dict[str, Any] = {}
     if array.dtype.kind == "M":
@@ -160,7 +160,7 @@ def _write_variable(
 
 
 def _cut(array: NDArray) -> Iterator[tuple[Any, NDArray]]:
-    """Cut an array, which may be packed, into bands of chunks: where each is, and its values."""
+    """Cut an array, which may be packed, into bands of chunks: index and values of each."""
     if array.ndim == 1:
         yield ..., np.asarray(array)
         return
@@ -182,7 +182,7 @@ def _encode_instants(instants: NDArray[np.datetime64]) -> tuple[NDArray[np.int64
 
 
 def _find_map_attributes(name: str, dimensions: tuple[str, ...]) -> dict[str, str]:
-    """Say where on the earth a raster or its axis lies."""
+    """Return the grid-mapping attributes of a raster or its axis."""
     if name in ("x", "y"):
         return {"standard_name": f"projection_{name}_coordinate"}
     if not {"x", "y"} <= set(dimensions):
@@ -199,7 +199,7 @@ def _find_grid_mapping(crs: object) -> dict[str, Any]:
     from pyproj.exceptions import CRSError  # noqa: PLC0415
 
     with warnings.catch_warnings():
-        # Of the CRSs that CF's own parameters cannot say in full, crs_wkt still says all.
+        # crs_wkt also covers CRSs that CF's own parameters cannot express.
         warnings.simplefilter("ignore", UserWarning)
         try:
             return CRS.from_user_input(crs).to_cf()

@@ -1,9 +1,9 @@
 """
-A process of its own for pictures, so that loading matplotlib overlaps with the counting.
+Separate process for pictures, so that loading matplotlib overlaps with counting.
 
-It is a plain child with pipes rather than a process pool: a pool runs the caller's main
-module again, and its workers outlive a parent that is killed. This child ends when its
-input does, whatever ended the parent.
+It is a plain child with pipes, not a process pool: a pool runs the caller's main module
+again, and its workers outlive a killed parent. This child ends with its input, however the
+parent ends.
 """
 
 import os
@@ -36,7 +36,7 @@ Job = Future[None]
 
 class Painter:
     """
-    Draws pictures one after another in a child process, which starts at once.
+    Draws pictures in turn in a child process, started at once.
 
     Where no process can be started, or it ends before its time, this one draws. Leaving the
     ``with`` block waits for the pictures and raises the first error among them; leaving it by an
@@ -59,7 +59,7 @@ class Painter:
     def draw_profile(
         self, path: Path, plan: Plan, days: Sequence[DayShadows], **options: Any
     ) -> Job:
-        """Have ``profile.make_profile_sheet`` drawn; takes all shadows here."""
+        """Draw with ``profile.make_profile_sheet``; reads all shadows here."""
         packed = [replace(day, shadows=PackedMasks(day.shadows)) for day in days]
         return self._submit("profile.make_profile_sheet", path, plan, packed, **options)
 
@@ -69,7 +69,7 @@ class Painter:
             future.result()
 
     def _submit(self, name: str, path: Path, *args: Any, **options: Any) -> Job:
-        path = Path(path).absolute()  # the child stands in another folder
+        path = Path(path).absolute()  # the child has another working folder
         for ending in self._endings:
             job = (name, path.with_suffix(f".{ending}"), args, options)
             future = self._thread.submit(self._call, job)
@@ -81,7 +81,7 @@ class Painter:
     draw_elevations = partialmethod(_submit, "elevations.make_elevations_sheet")
 
     def _call(self, job: tuple[str, Path, tuple, dict]) -> None:
-        """Hand a job to the child and wait for its answer; without a child, do it here."""
+        """Send a job to the child and wait for its answer; without a child, do it here."""
         child = self._child
         if child is not None and child.stdin and child.stdout:
             try:
@@ -126,7 +126,7 @@ def _run(name: str, path: Path, args: tuple, options: dict) -> None:
 
 def serve() -> None:
     """Load the picture modules, then do jobs from standard input until it ends."""
-    # What a library prints must not mix with the answers.
+    # Output of libraries must not mix with the answers.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     for module in ("hours", "profile"):

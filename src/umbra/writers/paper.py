@@ -140,7 +140,7 @@ def to_pixels(length: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Paper:
-    """The paper that is drawn on."""
+    """Paper of a figure, with drawing methods in inches."""
 
     figure: Figure
 
@@ -224,6 +224,6 @@ class Panel(Paper):
         artist.set_clip_path(Rectangle((x, y), w, h, transform=self.figure.dpi_scale_trans))
 
     def write_over(self, reason: str) -> None:
-        """Write across the map why there is nothing on it."""
+        """Write the reason for an empty map across it."""
         x, y, w, h = self.map_box
         self.write(x + w / 2, y + h / 2, reason, 9.0, color=QUIET, ha="center", va="center")

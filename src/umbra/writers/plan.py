@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 Show = Literal["shadow", "sun"]
-"""Which hours are drawn: in shadow, or the rest of the time with the sun up."""
+"""Hours to draw: in shadow, or in sun."""
 DOTS_PER_INCH = 150
 AREA = 6.5**2  # of the map [square inch], whatever its shape
 LONGEST, SHORTEST = 9.5, 0.3  # sides of the map [inch]
@@ -53,7 +53,7 @@ class Appearance:
     sky: NDArray[np.uint8] | None = None  # share of each pixel that shows nothing; None of plans
 
     def find_breaks(self, shape: tuple[int, int]) -> NDArray[np.bool_]:
-        """Return the cells of a raster that edges run through, so that no contour crosses them."""
+        """Return the cells of a raster on edges, which contours must not cross."""
         # A contour is smoothed over two pixels each way, and would run along the edge itself.
         # Jumps are marked on both their sides, creases on one.
         near = np.maximum(_spread(self.jumps, 2), _spread(self.creases, 3))
@@ -65,7 +65,7 @@ class Appearance:
 
 
 def _spread(values: NDArray[np.uint8], reach: int) -> NDArray[np.uint8]:
-    """Return the greatest value within so many pixels each way."""
+    """Return the largest value within ``reach`` pixels each way."""
     for _ in range(2):  # along the columns, then turned along the rows
         padded = np.pad(values, ((reach, reach), (0, 0)))
         values = padded[: len(values)]
@@ -138,7 +138,7 @@ class Plan:
 
     @property
     def is_building(self) -> NDArray[np.bool_]:
-        """Where buildings stand, (rows, cols)."""
+        """Cells with buildings, (rows, cols)."""
         if self.building_height is None:
             return np.zeros(self.shape, np.bool_)
         return np.nan_to_num(self.building_height) > 0
@@ -177,7 +177,7 @@ class Plan:
 
 
 def find_map_size(plan: Plan) -> tuple[int, int]:
-    """Choose how many rows and columns of pixels of a picture the map takes."""
+    """Choose the rows and columns of pixels of the map."""
     x0, x1, y0, y1 = plan.extent
     scale = np.sqrt(AREA / ((x1 - x0) * (y1 - y0)))
     scale = min(scale, LONGEST / (x1 - x0), LONGEST / (y1 - y0))

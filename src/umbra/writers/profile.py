@@ -1,7 +1,7 @@
 """
-The shadow profile: the shadows of several instants over one another.
+The shadow profile: superposed shadows of several instants.
 
-Lightness says how many shadows fall on a place, hue when they do. Colours are mixed in OKLab:
+Lightness shows the number of shadows on a place, hue their time. Colours are mixed in OKLab:
 of each pixel the share of the stamps whose shadow holds it, and the mean of their tints, which
 fades as shares grow, since what lies in shadow all day belongs to no hour. So the deepest
 overlap of a long day is a grey that can still be read, and one shadow alone has its legend's tint.
@@ -139,7 +139,7 @@ def _trace_named(
     hidden: NDArray[np.bool_] | None,
     outlines: dict[int, Lines],
 ) -> Iterator[NDArray[np.bool_]]:
-    """Hand shadows on one by one, and trace those that are named as they pass."""
+    """Iterate over shadows, tracing the outlines of the named ones."""
     for stamp, mask in enumerate(shadows):
         if stamp in named:
             outlines[stamp] = trace(panel, mask, hidden)

@@ -26,7 +26,7 @@ __all__ = ["KEY_WIDTH", "MARGIN", "Sheet", "Words", "lay_out"]
 
 MARGIN = 0.28
 KEY_WIDTH = 1.32
-NARROWEST = 4.4  # the words need this much [inch]
+NARROWEST = 4.4  # least width for the words [inch]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ def _find_ticks(plan: Plan, w: float, h: float) -> tuple[Ticks, Ticks, float]:
     """Find the ticks of a map of w by h inches, and how wide the labels beside it are."""
     x0, x1, y0, y1 = plan.extent
     across = find_ticks(x0, x1, w, lambda label: measure(label, SMALL) + 0.3)
-    # A row of houses is low on its sheet: a few heights are told all the same.
+    # A row of houses is low on its sheet, but still gets a few heights.
     up = find_ticks(y0, y1, h, lambda _: min(0.55, max(0.12, h / 4)))
     across, up = across if plan.axes[0] else [], up if plan.axes[1] else []
     return across, up, max((measure(label, SMALL) for _, label in up), default=0)
@@ -150,7 +150,7 @@ def _find_ticks(plan: Plan, w: float, h: float) -> tuple[Ticks, Ticks, float]:
 
 SHAPE = 1.4  # of all maps together: width by height
 GAP, CAPTION = 0.2, 0.3  # between maps, and above each [inch]
-LEAST_HEIGHT = 3.6  # the key needs this much [inch]
+LEAST_HEIGHT = 3.6  # of the key [inch]
 
 
 def _lay_out_several(plan: Plan, captions: Sequence[str], remarks: Sequence[str]) -> Sheet:

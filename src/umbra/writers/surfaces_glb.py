@@ -1,7 +1,7 @@
 """
-Sampled surfaces as small pictures, and as GLB: the pictures are folded around the model.
+Sampled surfaces as texture pictures, and as GLB with these textures.
 
-A picture says which sample stands for each square of each surface.
+A picture assigns a sample to each square of each surface.
 """
 
 import io
@@ -23,14 +23,14 @@ __all__ = ["FacadeLayout", "lay_out_facades", "write_surfaces_glb"]
 MOST_SQUARES = 1_000_000
 """Of all surfaces together; finer samples are not all shown."""
 LARGEST = 4096
-"""Side of the picture in pixels that any viewer takes."""
+"""Largest side of a texture that all viewers support [pixel]."""
 _RIM = 1  # pixels around each surface, of its own colours, for viewers that blend
 _GREY = (0.80, 0.80, 0.80, 1.0)  # of unsampled surfaces
 
 
 @dataclass(frozen=True, eq=False)
 class FacadeLayout:
-    """A grid of squares on each surface, and the sample that is shown in each."""
+    """A grid of squares on each surface, and the sample shown in each."""
 
     side: NDArray[np.float64]  # (n_surfaces,) of a surface's squares [m]
     # (n_surfaces, 2) squares along the surface's horizontal and upward axes
@@ -41,7 +41,7 @@ class FacadeLayout:
 
     @property
     def is_whole(self) -> bool:
-        """Whether no square is larger than the samples are apart."""
+        """Whether no square is larger than the samples' spacing."""
         return bool((self.side == self.side.min()).all())
 
 

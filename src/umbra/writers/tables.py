@@ -29,8 +29,8 @@ __all__ = [
 MOST_NUMBERS = 6_000_000
 """In a table of cells that is written plainly: some 50 MB."""
 
-# Where a formula begins in some spreadsheet, also with the wide signs of East Asian keyboards,
-# and after a semicolon or a tab, at which some split a line.
+# Characters that begin a formula in spreadsheets, also in full width, and after a semicolon or
+# tab, at which some split a line.
 _FORMULA = re.compile("(?:^|(?<=[;\t\n]))(?=\\s*[=+\\-@\uff0b\uff0d\uff1d\uff20])|^(?=[\t\n])")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
@@ -41,8 +41,8 @@ def write_table(
     """
     Write rows under named columns.
 
-    Text that a spreadsheet would take for a formula, as a name in a model may be, gets an
-    apostrophe before it; numbers stay numbers, also where they are text.
+    Text that a spreadsheet would run as a formula, such as a model's name, gets an apostrophe
+    before it; numbers stay numbers, also as text.
     """
     with Path(path).open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -51,7 +51,7 @@ def write_table(
 
 
 def _guard(cell: object) -> object:
-    """Keep a cell of text from being run."""
+    """Escape text that a spreadsheet would run as a formula."""
     if not isinstance(cell, str) or _NUMBER.fullmatch(cell):
         return cell
     # A bare return would end the line, and csv quotes line feeds only.
@@ -59,7 +59,7 @@ def _guard(cell: object) -> object:
 
 
 def name_cells(study: Study) -> str:
-    """Name the table of cells: a large one is packed, to an eighth or so."""
+    """Name the table of cells; large ones are compressed, to about an eighth."""
     columns = 2 + len(_find_columns_of_cells(study))
     return "cells.csv.gz" if study.shadow_hours.size * columns > MOST_NUMBERS else "cells.csv"
 
@@ -81,7 +81,7 @@ def write_cells(path: str | os.PathLike[str], study: Study) -> int:
     xs, ys = ([f"{v:.3f}" for v in axis] for axis in (study.x, study.y))
     with contextlib.ExitStack() as stack:
         raw: Any = stack.enter_context(Path(path).open("wb"))
-        if Path(path).suffix == ".gz":  # without a name and a time: two runs write the same bytes
+        if Path(path).suffix == ".gz":  # without name and time, for reproducible bytes
             raw = stack.enter_context(gzip.GzipFile("", "wb", 6, raw, 0))
         file = stack.enter_context(io.TextIOWrapper(raw, "utf-8", newline=""))
         file.write(",".join([*study.dims[::-1], *arrays]) + "\n")
@@ -94,7 +94,7 @@ def write_cells(path: str | os.PathLike[str], study: Study) -> int:
 
 
 def _to_text(values: np.ndarray, digits: int) -> list[str]:
-    """Write numbers shortly, and nothing where there is no value."""
+    """Format numbers briefly, and missing values as nothing."""
     if values.dtype.kind == "M":
         texts = np.datetime_as_string(values.astype("datetime64[s]"), timezone="UTC")
         return ["" if text == "NaT" else str(text) for text in texts]

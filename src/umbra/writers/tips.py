@@ -1,4 +1,4 @@
-"""The outlines of shadows, each with its clock time at its tip."""
+"""Outlines of shadows, with clock times at their tips."""
 
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -16,10 +16,10 @@ WIDTH = 0.4  # of an outline [point]
 LABEL = SMALL - 0.5  # size of type [point]
 DOT = 0.018  # radius at a tip [inch]
 GAPS = ((0.035, 0.0), (0.2, 0.1))  # from a tip to its label [inch]; the second needs a line
-COARSE = 0.04  # a pixel of the rasters that places are weighed on [inch]
+COARSE = 0.04  # pixel of the rasters for placing labels [inch]
 ROOF = 0.1  # share of a pixel
 MOST_TRIES = 400  # places on an outline
-# What a place costs beside the way back from the very tip [inch]. Turns are in degrees.
+# Costs of a position besides its distance from the tip [inch]. Turns are in degrees.
 TURNS = ((0, 0.0), (45, 0.03), (-45, 0.03), (90, 0.12), (-90, 0.12), (135, 0.2), (-135, 0.2))
 AMONG_OTHERS, OVER_OTHERS, OVER_A_ROOF = 0.3, 0.3, 1.0
 
@@ -62,7 +62,7 @@ def name_tips(
 
 
 class _TipFinder:
-    """Finds places for clock times at the tips of shadows, away from those found before."""
+    """Finder of label positions at the tips of shadows, away from earlier labels."""
 
     def __init__(
         self, panel: Panel, outlines: Mapping[int, Lines], roofs: NDArray[np.bool_] | None
@@ -87,7 +87,7 @@ class _TipFinder:
     def find(
         self, stamp: int, text: str, away: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Find where a stamp's dot and the middle of its label go [inch]; None: nowhere."""
+        """Find the positions of a stamp's dot and label centre [inch]; None if there is none."""
         length = np.hypot(*away)
         points = self.points[stamp]
         if not len(points) or not np.isfinite(length):
@@ -162,7 +162,7 @@ def _find_box(x: float, y: float, half_width: float, half_height: float) -> _Box
 def _list_shifts(
     away: NDArray[np.float64], half: tuple[float, float]
 ) -> list[tuple[float, float, float]]:
-    """List where a label's middle may lie from its dot (right, up) [inch], and what that costs."""
+    """List offsets of a label's centre from its dot (right, up) [inch], and their costs."""
     shifts = []
     for (degrees, cost), (gap, more) in product(TURNS, GAPS):
         turn = np.radians(degrees)

@@ -1,13 +1,13 @@
 """
-Temporary folders inside a results folder: made, locked, sealed, swept up.
+Temporary folders inside a results folder: made, locked, sealed, cleaned up.
 
-A lock file tells a live run's folder from one that was killed: the system lets go of the
-lock with the process, whatever ended it. A seal, written when every file is complete,
-tells that the files are to be moved: a run that is killed between the renames is so
-finished by the next one, and folders without a seal are dropped.
+A lock file distinguishes a live run's folder from a killed run's: the system releases the
+lock when the process ends. A seal, written when every file is complete, marks the files to
+be moved: the next run finishes the renames of a killed one, and folders without a seal are
+dropped.
 
-The results folder may be a stranger's. No link in it is followed, and only folders of this
-user's own are swept up. A seal names the folder's own inode, which no archive can carry.
+The results folder may be untrusted. No link in it is followed, and only this user's folders
+are cleaned up. A seal names the folder's inode, which no archive can carry.
 """
 
 import os
@@ -41,7 +41,7 @@ class UnfinishedFolder:
 
     @classmethod
     def make(cls, target: Path) -> Self:
-        """Make the folder in ``target``, which is made if missing; sweep up after killed runs."""
+        """Make the folder in ``target``, made if missing; clean up after killed runs."""
         for attempts_left in reversed(range(20)):
             try:
                 target.mkdir(parents=True, exist_ok=True)
@@ -77,7 +77,7 @@ class UnfinishedFolder:
                     raise InputError(msg, path=there)
 
     def move(self) -> None:
-        """Move every file over its namesake in the results folder; if killed, the next run does."""
+        """Rename every file into the results folder; if killed, the next run finishes."""
         seal = self.path / SEAL
         if not self.is_sealed:
             unsealed = seal.with_suffix(".part")
@@ -100,7 +100,7 @@ class UnfinishedFolder:
             return seal.read(100) == self._word().encode()
 
     def remove(self) -> None:
-        """Remove the folder, its lock last; what could not be moved stays for the next run."""
+        """Remove the folder, its lock last; files not moved stay for the next run."""
         if self.is_sealed:
             self._lock.close()
             return
@@ -142,14 +142,14 @@ class UnfinishedFolder:
         return sorted(name for name in found if str(name) not in own)
 
     def _word(self) -> str:
-        """Return the word that only this folder's seal holds."""
+        """Return the unique content of this folder's seal."""
         status = self.path.lstat()
         return f"{status.st_dev} {status.st_ino}"
 
 
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
-    """Hold a folder for this run alone: two that move at once would mix."""
+    """Lock a folder for this run: renames of two runs would mix."""
     if fcntl is None:
         yield
         return

@@ -102,19 +102,19 @@ class Outputs:
 
             from umbra.sun.clock import find_stamps  # noqa: PLC0415
 
-            # In UTC no time is missing or doubled: what fails here fails everywhere.
+            # UTC has no missing or repeated times: what fails here fails in every zone.
             find_stamps(dt.date(2000, 1, 1), self.at, "UTC")
 
     @property
     def endings(self) -> tuple[str, ...]:
-        """Endings of the pictures' files; none where nothing is drawn."""
+        """Endings of the pictures' files; none if nothing is drawn."""
         if not self.pictures and not self.sheet:
             return ()
         return ("png", *(name for name in self.formats if name in DRAWN))
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Formats other than of pictures."""
+        """Formats other than pictures."""
         return tuple(name for name in self.formats if name not in DRAWN)
 
     def check_receivers(self, receivers: str) -> None:

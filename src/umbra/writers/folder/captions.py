@@ -38,8 +38,8 @@ __all__ = [
 ]
 
 MOST_PANELS = 12
-"""Most dates with a map of their own; of more dates every n-th is shown."""
-FEW = 4  # dates that are named one by one
+"""Most dates with separate maps; of more dates every n-th is shown."""
+FEW = 4  # most dates that are listed
 
 
 def choose_panels(study: Study) -> range:
@@ -49,7 +49,7 @@ def choose_panels(study: Study) -> range:
 
 
 def find_maps(study: Study, plan: Plan) -> tuple[list[Study], Plan]:
-    """Return the dates with a map, or the study of all, and the plan that tells their number."""
+    """Return the dates with a map, or the study of all, and the plan that states their number."""
     dates = split_dates(study)
     if len(dates) == 1:
         return dates, plan
@@ -166,7 +166,7 @@ def place_elevation(
     azimuth = float(study.facts["view_azimuth_deg"])  # type: ignore[arg-type]
     view = Elevation.of(azimuth, study.site.true_north)
     left = view.find_extent(model.scene, getattr(model, "shown", None))[0, 0]
-    # What an extent cuts off does not count.
+    # Parts outside the extent do not count.
     return x - max(left, float(x[0]) - study.grid.dx / 2), y - study.ground
 
 

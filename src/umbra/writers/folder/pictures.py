@@ -46,11 +46,11 @@ __all__ = [
     "draw_surfaces",
 ]
 
-_MATTERS = 0.5  # hours lost that are in the picture, however far away
+_MATTERS = 0.5  # hours lost that the picture must include, at any distance
 MOST_DAYS = 4
-"""Up to this many dates each have pictures of their own as well."""
+"""Most dates that also get separate pictures."""
 _TILT = 35
-_ROOM = 12.0  # about points, at least [m]
+_ROOM = 12.0  # least margin around points [m]
 _CELLS = 1200  # along the plan of points
 
 
@@ -126,14 +126,14 @@ def _find_window(is_shown: NDArray[np.bool_]) -> tuple[slice, slice]:
 
 @dataclass(frozen=True, eq=False)
 class Sheets:
-    """What the pictures of a raster show."""
+    """Content of a raster's pictures."""
 
     plan: Plan  # of the hours
     preview: Preview  # of the first day
 
     @classmethod
     def of(cls, job: FolderJob) -> Self:
-        """Describe the hours; if anything is drawn, also how surfaces look."""
+        """Describe the hours and, if drawn, the appearance of surfaces."""
         study = job.study
         preview = make_preview(study, steps=choose_stamps(study.steps, job.outputs.at))
         plan = describe(job, preview, range(len(study.period.days)))
@@ -166,7 +166,7 @@ def draw_pictures(job: FolderJob, sheets: Sheets) -> list[str]:
 def _make_map(
     study: Study, shown: Sequence[Study], hours: NDArray, told: str = "", **more: Any
 ) -> DayMap:
-    """Make a map of hours; one of several bears its date, with sunrise, sunset and a remark."""
+    """Make a map of hours; one of several gets its date, sunrise, sunset and a remark."""
     if len(shown) == 1:
         return DayMap(hours, **more)
     remark = " · ".join(filter(None, [tell_daylight(study), told]))

@@ -26,7 +26,7 @@ __all__ = ["draw_sheet"]
 
 _SIDES = ("south", "east", "north", "west")
 MATTERS = 1 / 4
-"""Share of the time with the sun up: longer shadows must be on the sheet."""
+"""Share of the time with the sun up from which shadows must be on the sheet."""
 _MARGIN = 0.03  # of an elevation's length, on each side of it
 
 
@@ -82,7 +82,7 @@ def _find_window(
     study: Study, plan: Plan, options: StudyOptions
 ) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """
-    Return which part of the plan must be on the sheet, and the width and height that may be [m].
+    Return the part of the plan that must be on the sheet, and its largest width and height [m].
 
     The part is the lower left and upper right corner (2, 2) of the model and the shadows that
     matter.
@@ -98,7 +98,7 @@ def _find_window(
     if matters.any():
         x, y = study.x[matters.any(0)], study.y[matters.any(1)]
         model = np.array([np.minimum(model[0], (x[0], y[0])), np.maximum(model[1], (x[-1], y[-1]))])
-    if has_terrain(study.model.scene):  # beside which there is nothing to see
+    if has_terrain(study.model.scene):  # beyond which nothing is visible
         return np.clip([model[0] - room, model[1] + room], *whole), (x1 - x0, y1 - y0)
     return np.array([model[0] - room, model[1] + room]), (np.inf, np.inf)
 

@@ -199,7 +199,7 @@ def _name_casters(job: FolderJob) -> list[str]:
 
 
 def _note_standing(pins: Sequence["Pin"], say: Say) -> None:
-    """Tell the user which places of the rules are not in the open."""
+    """Report the rules' places that are not in the open."""
     found = [f"'{pin.name}' {pin.standing}" for pin in pins if pin.standing]
     if found:
         some = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")

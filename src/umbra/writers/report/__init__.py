@@ -1,5 +1,5 @@
 """
-The report: one HTML file that holds a whole study and asks nothing of the network.
+The report: a self-contained HTML file of a whole study, without network access.
 
 ``facts.py`` states the assumptions, ``tables.py`` and ``sample_tables.py`` lay out tables;
 ``data.py`` packs a raster, or surfaces and points, for the script, each instant as
@@ -209,5 +209,5 @@ def _sum_up(study: Study) -> list[tuple[str, str]]:
 
 
 def _say(hours: float) -> str:
-    """Write hours with as many digits as one reads."""
+    """Format hours with readable digits."""
     return f"{hours:,.0f} h" if hours >= 100 else f"{hours:.3g} h"

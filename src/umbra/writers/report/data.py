@@ -38,12 +38,12 @@ __all__ = [
 
 _BRIGHT, _SHADED, _INK = 0.9, 0.26, 0.7  # of a view's surfaces, their shade, and lines
 _VEIL = 0.06  # of the hours' colours, the deepest shade: they stay nearest to their own
-_FINE = 0.1  # cells whose places are told to a centimetre [m]
+_FINE = 0.1  # cell size below which positions have centimetres [m]
 _AXES = {"along": "along the view", "z": "z", "row": "row", "col": "column"}
 MOST_SQUARES = 1_500_000
 """Of all surfaces together; finer samples are not all shown."""
 MOST_TRIANGLES = 400_000
-"""Of the model; unsampled surfaces are left out first, then the smallest."""
+"""Most triangles of the model; unsampled surfaces are left out first, then the smallest."""
 _GROUND, _CONTEXT = -2, -1  # as a triangle's surface
 _MARGIN = 0.15  # of the model's size, by which the ground reaches farther
 
@@ -89,7 +89,7 @@ def make_plan_data(
 
 
 def tell_plan(study: Study, timeline: Timeline, own_hours: bool) -> str:
-    """Compare the page's cells and instants with the study's, in words."""
+    """Describe how the page's cells and instants differ from the study's."""
     rows, cols = timeline.shape
     cell = Plan(timeline.x, timeline.y).cell
     has_scale = study.kind.has_scale
@@ -212,7 +212,7 @@ def _pack_grids(
 
 
 def _list_surfaces(study: Study) -> dict[str, object]:
-    """Name parts and say how surfaces lie."""
+    """List names of parts, and orientations of surfaces."""
     arrays = {name: array for name, (_, array) in study.more.items() if name != "in_shadow"}
     azimuth = np.round(arrays["surface_azimuth"], 1)
     return {

@@ -49,7 +49,7 @@ _SHORT, _NAME = 14, 32  # letters of a cell that is not broken: a date; a name i
 
 
 def make_address(png: bytes) -> str:
-    """Return a picture as an address that holds it."""
+    """Return a picture as a data URL."""
     return f"data:image/png;base64,{base64.b64encode(png).decode()}"
 
 

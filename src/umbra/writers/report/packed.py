@@ -1,4 +1,4 @@
-"""What both kinds of page carry: the steps' clock and sun, and numbers packed into text."""
+"""Data of both kinds of page: the steps' clock and sun, and numbers packed into text."""
 
 import base64
 import datetime as dt

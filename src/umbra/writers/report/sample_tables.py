@@ -14,7 +14,7 @@ from umbra.writers.report.tables import NEVER, join_dates
 __all__ = ["MOST_ROWS", "list_receivers"]
 
 MOST_ROWS = 2000
-"""Of a table in the page, all dates together; the largest areas come first into it."""
+"""Most rows of a table in the page, all dates together; the largest areas are kept."""
 
 
 def list_receivers(study: Study) -> list[Table]:

@@ -1,7 +1,7 @@
 """
 Tables of a report: of several dates under one another, of figures, of verdicts.
 
-Others compare before with after, and tell whose sun is lost and who casts the shadow.
+Others compare before with after, by neighbours that lose sun and by casters.
 """
 
 from collections.abc import Callable, Sequence

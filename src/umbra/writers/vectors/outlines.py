@@ -1,5 +1,5 @@
 """
-The outlines of shadows on the ground as exact polygons.
+Outlines of shadows on the ground as exact polygons.
 
 The silhouette of each sun is projected along the light onto the ground plane and cut to
 the plan; what its loops wind around is in shadow (count != 0, the nonzero rule). The
@@ -68,7 +68,7 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
         )
         raise InputError(msg)
     grid, ground = study.grid, float(study.model.ground or 0.0)
-    # Where a house is wound inward is looked for on a raster; a large one need not be whole.
+    # Components wound inward are found on a raster; a large one may be coarser.
     sweep = PlaneSweep(study.model.caster, grid.coarser(TILE), ground)
     low = np.array([grid.x0 - grid.dx / 2, grid.y0 - grid.dy / 2])
     high = low + (grid.dx * grid.cols, grid.dy * grid.rows)
@@ -115,7 +115,7 @@ def resolve_shadow(
 
 
 def gather(node: object, found: list[Polygon]) -> None:
-    """Turn a tree of rings in rings into polygons with holes."""
+    """Convert a tree of nested rings to polygons with holes."""
     for outer in node.children:  # type: ignore[attr-defined]
         holes = [_orient(hole.polygon, -1) for hole in outer.children]
         found.append([_orient(outer.polygon, 1), *holes])
