@@ -71,7 +71,7 @@ def make_scene(
         _refuse_infinite(kept)
     kept = scene.parts
     bounds = scene.bounds()
-    # Whole metres, so that adding the origin back gives the file's own digits.
+    # Whole metres, so that adding the origin back restores the file's digits.
     far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
     origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
     if origin.any():
@@ -222,7 +222,7 @@ def pose(scene: Scene, time: float, animation: int | str = 0) -> Scene:
 def place_part(
     part: Part, binding: RigBinding, placed: Placed, bent: dict[tuple[int, int], Mesh]
 ) -> Part:
-    """Return a part where a rig's nodes, as from `Rig.place`, put it."""
+    """Return a part posed by a rig's nodes, as from `Rig.place`."""
     places, weights = placed
     shape, mesh = binding.shape, part.mesh
     if shape is not None:
