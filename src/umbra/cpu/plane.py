@@ -160,7 +160,7 @@ def _open_where_negative(
     cut = np.flatnonzero(caster.edge_faces[:, 1] == n_faces)
     if not len(cut):
         return caster
-    ends = placed[caster.edges[cut].ravel()].reshape(-1, 6)
+    ends = placed.take(caster.edges.take(cut, axis=0), axis=0).reshape(-1, 6)
     starts = np.array([0, len(cut)])
     winding = np.zeros((1, *shape), np.int32)
     diff = np.zeros((1, shape[0] + 1, shape[1]), np.int32)
