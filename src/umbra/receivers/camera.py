@@ -32,7 +32,7 @@ class CameraPicture(ReceiverKind):
     formats = ()
 
     def lay_out(self, request: Request) -> SeenRaster:
-        """Look at the model through a camera."""
+        """Find the surfaces visible to the camera."""
         level, _ = find_level(request.scene, self, request.options.ground)
         shown = request.find_shown()
         eye, target, fov = request.options.eye, request.options.target, request.options.fov

@@ -105,7 +105,7 @@ class PlanTile:
 
     @property
     def nothing(self) -> NDArray[np.bool_]:
-        """Where nothing receives, (rows, cols) bool."""
+        """Cells that do not receive, (rows, cols) bool."""
         if not self.model.has_end:
             return np.zeros(self.shape, np.bool_)
         return self.surface.face < 0

@@ -70,7 +70,7 @@ class ViewModel(Casting):
         return FrameCounter(alone, None, self.ground, self.threads, transmits=False)
 
     def make_tile(self, grid: Grid) -> "ViewTile":
-        """Look at the scene."""
+        """Make the receivers of a grid."""
         camera = self.make_camera(grid)
         return ViewTile(self, camera, *self.look(camera))
 

@@ -157,7 +157,7 @@ class OrthographicKind(ReceiverKind):
     rows: ClassVar[str]
 
     def lay_out(self, request: Request) -> SeenRaster:
-        """Look at the model from an azimuth."""
+        """Find the surfaces visible from an azimuth."""
         scene = request.scene
         level, _ = find_level(scene, self, request.options.ground)
         azimuth, tilt = find_direction(request.options.receivers)
