@@ -27,7 +27,7 @@ DEPTHS = {
 class Choice:
     """Chosen geometry of one object."""
 
-    geometry: dict[str, Any]  # as in the file; a GeometryInstance stands for its template
+    geometry: dict[str, Any]  # as in the file; a GeometryInstance represents its template
     shape: dict[str, Any]  # with surfaces: the geometry itself, or the template
     # A geometry of the same level whose semantics the shape may borrow
     lender: dict[str, Any] | None = None

@@ -128,7 +128,7 @@ class FileModel:
     is_afloat: bool = False
     is_high_in_metres: bool = False  # whether heights are in metres even where the CRS is in feet
     is_terrain: bool = False  # whether parts without a height may be stood on it
-    # Of a canopy, whose one part is made anew when the ground is known
+    # Of a canopy, whose one part is remade when the ground is known
     crowns: CrownRaster | None = None
 
 
