@@ -258,7 +258,7 @@ def directional_light(toward: ArrayLike, color: tuple[float, float, float] = WHI
     toward : (3,) float64
         Direction toward the light in the model's axes, of any length.
     color : (3,) float
-        What reaches a surface that faces it, linear RGB.
+        Light on a surface that faces it, linear RGB.
 
     Returns
     -------
