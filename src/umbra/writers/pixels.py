@@ -217,7 +217,7 @@ def _resize(values: NDArray, size: tuple[int, int]) -> NDArray[np.float32]:
 
 class PackedMasks:
     """
-    Masks at a bit a cell, unpacked one by one: all instants of a day in little memory.
+    Masks at one bit a cell, each unpacked when read: a day's instants in little memory.
 
     Parameters
     ----------

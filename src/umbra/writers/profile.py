@@ -34,7 +34,7 @@ def compose_profile(
     """
     Mix the tints of n stamps where their shadows, each (rows, cols), fall: sRGB, white elsewhere.
 
-    Shadows are taken one by one, so an iterator does; a ValueError says if they are not n.
+    Shadows are read in sequence and may be an iterator; ValueError if they are not n.
     """
     path = make_stamp_path(n).astype(np.float32)
     stamps = iter(shadows)

@@ -193,7 +193,7 @@ def _take_abandoned(path: Path) -> IO[bytes] | None:
 
 
 def _open_lock(path: Path) -> IO[bytes] | None:
-    """Open the lock of a folder, which is made anew if a killed run had none yet."""
+    """Open the lock of a folder; make it if a killed run had none yet."""
     try:
         return open(os.open(path / LOCK, os.O_RDWR | _BLOCKING_NOT), "rb+")  # noqa: PTH123
     except FileNotFoundError:

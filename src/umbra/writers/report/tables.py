@@ -60,7 +60,7 @@ def find_figures(study: Study) -> list[tuple[str, float, str]]:
     figures = [("sun above the horizon", study.up_hours, "h")]
     counted = study.kind.find_counted(study)
     hours = study.shadow_hours
-    if counted is None:  # a camera's pixels stand for nothing but themselves
+    if counted is None:  # a camera's pixels have no area
         seen = np.isfinite(hours)
         if isinstance(study, Study):
             seen &= study.is_of_model
