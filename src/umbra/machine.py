@@ -78,7 +78,7 @@ def _find_group_limit() -> float:
     """Return the lowest memory limit of the control groups of this process [byte]."""
     least = math.inf
     for path in _find_group_files():
-        with suppress(OSError, ValueError):  # it may say "max"
+        with suppress(OSError, ValueError):  # it may be "max"
             least = min(least, float(path.read_text(encoding="ascii")))
     return least
 

@@ -212,8 +212,8 @@ class FrameCounter:
         """
         Count the shadow volumes of casters that are not drawn, at each visible point.
 
-        Their light caps are in no depth buffer, so they are tested like sides. Visible casters are
-        counted alike, except at points on them, which lie within their caps.
+        Their light caps are in no depth buffer, so they are tested like sides. Drawn casters get
+        the same counts, except at points on them, which lie within their caps.
         """
         use_threads(self.threads)
         place = light.local(self.scene.origin)

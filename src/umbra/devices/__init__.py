@@ -1,7 +1,7 @@
 """
 Devices that count shadows: the CPU and OpenGL.
 
-    device.py    what a device gives     CountingDevice, TileCounters, FrameCounts
+    device.py    interfaces               CountingDevice, TileCounters, FrameCounts
     built_in.py  the CPU and OpenGL       CpuDevice, GlDevice
 
 ``StudyCounters`` counts a study's tiles on the requested device, or on the faster one. Importing

@@ -219,7 +219,7 @@ def _hides(f, p, n, d, tree, light):
         min(ab + ab_error, bc + bc_error, ca + ca_error) < 0.0
         and max(ab - ab_error, bc - bc_error, ca - ca_error) > 0.0
     ):
-        return _NO  # outside one edge, whatever the others
+        return _NO  # outside one edge: a miss
     if is_on or abs(ab) <= ab_error or abs(bc) <= bc_error or abs(ca) <= ca_error:
         return _UNSURE
     return _YES

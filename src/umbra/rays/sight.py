@@ -67,7 +67,7 @@ class Sight:
         return add_transmitting(view, self.transmitters, matrix, near, before, self.threads)
 
     def locate(self, view: DepthBuffer, camera: Camera) -> VisibleSurface:
-        """Find the visible points of a view of this camera; kept for the last view."""
+        """Find the visible points of a view of this camera; cached for the last view."""
         if self._seen is None or self._seen[0] is not view:
             self._seen = view, locate(view, camera, self.triangles, self.ground)
         return self._seen[1]

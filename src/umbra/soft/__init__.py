@@ -5,7 +5,7 @@ Soft shadows: the share of an area light that each visible point sees.
     samples.py  many hard shadows averaged: the reference      visibility(...)
     wedges.py   hard count, corrected along silhouette edges   visibility(...)
     complexity.py  casters counted at spots of the light       visibility(...)
-    coverage.py, parts.py  their kernels: where to look, what part of the light an edge takes
+    coverage.py, parts.py  their kernels: wedges of edges, part of the light hidden by an edge
     weng.py     scaled layers of the hard volume, stacked      visibility(...)
 
 A method is a module with a function ``visibility(counter, view, frame, camera, light)`` that
@@ -42,7 +42,7 @@ SUN_RADIUS = 0.2665
 
 
 def find_middles(lights: "Sequence[Light | AreaLight]") -> list[Light]:
-    """Return the point or directional lights at the centres of lights."""
+    """Return the lights at the centres of area lights."""
     return [light.light if isinstance(light, AreaLight) else light for light in lights]
 
 
@@ -137,7 +137,7 @@ def ball_light(light: Light, radius: float) -> AreaLight:
     Parameters
     ----------
     light : Light
-        Its middle.
+        Light at the centre.
     radius : float
         Radius [m] of a ball; for a directional light the angular radius of the disc [degrees],
         `SUN_RADIUS` for the sun.
@@ -191,7 +191,7 @@ def rectangle_light(light: Light, edge_u: ArrayLike, edge_v: ArrayLike) -> AreaL
     Parameters
     ----------
     light : Light
-        Its middle.
+        Light at the centre.
     edge_u, edge_v : (3,) float64
         Sides, full length [m].
 

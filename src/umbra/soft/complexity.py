@@ -68,7 +68,7 @@ class EdgeTable(NamedTuple):
     weight : (n,) float64
         Half the weight of the pair, see ``umbra.volume.adjacency``.
     turn : (n,) float64
-        -1 where the faces are wound alike along the edge, else 1.
+        -1 where the faces have the same direction along the edge, else 1.
     wedges : (n, 4, 4) float64
         Planes from ``make_planes``.
     """

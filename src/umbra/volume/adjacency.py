@@ -119,7 +119,7 @@ class Caster:
 
     def without(self, faces: NDArray[np.intp]) -> "Caster":
         """
-        Return the caster without the shadows of some faces: those that hold a light.
+        Return the caster without the shadows of some faces, which hold a light.
 
         They count as edge-on for every light, and their components follow the open rule: the light
         is neither inside nor outside them.

@@ -3,9 +3,9 @@ Culling for a frame: casters out of the light's range, volumes out of view.
 
 All tests are conservative: culled parts cannot change the picture. Regions are inward planes (a, b,
 c, d), a point x being inside where a x + b y + c z + d w is not negative in any; shapes are convex
-hulls of homogeneous points, (direction, 0) being infinitely far. So volumes that end at infinity or
-on a floor are treated alike. Rectangles of pixels are (left, top, right, bottom), right and bottom
-exclusive; row 0 is the top.
+hulls of homogeneous points, (direction, 0) being infinitely far. So volumes may end at infinity or
+on a floor. Rectangles of pixels are (left, top, right, bottom), right and bottom exclusive; row 0
+is the top.
 
 Source: McGuire et al. 2003, sections 5 and 6.
 """

@@ -15,8 +15,8 @@ Segments are stored in blocks of 16 in float32 and tested there; a margin bounds
 rounding. Segments with ends farther than the margin from the light's plane are decided; the few
 others, and edges that are no segments, get the exact test of brute force. So results are identical.
 
-Sources: Hertzmann and Zorin 2000, section 4; Wallner 2008, section 3, with the
-corrections of docs/papers.md: duals of faces, scaled about the middle.
+Sources: Hertzmann and Zorin 2000, section 4; Wallner 2008, section 3, with the corrections of
+docs/papers.md: duals of faces, scaled about the centre.
 """
 
 from abc import ABC, abstractmethod
@@ -315,8 +315,8 @@ def _ask_edges(edges, light, planes, edge_faces, turn, component, is_closed, cod
         code = edge << 2 | np.int32(lit)
         found = lit ^ (two > 0.0) ^ turn[edge]
         if (one == 0.0 or two == 0.0) and not is_closed[component[min(a, b)]]:
-            # Only the other face adds: a as it stands; b along the edge against a if the
-            # pair is consistently wound, along it with a if not.
+            # Only the other face adds: a in its own direction; b opposite to a along the edge if
+            # the pair is consistently wound, else the same.
             found = (one == 0.0) ^ (two == 0.0)
             code |= 2
             if one == 0.0:

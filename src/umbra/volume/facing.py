@@ -232,8 +232,8 @@ def _drop_edge_on(
             edge_on = (side == 0) & is_open
             one = np.flatnonzero(edge_on[a] ^ edge_on[b])
             mine = mine[~(edge_on[a] | edge_on[b])[mine >> 2]]
-            # The face that still adds: a as it stands; b along the edge against a if
-            # the pair is consistently wound, along it with a if not.
+            # The face that still adds: a in its own direction; b opposite to a along the edge if
+            # the pair is consistently wound, else the same.
             lit = np.where(
                 edge_on[b[one]], side[a[one]] > 0, (side[b[one]] > 0) == caster.turn[one]
             )
