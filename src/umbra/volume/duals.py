@@ -66,7 +66,8 @@ class Fit:
     """
     Scaling of a caster into the cube from -1 to 1.
 
-    ``centre`` is the midpoint of the used vertices, ``reach`` their greatest distance from it [m].
+    ``centre`` is that of the used vertices' bounds; no vertex is farther from it than ``reach``
+    [m].
     """
 
     centre: NDArray[np.float64]
