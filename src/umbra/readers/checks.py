@@ -62,7 +62,7 @@ def errors_of(what: str, **data: object) -> Iterator[None]:
 
 
 def need(module: str, extra: str, what: str) -> Any:
-    """Import a package of an extra that a format needs; an error says how to install it."""
+    """Import a package of an extra that a format needs; an error states how to install it."""
     try:
         return import_module(module)
     except ImportError as error:

@@ -148,7 +148,7 @@ def _missing_edges(loops: list[list[int]], triangles: list[Corners]) -> dict[int
 def _split_at_corners(
     triangles: list[Corners], missing: dict[int, list[int]], flat: list[Point]
 ) -> list[Corners]:
-    """Split each triangle that spans dropped corners; take mended edges from ``missing``."""
+    """Split each triangle that spans dropped corners; take repaired edges from ``missing``."""
     mended: list[Corners] = []
     pending = list(triangles)
     while pending:

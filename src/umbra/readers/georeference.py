@@ -136,7 +136,7 @@ def locate(scene: Scene, bounds: NDArray[np.float64]) -> Scene:
     """
     Find latitude, longitude and true north from the CRS and the middle of the bounds (2, 3).
 
-    A note says so where the CRS is not known, or the place lies where it is not used.
+    A note reports an unknown CRS, or a place outside its area of use.
     """
     if scene.crs is None:
         return scene
@@ -265,7 +265,7 @@ def _reproject(
     used = soup.vertices[soup.faces.ravel(), :2]
     used = used[np.isfinite(used).all(1)]
     if not len(used):
-        return parts, crs  # make_scene says which vertices are not finite
+        return parts, crs  # make_scene reports vertices that are not finite
     middle = (used.min(0) + used.max(0)) / 2
     lon, lat = Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True).transform(*middle)
     if not (np.isfinite([lon, lat]).all() and abs(lat) <= 84):
@@ -304,7 +304,7 @@ def _move_plan(
 
 
 def _find_utm(crs: "CRS", lon: float, lat: float) -> str:
-    """Find the UTM zone at a place, on the same datum where there is one."""
+    """Find the UTM zone at a place, on the same datum if possible."""
     from pyproj.database import query_utm_crs_info  # noqa: PLC0415
 
     zone = int((lon + 180) % 360 // 6) + 1

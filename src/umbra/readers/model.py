@@ -88,7 +88,7 @@ class ReadChoices:
     crowns: Crowns | None = None  # which rasters are canopies
     allow_outside: bool = False  # whether a model may name files outside its own folder
     size: int = 0  # of the file [byte], which bounds what reading it may take
-    # Those of each model that was read: the scene depends on what they record
+    # Companions of each model read: the scene depends on their records
     opened: list[Companions] = field(default_factory=list, repr=False, compare=False)
 
     def companions_of(self, path: Path) -> Companions:
