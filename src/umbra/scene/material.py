@@ -119,7 +119,7 @@ class Material:
     opacity : float
         1 is opaque; multiplies the texture's alpha if ``alpha_mode`` is ``blend``.
     emission : (3,) float
-        Radiance of its own, linear RGB.
+        Emitted radiance, linear RGB.
     is_unlit : bool
         Whether its colour ignores light and shadow.
     alpha_mode : {'opaque', 'mask', 'blend'}

@@ -74,13 +74,13 @@ class Scene(Exchange):
     crs : str, optional
         Coordinate reference system of the model's own coordinates.
     latitude, longitude : float, optional
-        Of the site, if the file says so [degrees].
+        Of the site, if the file states it [degrees].
     elevation : float, optional
-        Of the site above the sea, if the file says so [m].
+        Of the site above the sea, if the file states it [m].
     true_north : float, optional
         Azimuth of true north in the model's plan, clockwise from +y [degrees].
     ground : float, optional
-        Height of the level ground, if the file says so, in the model's own
+        Height of the level ground, if the file states it, in the model's own
         coordinates [m].
     sources : tuple of Source
     notes : tuple of str
