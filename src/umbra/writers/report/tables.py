@@ -34,7 +34,7 @@ def join_dates(study: Study, make: Callable[[Study], Table | None]) -> Table | N
     Make a table of each of a study's dates, and put them under one another.
 
     ``make`` returns the table of a study of one date, or of sums. Several dates are named in a
-    first column; of sums the title says so. None where no date has a table.
+    first column, sums in the title. None if no date has a table.
     """
     dates = split_dates(study)
     found = [(tell_dates(one), table) for one in dates if (table := make(one)) is not None]

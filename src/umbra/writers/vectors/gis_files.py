@@ -161,7 +161,7 @@ def write_geotiff(
     x (cols,) and y (rows,) are cell centres, ascending [m]; the file's first row is the
     northernmost. Bands are (name, unit, (rows, cols) float32), NaN is nodata; ``cell`` is the
     width and height of a cell [m]. Without a CRS the file has coordinates, but no system. Facts
-    are kept as tags. An `UmbraError` says that the file cannot be written.
+    are kept as tags. Raises UmbraError if the file cannot be written.
     """
     import rasterio  # noqa: PLC0415  (an extra)
     import rasterio.errors  # noqa: PLC0415

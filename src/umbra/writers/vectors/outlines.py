@@ -59,7 +59,7 @@ def find_outlines(study: Study, moments: Sequence[Moment] | None = None) -> Iter
     """
     Outline the shadow on the ground at some moments, whole hours by default.
 
-    An `InputError` says that the receivers are not the ground.
+    Raises InputError if the receivers are not the ground.
     """
     if not study.kind.is_level:
         msg = (
@@ -134,11 +134,11 @@ def trace_loops(
     edges: NDArray[np.int32], multiplicity: NDArray[np.int64]
 ) -> list[NDArray[np.int32]]:
     """
-    Walk along directed edges (n, 2), each as often as its multiplicity (n,) > 0, in closed loops.
+    Trace closed loops of directed edges (n, 2), each used by its multiplicity (n,) > 0.
 
-    At every vertex as many edges leave as arrive, counted with multiplicity: from any vertex a
-    walk along unused edges can only end where it began. How the edges are shared out among loops
-    does not matter: the winding number about a point is the sum over all edges, and stays that.
+    At every vertex as many edges leave as arrive, counted with multiplicity, so a walk along
+    unused edges can only end where it began. Any division into loops will do: the winding number
+    about a point is a sum over all edges.
     The first vertex of a loop is not repeated.
     """
     if not len(edges):
