@@ -185,6 +185,15 @@ def test_trees_share_a_shape_wherever_it_stands_in_the_file(read):
     assert "implicit geometries left out whose shape the file does not hold: 1" in lost.notes[0]
 
 
+def test_shared_shapes_in_metres_are_left_out_of_a_city_in_degrees(read):
+    crown = surfaces(*(polygon(c) for _, c in prism()), name="crown")
+    inline = f"<c:relativeGMLGeometry>{crown}</c:relativeGMLGeometry>"
+    faces = [(k, [(48 + y * 1e-5, 16 + x * 1e-5, z) for x, y, z in c]) for k, c in prism()]
+    scene = read(city(building(faces=faces), tree("t", "48 16 0", inline), crs="EPSG:4979"))
+    assert {part.name for part in scene.parts} == {"house"}
+    assert "implicit geometries left out, as the CRS is in degrees: 1" in notes(scene)
+
+
 @pytest.mark.parametrize("first", [True, False])
 def test_a_wall_that_two_buildings_share(read, first):
     west, east = prism(0), prism(4)

@@ -24,7 +24,7 @@ from umbra.readers.citygml_objects import HREF, FeatureReader, id_of, name_of
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.cityjson_choice import DEPTHS, flatten
 from umbra.readers.formats import GZIP, ZIP, find_members
-from umbra.readers.georeference import find_axis_orders, is_same_plan, name_crs
+from umbra.readers.georeference import find_axis_orders, is_in_degrees, is_same_plan, name_crs
 from umbra.readers.model import FileModel, ReadChoices, turn_up
 
 __all__ = ["read_citygml"]
@@ -71,7 +71,7 @@ class _City:
         """Read the city's members as features of CityJSON."""
         reader = FeatureReader(self.templates, self._counts, self._budget)
         later = []
-        for member in self._find_members(reader):
+        for member in self._find_members():
             feature = reader.read(member)
             if feature is None:
                 later.append(member)
@@ -86,7 +86,7 @@ class _City:
                 if feature is not None:
                     yield self._place(feature)
 
-    def _find_members(self, reader: FeatureReader) -> Iterator[Any]:
+    def _find_members(self) -> Iterator[Any]:
         """Iterate over the members; set the version and the CRS."""
         for root, element in self._parse((*_MEMBERS, "Envelope")):
             if not self.version:
@@ -150,7 +150,13 @@ class _City:
                     raise InputError(msg, line=line) from error
 
     def _place(self, feature: dict[str, Any]) -> dict[str, Any]:
-        """Reorder a feature's vertices to east, north, up."""
+        """Reorder a feature's vertices to east, north, up; leave out shapes in degrees."""
+        if self.crs is not None and is_in_degrees(self.crs):
+            for item in feature["CityObjects"].values():
+                shapes = item["geometry"]
+                item["geometry"] = [g for g in shapes if g["type"] != "GeometryInstance"]
+                lost = len(shapes) - len(item["geometry"])
+                self._counts["implicit geometries left out, as the CRS is in degrees"] += lost
         vertices: NDArray[np.float64] = feature["vertices"]
         if self._swaps is None and self.crs is not None and len(vertices):
             says, orders = find_axis_orders(self.crs, vertices[0])

@@ -90,7 +90,6 @@ class FeatureReader:
         before, self._lacks = self._counts.copy(), False
         self._coordinates: list[float] = []
         self._objects: dict[str, Any] = {}
-        self._rings: dict[str, list[list[list[int]]]] = {}
         self._local: dict[str, Any] | None = None
         self._member = member
         for element in member:
@@ -112,7 +111,7 @@ class FeatureReader:
         self._objects[name] = item
         themes: dict[str, list[tuple[str, Any]]] = {}
         solids: list[tuple[str, Any]] = []
-        for level, shape, theme in self._walk(element, name, kind):
+        for level, shape, theme in self._walk(element, name):
             if theme:
                 themes.setdefault(level, []).append((theme, shape))
             else:
@@ -135,7 +134,7 @@ class FeatureReader:
         elif parent is not None:
             self._objects[parent]["children"].append(name)
 
-    def _walk(self, element: Any, name: str, kind: str) -> Iterator[tuple[str, Any, str]]:
+    def _walk(self, element: Any, name: str) -> Iterator[tuple[str, Any, str]]:
         """Return an object's geometries: level, element, and kind for surfaces."""
         for prop in element:
             outer = name_of(prop)
@@ -152,7 +151,7 @@ class FeatureReader:
                 if inner in _INDOORS:
                     self._counts["rooms and furniture left out (indoors)"] += 1
                 elif inner in _SURFACES:
-                    for level, shape, own in self._walk(child, name, inner):
+                    for level, shape, own in self._walk(child, name):
                         yield level, shape, own or inner
                 elif len(child):
                     self._read_object(child, name)

@@ -20,6 +20,7 @@ __all__ = [
     "bring_to",
     "find_axis_orders",
     "find_plan_unit",
+    "is_in_degrees",
     "is_known",
     "is_same_plan",
     "locate",
@@ -77,6 +78,12 @@ def is_known(crs: str) -> bool:
     """Return whether PROJ knows this CRS, and it is projected or geographic."""
     found = _find_crs(crs)
     return found is not None and (found.is_projected or found.is_geographic)
+
+
+def is_in_degrees(crs: str) -> bool:
+    """Return whether a CRS is known and geographic, so that its plan is in degrees."""
+    found = _find_crs(crs)
+    return found is not None and found.is_geographic
 
 
 def is_same_plan(one: str, other: str) -> bool:
