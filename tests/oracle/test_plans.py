@@ -21,6 +21,8 @@ from support.shapes import (
 
 from umbra.cpu.height_field import HeightFieldSweep
 from umbra.cpu.plane import PlaneSweep
+from umbra.receivers.zenith import find_surface
+from umbra.scene import make_scene
 from umbra.scene.grid import Grid
 from umbra.volume.adjacency import make_caster
 
@@ -241,3 +243,14 @@ def test_any_plan_of_anything(mesh, place, suns, height):
     # Whole metres and whole suns put many cells on edges; none else may differ.
     judge_plane(mesh, grid, suns, height=height)[0].check(most_on_edges=0.25)
     judge_field(mesh, grid, suns, ground=height)[0].check(most_on_edges=0.25)
+
+
+def test_roofs_whose_corners_share_an_x_or_a_y_are_seen_from_above():
+    # Each face has two corners with one x and two with one y: none is a wall.
+    roof = np.array([[0, 0, 7], [4, 0, 7], [4, 3, 7], [0, 3, 7.0]])
+    surface = find_surface(
+        make_scene(roof, np.array([[0, 1, 2], [0, 2, 3]])).triangles(),
+        Grid(0.5, 0.5, 1.0, 1.0, 4, 3), 0.0,
+    )  # fmt: skip
+    assert (surface.face >= 0).all()
+    np.testing.assert_array_equal(surface.heights, np.full((3, 4), 7.0))

@@ -6,6 +6,7 @@ from support.shapes import box
 
 from umbra.errors import InputError
 from umbra.scene import Mesh, Part, directional_light, make_scene, point_light, spot_light
+from umbra.scene.mesh import transform_points
 
 VERTICES, FACES = box((0, 0, 0), (1, 2, 3))
 
@@ -40,6 +41,15 @@ def test_instances_stand_where_they_are_put_and_mirrors_are_rewound():
         assert volume(scene.triangles([part])) == pytest.approx(6)
     np.testing.assert_array_equal(scene.bounds(), [[-1, 0, 0], [11, 2, 3]])
     assert scene.triangles().part.tolist() == [0] * 12 + [1] * 12 + [2] * 12
+
+
+def test_each_of_very_many_vertices_moves_by_itself():
+    points = np.random.default_rng(3).uniform(-5, 5, (40_000, 3))
+    turn = np.array([[0, -1, 0, 100], [2, 0, 0, -7], [0, 0, 1, 0.5], [0, 0, 0, 1]])
+    x, y, z = points.T
+    np.testing.assert_allclose(
+        transform_points(turn, points), np.column_stack([100 - y, 2 * x - 7, z + 0.5])
+    )
 
 
 def test_an_origin_moves_instances_too():

@@ -117,6 +117,13 @@ def test_default_extent_holds_the_profile_s_shadows_too():
         assert result.x.max() >= x.max()
 
 
+def test_each_ground_of_one_scene_has_its_own_default_extent():
+    scene = make_scene(*HOUSE)
+    high, low = (study(scene, ground=ground) for ground in (0.0, -40.0))
+    np.testing.assert_array_equal(low.x, study(ground=-40.0).x)  # another scene, nothing kept
+    assert high.y[-1] - high.y[0] < low.y[-1] - low.y[0]  # 40 m of slope more
+
+
 def test_default_extent_is_bounded_at_dawn():
     result = study(start="04:50", end="06:00", every="5min")
     assert float(result.sun_altitude.min()) < 2  # shadows of 280 m and more
