@@ -1,13 +1,13 @@
 """Options as fields of a record, described for the command line and Python."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import MISSING, dataclass, field, fields
 from numbers import Integral, Real
 from typing import Any
 
 from umbra.errors import InputError
 
-__all__ = ["Option", "check_types", "list_options", "option"]
+__all__ = ["Option", "check_types", "list_options", "option", "read_texts"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +19,7 @@ class Option:
     ----------
     type : str
         ``number``, ``whole``, ``length``, ``numbers``, ``size``, ``choice``, ``patterns``,
-        ``texts``; or ``text``, ``flag``, ``dates``, ``table``, ``path`` and ``any``, checked where
+        ``texts``, ``flag``; or ``text``, ``dates``, ``table``, ``path`` and ``any``, checked where
         they are used.
     help : str
         Help text of the command line.
@@ -107,6 +107,17 @@ def check_types(record: Any) -> None:
             object.__setattr__(record, name, check(name, said, value))
 
 
+def read_texts(name: str, value: Any) -> tuple[str, ...]:
+    """Return one text or several as a tuple, or raise an InputError about the option ``name``."""
+    try:
+        found = (value,) if isinstance(value, str) else tuple(value or ())
+    except TypeError:
+        found = (None,)
+    if not all(isinstance(one, str) for one in found):
+        raise _refuse(name, "is text, or several texts", value)
+    return found
+
+
 def _refuse(name: str, what: str, value: object) -> InputError:
     return InputError(f"{name} {what}; got {value!r}", option=name)
 
@@ -114,7 +125,7 @@ def _refuse(name: str, what: str, value: object) -> InputError:
 def _check_number(name: str, said: Option, value: Any) -> Any:
     is_whole = said.type == "whole"
     kind: Any = Integral if is_whole else Real
-    if not isinstance(value, kind):
+    if not isinstance(value, kind) or isinstance(value, bool):
         raise _refuse(name, "is a whole number" if is_whole else "is a number", value)
     if said.least is not None and value < said.least:
         raise _refuse(name, f"must be at least {said.least}", value)
@@ -144,10 +155,13 @@ def _check_numbers(name: str, said: Option, value: Any) -> tuple:
 
 
 def _check_texts(name: str, _: Option, value: Any) -> tuple[str, ...]:
-    found = (value,) if isinstance(value, str) else tuple(value or ())
-    if not all(isinstance(one, str) for one in found):
-        raise _refuse(name, "is made of text", value)
-    return found
+    return read_texts(name, value)
+
+
+def _check_flag(name: str, _: Option, value: Any) -> bool:
+    if not isinstance(value, Hashable) or value not in {True, False}:
+        raise _refuse(name, "is True or False", value)
+    return bool(value)
 
 
 def _check_choice(name: str, said: Option, value: Any) -> Any:
@@ -166,4 +180,5 @@ _CHECKS: dict[str, Callable[[str, Option, Any], Any]] = {
     "patterns": _check_texts,
     "texts": _check_texts,
     "choice": _check_choice,
+    "flag": _check_flag,
 }

@@ -86,8 +86,10 @@ def test_with_geopandas_and_a_crs_a_table_is_given():
         ((0, 1, -0.1), {}, r"1 directions come from below the horizon \(first: row 0\)"),
         (umbra.point_light((0, 0, 9)), {}, "a lamp at a place has w = 1"),
         ((0, 0, 0), {}, "points nowhere"),
-        ("noon", {}, "sun are an array"),
+        ("noon", {}, "sun= takes an array"),
         ((0, 0, 1), {"plane": np.nan}, "must be a finite number"),
+        ((0, 0, 1), {"plane": "roof"}, "must be a finite number; got 'roof'"),
+        ((0, 0, 1), {"no_cast": 3}, "no_cast is text, or several texts; got 3"),
         ((0, 0, 1), {"cast": "tree"}, "'tree' matches no part"),
     ],
 )

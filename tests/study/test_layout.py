@@ -173,6 +173,21 @@ def test_wrong_options_are_refused_in_one_line(options, words):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"no_cast": 3}, "no_cast is text, or several texts; got 3"),
+        ({"cast": [3]}, r"cast is text, or several texts; got \[3\]"),
+        ({"masks": "yes"}, "masks is True or False; got 'yes'"),
+        ({"threads": True}, "threads is a whole number; got True"),
+        ({"date": 20260321}, "'20260321' is not a date"),
+    ],
+)
+def test_wrong_types_are_refused_in_one_line(options, words):
+    with pytest.raises(InputError, match=words):
+        study(**options)
+
+
 @pytest.mark.parametrize("gigabytes", [0.5, 4.0, 64.0])
 @pytest.mark.parametrize("masks", [False, True])
 @pytest.mark.parametrize("extent", [None, (0, 0, 17, 6.3)])

@@ -6,6 +6,7 @@ Shadows on a level plane are also outlined, as exact polygons.
 
 from collections.abc import Sequence
 from importlib.util import find_spec
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,6 +16,7 @@ from umbra.calls.arguments import check_scene
 from umbra.casters.casting import prepare_casting
 from umbra.devices import check_device
 from umbra.errors import InputError
+from umbra.options import read_texts
 from umbra.rays.hidden import find_hidden_from
 from umbra.scene import Light, Scene
 from umbra.scene.exchange import import_package
@@ -114,7 +116,7 @@ def count(
     normals = np.full(places.shape, np.nan)
     if points.shape[1] > _PLACE:
         normals[:] = points[:, _PLACE:]
-    chosen = [(one,) if isinstance(one, str) else tuple(one) for one in (cast, no_cast)]
+    chosen = [read_texts(name, one) for name, one in (("cast", cast), ("no_cast", no_cast))]
     tree = prepare_casting(scene, scene.select(*chosen), threads).tree
     block = max(int(_WORK / (9 * len(lights))), 1)
     found = []
@@ -168,7 +170,7 @@ def _check_array(name: str, given: ArrayLike, columns: tuple[int, ...]) -> NDArr
     shapes = " or ".join(f"(n, {count})" for count in columns)
     if array.ndim != 2 or array.shape[1] not in columns or not len(array):
         shape = np.shape(array) if array.size else f"{given!r:.60}"
-        msg = f"{name} are an array {shapes} of numbers; got {shape}"
+        msg = f"{name}= takes an array {shapes} of numbers; got {shape}"
         raise InputError(msg, option=name)
     wrong = np.flatnonzero(~np.isfinite(array).all(1))
     if len(wrong):
@@ -205,12 +207,16 @@ def _check_weights(given: ArrayLike, lights: int) -> NDArray[np.float64]:
         weights = np.array(given, np.float64)
     except (TypeError, ValueError):
         weights = np.zeros(0)
-    if weights.ndim not in {1, 2} or len(weights) != lights or not np.isfinite(weights).all():
+    if weights.ndim not in {1, 2} or len(weights) != lights:
         msg = (
-            f"weights are finite numbers, one or one row for each of {lights} lights; "
+            f"weights are numbers, one or one row for each of {lights} lights; "
             f"got shape {weights.shape}"
         )
         raise InputError(msg, option="weights")
+    wrong = np.flatnonzero(~np.isfinite(weights.reshape(lights, -1)).all(1))
+    if len(wrong):
+        msg = f"{len(wrong)} weights are not finite (first: that of light {wrong[0]})"
+        raise InputError(msg, option="weights", row=int(wrong[0]))
     return weights
 
 
@@ -259,9 +265,9 @@ def shadow_polygons(
     for package in ("shapely", "pyclipr"):
         import_package(package, "shadow_polygons")
     directions = _find_directions(sun)
-    chosen = [(one,) if isinstance(one, str) else tuple(one) for one in (cast, no_cast)]
-    if not np.isfinite(plane):
-        msg = f"the plane's height must be a finite number; got {plane}"
+    chosen = [read_texts(name, one) for name, one in (("cast", cast), ("no_cast", no_cast))]
+    if not isinstance(plane, Real) or not np.isfinite(plane):
+        msg = f"the plane's height must be a finite number; got {plane!r:.60}"
         raise InputError(msg, option="plane")
     found = _outline(scene, scene.select(*chosen), directions, float(plane))
     if scene.crs is None or find_spec("geopandas") is None:
@@ -282,7 +288,7 @@ def _find_directions(sun: Light | SunPath | ArrayLike) -> NDArray[np.float64]:
         given = sun.direction
     elif isinstance(sun, Light):
         given = sun.position
-    vectors = check_lights(np.atleast_2d(given) if np.ndim(given) < 2 else given, "sun")
+    vectors = check_lights([given] if np.ndim(given) == 1 else given, "sun")
     if vectors[:, 3].any():
         msg = "shadow_polygons takes directions; a lamp at a place has w = 1 (umbra.count takes it)"
         raise InputError(msg, option="sun")

@@ -324,7 +324,8 @@ def make_lights(lights: SomeLights) -> list[Light]:
     InputError
         If one is neither, or its w is not 0 or 1.
     """
-    given: list[Any] = [lights] if isinstance(lights, Light) else list(lights)  # type: ignore[arg-type]
+    is_one = isinstance(lights, (Light, str)) or not isinstance(lights, Iterable)
+    given: list[Any] = [lights] if is_one else list(lights)  # type: ignore[arg-type]
     if given and all(isinstance(one, Real) for one in given):
         given = [given]
     return [one if isinstance(one, Light) else _make_light(one) for one in given]

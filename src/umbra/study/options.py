@@ -202,7 +202,7 @@ class StudyOptions:
             raise InputError(msg, option="date")
         for name in ("receivers", "date"):
             if isinstance(getattr(self, name), Real):
-                object.__setattr__(self, name, f"{getattr(self, name):g}")
+                object.__setattr__(self, name, f"{getattr(self, name):.15g}")
         if not isinstance(self.receivers, str):
             msg = f"receivers are named by a str, such as 'top'; got {self.receivers!r}"
             raise InputError(msg, option="receivers")
