@@ -58,10 +58,7 @@ def clip_above(caster: Caster, height: float) -> Caster:
 
     # The new edge of a face runs from where its outline goes below to where it returns.
     cut, leaves, enters = _find_cut_faces(caster.faces, above)
-    cut_edges = np.stack([np.searchsorted(cuts, key(*m)) for m in (leaves, enters)], 1)
-    # Every other face of a wall touches its foot in a point only.
-    long = (points[cut_edges[:, 0]] != points[cut_edges[:, 1]]).any(1)
-    cut, cut_edges = cut[long], n + cut_edges[long]
+    cut_edges = n + np.stack([np.searchsorted(cuts, key(*m)) for m in (leaves, enters)], 1)
     closed = caster.face_is_closed[cut]
     partner = np.where(closed, len(caster.faces), cut)  # the last plane is never lit
     return replace(
