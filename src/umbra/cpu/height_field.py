@@ -26,6 +26,11 @@ __all__ = ["HeightFieldSweep", "Slopes"]
 # Fixed lengths, so that loops become vectors.
 _LANES = 32  # cells compared at once
 _ROWS = 16  # rows whose first and last cells are found at once
+_BELOW = 2.0**-10
+"""
+Depth below the lowest receiver at which sides end [m]: far above rounding, so that the end of a
+side decides for no cell, and shadows do not depend on which other cells are counted with it.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +86,7 @@ class HeightFieldSweep(Sweep):
     ) -> None:
         super().__init__(caster, grid, threads)
         self.slopes = slopes or Slopes.none()
-        self.floor = float(heights.min())
+        self.floor = float(heights.min()) - _BELOW
         self.heights = np.full((grid.rows, grid.cols + _LANES), np.inf)
         self.heights[:, : grid.cols] = heights
 
@@ -105,8 +110,8 @@ class HeightFieldSweep(Sweep):
         too_deep = np.zeros(len(suns), np.bool_)
         _sweep(
             self.ends, self.caster.weight, found.codes, found.starts, away, which,
-            self.heights, self.floor, self.slopes.cells, self.slopes.face, self._face_sun(suns),
-            level, out, counts, too_deep,
+            self.heights, self.floor, (grid.row, grid.col), self.slopes.cells, self.slopes.face,
+            self._face_sun(suns), level, out, counts, too_deep,
         )  # fmt: skip
         return too_deep
 
@@ -129,10 +134,11 @@ class HeightFieldSweep(Sweep):
 
 
 @njit(cache=True, nogil=True, boundscheck=False, fastmath={"nsz", "nnan"})
-def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
+def _fill(ends, weight, codes, sx, sy, sz, heights, floor, corner, level, load):
     """Add each side's multiplicity to the cells below it; True if counts could overflow."""
-    rows, wide = level.shape
-    cols = wide - _LANES
+    row, col = corner
+    south, north = np.float64(row), np.float64(row + level.shape[0])
+    west, east = np.float64(col), np.float64(col + level.shape[1] - _LANES)
     kx = sx / sz
     ky = sy / sz
     deepest = 0
@@ -166,13 +172,13 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
         y3 = y1 - drop1 * ky
         low = min(min(y0, y1), min(y2, y3))
         high = max(max(y0, y1), max(y2, y3))
-        r0 = np.int64(np.ceil(min(max(low, 0.0), np.float64(rows))))
-        r1 = np.int64(np.ceil(min(max(high, 0.0), np.float64(rows))))
+        r0 = np.int64(np.ceil(min(max(low, south), north)))
+        r1 = np.int64(np.ceil(min(max(high, south), north)))
         if r0 >= r1:
             continue
         # Lines that nearly coincide may cross anywhere: stay within the corners.
-        least = max(np.floor(min(min(x0, x1), min(x2, x3))), 0.0)
-        most = min(np.ceil(max(max(x0, x1), max(x2, x3))), np.float64(cols))
+        least = max(np.floor(min(min(x0, x1), min(x2, x3))), west)
+        most = min(np.ceil(max(max(x0, x1), max(x2, x3))), east)
         if least >= most:
             continue
         # Each bounding line is x = p + q * y, computed from a vertex and a direction that
@@ -205,8 +211,8 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
         gx = (sz * ey - (bz - az) * sy) / -up
         gy = ((bz - az) * sx - sz * ex) / -up
         base = az - gx * x0 - gy * y0
-        load[r0] += abs(m)
-        load[r1] -= abs(m)
+        load[r0 - row] += abs(m)
+        load[r1 - row] -= abs(m)
         deepest += abs(m)
         for top in range(r0, r1, _ROWS):
             widest = np.int32(0)
@@ -220,21 +226,24 @@ def _fill(ends, weight, codes, sx, sy, sz, heights, floor, level, load):
             for r in range(top, min(r1, top + _ROWS)):
                 c = np.int64(first[r - top])
                 rest = np.int64(end[r - top]) - c
-                at = base + gy * r + gx * c
+                x = np.float64(c)
+                at = base + gy * r
+                i = r - row
+                c -= col
                 if widest <= 1:
-                    level[r, c] += m if (heights[r, c] < at) & (rest > 0) else 0
+                    level[i, c] += m if (heights[i, c] < at + gx * x) & (rest > 0) else 0
                     continue
                 # A row without cells runs once: cheaper than a mispredicted branch.
                 while True:
-                    z = heights[r, c : c + _LANES]
-                    n = level[r, c : c + _LANES]
+                    z = heights[i, c : c + _LANES]
+                    n = level[i, c : c + _LANES]
                     for t in range(_LANES):
-                        n[t] += m if (z[t] < at + gx * t) & (t < rest) else 0
+                        n[t] += m if (z[t] < at + gx * (x + t)) & (t < rest) else 0
                     c += _LANES
                     rest -= _LANES
                     if rest <= 0:
                         break
-                    at = base + gy * r + gx * c
+                    x += _LANES
     limit = 32_767 if level.itemsize == 2 else 2_147_483_647
     return bound_counts(load, deepest, limit) > limit
 
@@ -256,7 +265,7 @@ def _add_steps(level, out, cells, face, lit, sun):
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
 def _sweep(
-    ends, weight, codes, starts, away, which, heights, floor, cells, face, lit,
+    ends, weight, codes, starts, away, which, heights, floor, corner, cells, face, lit,
     level, out, counts, too_deep,
 ):  # fmt: skip
     """Count ``which`` suns as the plane's sweep does, in each thread's buffers."""
@@ -267,7 +276,7 @@ def _sweep(
         load = np.zeros(level.shape[1] + 1, np.int64)
         too_deep[s] = _fill(
             ends, weight, codes[starts[s] : starts[s + 1]],
-            away[s, 0], away[s, 1], away[s, 2], heights, floor, level[t], load,
+            away[s, 0], away[s, 1], away[s, 2], heights, floor, corner, level[t], load,
         )  # fmt: skip
         if keep and not too_deep[s]:
             counts[s, :, :] = level[t, :, : counts.shape[2]]

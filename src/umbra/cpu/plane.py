@@ -117,7 +117,7 @@ class PlaneSweep(Sweep):
             # Offset from cell centres, so that edges along the raster miss the sample points.
             placed = grid.to_cells(clipped.vertices, ASIDE)
             placed[:, 2] -= height
-            opened = _open_where_negative(clipped, placed, (grid.rows, grid.cols))
+            opened = _open_where_negative(clipped, placed, grid)
             return opened, opened.ends(placed)
 
         opened, self.ends = derive(caster, "cut", (grid, height), cut)
@@ -138,14 +138,12 @@ class PlaneSweep(Sweep):
         too_deep = np.zeros(len(suns), np.bool_)
         _sweep(
             self.ends, self.caster.weight, found.codes, found.starts, slope, which,
-            diff, out, masks, too_deep,
+            (grid.row, grid.col), diff, out, masks, too_deep,
         )  # fmt: skip
         return too_deep
 
 
-def _open_where_negative(
-    caster: Caster, placed: NDArray[np.float64], shape: tuple[int, int]
-) -> Caster:
+def _open_where_negative(caster: Caster, placed: NDArray[np.float64], grid: Grid) -> Caster:
     """
     Open the components for which the closed rule could miss a shadow.
 
@@ -162,13 +160,13 @@ def _open_where_negative(
         return caster
     ends = placed.take(caster.edges.take(cut, axis=0), axis=0).reshape(-1, 6)
     starts = np.array([0, len(cut)])
-    winding = np.zeros((1, *shape), np.int32)
-    diff = np.zeros((1, shape[0] + 1, shape[1]), np.int32)
+    winding = np.zeros((1, grid.rows, grid.cols), np.int32)
+    diff = np.zeros((1, grid.rows + 1, grid.cols), np.int32)
     codes = (np.arange(len(cut)) << 2 | 1).astype(np.int32)
     nothing = np.zeros((1, 1, 1), np.uint8)
     _sweep(
         ends, caster.weight[cut], codes, starts, np.zeros((1, 2)), np.zeros(1, np.int64),
-        diff, nothing, winding, np.zeros(1, np.bool_),
+        (grid.row, grid.col), diff, nothing, winding, np.zeros(1, np.bool_),
     )  # fmt: skip
     if winding.min() >= 0:
         return caster
@@ -176,7 +174,7 @@ def _open_where_negative(
     inward = caster.is_inward
     rest = caster.opened(inward)
     if inward.any() and (rest.is_closed != caster.is_closed).any():
-        return _open_where_negative(_reclip(rest), placed, shape)
+        return _open_where_negative(_reclip(rest), placed, grid)
     return _reclip(caster.opened(np.ones_like(caster.is_closed)))
 
 
@@ -193,20 +191,22 @@ def _reclip(caster: Caster) -> Caster:
 
 
 @njit(cache=True, nogil=True, boundscheck=False)
-def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
+def _scatter(ends, weight, codes, slope_x, slope_y, corner, diff, load):
     """
     Add each edge's multiplicity where it crosses columns.
 
+    ``corner`` holds the row and column of the raster at which ``diff`` begins.
     Returns the first row that may hold a crossing, the end row, and a bound of all counts; -1 if a
     single crossing may overflow ``diff``.
     """
-    rows = diff.shape[0] - 1
-    cols = diff.shape[1]
-    top = np.float64(rows)
+    row, col = corner
+    end = col + diff.shape[1]
+    low = np.float64(row)
+    top = np.float64(row + diff.shape[0] - 1)
     deepest = 0
     half = np.int64(1) << (8 * diff.itemsize - 1)
     spill = np.int64(0)
-    lowest, highest = top, 0.0
+    lowest, highest = top, low
     for q in range(codes.size):
         code = codes[q]
         e = code >> 2
@@ -221,32 +221,32 @@ def _scatter(ends, weight, codes, slope_x, slope_y, diff, load):
             x0, x1 = x1, x0
             y0, y1 = y1, y0
             m = -m
-        c0 = np.int64(min(max(np.ceil(x0), 0.0), np.float64(cols)))
-        c1 = np.int64(min(max(np.ceil(x1), 0.0), np.float64(cols)))
+        c0 = np.int64(min(max(np.ceil(x0), np.float64(col)), np.float64(end)))
+        c1 = np.int64(min(max(np.ceil(x1), np.float64(col)), np.float64(end)))
         if c0 >= c1:
             continue
         rise = (y1 - y0) / (x1 - x0)
         # Most edges lie within the raster and need no clamping of rows.
-        if min(y0, y1) >= 0.0 and max(y0, y1) <= top - 1.0:
+        if min(y0, y1) >= low and max(y0, y1) <= top - 1.0:
             for c in range(c0, c1):
-                r = np.int64(np.ceil(y0 + (c - x0) * rise))
-                held = diff[r, c] + m
-                diff[r, c] = held
+                r = np.int64(np.ceil(y0 + (c - x0) * rise)) - row
+                held = diff[r, c - col] + m
+                diff[r, c - col] = held
                 spill |= held + half
         else:
             for c in range(c0, c1):
-                r = np.int64(np.ceil(min(max(y0 + (c - x0) * rise, 0.0), top)))
-                held = diff[r, c] + m
-                diff[r, c] = held
+                r = np.int64(np.ceil(min(max(y0 + (c - x0) * rise, low), top))) - row
+                held = diff[r, c - col] + m
+                diff[r, c - col] = held
                 spill |= held + half
         lowest = min(lowest, y0, y1)
         highest = max(highest, y0, y1)
-        load[c0] += abs(m)
-        load[c1] -= abs(m)
+        load[c0 - col] += abs(m)
+        load[c1 - col] -= abs(m)
         deepest += abs(m)
     # One row more on each side, for rounding.
-    first = np.int64(max(lowest - 1.0, 0.0))
-    last = np.int64(min(highest + 2.0, top))
+    first = np.int64(max(lowest - 1.0, low)) - row
+    last = np.int64(min(highest + 2.0, top)) - row
     # Crossings of a closed chain in a column sum to 0: half of them count up.
     depth = bound_counts(load, deepest, 2 * _WRAPPED) // 2
     return first, last, depth if 0 <= spill < 2 * half else -1
@@ -282,7 +282,7 @@ def _sum_counts(diff, first, last, out):
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _sweep(ends, weight, codes, starts, slope, which, diff, out, counts, too_deep):
+def _sweep(ends, weight, codes, starts, slope, which, corner, diff, out, counts, too_deep):
     """
     Count ``which`` suns, in each thread's buffers.
 
@@ -296,7 +296,9 @@ def _sweep(ends, weight, codes, starts, slope, which, diff, out, counts, too_dee
         mine = codes[starts[s] : starts[s + 1]]
         cols = diff.shape[2]
         load = np.zeros(cols + 1, np.int64)
-        first, last, depth = _scatter(ends, weight, mine, slope[s, 0], slope[s, 1], diff[t], load)
+        first, last, depth = _scatter(
+            ends, weight, mine, slope[s, 0], slope[s, 1], corner, diff[t], load
+        )
         if depth < 0:
             too_deep[s] = True
             diff[t, :, :] = 0

@@ -61,6 +61,7 @@ def rasterise_depth(
     size: tuple[int, int],
     key_range: tuple[float, float] = (-np.inf, np.inf),
     threads: int = 1,
+    corner: tuple[int, int] = (0, 0),
 ) -> DepthBuffer:
     """
     Find the nearest face at each pixel centre; of equally near faces, the first.
@@ -76,6 +77,8 @@ def rasterise_depth(
     key_range : (float, float)
         Keys of the far and near limits; faces outside are invisible.
     threads : int
+    corner : (int, int)
+        Column and row of the first pixel.
 
     Returns
     -------
@@ -87,7 +90,7 @@ def rasterise_depth(
     )
     points = multiply_rows(vertices, matrix[:, :3].T) + matrix[:, 3]
     use_threads(threads)
-    _rasterise(points, faces, view.key, view.face, key_range[1], threads, None)
+    _rasterise(points, faces, view.key, view.face, key_range[1], threads, corner, None)
     return view
 
 
@@ -129,7 +132,8 @@ def add_transmitting(
     key, row = key.copy(), np.full(face.shape, NOTHING, np.int32)
     use_threads(threads)
     points = corners @ matrix[:, :3].T + matrix[:, 3]
-    _rasterise(points, faces, key, row, near, threads, (nearer, t.rows, t.materials, t.texels))
+    skin = nearer, t.rows, t.materials, t.texels
+    _rasterise(points, faces, key, row, near, threads, (0, 0), skin)
     face = np.where(row == NOTHING, face, t.faces[row].astype(np.int32)).astype(np.int32)
     return DepthBuffer(key, face, before)
 
@@ -262,9 +266,11 @@ def _is_there(skin, f, line, r, c, key, color):
 
 
 @njit(cache=True, nogil=True, parallel=True, boundscheck=False)
-def _rasterise(points, faces, key, face, near, threads, skin):
+def _rasterise(points, faces, key, face, near, threads, corner, skin):
     """Draw faces; faces with a skin (see ``add_transmitting``) except in its holes."""
-    n_rows, n_cols = key.shape
+    col, row = corner
+    west, south = np.float64(col), np.float64(row)
+    east, north = np.float64(col + key.shape[1]), np.float64(row + key.shape[0])
     for t in prange(threads):
         color = np.empty(3)
         p = np.empty((3, 4))
@@ -291,13 +297,10 @@ def _rasterise(points, faces, key, face, near, threads, skin):
             if behind == 3:
                 continue
             if behind > 0:
-                low = least = 0.0
-                high = np.float64(n_rows)
-                most = np.float64(n_cols)
-            span[0] = np.ceil(min(max(low, 0.0), np.float64(n_rows)))
-            span[1] = min(
-                np.floor(min(max(high, -1.0), np.float64(n_rows))) + 1.0, np.float64(n_rows)
-            )
+                low, least = south, west
+                high, most = north, east
+            span[0] = np.ceil(min(max(low, south), north))
+            span[1] = min(np.floor(min(max(high, south - 1.0), north)) + 1.0, north)
             if span[0] >= span[1]:
                 continue
             for k in range(3):
@@ -309,8 +312,8 @@ def _rasterise(points, faces, key, face, near, threads, skin):
             # Lines that nearly coincide may cross anywhere: stay near the corners. One column of
             # margin, since rounding may put a line just past its own corner, where the neighbouring
             # face begins.
-            least = min(max(np.floor(least) - 1.0, 0.0), np.float64(n_cols))
-            most = min(max(np.ceil(most) + 1.0, 0.0), np.float64(n_cols))
+            least = min(max(np.floor(least) - 1.0, west), east)
+            most = min(max(np.ceil(most) + 1.0, west), east)
             for k in range(3):
                 # The corner with the lower index comes first: both faces compute the same edge.
                 i = (k + 1) % 3
@@ -340,8 +343,9 @@ def _rasterise(points, faces, key, face, near, threads, skin):
                     np.int64(np.ceil(max(x1, x0))),
                 ):
                     value = at + slope[0] * c
-                    if value > key[r, c] and value <= near:
+                    i, j = r - row, c - col
+                    if value > key[i, j] and value <= near:
                         if skin is not None and not _is_there(skin, f, line, r, c, value, color):
                             continue
-                        key[r, c] = value
-                        face[r, c] = f
+                        key[i, j] = value
+                        face[i, j] = f

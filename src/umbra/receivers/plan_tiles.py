@@ -355,6 +355,7 @@ def _crop(
     """Find the window of a raster that a caster's shadows reach, down to the lowest receiver."""
     corners = caster.vertices[caster.faces.ravel()]
     low, high = grid.to_cells(np.stack([corners.min(0), corners.max(0)]))
+    low, high = low - (grid.col, grid.row, 0), high - (grid.col, grid.row, 0)
     drop = max(high[2] - floor, 0.0)
     reach = -suns[:, :2] / suns[:, 2:] * (drop / grid.dx, drop / grid.dy)
     reach = np.concatenate([np.zeros((1, 2)), reach])
@@ -364,7 +365,5 @@ def _crop(
     cols, rows = (int(v) for v in np.clip(last, 0, (grid.cols, grid.rows)))
     if drop == 0.0:
         cols, rows = col, row
-    part = Grid(
-        grid.x0 + col * grid.dx, grid.y0 + row * grid.dy, grid.dx, grid.dy, cols - col, rows - row
-    )
-    return (slice(row, max(rows, row)), slice(col, max(cols, col))), part
+    window = slice(row, max(rows, row)), slice(col, max(cols, col))
+    return window, grid.part(*window)

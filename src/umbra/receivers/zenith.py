@@ -103,7 +103,7 @@ def _find_near(soup: Triangles, grid: Grid, empty: NDArray[np.bool_]) -> NDArray
     """Return the faces whose bounding rectangles hold centres of empty cells."""
     sums = np.zeros((grid.rows + 1, grid.cols + 1), np.int32)
     sums[1:, 1:] = empty.cumsum(0, dtype=np.int32).cumsum(1, dtype=np.int32)
-    cells = grid.to_cells(soup.vertices)[:, :2]
+    cells = grid.to_cells(soup.vertices)[:, :2] - (grid.col, grid.row)
     shape = (grid.cols, grid.rows)
     near = [np.zeros(0, np.int32)]
     for first in range(0, len(soup.faces), _AT_ONCE):
@@ -133,7 +133,8 @@ def _look_down(
     size = (grid.cols, grid.rows)
     shown = derive(soup, "faces with a plan", None, lambda: _find_plans(soup))
     view = rasterise_depth(
-        soup.vertices, soup.faces[shown], matrix, size, (ground, np.inf), threads
+        soup.vertices, soup.faces[shown], matrix, size, (ground, np.inf), threads,
+        (grid.col, grid.row),
     )
     is_seen = view.face != NOTHING
     view.face[is_seen] = shown[view.face[is_seen]]

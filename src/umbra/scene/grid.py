@@ -1,7 +1,7 @@
 """Positions of receivers: the raster of a plan, and points with normals."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,30 +18,44 @@ sides above it on different sides of an edge.
 
 @dataclass(frozen=True)
 class Grid:
-    """Cells of a plan, rows from south to north."""
+    """
+    Cells of a plan, rows from south to north.
 
-    x0: float  # centre of the first cell, with y0, in the scene's local frame [m]
+    A window of a raster keeps the raster's origin and numbers its cells from there: whatever is
+    computed for a cell has the same bits in every window that holds it.
+    """
+
+    x0: float  # centre of the cell (0, 0), with y0, in the scene's local frame [m]
     y0: float
     dx: float  # size of a cell, with dy [m]
     dy: float
     cols: int
     rows: int
+    col: int = 0  # number of the first column and row
+    row: int = 0
 
     @property
     def x(self) -> NDArray[np.float64]:
         """Centres of the columns, (cols,) [m]."""
-        return self.x0 + self.dx * np.arange(self.cols, dtype=np.float64)
+        return self.x0 + self.dx * np.arange(self.col, self.col + self.cols, dtype=np.float64)
 
     @property
     def y(self) -> NDArray[np.float64]:
         """Centres of the rows, (rows,) [m]."""
-        return self.y0 + self.dy * np.arange(self.rows, dtype=np.float64)
+        return self.y0 + self.dy * np.arange(self.row, self.row + self.rows, dtype=np.float64)
+
+    def window(self, rows: slice, cols: slice) -> "Grid":
+        """Return some rows and columns, numbered as in this raster."""
+        return replace(
+            self, cols=cols.stop - cols.start, rows=rows.stop - rows.start,
+            col=self.col + cols.start, row=self.row + rows.start,
+        )  # fmt: skip
 
     def part(self, rows: slice, cols: slice) -> "Grid":
         """Return the raster of some rows and columns."""
         return Grid(
-            self.x0 + self.dx * cols.start,
-            self.y0 + self.dy * rows.start,
+            self.x0 + self.dx * (self.col + cols.start),
+            self.y0 + self.dy * (self.row + rows.start),
             self.dx,
             self.dy,
             cols.stop - cols.start,
@@ -76,7 +90,7 @@ class Grid:
     def to_cells(
         self, points: NDArray[np.float64], aside: tuple[float, float] = (0.0, 0.0)
     ) -> NDArray[np.float64]:
-        """Return x and y of points (..., 3) in cells from the first judged place; z stays."""
+        """Return x and y of points (..., 3) in cells from the judged place of (0, 0); z stays."""
         placed = np.array(points, np.float64)
         placed[..., 0] = (placed[..., 0] - self.x0) / self.dx - aside[0]
         placed[..., 1] = (placed[..., 1] - self.y0) / self.dy - aside[1]
