@@ -16,9 +16,9 @@ from support.shapes import box, moved
 import umbra
 from umbra import cache as cache_folder
 from umbra import readers
-from umbra import readers as readers_cache
 from umbra.cache import _PLACE, _WIDTHS, _sum, keep_scene, load_scene, measure
 from umbra.errors import InputError
+from umbra.readers import kept as readers_cache
 from umbra.scene import Material, Mesh, Part, Scene, Source, make_scene
 
 HOUSES = {f"house {n}": moved(box((0, 0, 0), (4, 4, 9 + n)), (9 * n, 0, 0)) for n in range(5)}
@@ -39,9 +39,9 @@ def reads(monkeypatch):
     counted = SimpleNamespace(files=[])
     read_one = readers._read_one
 
-    def count(path, *rest):
-        counted.files.append(path.name)
-        return read_one(path, *rest)
+    def count(content, *rest):
+        counted.files.append(content.path.name)
+        return read_one(content, *rest)
 
     monkeypatch.setattr(readers, "_read_one", count)
     return counted

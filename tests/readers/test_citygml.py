@@ -142,7 +142,7 @@ def test_parts_and_installations_are_objects_of_their_own(read):
     )
     scene = read(city(building(more=more)))
     assert {part.name for part in scene.parts} == {"house", "part", "dormer"}
-    assert notes(scene) == ["rooms and furniture left out (indoors): 1"]
+    assert notes(scene) == ["rooms and furniture left out (indoors): 1 (first: 'house')"]
 
 
 def test_a_relief_of_triangles(read):
@@ -191,7 +191,7 @@ def test_shared_shapes_in_metres_are_left_out_of_a_city_in_degrees(read):
     faces = [(k, [(48 + y * 1e-5, 16 + x * 1e-5, z) for x, y, z in c]) for k, c in prism()]
     scene = read(city(building(faces=faces), tree("t", "48 16 0", inline), crs="EPSG:4979"))
     assert {part.name for part in scene.parts} == {"house"}
-    assert "implicit geometries left out, as the CRS is in degrees: 1" in notes(scene)
+    assert "implicit geometries left out, as the CRS is in degrees: 1 (first: 't')" in notes(scene)
 
 
 @pytest.mark.parametrize("first", [True, False])
@@ -215,7 +215,7 @@ def test_links_that_lead_nowhere_are_counted(read):
     far = f'<c:Building gml:id="a">{gone}</c:Building>'
     scene = read(city(building(), far, '<!-- --><c:Building gml:id="b"/>'))
     assert count_kinds(scene) == WHOLE
-    assert notes(scene) == ["links to surfaces that the file does not hold: 1"]
+    assert notes(scene) == ["links to surfaces that the file does not hold: 1 (first: 'a')"]
     outside = city(building()).replace(
         "</c:CityModel>", '<c:cityObjectMember xlink:href="other.gml#x"/></c:CityModel>'
     )
@@ -375,3 +375,44 @@ def test_a_coordinate_that_is_no_number_is_named(read):
         read(text)
     assert caught.value.data["object"] == "house-0"
     assert caught.value.data["line"] == 2
+
+
+def test_links_lead_on_through_other_members_in_any_order(read):
+    """The first house's wall is in the second's, which takes it from the third."""
+    wall = polygon([(0, 0, 0), (4, 0, 0), (4, 0, 3)], "wall")
+    plain = "<c:lod2MultiSurface>{}</c:lod2MultiSurface>"
+    link = '<gml:surfaceMember xlink:href="#{}"/>'
+    one = plain.format(f"<gml:MultiSurface>{link.format('middle')}</gml:MultiSurface>")
+    two = plain.format(
+        f'<gml:MultiSurface gml:id="middle">{link.format("wall")}</gml:MultiSurface>'
+    )
+    three = plain.format(surfaces(wall))
+    houses = [
+        f'<c:Building gml:id="{n}">{g}</c:Building>' for n, g in zip("abc", (one, two, three))
+    ]
+    for order in (houses, houses[::-1]):
+        scene = read(city(*order))
+        assert {part.name: part.triangles for part in scene.parts} == {"a": 1, "b": 1, "c": 1}
+        assert not notes(scene)
+
+
+def test_textures_leave_no_trace(read):
+    image = "<c:surfaceDataMember><c:ParameterizedTexture/></c:surfaceDataMember>"
+    front = f"<c:appearance><c:Appearance>{image}</c:Appearance></c:appearance>"
+    scene = read(city(building(more=front)))
+    assert count_kinds(scene) == WHOLE
+    assert not notes(scene)
+
+
+def test_surfaces_that_are_cut_in_pieces_of_the_city_are_the_same(read, monkeypatch):
+    houses = [building(f"house {n}", prism(10 * n)) for n in range(5)]
+    whole = read(city(*houses))
+    monkeypatch.setattr("umbra.readers.cityjson.MOST_CORNERS", 60)
+    pieces = read(city(*houses))
+    assert len({id(part.mesh.vertices) for part in whole.parts}) == 1
+    assert len({id(part.mesh.vertices) for part in pieces.parts}) == 2  # three houses, two
+    for one, other in zip(whole.parts, pieces.parts, strict=True):
+        assert (one.name, one.kind, one.tags) == (other.name, other.kind, other.tags)
+        np.testing.assert_array_equal(
+            one.mesh.vertices[one.mesh.faces], other.mesh.vertices[other.mesh.faces]
+        )

@@ -1,49 +1,31 @@
-"""
-Files to scenes: city models, buildings, footprints, rasters and meshes.
-
-The cache's key is a digest of the files' bytes and names, the options, and the versions of umbra
-and of its parsers. Files that models name, such as buffers and material libraries, are recorded
-with the scene and checked for changes. Only text formats, which are slow to parse, are cached.
-"""
+"""Files to scenes: city models, buildings, footprints, rasters and meshes."""
 
 import errno
 import gc
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from hashlib import sha256
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra import __version__
 from umbra.errors import InputError
-from umbra.readers.checks import check_soup, describe_damage, errors_of, read_bounded
-from umbra.readers.formats import FORMATS, find_reader
+from umbra.readers.checks import check_soup, describe_damage, errors_of
+from umbra.readers.content import FileContent
+from umbra.readers.formats import FORMATS, STREAMED, find_kind, load_reader
 from umbra.readers.georeference import locate
+from umbra.readers.kept import Files, read_kept
 from umbra.readers.layers import FileLayer, combine, name_layers, show_name
 from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, settle
 from umbra.scene import Scene, Source, make_scene
 
-if TYPE_CHECKING:
-    from umbra.cache import Beside
-
-__all__ = ["LEAST", "read", "read_kept"]
+__all__ = ["read"]
 
 FARTHEST = 1e10  # [m]; larger coordinates are damaged or in another unit
 
 UPS = ("x", "y", "z")
-Files = list[tuple[str, Path, bytes]]
-
-LEAST = 200_000
-"""Files of fewer bytes are read in a few hundredths of a second."""
-
-_ENDINGS = {".json", ".jsonl", ".cityjson", ".geojson", ".gml", ".ifc", ".obj", ".off"}
-_PACKAGES = ("ifcopenshell", "lxml", "mapbox-earcut", "pyproj", "shapely")
 
 
 def read(
@@ -124,18 +106,19 @@ def read(
         for _, path in named:
             _check_there(path)  # check all names before reading the first file
         choices = replace(choices, crowns=_find_crowns(named, canopy, trunk, canopy_heights))
-        files = [(name, path, _load(path)) for name, path in named]
+        files = [(name, _load(path)) for name, path in named]
         if not cache:
             return _read_files(files, choices)
         return read_kept(files, choices, _read_files)
 
 
-def _read_files(files: list[tuple[str, Path, bytes]], choices: ReadChoices) -> Scene:
+def _read_files(files: Files, choices: ReadChoices) -> Scene:
     layers: list[FileLayer] = []
     sources: list[Source] = []
-    for name, path, data in files:
+    for name, content in files:
+        path = content.path
         crowns = choices.crowns if choices.crowns and choices.crowns.matches(name, path) else None
-        model, source = _read_one(path, data, replace(choices, crowns=crowns, size=len(data)))
+        model, source = _read_one(content, replace(choices, crowns=crowns, size=content.size))
         layers.append(FileLayer(name, path, model))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
     return _assemble(layers, tuple(sources))
@@ -229,22 +212,28 @@ def _make_refusal(path: Path, error: OSError | ValueError) -> InputError:
     return InputError(f"{path}: {reason}; {remedy}", path=path)
 
 
-def _load(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file, errors_of(f"{path}: ", path=path):
-            data = read_bounded(file)
-    except OSError as error:
-        raise _make_refusal(path, error) from error
-    if not data.strip():
-        msg = f"{path}: is empty; export the model again"
-        raise InputError(msg, path=path)
-    return data
-
-
-def _read_one(path: Path, data: bytes, choices: ReadChoices) -> tuple[FileModel, Source]:
+def _load(path: Path) -> FileContent:
+    """Read a file's first bytes; all of them, unless its reader takes a stream."""
     try:
         with errors_of(f"{path}: ", path=path):
-            model = find_reader(data, path)(data, path, choices)
+            content = FileContent(path)
+            if not content.head.strip() and content.size <= len(content.head):
+                msg = "is empty; export the model again"
+                raise InputError(msg)
+            if find_kind(content) not in STREAMED:
+                _ = content.data
+    except OSError as error:
+        raise _make_refusal(path, error) from error
+    return content
+
+
+def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, Source]:
+    path = content.path
+    try:
+        with errors_of(f"{path}: ", path=path):
+            kind = find_kind(content)
+            given = content if kind in STREAMED else content.data
+            model = load_reader(kind)(given, path, choices)
             _check_triangles(model)
             check_soup(model.parts)
     except InputError:
@@ -257,71 +246,5 @@ def _read_one(path: Path, data: bytes, choices: ReadChoices) -> tuple[FileModel,
         msg = f"{path}: is damaged or too large for memory; export it again"
         raise InputError(msg, path=path) from error
     notes = tuple(f"{show_name(path)}: {note}" for note in model.notes)
-    source = Source(show_name(path), sha256(data).hexdigest(), model.format)
+    source = Source(show_name(path), content.digest.hex(), model.format)
     return replace(model, notes=notes), source
-
-
-def read_kept(
-    files: Files, choices: ReadChoices, read: Callable[[Files, ReadChoices], Scene]
-) -> Scene:
-    """Take the scene of files (layer, path, content) from the cache, or read and store it."""
-    key = _find_key(files, choices)
-    if key is None:
-        return read(files, choices)
-    from umbra.cache import keep_scene, load_scene  # noqa: PLC0415 - only with a cache
-
-    scene = load_scene(key, lambda beside: _are_current(beside, files, choices))
-    if scene is None:
-        choices.opened.clear()
-        scene = read(files, choices)
-        keep_scene(key, scene, _record(files, choices))
-    return scene
-
-
-def _find_key(files: Files, choices: ReadChoices) -> str | None:
-    """Return the key of the scene that files make; None if it is not stored."""
-    if any(path.suffix.lower() not in _ENDINGS for _, path, _ in files):
-        return None
-    if sum(len(data) for *_, data in files) < LEAST:
-        return None
-    summed = sha256(f"{_find_versions()} {choices}".encode())
-    for layer, path, data in files:
-        for word in (layer, path.name, path.suffix):
-            summed.update(f"{word!r} ".encode())
-        summed.update(sha256(data).digest())
-    return summed.hexdigest()
-
-
-def _record(files: Files, choices: ReadChoices) -> "Beside":
-    """Return each file named by a model: model, name, whether it was read, fingerprint."""
-    number = {path: n for n, (_, path, _) in enumerate(files)}
-    return [
-        [number[one.path], name, found is not None, found or one.look(name, is_read=False)]
-        for one in choices.opened
-        for name, found in sorted(one.record.items())
-    ]
-
-
-def _are_current(beside: "Beside", files: Files, choices: ReadChoices) -> bool:
-    """Return whether the files named by models are unchanged."""
-    return all(
-        choices.companions_of(files[number][1]).look(name, is_read=is_read) == word
-        for number, name, is_read, word in beside
-    )
-
-
-def _find_versions() -> str:
-    """Name the versions of umbra, of its readers' files and of the packages that read."""
-    words = [__version__]
-    house = Path(__file__).parents[1]
-    for path in sorted(
-        [*house.glob("readers/*.py"), *house.glob("scene/*.py"), house / "cache.py"]
-    ):
-        status = path.stat()
-        words.append(f"{path.name} {status.st_size} {status.st_mtime_ns}")
-    for package in _PACKAGES:
-        try:
-            words.append(version(package))
-        except PackageNotFoundError:
-            words.append("-")
-    return " ".join(words)

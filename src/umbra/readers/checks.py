@@ -8,6 +8,7 @@ folder and below, are opened, and all of them here.
 import io
 import os
 import stat
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
@@ -26,6 +27,7 @@ from umbra.scene import Image, Part
 __all__ = [
     "Budget",
     "Companions",
+    "Losses",
     "OutsideError",
     "check_soup",
     "describe_damage",
@@ -87,9 +89,33 @@ def _miss(package: str, extra: str, what: str, reason: str) -> InputError:
     return InputError(msg, package=package, extra=extra)
 
 
+class Losses(Counter[str]):
+    """Numbers of what was left out, and the first object of each kind of loss."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first: dict[str, str] = {}
+
+    def add(self, what: str, name: str, count: int = 1) -> None:
+        """Count a loss of an object."""
+        self[what] += count
+        self.first.setdefault(what, name)
+
+    def merge(self, other: "Losses") -> None:
+        """Add later losses."""
+        for what, count in other.items():
+            self[what] += count
+        self.first = {**other.first, **self.first}
+
+
 def list_counts(counts: Mapping[str, int]) -> tuple[str, ...]:
-    """Return notes on losses, from the number of each."""
-    return tuple(f"{what}: {count}" for what, count in counts.items() if count)
+    """Return notes on losses, from the number of each; the first is named if it is known."""
+    first = counts.first if isinstance(counts, Losses) else {}
+    return tuple(
+        f"{what}: {count}" + (f" (first: '{first[what][:80]}')" if what in first else "")
+        for what, count in counts.items()
+        if count
+    )
 
 
 def describe_damage(error: BaseException) -> str:

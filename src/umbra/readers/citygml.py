@@ -2,16 +2,18 @@
 CityGML 1.0, 2.0 and 3.0 with PLATEAU's extensions: one city object at a time.
 
 Each member of the city model becomes a feature as in a CityJSON sequence, read by the same
-code. An `lxml` parser reads the stream; entities and document types are not allowed. Links
-to surfaces of other members are resolved in a second pass, only for files with such links.
+code. An `lxml` parser reads the file as a stream, also unpacked, and holds the tree of one
+member; entities and document types are not allowed. Members that link to surfaces of others are
+read again in further passes, in which only those surfaces are held.
 """
 
 import gzip
 import io
 import zipfile
-from collections import Counter
+import zlib
 from collections.abc import Iterator
 from contextlib import closing
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -19,10 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget, errors_of, list_counts, need
-from umbra.readers.citygml_objects import HREF, FeatureReader, id_of, name_of
+from umbra.readers.checks import Budget, Losses, errors_of, list_counts, need
+from umbra.readers.citygml_names import HREF, LINKED, id_of, name_of
+from umbra.readers.citygml_objects import FeatureReader
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.cityjson_choice import DEPTHS, flatten
+from umbra.readers.content import FileContent
 from umbra.readers.formats import GZIP, ZIP, find_members
 from umbra.readers.georeference import find_axis_orders, is_in_degrees, is_same_plan, name_crs
 from umbra.readers.model import FileModel, ReadChoices, turn_up
@@ -31,17 +35,22 @@ __all__ = ["read_citygml"]
 
 _MEMBERS = ("cityObjectMember", "cityObjectMembers", "featureMember", "featureMembers", "member")
 _DOCTYPE = "declares a document type or entities, which CityGML does not need; remove them"
+_APPEARANCE = "surfaceDataMember"
+_PASSES = 4
+"""Most times that surfaces of other members are looked for: their links may lead on."""
+_ELEMENT = 300  # memory of an element with its text [byte]
 _EXPANSION = 200
 """Most growth of a compressed file; more is taken for an attack."""
 
 
-def read_citygml(data: bytes, _: Path, choices: ReadChoices) -> FileModel:
+def read_citygml(content: FileContent, _: Path, choices: ReadChoices) -> FileModel:
     """Read CityGML, also compressed by gzip or in a ZIP archive."""
     need("lxml", "citygml", "CityGML")
-    counts: Counter[str] = Counter()
-    city = _City(data, counts, Budget(choices.size))
+    counts = Losses()
+    city = _City(content, counts, Budget(choices.size))
     # The list of templates grows while members are read.
     parts = make_parts(city.read_features(), Templates(city.templates), counts, lambda _: "")
+    counts["members left out that lie in other files"] += city.outside
     notes = (*city.notes, *list_counts(counts))
     return FileModel(f"CityGML {city.version}".strip(), turn_up(parts, choices.up), city.crs, notes)
 
@@ -52,54 +61,75 @@ class _City:
 
     Parameters
     ----------
-    data : bytes
-        Of the file.
-    counts : Counter
-        Losses, added to.
+    content : FileContent
+    counts : Losses
+        Added to.
     budget : Budget
     """
 
-    def __init__(self, data: bytes, counts: Counter[str], budget: Budget) -> None:
-        self._data, self._counts, self._budget = data, counts, budget
+    def __init__(self, content: FileContent, counts: Losses, budget: Budget) -> None:
+        self._content, self._counts, self._budget = content, counts, budget
         self.version = ""
         self.crs: str | None = None
         self.templates: dict[str, list[Any]] = {"templates": [], "vertices-templates": []}
         self.notes: list[str] = []
+        self.outside = 0
         self._swaps: bool | None = None
 
     def read_features(self) -> Iterator[dict[str, Any]]:
         """Read the city's members as features of CityJSON."""
         reader = FeatureReader(self.templates, self._counts, self._budget)
-        later = []
-        for member in self._find_members():
-            feature = reader.read(member)
+        later = set()
+        for number, member in enumerate(self._find_members()):
+            feature = self._read(reader, member)
             if feature is None:
-                later.append(member)
-                continue
-            yield self._place(feature)
+                later.add(number)
+            else:
+                yield feature
             _forget(member)
+        for _ in range(_PASSES):
+            found = self._find_shared(reader.wanted - reader.shared.keys()) if later else {}
+            if not found:
+                break
+            reader.shared |= found
+            yield from self._read_again(reader, later)
+        reader.is_last = True
         if later:
-            reader.shared |= self._find_shared(reader.wanted)
-            reader.is_last = True
-            for member in later:
-                feature = reader.read(member)
+            yield from self._read_again(reader, later)
+
+    def _read_again(self, reader: FeatureReader, later: set[int]) -> Iterator[dict[str, Any]]:
+        """Read members whose links led out of them; those that are read leave ``later``."""
+        for number, member in enumerate(self._find_members()):
+            if number in later:
+                feature = self._read(reader, member)
                 if feature is not None:
-                    yield self._place(feature)
+                    later.discard(number)
+                    yield feature
+            _forget(member)
+
+    def _read(self, reader: FeatureReader, member: Any) -> dict[str, Any] | None:
+        """Read a member as a feature; None if it links to elements not yet found."""
+        feature = reader.read(member)
+        for named in reader.named:
+            self._compare(named)
+        reader.named.clear()
+        return None if feature is None else self._place(feature)
 
     def _find_members(self) -> Iterator[Any]:
-        """Iterate over the members; set the version and the CRS."""
-        for root, element in self._parse((*_MEMBERS, "Envelope")):
+        """Iterate over the members; set the version, the CRS and the number outside."""
+        self.outside = 0
+        for root, element in self._parse((*_MEMBERS, "Envelope", _APPEARANCE)):
             if not self.version:
                 self.version = _find_version(root)
-            if name_of(element) == "Envelope":
+            name = name_of(element)
+            if name == "Envelope":
                 self._compare(element.get("srsName"))
-                continue
-            if element.get(HREF) is not None:
-                self._counts["members left out that lie in other files"] += 1
-                continue
-            for named in dict.fromkeys(element.xpath(".//@srsName")):
-                self._compare(str(named))
-            yield element
+            elif name == _APPEARANCE:
+                element.clear()  # textures may be larger than all else
+            elif element.get(HREF) is not None:
+                self.outside += 1
+            else:
+                yield element
 
     def _compare(self, named: str | None) -> None:
         """Take the CRS of the first element that names one; refuse another."""
@@ -115,23 +145,24 @@ class _City:
         self.crs = self.crs or crs
 
     def _find_shared(self, wanted: set[str]) -> dict[str, Any]:
-        """Read the file again for elements linked from other members."""
+        """Read the file again for copies of elements linked from other members."""
         found = {}
-        for _, element in self._parse(None):
+        for _, element in self._parse((*LINKED, *_MEMBERS, _APPEARANCE)):
             name = id_of(element)
             if name is not None and name in wanted:
-                found[name] = element
-            elif name_of(element) in _MEMBERS and not any(
-                id_of(e) in wanted for e in element.iter()
-            ):
+                self._budget.spend(_ELEMENT * sum(1 for _ in element.iter()), "linked surfaces")
+                found[name] = deepcopy(element)
+            elif name_of(element) in _MEMBERS:
                 _forget(element)
+            elif name_of(element) == _APPEARANCE:
+                element.clear()
         return found
 
     def _parse(self, names: tuple[str, ...] | None) -> Iterator[tuple[Any, Any]]:
         from lxml import etree  # noqa: PLC0415 - an extra
 
         tags = None if names is None else [f"{{*}}{name}" for name in names]
-        for name, stream in _open(self._data):
+        for name, stream in _open(self._content):
             with closing(stream), errors_of(name):
                 events = etree.iterparse(
                     stream, events=("end",), tag=tags, resolve_entities=False, no_network=True,
@@ -152,11 +183,11 @@ class _City:
     def _place(self, feature: dict[str, Any]) -> dict[str, Any]:
         """Reorder a feature's vertices to east, north, up; leave out shapes in degrees."""
         if self.crs is not None and is_in_degrees(self.crs):
-            for item in feature["CityObjects"].values():
+            for name, item in feature["CityObjects"].items():
                 shapes = item["geometry"]
                 item["geometry"] = [g for g in shapes if g["type"] != "GeometryInstance"]
-                lost = len(shapes) - len(item["geometry"])
-                self._counts["implicit geometries left out, as the CRS is in degrees"] += lost
+                if len(item["geometry"]) < len(shapes):
+                    self._counts.add("implicit geometries left out, as the CRS is in degrees", name)
         vertices: NDArray[np.float64] = feature["vertices"]
         if self._swaps is None and self.crs is not None and len(vertices):
             says, orders = find_axis_orders(self.crs, vertices[0])
@@ -204,17 +235,18 @@ def _find_version(root: Any) -> str:
     return ""
 
 
-def _open(data: bytes) -> Iterator[tuple[str, "BinaryIO | _Bounded"]]:
+def _open(content: FileContent) -> Iterator[tuple[str, "BinaryIO | _Bounded"]]:
     """Open the file, or each CityGML file in a ZIP archive, and name it for errors."""
-    most = _EXPANSION * len(data)
-    if data.startswith(GZIP):
-        yield "", _Bounded(gzip.GzipFile(fileobj=io.BytesIO(data)), most)
-    elif data.startswith(ZIP):
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            for name in find_members(archive):
-                yield f"{name} ", _Bounded(archive.open(name), most)
-    else:
-        yield "", io.BytesIO(data)
+    most = _EXPANSION * content.size
+    with content.open() as file:
+        if content.head.startswith(GZIP):
+            yield "", _Bounded(gzip.GzipFile(fileobj=file), most)
+        elif content.head.startswith(ZIP):
+            with zipfile.ZipFile(file) as archive:
+                for name in find_members(archive):
+                    yield f"{name} ", _Bounded(archive.open(name), most)
+        else:
+            yield "", file
 
 
 class _Bounded(io.RawIOBase):
@@ -226,7 +258,7 @@ class _Bounded(io.RawIOBase):
     def read(self, size: int = -1) -> bytes:
         try:
             block: bytes = self._stream.read(size if size >= 0 else 1 << 20)
-        except (EOFError, OSError, zipfile.BadZipFile) as error:
+        except (EOFError, OSError, zipfile.BadZipFile, zlib.error) as error:
             msg = f"is damaged where it was compressed ({error}); fetch it again"
             raise InputError(msg) from error
         self._left -= len(block)

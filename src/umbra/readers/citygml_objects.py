@@ -1,60 +1,45 @@
 """One member of a city model: from GML's elements to a feature as in a CityJSON sequence."""
 
-import re
-from collections import Counter
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.readers.checks import Budget
+from umbra.readers.checks import Budget, Losses
+from umbra.readers.citygml_names import (
+    HREF,
+    LINKED_TAGS,
+    PATCH,
+    PROPERTY,
+    TURNED,
+    id_of,
+    level_of,
+    name_of,
+    role_of,
+    strip,
+)
 
-__all__ = ["HREF", "FeatureReader", "id_of", "name_of"]
+__all__ = ["FeatureReader"]
 
-HREF = "{http://www.w3.org/1999/xlink}href"
-_IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
-_LEVEL = re.compile(r"lod(\d)")
+_LOST_LINKS = "links to surfaces that the file does not hold"
+_LOST_SHAPES = "implicit geometries left out whose shape the file does not hold"
+_NUMBER, _LINK = 32, 200  # memory of a coordinate and of a followed link [byte]
+_AT_ONCE = 1 << 20  # bytes charged to the budget at once
+_SOLIDS = {"CompositeSolid", "MultiSolid", "Solid"}
+_RINGS = {"LinearRing", "Ring"}
+_EXTERIORS = {"exterior", "outerBoundaryIs"}
+_INDOORS = {
+    "BridgeFurniture", "BridgeRoom", "BuildingFurniture", "BuildingRoom", "HollowSpace",
+    "IntBridgeInstallation", "IntBuildingInstallation", "IntTunnelInstallation", "Room",
+    "TunnelFurniture",
+}  # fmt: skip
 _SURFACES = {
     "AuxiliaryTrafficArea", "CeilingSurface", "ClosureSurface", "Door", "DoorSurface",
     "FloorSurface", "GroundSurface", "InteriorWallSurface", "OuterCeilingSurface",
     "OuterFloorSurface", "RoofSurface", "TrafficArea", "WallSurface", "WaterClosureSurface",
     "WaterGroundSurface", "WaterSurface", "Window", "WindowSurface",
 }  # fmt: skip
-_SHELLS = {"exterior", "interior"}
-_SOLIDS = {"CompositeSolid", "MultiSolid", "Solid"}
-_PATCHES = {"Polygon", "PolygonPatch", "Rectangle", "Triangle"}
-_LINKED = tuple(
-    f"{{*}}{name}"
-    for name in (
-        "Polygon", "OrientableSurface", "CompositeSurface", "MultiSurface", "TriangulatedSurface",
-        "Tin", "PolyhedralSurface", "Surface", "Solid", "CompositeSolid", "MultiSolid",
-    )
-)  # fmt: skip
-"""Elements that others link to."""
-_INDOORS = {
-    "BridgeFurniture", "BridgeRoom", "BuildingFurniture", "BuildingRoom", "HollowSpace",
-    "IntBridgeInstallation", "IntBuildingInstallation", "IntTunnelInstallation", "Room",
-    "TunnelFurniture",
-}  # fmt: skip
-_NUMBER, _LINK = 32, 200  # memory of a coordinate and of a followed link [byte]
-_AT_ONCE = 1 << 20  # bytes charged to the budget at once
-
-
-def name_of(element: Any) -> str:
-    """Return an element's name without its namespace; empty for other nodes."""
-    return _strip(element.tag)
-
-
-@lru_cache(4096)
-def _strip(tag: Any) -> str:
-    return tag.rpartition("}")[2] if isinstance(tag, str) else ""
-
-
-def id_of(element: Any) -> str | None:
-    """Return an element's id in either version of GML."""
-    return element.get(_IDS[0]) or element.get(_IDS[1])
 
 
 class FeatureReader:
@@ -65,16 +50,14 @@ class FeatureReader:
     ----------
     templates : dict
         ``templates`` and ``vertices-templates`` as in CityJSON; appended to.
-    counts : Counter
-        Losses, added to.
+    counts : Losses
+        Added to.
     budget : Budget
         Of memory: links may repeat the same surfaces many times.
     """
 
-    def __init__(
-        self, templates: dict[str, list[Any]], counts: Counter[str], budget: Budget
-    ) -> None:
-        self._templates, self._counts, self._budget = templates, counts, budget
+    def __init__(self, templates: dict[str, list[Any]], counts: Losses, budget: Budget) -> None:
+        self._templates, self._all_counts, self._budget = templates, counts, budget
         self._template_of: dict[str, int] = {}
         self._unnamed = 0
         self._held = 0  # memory not yet charged to the budget [byte]
@@ -82,12 +65,14 @@ class FeatureReader:
         """Elements of other members, by id."""
         self.wanted: set[str] = set()
         """Ids of linked elements outside their members."""
+        self.named: set[str] = set()
+        """Names of CRSs that members' geometries give."""
         self.is_last = False
         """Whether broken links are left out, as no more elements will be found."""
 
     def read(self, member: Any) -> dict[str, Any] | None:
         """Read a member's objects; None if it links to elements not yet found."""
-        before, self._lacks = self._counts.copy(), False
+        self._counts, self._lacks = Losses(), False
         self._coordinates: list[float] = []
         self._objects: dict[str, Any] = {}
         self._local: dict[str, Any] | None = None
@@ -95,9 +80,8 @@ class FeatureReader:
         for element in member:
             self._read_object(element, None)
         if self._lacks and not self.is_last:
-            self._counts.clear()
-            self._counts.update(before)
             return None
+        self._all_counts.merge(self._counts)
         vertices = np.array(self._coordinates, np.float64).reshape(-1, 3)
         return {"type": "CityJSONFeature", "CityObjects": self._objects, "vertices": vertices}
 
@@ -109,62 +93,80 @@ class FeatureReader:
             name = f"{name or kind} {self._unnamed}"
         item: dict[str, Any] = {"type": kind, "geometry": [], "children": []}
         self._objects[name] = item
-        themes: dict[str, list[tuple[str, Any]]] = {}
-        solids: list[tuple[str, Any]] = []
+        self._owner = name
+        levels: dict[str, tuple[list[Any], list[tuple[str, Any]]]] = {}
         for level, shape, theme in self._walk(element, name):
+            bodies, themes = levels.setdefault(level, ([], []))
             if theme:
-                themes.setdefault(level, []).append((theme, shape))
+                themes.append((theme, shape))
             else:
-                solids.append((level, shape))
-        kinds = self._name_surfaces(themes) if solids else {}
-        for level, shape in solids:
-            geometry = self._read_geometry(level, shape, kinds)
-            if geometry is not None:
-                item["geometry"].append(geometry)
-        for level, surfaces in themes.items():
-            boundaries, values = [], []
-            for theme, shape in surfaces:
-                found = list(self._find_patches(shape))
-                boundaries += [rings for rings, _ in found]
-                values += [theme] * len(found)
-            if boundaries:
-                item["geometry"].append(_with_semantics("MultiSurface", level, boundaries, values))
+                bodies.append(shape)
+        self._owner = name  # its children were read in between
+        # Coarser levels, and the surfaces of a complete solid, would be read for nothing.
+        for level in sorted(levels, key=lambda level: (level.isdigit(), level), reverse=True):
+            bodies, themes = levels[level]
+            geometries = self._read_level(level, bodies, themes)
+            item["geometry"] += geometries
+            if any(geometry["type"] != "GeometryInstance" for geometry in geometries):
+                break  # shapes in metres are of no use in a city in degrees
         if not item["geometry"] and not item["children"]:
             del self._objects[name]
         elif parent is not None:
             self._objects[parent]["children"].append(name)
 
+    def _read_level(
+        self, level: str, bodies: list[Any], themes: list[tuple[str, Any]]
+    ) -> list[dict[str, Any]]:
+        """Read the geometries of one level; of a solid whose surfaces have kinds, it alone."""
+        geometries = []
+        kinds = self._name_surfaces(themes) if bodies else {}
+        for shape in bodies:
+            geometry = self._read_geometry(level, shape, kinds)
+            if geometry is not None:
+                geometries.append(geometry)
+                if geometry["type"] == "Solid" and "semantics" in geometry:
+                    return geometries
+        boundaries: list[Any] = []
+        values: list[str | None] = []
+        for theme, shape in themes:
+            found = self._find_patches(shape)
+            boundaries += [rings for rings, _ in found]
+            values += [theme] * len(found)
+        if boundaries:
+            geometries.append(_with_semantics("MultiSurface", level, boundaries, values))
+        return geometries
+
     def _walk(self, element: Any, name: str) -> Iterator[tuple[str, Any, str]]:
         """Return an object's geometries: level, element, and kind for surfaces."""
         for prop in element:
-            outer = name_of(prop)
-            known = _LEVEL.match(outer)
-            if known or outer == "tin":
-                level = known[1] if known else str(element.findtext("{*}lod"))
+            level = level_of(prop.tag)
+            if level:
+                if level == "tin":
+                    level = str(element.findtext("{*}lod"))
                 for shape in prop:
                     yield level, shape, ""
                 continue
             for child in prop:
-                inner = name_of(child)
+                inner = strip(child.tag)
                 if not inner[:1].isupper():
                     continue
                 if inner in _INDOORS:
-                    self._counts["rooms and furniture left out (indoors)"] += 1
+                    self._counts.add("rooms and furniture left out (indoors)", name)
                 elif inner in _SURFACES:
                     for level, shape, own in self._walk(child, name):
                         yield level, shape, own or inner
                 elif len(child):
                     self._read_object(child, name)
 
-    def _name_surfaces(self, themes: dict[str, list[tuple[str, Any]]]) -> dict[str, str]:
+    def _name_surfaces(self, themes: list[tuple[str, Any]]) -> dict[str, str]:
         """Return the kind of each surface by its id."""
-        return {
-            name: theme
-            for surfaces in themes.values()
-            for theme, shape in surfaces
-            for element in shape.iter(*_LINKED)
-            if (name := id_of(element)) is not None
-        }
+        kinds = {}
+        for theme, shape in themes:
+            for element in shape.iter(*LINKED_TAGS):
+                name = id_of(element)
+                if name is not None:
+                    kinds[name] = theme
+        return kinds
 
     def _read_geometry(
         self, level: str, shape: Any, kinds: dict[str, str]
@@ -173,7 +175,7 @@ class FeatureReader:
         kind = name_of(shape)
         if kind == "ImplicitGeometry":
             return self._read_instance(level, shape)
-        found = list(self._find_patches(shape))
+        found = self._find_patches(shape)
         if not found:
             return None
         boundaries = [rings for rings, _ in found]
@@ -182,27 +184,40 @@ class FeatureReader:
             return _with_semantics("Solid", level, [boundaries], [values])
         return _with_semantics("MultiSurface", level, boundaries, values)
 
-    def _find_patches(
-        self, shape: Any, ids: tuple[str, ...] = (), *, turned: bool = False
-    ) -> Iterator[tuple[list[list[int]], tuple[str, ...]]]:
+    def _find_patches(self, shape: Any) -> list[tuple[list[list[int]], tuple[str, ...]]]:
         """Return each polygon's rings of vertex indices, and the ids of all that hold it."""
-        name = id_of(shape)
-        ids = (*ids, name) if name else ids
-        if name_of(shape) in _PATCHES:
-            rings = self._read_rings(shape)
-            if rings:
-                yield ([ring[::-1] for ring in rings] if turned else rings), ids
-            return
-        if name_of(shape) == "OrientableSurface":
-            turned ^= shape.get("orientation") == "-"
+        found: list[tuple[list[list[int]], tuple[str, ...]]] = []
+        self._add_patches(found, shape, (), is_turned=False)
+        return found
+
+    def _add_patches(
+        self, found: list[Any], shape: Any, ids: tuple[str, ...], *, is_turned: bool
+    ) -> None:
+        role = role_of(shape.tag)
+        if role != PROPERTY:
+            name = id_of(shape)
+            ids = (*ids, name) if name else ids
+            self._note_crs(shape)
+            if role == PATCH:
+                rings = self._read_rings(shape)
+                if rings:
+                    found.append(([ring[::-1] for ring in rings] if is_turned else rings, ids))
+                return
+            if role == TURNED:
+                is_turned ^= shape.get("orientation") == "-"
         for child in shape:
             link = child.get(HREF)
             if link is None:
-                yield from self._find_patches(child, ids, turned=turned)
+                self._add_patches(found, child, ids, is_turned=is_turned)
             elif link.strip().removeprefix("#") not in ids:  # else it leads back
                 target = self._follow(link)
                 if target is not None:
-                    yield from self._find_patches(target, ids, turned=turned)
+                    self._add_patches(found, target, ids, is_turned=is_turned)
+
+    def _note_crs(self, element: Any) -> None:
+        named = element.get("srsName")
+        if named is not None:
+            self.named.add(named)
 
     def _follow(self, link: str) -> Any | None:
         """Find the element that a link points to."""
@@ -210,7 +225,9 @@ class FeatureReader:
         if self._held > _AT_ONCE:
             self._spend()
         if self._local is None:
-            self._local = {n: e for e in self._member.iter(*_LINKED) if (n := id_of(e)) is not None}
+            self._local = {
+                n: e for e in self._member.iter(*LINKED_TAGS) if (n := id_of(e)) is not None
+            }
         name = link.strip().removeprefix("#")
         target = self._local.get(name)
         if target is None:
@@ -218,7 +235,7 @@ class FeatureReader:
         if target is None:
             self.wanted.add(name)
             self._lacks = True
-            self._counts["links to surfaces that the file does not hold"] += 1
+            self._counts.add(_LOST_LINKS, self._owner)
         return target
 
     def _spend(self) -> None:
@@ -228,42 +245,51 @@ class FeatureReader:
     def _read_rings(self, polygon: Any) -> list[list[int]]:
         """Read a polygon's rings, the exterior first, as indices of new vertices."""
         rings: list[list[int]] = []
-        for ring in polygon.iter("{*}LinearRing", "{*}Ring"):
-            corners = self._read_ring(ring)
-            if len(corners) < 3:
-                continue
-            bound = ring.getparent()
-            if bound is not None and name_of(bound) == "exterior":
-                rings.insert(0, corners)
-            else:
-                rings.append(corners)
+        for bound in polygon:
+            for ring in bound:
+                if strip(ring.tag) not in _RINGS:
+                    continue
+                corners = self._read_ring(ring)
+                if len(corners) < 3:
+                    continue
+                if strip(bound.tag) in _EXTERIORS:
+                    rings.insert(0, corners)
+                else:
+                    rings.append(corners)
         return rings
 
     def _read_ring(self, ring: Any) -> list[int]:
         """Add a ring's vertices, without the last, which repeats the first."""
+        if len(ring) == 1 and strip(ring[0].tag) == "posList":
+            lists = ring
+        else:
+            lists = ring.iter("{*}posList", "{*}pos", "{*}coordinates")
         numbers: list[float] = []
-        for element in ring.iter("{*}posList", "{*}pos", "{*}coordinates"):
+        self._note_crs(ring)
+        for element in lists:
+            self._note_crs(element)
             if _find_dimension(element, ring) != 3:
-                self._counts["rings left out that have no heights"] += 1
+                self._counts.add("rings left out that have no heights", self._owner)
                 return []
             more = _read_numbers(element, ring)
             # Each piece of a composed ring begins at the end of the one before.
-            numbers += more[3:] if more[:3] == numbers[-3:] else more
-        if len(numbers) % 3:
+            numbers += more[3:] if numbers and more[:3] == numbers[-3:] else more
+        count = len(numbers)
+        if count % 3:
             owner = _name_owner(ring)
             msg = (
-                f"a ring of '{owner}' has {len(numbers)} coordinates, not three for each corner; "
+                f"a ring of '{owner}' has {count} coordinates, not three for each corner; "
                 "export the file again"
             )
             raise InputError(msg, ring=owner)
         if numbers[:3] == numbers[-3:]:
             del numbers[-3:]
-        self._held += _NUMBER * len(numbers)
+        self._held += _NUMBER * count
         if self._held > _AT_ONCE:
             self._spend()
         start = len(self._coordinates) // 3
         self._coordinates += numbers
-        return list(range(start, start + len(numbers) // 3))
+        return list(range(start, len(self._coordinates) // 3))
 
     def _read_instance(self, level: str, shape: Any) -> dict[str, Any] | None:
         """Place a shape that several objects share at a point."""
@@ -273,9 +299,12 @@ class FeatureReader:
             index = self._find_template(level, parts.get("relativeGeometry"))
         point = parts.get("referencePoint")
         anchor = None if point is None else next(point.iter("{*}pos"), None)
+        if anchor is not None:
+            for around in (anchor, anchor.getparent()):
+                self._note_crs(around)
         place = [] if anchor is None else list(map(float, (anchor.text or "").split()))
         if index is None or len(place) != 3:
-            self._counts["implicit geometries left out whose shape the file does not hold"] += 1
+            self._counts.add(_LOST_SHAPES, self._owner)
             return None
         self._coordinates += place
         geometry = {

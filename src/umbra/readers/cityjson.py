@@ -33,6 +33,10 @@ from umbra.scene.material import GREY
 __all__ = ["Templates", "make_parts", "read_cityjson"]
 
 
+MOST_CORNERS = 1_000_000
+"""Surfaces of a sequence's features are cut into triangles when they have more."""
+
+
 def read_cityjson(documents: list[Any], choices: ReadChoices) -> FileModel:
     """Read parsed CityJSON: one object, or a sequence's header and its features."""
     head = documents[0]
@@ -84,11 +88,11 @@ def make_parts(
         In the file's own coordinates.
     """
     surfaces = SurfaceList()
-    arrays: list[NDArray[np.float64]] = []
+    parts: list[Part] = []
     instances: list[Part] = []
     tags: dict[str, tuple[str, ...]] = {}
     unique = UniqueNames()  # a sequence may repeat object names
-    count, transform = 0, None
+    transform = None
     for number, document in enumerate(documents, 1):
         where = where_of(number)
         objects = document.get("CityObjects") if isinstance(document, dict) else None
@@ -113,17 +117,26 @@ def make_parts(
                 if isinstance(error, InputError):
                     raise
                 raise damaged(name, error, where) from error
-        surfaces.close(len(vertices), count, where)
-        arrays.append(vertices)
-        count += len(vertices)
+        surfaces.close(vertices, where)
+        if surfaces.corners > MOST_CORNERS:
+            parts += _make_parts(surfaces, tags, counts)
+            surfaces = SurfaceList()
+    parts += _make_parts(surfaces, tags, counts)
+    counts["objects with a repeated id, numbered"] = unique.numbered
+    return (*parts, *instances)
 
-    meshes = surfaces.cut(np.concatenate(arrays or [np.zeros((0, 3))]), counts)
+
+def _make_parts(
+    surfaces: "SurfaceList", tags: dict[str, tuple[str, ...]], counts: Counter[str]
+) -> list[Part]:
+    """Make parts of whole objects, and clear their tags."""
+    meshes = surfaces.cut(counts)
     parts = [
         Part(name, kind, mesh, material=find_material(kind), tags=tags[name])
         for (name, kind), mesh in meshes.items()
     ]
-    counts["objects with a repeated id, numbered"] = unique.numbered
-    return (*parts, *instances)
+    tags.clear()
+    return parts
 
 
 def _place_vertices(raw: Any, transform: Any, where: str) -> NDArray[np.float64]:
@@ -168,7 +181,11 @@ class SurfaceList:
         self._ring_lengths: list[int] = []
         self._open: list[int] = []
         self._closed: list[NDArray[np.int64]] = []
+        self._arrays: list[NDArray[np.float64]] = []
+        self._vertices = 0
         self._first_ring = 0
+        self.corners = 0
+        """Number of corners of closed documents."""
 
     def add(self, name: str, surfaces: list[Any], kinds: list[str]) -> None:
         """Add an object's surfaces (lists of rings of the document's vertices), each of a kind."""
@@ -180,8 +197,9 @@ class SurfaceList:
                 lengths.append(len(ring))
                 corners += ring
 
-    def close(self, n_vertices: int, offset: int, where: str = "") -> None:
-        """End a document: check the indices added since the last, and shift them by ``offset``."""
+    def close(self, vertices: NDArray[np.float64], where: str = "") -> None:
+        """End a document: check the indices added since the last, of its vertices (n, 3)."""
+        n_vertices = len(vertices)
         try:
             corners = np.array(self._open) if self._open else np.zeros(0, np.int64)
         except ValueError:  # ragged: an index is a list
@@ -202,7 +220,10 @@ class SurfaceList:
                 f"vertices ({len(bad)} such corners in all); repair it or export the file again"
             )
             raise InputError(msg, object=owner, vertex=vertex, count=len(bad))
-        self._closed.append(corners.astype(np.int64, copy=False) + offset)
+        self._closed.append(corners.astype(np.int64, copy=False) + self._vertices)
+        self._arrays.append(vertices)
+        self._vertices += n_vertices
+        self.corners += len(corners)
         self._open.clear()
         self._first_ring = len(self._ring_lengths)
 
@@ -213,10 +234,9 @@ class SurfaceList:
         part = self._part[int(surface)]
         return next(name for (name, _), index in self._parts.items() if index == part)
 
-    def cut(
-        self, vertices: NDArray[np.float64], counts: Counter[str]
-    ) -> dict[tuple[str, str], Mesh]:
-        """Cut all surfaces into triangles of shared vertices (n, 3): a mesh by (name, kind)."""
+    def cut(self, counts: Counter[str]) -> dict[tuple[str, str], Mesh]:
+        """Cut all surfaces into triangles of shared vertices: a mesh by (name, kind)."""
+        vertices = np.concatenate(self._arrays or [np.zeros((0, 3))])
         corners = np.concatenate(self._closed) if self._closed else np.zeros(0, np.int64)
         result = triangulate(
             vertices,
@@ -275,8 +295,8 @@ class Templates:
         surfaces = SurfaceList()
         kinds = find_kinds(Choice(shape, shape), "", self._raw)
         surfaces.add(f"geometry template {index}", flatten(shape), kinds)
-        surfaces.close(len(vertices), 0)
-        return {kind: mesh for (_, kind), mesh in surfaces.cut(vertices, counts).items()}
+        surfaces.close(vertices)
+        return {kind: mesh for (_, kind), mesh in surfaces.cut(counts).items()}
 
 
 # Diffuse reflectance, linear RGB; muted, so that shadows stay the subject.

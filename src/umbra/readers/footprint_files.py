@@ -11,6 +11,7 @@ import numpy as np
 
 from umbra.errors import InputError
 from umbra.readers.checks import Companions, list_counts, need
+from umbra.readers.content import FileContent
 from umbra.readers.footprint_table import HEIGHTS, FootprintTable, Rings
 from umbra.readers.footprints import extrude_table, from_shapes
 from umbra.readers.georeference import name_crs
@@ -142,9 +143,11 @@ FORMATS = {".gpkg": "GeoPackage", ".shp": "Shapefile"}
 POLYGON = 3  # shapely's number
 
 
-def read_vectors(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
+def read_vectors(content: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read the footprints of a GeoPackage or a Shapefile, which GDAL opens."""
-    form = FORMATS.get(path.suffix.lower(), "GeoPackage" if data[:6] == b"SQLite" else "Shapefile")
+    form = FORMATS.get(
+        path.suffix.lower(), "GeoPackage" if content.head[:6] == b"SQLite" else "Shapefile"
+    )
     pyogrio = need("pyogrio", "gis", form)
     raw = need("pyogrio.raw", "gis", form)
     shapely = need("shapely", "gis", form)

@@ -1,7 +1,6 @@
 """Which format a file is in: by its first bytes, its name's ending and, in JSON, its type."""
 
 import gzip
-import io
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -9,18 +8,23 @@ from dataclasses import dataclass
 from importlib import import_module
 from json import JSONDecodeError
 from pathlib import Path
+from typing import Any
 
 from umbra.errors import InputError
+from umbra.readers.content import FileContent
 from umbra.readers.model import FileModel, ReadChoices
 
-__all__ = ["CITYGML", "FORMATS", "GZIP", "ZIP", "find_members", "find_reader", "read_json"]
+__all__ = [
+    "CITYGML", "FORMATS", "GZIP", "STREAMED", "ZIP", "find_kind", "find_members", "load_reader",
+    "read_json",
+]  # fmt: skip
 
 FORMATS = (
     "CityJSON (.json, .jsonl), CityGML (.gml, .gml.gz, .zip), glTF (.gltf, .glb), IFC, OBJ, PLY, "
     "STL, OFF, footprints (.geojson, .gpkg, .shp), height rasters (.tif)"
 )
 
-Reader = Callable[[bytes, Path, ReadChoices], FileModel]
+Reader = Callable[[Any, Path, ReadChoices], FileModel]
 
 # Readers load on first use: each brings libraries that take time to import.
 READERS = {
@@ -35,6 +39,9 @@ READERS = {
     "tiff": ("umbra.readers.raster", "read_raster"),
     "vector": ("umbra.readers.footprint_files", "read_vectors"),
 }
+
+STREAMED = {"citygml", "tiff", "vector"}
+"""Formats whose readers take a `FileContent`, and read it as a stream or by its name."""
 
 BY_ENDING = {
     ".json": "json",
@@ -58,7 +65,6 @@ BY_ENDING = {
 
 GZIP, ZIP = b"\x1f\x8b", b"PK\x03\x04"
 CITYGML = (".gml", ".citygml")
-_HEAD = 16_000  # bytes that hold a file's kind; roots of CityGML declare dozens of namespaces
 
 BY_CONTENT = {
     b"glTF": "glb",
@@ -74,11 +80,17 @@ BY_CONTENT = {
 }
 
 
-def find_reader(data: bytes, path: Path) -> Reader:
-    """Find the reader of a file that is not empty: (data, path, choices) -> FileModel."""
-    if is_citygml(data):
-        module, function = READERS["citygml"]
-        return getattr(import_module(module), function)
+def load_reader(kind: str) -> Reader:
+    """Import the reader of a kind: (data or content, path, choices) -> FileModel."""
+    module, function = READERS[kind]
+    return getattr(import_module(module), function)
+
+
+def find_kind(content: FileContent) -> str:
+    """Find the kind of a file that is not empty, a key of `READERS`."""
+    if is_citygml(content):
+        return "citygml"
+    data, path = content.head, content.path
     start = data[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
     unread = find_unread(data, path, by_ending=False)
     if unread is not None:
@@ -103,21 +115,22 @@ def find_reader(data: bytes, path: Path) -> Reader:
     if told is None and kind in {"citygml", "ifc", "tiff", "vector"}:
         msg = f"is named {path.suffix} but does not begin as such a file does; export it again"
         raise InputError(msg, ending=path.suffix)
-    module, function = READERS[kind]
-    return getattr(import_module(module), function)
+    return kind
 
 
-def is_citygml(data: bytes) -> bool:
+def is_citygml(content: FileContent) -> bool:
     """Return whether a file is CityGML, by its root's namespaces; also compressed."""
+    start = content.head
     try:
-        if data.startswith(GZIP):
-            data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(_HEAD)
-        elif data.startswith(ZIP):
-            with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if start.startswith(GZIP):
+            with content.open() as file, gzip.GzipFile(fileobj=file) as unpacked:
+                start = unpacked.read(16_000)
+        elif start.startswith(ZIP):
+            with content.open() as file, zipfile.ZipFile(file) as archive:
                 return bool(find_members(archive))
     except (EOFError, OSError, zipfile.BadZipFile, zlib.error):
         return False
-    start = data[:_HEAD].replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
+    start = start.replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
     return start.startswith(b"<") and b"opengis.net/citygml" in start
 
 

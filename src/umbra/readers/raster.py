@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.readers.checks import errors_of, need
+from umbra.readers.content import FileContent
 from umbra.readers.georeference import assumes_height_unit, name_crs, show_crs
 from umbra.readers.model import RASTERS, TRUNK, CrownRaster, Crowns, FileModel, ReadChoices
 from umbra.scene import Mesh, Part
@@ -44,7 +45,7 @@ class HeightRaster:
     has_unit: bool = False
 
 
-def read_raster(_data: bytes, path: Path, choices: ReadChoices) -> FileModel:
+def read_raster(_: FileContent, path: Path, choices: ReadChoices) -> FileModel:
     """Read a height raster: a surface or terrain, on which buildings may stand, or a canopy."""
     if choices.crowns is not None:
         return _read_canopy(path, choices)
