@@ -2,8 +2,8 @@
 JavaScript modules as one script, for a page that needs no network.
 
 Each module becomes a function that runs once; its imports become constants. This takes the
-two forms that the modules here use: ``import { a, b as c } from "./name.js";`` and ``export``
-before ``const``, ``function``, ``async function`` or ``class``.
+forms that the modules here use: ``import { a, b as c } from "./name.js";``, the same with
+``export``, and ``export`` before ``const``, ``function``, ``async function`` or ``class``.
 """
 
 import re
@@ -13,7 +13,7 @@ from umbra.errors import UmbraError
 
 __all__ = ["bundle", "read_asset"]
 
-_IMPORT = re.compile(r"""^import \{([^}]*)\} from ["']\./(\w+)\.js["'];\n""", re.MULTILINE)
+_IMPORT = re.compile(r"""^(import|export) \{([^}]*)\} from ["']\./(\w+)\.js["'];\n""", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:const|function|async function|class) (\w+))", re.MULTILINE)
 _OTHER = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 
@@ -46,7 +46,7 @@ def bundle(name: str) -> str:
         if module not in done:
             text = read_asset(f"{module}.js")
             for match in _IMPORT.finditer(text):
-                add(match[2], (*above, module))
+                add(match[3], (*above, module))
             done[module] = _wrap(module, text)
 
     add(name, ())
@@ -62,7 +62,9 @@ def _wrap(name: str, text: str) -> str:
     """Turn a module into a function that runs once and returns what the module exports."""
     exports = _EXPORT.findall(text)
     text = _EXPORT.sub("", text)
-    text = _IMPORT.sub(lambda found: f"const {{{_rename(found[1])}}} = ${found[2]};\n", text)
+    for kind, names, _ in _IMPORT.findall(text):
+        exports += re.findall(r"(\w+)\s*(?:,|$)", names) if kind == "export" else []
+    text = _IMPORT.sub(lambda found: f"const {{{_rename(found[2])}}} = ${found[3]};\n", text)
     unknown = _OTHER.search(text)
     if unknown:
         msg = f"{name}.js has a form of import or export that is not known: {unknown[0]}"

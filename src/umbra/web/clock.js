@@ -68,18 +68,27 @@ export const addDays = (date, days) => {
   return new Date(Date.UTC(year, month - 1, day + days)).toISOString().slice(0, 10);
 };
 
-/** The number of a date in its year, from 0. @param {string} date */
+/**
+ * The number of a date in its year, from 0.
+ * @param {string} date
+ */
 export const findDayOfYear = (date) =>
   Math.round((Date.parse(date) - Date.parse(`${date.slice(0, 4)}-01-01`)) / 86400000);
 
-/** Whether a text is a date of the calendar, ``YYYY-MM-DD``. @param {string} text */
+/**
+ * Whether a text is a date of the calendar, ``YYYY-MM-DD``.
+ * @param {string} text
+ */
 export const isDate = (text) => {
   if (!/^\d{4}-\d\d-\d\d$/.test(text)) return false;
   const parsed = Date.parse(text);
   return !Number.isNaN(parsed) && new Date(parsed).toISOString().startsWith(text);
 };
 
-/** Show minutes since midnight as ``HH:MM``. @param {number} minutes */
+/**
+ * Show minutes since midnight as ``HH:MM``.
+ * @param {number} minutes
+ */
 export const tellMinutes = (minutes) => {
   const whole = Math.floor(minutes + 1e-6);
   return `${String(Math.floor(whole / 60)).padStart(2, "0")}:${String(whole % 60).padStart(2, "0")}`;
@@ -95,7 +104,10 @@ export const parseMinutes = (text) => {
   return +match[1] * 60 + +(match[2] || 0);
 };
 
-/** The zone's short name at an instant, such as ``CEST`` or ``GMT+2``. @param {string} zone @param {number} instant */
+/**
+ * The zone's short name at an instant, such as ``CEST`` or ``GMT+2``.
+ * @param {string} zone @param {number} instant
+ */
 export const nameZone = (zone, instant) => {
   const format = new Intl.DateTimeFormat("en-GB", { timeZone: zone, timeZoneName: "short" });
   return format.formatToParts(instant).find((part) => part.type === "timeZoneName")?.value ?? zone;

@@ -1,0 +1,355 @@
+// The live model: its picture, its controls, and one state that both show.
+//
+// Data flows one way: a control or a gesture sets the state; a frame later the picture and the
+// controls are brought to it.
+
+import { isDate, nameZone, tellMinutes } from "./clock.js";
+import { Daylight } from "./daylight.js";
+import { el, fill, icon } from "./dom.js";
+import { unpackModel } from "./model.js";
+import { Orbit } from "./orbit.js";
+import { findShown, listThings, makeParts } from "./parts.js";
+import { isLit } from "./place.js";
+import { makePlacePanel } from "./place_panel.js";
+import { makeShare } from "./share.js";
+import { Stage } from "./stage.js";
+import { fromLink, toLink } from "./state.js";
+import { makeTimebar } from "./timebar.js";
+import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
+import { measure } from "./viewpoint.js";
+
+/** @typedef {import('./types.js').Vec3} Vec3 */
+/** @typedef {import('./model.js').Model} Model */
+/** @typedef {import('./state.js').State} State */
+/** @typedef {import('./types.js').Overlay} Overlay */
+
+/**
+ * @typedef {object} Hours results of a study
+ * @property {string} title
+ * @property {number[][]} ramp colours from 0 to most, sRGB 0 to 255
+ * @property {number} most [h]
+ * @property {string} note
+ * @property {{image: string, extent: [number, number, number, number], onModel: boolean} | null} plan
+ *
+ * @typedef {object} Config
+ * @property {string} name of the model, for files
+ * @property {string} title
+ * @property {string} subtitle
+ * @property {Record<string, any>} view as umbra's window saves it, in the model's own coordinates
+ * @property {number | null} ground in the model's own coordinates [m]
+ * @property {number[]} proposed parts of the proposal
+ * @property {string[]} notes
+ * @property {Hours | null} hours
+ * @property {boolean} hasLink whether the page's address keeps the view
+ * @property {boolean} takesWheel whether the wheel zooms without Ctrl
+ * @property {string} poster a picture for browsers without WebGL2
+ */
+
+const STATE_DELAY = 400;  // from a change to the address [ms]
+let number = 0;
+
+export class App {
+  /**
+   * @param {HTMLElement} root
+   * @param {Model} model
+   * @param {Config} config
+   * @param {(state: State) => void} [told] after each change
+   */
+  constructor(root, model, config, told = () => {}) {
+    this.id = ++number;
+    this.root = root;
+    this.model = model;
+    this.config = config;
+    this.told = told;
+    const { site } = model;
+    this.north = site?.north ?? 0;
+    this.daylight = new Daylight(site && {
+      latitude: site.latitude, longitude: site.longitude, elevation: site.elevation ?? 0, trueNorth: site.north, zone: site.zone,
+    });
+    this.things = listThings(model);
+    /** @type {number[]} object of each part */
+    this.thingOf = [];
+    this.things.forEach((thing, k) => { for (const part of thing.parts) this.thingOf[part] = k; });
+    const [low, high] = model.bounds;
+    /** level ground, local [m] */
+    this.ground = config.ground === null ? null : config.ground - model.origin[2];
+    this.middle = /** @type {Vec3} */ ([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, this.ground ?? low[2]]);
+    this.radius = Math.max(0.55 * Math.hypot(high[0] - low[0], high[1] - low[1]), 0.8 * measure(low, high) / 2, 1);
+    this.revision = 0;
+    this.state = this.#begin();
+    this.sun = this.daylight.sun(this.state);
+    /** @type {ArrayLike<number> | null} */
+    this.before = this.after = null;
+    this.hasChanges = false;
+    this.plane = findPlane(this, this.state);
+    this.#findParts();
+
+    this.stage = new Stage(this);
+    this.parts = makeParts(this);
+    this.timebar = makeTimebar(this);
+    this.place = makePlacePanel(this);
+    const share = makeShare(this);
+    this.panels = [this.timebar, this.place, this.parts, makeHours(this), makeMeasure(this), makeSection(this), makeDrawn(this), share]
+      .filter((panel) => panel !== null);
+    this.orbit = new Orbit(this.stage.canvas, {
+      viewpoint: this.state.viewpoint, bounds: model.bounds, floor: this.ground, north: this.north,
+      takesWheel: config.takesWheel, columns: () => (this.state.compare === "beside" ? 2 : 1),
+      find: (x, y) => this.stage.pick(x, y)?.position ?? null,
+      tap: (x, y) => this.choose(x, y),
+      changed: () => this.set({ viewpoint: this.orbit.viewpoint }),
+    });
+    this.#build(this.panels.slice(1).map((panel) => panel.element), share.keys);
+    this.stage.renderer.setGround(this.ground);
+    this.#layHours();
+    if (!this.#linked) this.orbit.set(this.#frameFirst());
+    this.listening = new AbortController();
+    const { signal } = this.listening;
+    this.stage.canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
+    if (config.hasLink) addEventListener("hashchange", () => this.#follow(location.hash), { signal });
+    this.watch = new ResizeObserver(() => this.redraw());
+    this.watch.observe(this.stage.canvas);
+    this.redraw();
+  }
+
+  /**
+   * The view with which the page begins: the link's, else the one that was packed.
+   * @returns {State}
+   */
+  #begin() {
+    const { view, proposed, hasLink } = this.config, { origin, parts } = this.model;
+    const given = view.viewpoint, target = /** @type {Vec3} */ (given.target.map((/** @type {number} */ v, /** @type {number} */ k) => v - origin[k]));
+    /** @type {Map<number, import('./state.js').Standing>} */
+    const standing = new Map(proposed.map((part) => [this.thingOf[part], "proposed"]));
+    const start = /** @type {State} */ ({
+      viewpoint: { target, heading: given.heading, tilt: given.tilt, distance: given.distance, fov: given.fov },
+      date: isDate(view.sun.date) ? view.sun.date : "2026-03-21", minutes: view.sun.minutes, share: 0,
+      azimuth: view.sun.azimuth, altitude: view.sun.altitude, standing, compare: standing.size ? "swipe" : "after", swipe: 0.5,
+      place: null, tool: "choose", distances: [], begun: null, section: null, hasPath: true,
+      hasCompass: true, hasHours: this.config.hours !== null, hasEdges: true, playing: null,
+    });
+    const link = (hasLink && location.hash) || view.page || "";
+    const linked = fromLink(link, origin, this.things.length, parts.length);
+    this.#linked = linked.viewpoint !== undefined;
+    return { ...start, ...linked };
+  }
+
+  /** Whether the view came with a link: it is not framed then. */
+  #linked = false;
+
+  /** The packed view fits a window; from there come near enough to fill this picture. */
+  #frameFirst() {
+    const { wide, high } = this.stage.size, { viewpoint } = this.state;
+    const times = Math.max(1, 1.25 / (wide / high));  // a tall picture is narrow
+    return { ...viewpoint, distance: viewpoint.distance * times };
+  }
+
+  /**
+   * Change the state; everything follows at the next frame.
+   * @param {Partial<State>} some
+   */
+  set(some) {
+    const { state } = this;
+    this.state = { ...state, ...some };
+    if (some.standing || some.compare) { this.revision++; this.#findParts(); }
+    if (some.standing && !this.hasChanges && this.state.compare !== "after") this.state.compare = "after";
+    if (some.section !== undefined) this.plane = findPlane(this, this.state);
+    if (some.hasHours !== undefined && some.hasHours !== state.hasHours) this.#layHours();
+    this.sun = this.daylight.sun(this.state);
+    this.redraw();
+  }
+
+  redraw() {
+    if (this.waits) return;
+    this.waits = requestAnimationFrame((now) => {
+      this.waits = 0;
+      const plays = this.timebar.play(now);
+      this.#update();
+      if (plays) this.redraw();
+    });
+  }
+
+  waits = 0;
+
+  #update() {
+    const { state } = this;
+    this.stage.draw(state);
+    for (const panel of this.panels) panel.update(state);
+    this.#markStage(state);
+    this.told(state);
+    if (!this.config.hasLink) return;
+    clearTimeout(this.saving);
+    this.saving = setTimeout(() => {
+      if (!this.state.playing) history.replaceState(null, "", `#${toLink(this.state, this.model.origin)}`);
+    }, STATE_DELAY);
+  }
+
+  saving = 0;
+
+  #findParts() {
+    const { standing } = this.state, count = this.model.parts.length;
+    this.before = findShown(this.things, standing, false, count);
+    this.after = findShown(this.things, standing, true, count);
+    this.hasChanges = [...standing.values()].some((one) => one === "proposed" || one === "removed");
+  }
+
+  /**
+   * Whether the chosen place is in the sun now; null at night or without a place.
+   * @param {boolean} isAfter
+   */
+  isLit(isAfter) {
+    const { place } = this.state;
+    if (!place || this.sun.altitude <= 0) return null;
+    return isLit(this.model, place, /** @type {Vec3} */ (this.sun.direction), isAfter ? this.after : this.before);
+  }
+
+  /**
+   * The days of the longest, the shortest and an even path in a date's year.
+   * @param {string} date
+   */
+  solstices(date) {
+    const year = date.slice(0, 4);
+    return ["06-21", "12-21", "03-20"].map((day) => this.daylight.day(`${year}-${day}`)).filter((day) => day !== null);
+  }
+
+  /**
+   * Choose the place at a pixel, or measure from and to it.
+   * @param {number} x @param {number} y
+   */
+  choose(x, y) {
+    const place = this.stage.pick(x, y), { state } = this;
+    if (state.tool !== "measure") { this.set({ place }); return; }
+    if (!place) return;
+    if (!state.begun) this.set({ begun: place.position });
+    else this.set({ begun: null, distances: [...state.distances, [state.begun, place.position]] });
+  }
+
+  /** A PNG of the picture with its caption. */
+  shoot() {
+    return this.stage.shoot(this.state, this.tellView());
+  }
+
+  /** Title, date, time and sun in one line. */
+  tellView() {
+    const { state, sun, config } = this, { site } = this.daylight;
+    const when = site ? `${state.date} ${tellMinutes(state.minutes)} ${nameZone(site.zone, this.daylight.instant(state))}` : "";
+    return [config.title, when, `sun ${sun.altitude.toFixed(1)}° high, azimuth ${sun.azimuth.toFixed(1)}°`, "umbra"].filter(Boolean).join(" · ");
+  }
+
+  dispose() {
+    cancelAnimationFrame(this.waits);
+    clearTimeout(this.saving);
+    this.listening.abort();
+    this.watch.disconnect();
+    this.orbit.dispose();
+    this.stage.dispose();
+    fill(this.root);
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const { wide, high } = this.stage.size;
+    if (event.key === "Enter") this.choose(this.state.compare === "beside" ? (3 * wide) / 4 : wide / 2, high / 2);
+    else if (event.key === "Escape") this.set({ begun: null, tool: "choose" });
+    else if (event.key === "f" && this.state.place) this.orbit.goTo(this.state.place.position);
+    else if (event.key === " ") this.set({ playing: this.state.playing ? null : "day" });
+    else return;
+    event.preventDefault();
+  }
+
+  /** @param {string} link */
+  #follow(link) {
+    const { model, things } = this;
+    if (link.replace(/^#/, "") === toLink(this.state, model.origin)) return;
+    const state = fromLink(link, model.origin, things.length, model.parts.length);
+    this.set(state);
+    if (state.viewpoint) this.orbit.set(state.viewpoint);
+  }
+
+  async #layHours() {
+    const { renderer } = this.stage, { hours } = this.config;
+    /** @type {Overlay | null} */
+    let overlay = null;
+    if (hours && this.state.hasHours && hours.plan) {
+      const image = new Image();
+      image.src = hours.plan.image;
+      await image.decode();
+      if (!this.state.hasHours) return;
+      const { extent, onModel } = hours.plan, [x, y] = this.model.origin;
+      overlay = { plan: { image, extent: [extent[0] - x, extent[1] - y, extent[2] - x, extent[3] - y], onModel } };
+    }
+    renderer.setOverlay(overlay);
+    this.redraw();
+  }
+
+  /** @param {Element[]} panels @param {Element} keys */
+  #build(panels, keys) {
+    const { config, orbit } = this;
+    const button = (/** @type {string} */ words, /** @type {Parameters<typeof icon>} */ names, /** @type {() => void} */ act) =>
+      el("button", { type: "button", "aria-label": words, title: words, onclick: act }, icon(...names));
+    const compass = button("North up", ["needle", "tail"], () => orbit.look(this.north, this.state.viewpoint.tilt));
+    compass.classList.add("compass");
+    const views = el("div", { class: "views", role: "group", "aria-label": "View" }, compass,
+      button("Nearer", ["plus"], () => orbit.approach(1.4)), button("Farther", ["minus"], () => orbit.approach(1 / 1.4)),
+      button("The whole model", ["home"], () => orbit.showAll()), button("From above", ["above"], () => orbit.look(this.north, -89.9)));
+    this.needle = compass.firstElementChild;
+    this.swipe = el("div", { class: "swipe", role: "slider", tabindex: 0, "aria-label": "Before and after", "aria-valuemin": 0, "aria-valuemax": 100, "aria-orientation": "horizontal" });
+    this.#listenSwipe(this.swipe);
+    this.sides = el("div", { class: "sides", "aria-hidden": "true" }, el("span", {}, "Before"), el("span", {}, "After"));
+    const title = el("header", { class: "title" }, el("h1", {}, config.title), config.subtitle && el("p", {}, config.subtitle));
+    this.picture = el("main", { class: "picture" }, this.stage.canvas, this.stage.cover, this.sides, this.swipe, title, views);
+    const notes = config.notes.length > 0
+      && el("details", {}, el("summary", {}, "Notes on the model"), el("ul", { class: "notes" }, ...config.notes.map((note) => el("li", {}, note))));
+    const panel = el("aside", { class: "panel", "aria-label": "Tools" }, ...panels, keys, notes);
+    fill(this.root, el("div", { class: "frame" }, this.picture, this.timebar.element, panel));
+  }
+
+  /** @param {HTMLElement} handle */
+  #listenSwipe(handle) {
+    const put = (/** @type {number} */ swipe) => this.set({ swipe: Math.max(0.02, Math.min(0.98, swipe)) });
+    handle.addEventListener("pointerdown", (event) => handle.setPointerCapture(event.pointerId));
+    handle.addEventListener("pointermove", (event) => {
+      if (!handle.hasPointerCapture(event.pointerId)) return;
+      const box = this.picture.getBoundingClientRect();
+      put((event.clientX - box.left) / box.width);
+    });
+    handle.addEventListener("keydown", (event) => {
+      const by = { ArrowLeft: -0.02, ArrowRight: 0.02, PageDown: -0.1, PageUp: 0.1 }[event.key];
+      if (by === undefined) return;
+      event.preventDefault();
+      put(this.state.swipe + by);
+    });
+  }
+
+  /** @param {State} state */
+  #markStage({ compare, swipe, viewpoint, tool }) {
+    const isSwipe = compare === "swipe", isBeside = compare === "beside";
+    this.swipe.hidden = !isSwipe;
+    this.swipe.style.left = `${100 * swipe}%`;
+    this.swipe.setAttribute("aria-valuenow", String(Math.round(100 * swipe)));
+    this.sides.hidden = !isSwipe && !isBeside;
+    this.sides.style.setProperty("--at", `${isSwipe ? 100 * swipe : 50}%`);
+    this.picture.classList.toggle("measures", tool === "measure");
+    this.needle?.setAttribute("transform", `rotate(${(this.north - viewpoint.heading).toFixed(1)})`);
+  }
+}
+
+/**
+ * Show a model in an element; without WebGL2 a picture of it.
+ * @param {HTMLElement} root
+ * @param {Uint8Array} block as umbra packs it
+ * @param {Config} config
+ * @param {(state: State) => void} [told] after each change
+ * @returns {Promise<App | null>}
+ */
+export const mount = async (root, block, config, told) => {
+  root.classList.add("umbra");
+  try {
+    return new App(root, await unpackModel(block), config, told);
+  } catch (error) {
+    const words = error instanceof Error ? error.message : String(error);
+    fill(root, el("div", { class: "missing" }, el("h1", {}, config.title),
+      config.poster && el("img", { src: config.poster, alt: `${config.title}: a picture of the model with its shadows` }),
+      el("p", { role: "alert" }, `The model cannot be moved in this browser: ${words}`)));
+    return null;
+  }
+};

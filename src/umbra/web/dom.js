@@ -1,0 +1,81 @@
+// Elements made from names, attributes and text. Text is never read as HTML: names come from files.
+
+/**
+ * @typedef {Node | string | number | null | false | undefined} Child
+ */
+
+/**
+ * Make an element. Attributes named ``on...`` listen; true and false set or leave out.
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag
+ * @param {Record<string, unknown>} [attributes]
+ * @param {...Child} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
+export const el = (tag, attributes = {}, ...children) => {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
+    else made.setAttribute(name, value === true ? "" : String(value));
+  }
+  fill(made, ...children);
+  return made;
+};
+
+/**
+ * Replace what an element holds.
+ * @param {Element} element
+ * @param {...Child} children
+ */
+export const fill = (element, ...children) => {
+  const shown = children.filter((child) => child !== null && child !== false && child !== undefined);
+  element.replaceChildren(...shown.map((child) => (child instanceof Node ? child : String(child))));
+};
+
+const PATHS = {
+  play: "M5 3l11 7-11 7z",
+  pause: "M5 3h4v14H5zM11 3h4v14h-4z",
+  plus: "M9 4h2v5h5v2h-5v5H9v-5H4V9h5z",
+  minus: "M4 9h12v2H4z",
+  home: "M10 3l8 7h-2.5v7h-4v-5h-3v5h-4v-7H2z",
+  above: "M10 2l8 4.5v7L10 18l-8-4.5v-7zM10 4.3L4.2 7.5 10 10.8l5.8-3.3z",
+  needle: "M10 1l4.2 9H5.8z",
+  tail: "M10 19l4.2-9H5.8z",
+};
+
+/**
+ * Draw a small picture for a button, hidden from screen readers.
+ * @param {...keyof typeof PATHS} names one shape each
+ */
+export const icon = (...names) => {
+  const space = "http://www.w3.org/2000/svg", svg = document.createElementNS(space, "svg");
+  svg.setAttribute("viewBox", "0 0 20 20");
+  svg.setAttribute("aria-hidden", "true");
+  for (const name of names) {
+    const path = document.createElementNS(space, "path");
+    path.setAttribute("d", PATHS[name]);
+    path.setAttribute("class", name);
+    svg.append(path);
+  }
+  return svg;
+};
+
+/**
+ * A slider with its label above.
+ * @param {string} label
+ * @param {{min: number, max: number, step: number | "any", value: number}} range
+ * @param {(value: number) => void} act
+ * @param {(value: number) => string} tell what the value means, for screen readers
+ */
+export const slider = (label, range, act, tell) => {
+  const input = el("input", {
+    type: "range", ...range, "aria-label": label, "aria-valuetext": tell(range.value),
+    oninput: () => act(Number(input.value)),
+  });
+  const set = (/** @type {number} */ value) => {
+    input.value = String(value);
+    input.setAttribute("aria-valuetext", tell(value));
+  };
+  return { input, set };
+};

@@ -1,0 +1,121 @@
+// The model's objects: in both states, only after a change or only before it, or off.
+
+import { el, fill } from "./dom.js";
+import { COMPARE } from "./state.js";
+
+/** @typedef {import('./app.js').App} App */
+/** @typedef {import('./state.js').State} State */
+/** @typedef {import('./state.js').Standing} Standing */
+/** @typedef {import('./model.js').Model} Model */
+
+/**
+ * @typedef {object} Thing an object of the model, which may have several parts: walls, a roof
+ * @property {string} label
+ * @property {string} layer
+ * @property {string[]} kinds
+ * @property {number[]} parts
+ */
+
+const MOST = 100;  // rows that are shown at once
+const STANDINGS = /** @type {[Standing, string][]} */ ([
+  ["on", "shown"], ["proposed", "proposed"], ["removed", "to be removed"], ["off", "off"],
+]);
+const MODES = { after: "After", before: "Before", swipe: "Swipe", beside: "Side by side" };
+
+/**
+ * Join the parts of each object.
+ * @param {Model} model @returns {Thing[]}
+ */
+export const listThings = (model) => {
+  /** @type {Map<string, Thing>} */
+  const things = new Map();
+  model.parts.forEach(({ label, layer, kind }, part) => {
+    const thing = things.get(label) ?? { label, layer, kinds: [], parts: [] };
+    thing.parts.push(part);
+    if (kind && !thing.kinds.includes(kind)) thing.kinds.push(kind);
+    things.set(label, thing);
+  });
+  return [...things.values()];
+};
+
+/**
+ * Which parts stand before or after a change; null: all.
+ * @param {Thing[]} things
+ * @param {Map<number, Standing>} standing
+ * @param {boolean} isAfter
+ * @param {number} partCount
+ */
+export const findShown = (things, standing, isAfter, partCount) => {
+  if (!standing.size) return null;
+  const shown = new Uint8Array(partCount).fill(1);
+  for (const [object, where] of standing) {
+    const stands = where === "on" || (where === "proposed" && isAfter) || (where === "removed" && !isAfter);
+    if (!stands) for (const part of things[object].parts) shown[part] = 0;
+  }
+  return shown;
+};
+
+/** @param {App} app */
+export const makeParts = (app) => {
+  const { things } = app, state = () => app.state;
+  const list = el("ul", { class: "things", "aria-label": "Objects" });
+  const count = el("p", { class: "quiet", role: "status" });
+  let found = things.map((_, k) => k);
+  const put = (/** @type {number[]} */ objects, /** @type {Standing} */ where) => {
+    const standing = new Map(state().standing);
+    for (const object of objects) {
+      if (where === "on") standing.delete(object);
+      else standing.set(object, where);
+    }
+    app.set({ standing });
+  };
+  const choose = (/** @type {string} */ label, /** @type {Standing} */ value, /** @type {(where: Standing) => void} */ act) => {
+    const select = el("select", { "aria-label": label, onchange: () => act(/** @type {Standing} */ (select.value)) },
+      ...STANDINGS.map(([name, words]) => el("option", { value: name, selected: name === value }, words)));
+    select.value = value;
+    return select;
+  };
+  const filter = el("input", {
+    type: "search", placeholder: "Find by name, kind or layer", "aria-label": "Find objects",
+    oninput: () => { search(); update(state(), true); },
+  });
+  const search = () => {
+    const words = filter.value.trim().toLowerCase();
+    found = things.flatMap((thing, k) =>
+      [thing.label, thing.layer, ...thing.kinds].some((text) => text.toLowerCase().includes(words)) ? [k] : []);
+  };
+  const all = el("select", { "aria-label": "Set all found", onchange: () => {
+    if (all.value) put(found, /** @type {Standing} */ (all.value));
+    all.value = "";
+  } }, el("option", { value: "" }, "Set all found…"), ...STANDINGS.map(([name, words]) => el("option", { value: name }, words)));
+  const modes = el("fieldset", { class: "modes" }, el("legend", { class: "hidden" }, "Before and after"),
+    ...COMPARE.map((mode) => el("label", {},
+      el("input", { type: "radio", name: `compare-${app.id}`, value: mode, onchange: () => app.set({ compare: mode }) }),
+      el("span", {}, MODES[mode]))));
+  const hint = el("p", { class: "quiet" });
+  const element = el("details", {}, el("summary", {}, "Objects, before and after"), modes, hint,
+    el("div", { class: "line" }, filter, all), count, list);
+  element.addEventListener("toggle", () => update(state(), true));
+
+  /** @type {Map<number, Standing> | null} */
+  let drawn = null;
+  /** @param {State} now @param {boolean} [again] */
+  const update = (now, again = false) => {
+    for (const input of modes.querySelectorAll("input")) input.checked = input.value === now.compare;
+    const marks = [...now.standing.values()];
+    const changes = marks.filter((one) => one === "proposed" || one === "removed").length;
+    fill(hint, changes ? `${changes} object${changes > 1 ? "s" : ""} differ before and after.`
+      : "Mark objects as proposed or to be removed, here or after a click on them, to compare before and after.");
+    if (!element.open || (!again && drawn === now.standing)) return;
+    drawn = now.standing;
+    fill(list, ...found.slice(0, MOST).map((k) => {
+      const { label, kinds, layer } = things[k], where = now.standing.get(k) ?? "on";
+      const about = [layer, kinds.slice(0, 3).join(", ")].filter(Boolean).join(" · ");
+      return el("li", { class: where }, el("span", { class: "label" }, label || "(no name)", about && el("small", {}, about)),
+        choose(`${label}: shown when`, where, (value) => put([k], value)));
+    }));
+    fill(count, found.length > MOST ? `${found.length.toLocaleString("en")} objects; the first ${MOST} are listed`
+      : `${found.length.toLocaleString("en")} object${found.length === 1 ? "" : "s"}`);
+  };
+  return { element, update, choose, put };
+};

@@ -1,0 +1,122 @@
+// The chosen place: its hours of sun on the date, and who stands in the sun's way now.
+
+import { tellClock } from "./timebar.js";
+import { el, fill } from "./dom.js";
+import { findCasters, findSunlight } from "./place.js";
+
+/** @typedef {import('./app.js').App} App */
+/** @typedef {import('./state.js').State} State */
+/** @typedef {import('./state.js').Place} Place */
+/** @typedef {import('./types.js').Vec3} Vec3 */
+/** @typedef {ArrayLike<number | boolean> | null} Parts */
+
+const NAMED = 4;  // casters that are named
+
+/**
+ * Show hours and minutes: 3 h 05 min.
+ * @param {number} hours
+ */
+export const tellHours = (hours) => {
+  const minutes = Math.round(hours * 60);
+  return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")} min`;
+};
+
+/** @param {App} app */
+export const makePlacePanel = (app) => {
+  const body = el("div", { class: "place" });
+  const element = el("details", { open: true }, el("summary", {}, "At a place"), body);
+  const site = app.daylight.site, zone = site?.zone ?? "UTC";
+
+  /** What is kept while place, date and parts stay: only the sun's way changes with the time. */
+  let kept = { key: "", days: /** @type {{title: string, parts: Parts, sun: import('./place.js').Sunlight | null}[]} */ ([]) };
+  const findDays = (/** @type {State} */ state, /** @type {Place} */ place) => {
+    const key = [app.revision, state.date, place.position.join()].join("|");
+    if (kept.key !== key) {
+      const day = app.daylight.day(state.date);
+      const count = (/** @type {Parts} */ parts) => (site && day ? findSunlight(app.model, site, day, place, parts) : null);
+      const days = [{ title: app.hasChanges ? "After" : "", parts: app.after, sun: count(app.after) }];
+      if (app.hasChanges) days.unshift({ title: "Before", parts: app.before, sun: count(app.before) });
+      kept = { key, days };
+    }
+    return kept.days;
+  };
+  const tellWhere = (/** @type {Place} */ place) => {
+    const own = place.position.map((value, k) => (value + app.model.origin[k]).toFixed(2));
+    return `x ${own[0]}, y ${own[1]}, z ${own[2]} m`;
+  };
+  /** @param {Place} place @param {Parts} parts */
+  const tellNow = (place, parts) => {
+    const { sun } = app;
+    if (sun.altitude <= 0) return "The sun is below the horizon.";
+    const direction = /** @type {Vec3} */ (sun.direction);
+    if (place.normal && place.normal.every((v) => v === 0) === false) {
+      const facing = place.normal[0] * direction[0] + place.normal[1] * direction[1] + place.normal[2] * direction[2];
+      if (facing <= 0) return "Now in shadow: the surface is turned away from the sun.";
+    }
+    const names = findCasters(app.model, place, direction, parts);
+    if (!names.length) return "Now in the sun.";
+    const more = names.length > NAMED ? ` and ${names.length - NAMED} more` : "";
+    return `Now in shadow of ${names.slice(0, NAMED).join(", ")}${more}.`;
+  };
+  /**
+   * A strip of the day: night, shadow, sun.
+   * @param {import('./place.js').Sunlight} sun @param {string} date
+   */
+  const drawStrip = (sun, date) => {
+    const day = app.daylight.day(date);
+    if (!day) return null;
+    const share = (/** @type {number} */ instant) => (100 * (instant - day.begin)) / (day.end - day.begin);
+    const strip = el("div", { class: "strip", "aria-hidden": "true" });
+    const put = (/** @type {string} */ name, /** @type {number} */ from, /** @type {number} */ to) => {
+      const bar = el("i", { class: name });
+      bar.style.left = `${share(from)}%`;
+      bar.style.width = `${share(to) - share(from)}%`;
+      strip.append(bar);
+    };
+    for (const [from, to] of day.up) put("dark", from, to);
+    for (const [from, to] of sun.spells) put("lit", from, to);
+    const now = el("i", { class: "now" });
+    now.style.left = `${share(app.daylight.instant(app.state))}%`;
+    strip.append(now);
+    return strip;
+  };
+  /** @param {Place} place @param {State} state @param {ReturnType<typeof findDays>[number]} one */
+  const drawDay = (place, state, { title, parts, sun }) => {
+    const figures = sun && el("dl", { class: "figures" },
+      el("div", {}, el("dt", {}, "Sun"), el("dd", {}, tellHours(sun.hours))),
+      el("div", {}, el("dt", {}, "First"), el("dd", {}, sun.spells.length ? tellClock(zone, sun.spells[0][0]) : "none")),
+      el("div", {}, el("dt", {}, "Last"), el("dd", {}, sun.spells.length ? tellClock(zone, sun.spells[sun.spells.length - 1][1]) : "none")));
+    const spells = sun && sun.spells.length > 1
+      && el("p", { class: "quiet" }, `In the sun ${sun.spells.map(([from, to]) => `${tellClock(zone, from)}–${tellClock(zone, to)}`).join(", ")}.`);
+    return el("div", { class: "day" }, title && el("h3", {}, title), figures, sun && drawStrip(sun, state.date), spells,
+      el("p", { class: "now-words", "data-now": title }, tellNow(place, parts)));
+  };
+  /** @param {State} state */
+  const update = (state) => {
+    const { place } = state;
+    if (!place) {
+      if (body.dataset.key !== "none") {
+        fill(body, el("p", { class: "quiet" }, "Click or tap a place on the model or the ground: its hours of sun on this date, and who casts a shadow on it now."));
+      }
+      body.dataset.key = "none";
+      return;
+    }
+    if (!element.open || state.playing === "year") return;
+    const key = [app.revision, state.date, Math.floor(state.minutes), state.azimuth, state.altitude, place.position.join()].join("|");
+    if (body.dataset.key === key) return;
+    body.dataset.key = key;
+    const object = place.part < 0 ? null : app.thingOf[place.part];
+    const name = object === null ? "The ground" : app.things[object].label || "(no name)";
+    const hadFocus = body.contains(document.activeElement) && document.activeElement instanceof HTMLSelectElement;
+    fill(body,
+      el("p", { class: "where" }, el("strong", {}, name), " ", el("span", { class: "quiet" }, tellWhere(place))),
+      ...findDays(state, place).map((one) => drawDay(place, state, one)),
+      el("div", { class: "line" },
+        object !== null && el("label", { class: "line quiet" }, "This object is",
+          app.parts.choose("This object is", state.standing.get(object) ?? "on", (where) => app.parts.put([object], where))),
+        el("button", { type: "button", onclick: () => app.orbit.goTo(place.position) }, "Go there"),
+        el("button", { type: "button", onclick: () => app.set({ place: null }) }, "Clear")));
+    if (hadFocus) body.querySelector("select")?.focus();
+  };
+  return { element, update };
+};

@@ -1,0 +1,159 @@
+// The picture: the renderer's canvas below, lines and words on a canvas above it.
+
+import { el } from "./dom.js";
+import { Renderer } from "./renderer.js";
+import { SignPainter } from "./signs.js";
+import { findEye, move } from "./viewpoint.js";
+
+/** @typedef {import('./app.js').App} App */
+/** @typedef {import('./state.js').State} State */
+/** @typedef {import('./types.js').Vec3} Vec3 */
+/** @typedef {import('./types.js').View} View */
+/** @typedef {import('./signs.js').Signs} Signs */
+
+const DAY = { sky: [0.55, 0.71, 0.9], horizon: [0.9, 0.93, 0.96], ground: [0.86, 0.85, 0.82] };
+const DUSK = { sky: [0.36, 0.42, 0.58], horizon: [0.93, 0.78, 0.62], ground: [0.7, 0.68, 0.68] };
+const NIGHT = { sky: [0.1, 0.12, 0.2], horizon: [0.22, 0.25, 0.34], ground: [0.36, 0.37, 0.42] };
+
+/**
+ * Mix two sets of colours.
+ * @param {typeof DAY} a @param {typeof DAY} b @param {number} t
+ */
+const mix = (a, b, t) => {
+  const blend = (/** @type {number[]} */ x, /** @type {number[]} */ y) =>
+    /** @type {Vec3} */ (x.map((value, k) => value + (y[k] - value) * Math.max(0, Math.min(1, t))));
+  return { sky: blend(a.sky, b.sky), horizon: blend(a.horizon, b.horizon), ground: blend(a.ground, b.ground) };
+};
+
+/**
+ * Colours of sky and ground at an altitude of the sun [degrees].
+ * @param {number} altitude
+ */
+const findColors = (altitude) =>
+  altitude > 0 ? mix(DUSK, DAY, altitude / 12) : mix(DUSK, NIGHT, -altitude / 8);
+
+export class Stage {
+  /** @param {App} app */
+  constructor(app) {
+    this.app = app;
+    this.canvas = el("canvas", {
+      class: "model", tabindex: 0, role: "application",
+      "aria-label": `${app.config.title}: the model with its shadows. Arrow keys turn it, plus and minus come nearer, Enter chooses the place in the middle.`,
+    });
+    this.cover = el("canvas", { class: "signs", "aria-hidden": "true" });
+    this.renderer = new Renderer(this.canvas, app.model, {});
+    this.renderer.onrestored = () => app.redraw();
+    const pen = this.cover.getContext("2d");
+    if (!pen) throw new Error("this browser draws no 2D canvas");
+    this.pen = pen;
+    this.canvas.addEventListener("focus", () => app.redraw());
+    this.canvas.addEventListener("blur", () => app.redraw());
+  }
+
+  get size() {
+    return { wide: this.canvas.clientWidth || 1, high: this.canvas.clientHeight || 1 };
+  }
+
+  /**
+   * Bring the renderer to a state and draw.
+   * @param {State} state
+   */
+  draw(state) {
+    const { app, renderer } = this, { wide, high } = this.size, { viewpoint } = state;
+    const near = Math.max(0.05, Math.min(viewpoint.distance / 200, 1));
+    renderer.setCamera({ eye: findEye(viewpoint), target: viewpoint.target, fov: viewpoint.fov, near });
+    const direction = /** @type {Vec3} */ (app.sun.direction);
+    renderer.setLights(app.sun.altitude > 0 ? [{ direction }] : []);
+    renderer.setStyle({ ...findColors(app.sun.altitude), edges: state.hasEdges });
+    renderer.setClip(app.plane);
+    renderer.setViews(this.#findViews(state, wide, high));
+    if (state.compare !== "swipe" && state.compare !== "beside") {
+      renderer.setParts(state.compare === "before" ? app.before : app.after);
+    }
+    renderer.draw();
+    this.#drawSigns(state, wide, high);
+  }
+
+  /** @param {State} state @param {number} wide @param {number} high @returns {View[] | null} */
+  #findViews({ compare, swipe }, wide, high) {
+    const before = { cast: this.app.before, show: this.app.before }, after = { cast: this.app.after, show: this.app.after };
+    const x = Math.round(compare === "swipe" ? wide * swipe : wide / 2);
+    const left = /** @type {[number, number, number, number]} */ ([0, 0, x, high]);
+    const right = /** @type {[number, number, number, number]} */ ([x, 0, wide - x, high]);
+    if (compare === "swipe") return [{ ...before, scissor: left }, { ...after, scissor: right }];
+    if (compare === "beside") return [{ ...before, viewport: left }, { ...after, viewport: right }];
+    return null;
+  }
+
+  /** @param {State} state @param {number} wide @param {number} high */
+  #drawSigns(state, wide, high) {
+    const { pen, cover, app } = this, dot = Math.min(window.devicePixelRatio || 1, 3);
+    if (cover.width !== Math.round(wide * dot)) cover.width = Math.round(wide * dot);
+    if (cover.height !== Math.round(high * dot)) cover.height = Math.round(high * dot);
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, cover.width, cover.height);
+    const isBeside = state.compare === "beside", each = isBeside ? wide / 2 : wide;
+    for (let k = 0; k < (isBeside ? 2 : 1); k++) {
+      pen.save();
+      pen.setTransform(dot, 0, 0, dot, k * each * dot, 0);
+      pen.beginPath();
+      pen.rect(0, 0, each, high);
+      pen.clip();
+      const isAfter = isBeside ? k === 1 : state.compare !== "before";
+      new SignPainter(pen, this.#findSigns(state, isAfter), each, high).draw();
+      pen.restore();
+    }
+  }
+
+  /** @param {State} state @param {boolean} isAfter @returns {Signs} */
+  #findSigns(state, isAfter) {
+    const { app } = this;
+    return {
+      viewpoint: state.viewpoint, middle: app.middle, radius: app.radius, north: app.north, sun: app.sun,
+      day: app.daylight.day(state.date), others: app.solstices(state.date), hasPath: state.hasPath,
+      hasCompass: state.hasCompass, distances: state.distances, begun: state.begun,
+      place: state.place && { position: state.place.position, lit: app.isLit(isAfter) },
+      hasCross: this.canvas.matches(":focus-visible"),
+    };
+  }
+
+  /**
+   * What is seen at a place of the picture; its normal on the side that is seen.
+   * @param {number} x @param {number} y
+   */
+  pick(x, y) {
+    const hit = this.renderer.pick(x, y);
+    if (!hit) return null;
+    const from = move(hit.position, findEye(this.app.state.viewpoint), -1);
+    const away = from[0] * hit.normal[0] + from[1] * hit.normal[1] + from[2] * hit.normal[2] > 0;
+    const normal = /** @type {Vec3} */ (away ? hit.normal.map((value) => -value) : [...hit.normal]);
+    return { position: hit.position, normal, part: hit.part };
+  }
+
+  /**
+   * The picture with its lines, and a caption below, as PNG.
+   * @param {State} state @param {string} caption @returns {Promise<Blob>}
+   */
+  shoot(state, caption) {
+    const focused = this.canvas.matches(":focus-visible");
+    if (focused) this.canvas.blur();
+    this.draw(state);  // in this task, as the browser clears the canvas after it
+    const { width, height } = this.canvas, line = Math.round((26 * width) / this.size.wide);
+    const sheet = el("canvas", { width, height: height + line }), pen = sheet.getContext("2d");
+    if (!pen) throw new Error("this browser draws no 2D canvas");
+    pen.fillStyle = "#ffffff";
+    pen.fillRect(0, 0, width, height + line);
+    pen.drawImage(this.canvas, 0, 0);
+    pen.drawImage(this.cover, 0, 0, width, height);
+    pen.fillStyle = "#1c1c22";
+    pen.font = `${Math.round(line * 0.52)}px system-ui, sans-serif`;
+    pen.textBaseline = "middle";
+    pen.fillText(caption, line * 0.4, height + line / 2, width - line * 0.8);
+    return new Promise((done, fail) =>
+      sheet.toBlob((blob) => (blob ? done(blob) : fail(new Error("the picture is empty"))), "image/png"));
+  }
+
+  dispose() {
+    this.renderer.dispose();
+  }
+}

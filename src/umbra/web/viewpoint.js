@@ -1,0 +1,134 @@
+// Where one looks from, as umbra's window keeps it: a target and a direction of view.
+
+/** @typedef {import('./types.js').Vec3} Vec3 */
+
+/**
+ * @typedef {object} Viewpoint
+ * @property {Vec3} target centre of the orbit, local [m]
+ * @property {number} heading direction of view, clockwise from +y [degrees]
+ * @property {number} tilt elevation of the direction of view [degrees]
+ * @property {number} distance from the eye to the target [m]
+ * @property {number} fov vertical field of view [degrees]
+ *
+ * @typedef {{right: Vec3, up: Vec3, forward: Vec3}} Axes
+ */
+
+const RADIANS = Math.PI / 180;
+const STEEPEST = 89.9;  // [degrees], so that "up" stays defined
+const MARGIN = 1.06;
+
+/** @param {Vec3} a @param {Vec3} b */
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+/**
+ * Return a + t b.
+ * @param {Vec3} a @param {Vec3} b @param {number} t @returns {Vec3}
+ */
+export const move = (a, b, t = 1) => [a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]];
+
+/** @param {Vec3} a @param {Vec3} b */
+export const measure = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+
+/** @param {Viewpoint} view @returns {Axes} unit vectors */
+export const findAxes = (view) => {
+  const turn = view.heading * RADIANS, lift = view.tilt * RADIANS;
+  const [s, c, h, v] = [Math.sin(turn), Math.cos(turn), Math.cos(lift), Math.sin(lift)];
+  return { right: [c, -s, 0], up: [-s * v, -c * v, h], forward: [s * h, c * h, v] };
+};
+
+/** @param {Viewpoint} view */
+export const findEye = (view) => move(view.target, findAxes(view).forward, -view.distance);
+
+/**
+ * The ray through a place of the picture, from -1 to 1 to the right and upward.
+ * @param {Viewpoint} view @param {number} x @param {number} y @param {number} aspect width / height
+ * @returns {Vec3} of any length
+ */
+export const findRay = (view, x, y, aspect) => {
+  const { right, up, forward } = findAxes(view), tan = Math.tan((view.fov * RADIANS) / 2);
+  return move(move(forward, right, x * tan * aspect), up, y * tan);
+};
+
+/**
+ * Where a place falls in a picture of this size, in its pixels, and how deep; null behind the eye.
+ * @param {Viewpoint} view @param {Vec3} place @param {number} wide @param {number} high
+ */
+export const project = (view, place, wide, high) => {
+  const { right, up, forward } = findAxes(view);
+  const from = move(place, findEye(view), -1), depth = dot(from, forward);
+  if (depth < 1e-3 * view.distance) return null;
+  const scale = high / 2 / Math.tan((view.fov * RADIANS) / 2) / depth;
+  return { x: wide / 2 + dot(from, right) * scale, y: high / 2 - dot(from, up) * scale, depth };
+};
+
+/** @param {Viewpoint} view @param {number} right @param {number} up [degrees] @returns {Viewpoint} */
+export const turn = (view, right, up) => ({
+  ...view,
+  heading: (((view.heading + right) % 360) + 360) % 360,
+  tilt: Math.max(-STEEPEST, Math.min(STEEPEST, view.tilt + up)),
+});
+
+/**
+ * Turn about a place other than the target, which keeps its pixel.
+ * @param {Viewpoint} view @param {number} right @param {number} up [degrees] @param {Vec3} about
+ */
+export const turnAbout = (view, right, up, about) => {
+  const was = findAxes(view), from = move(view.target, about, -1);
+  const turned = turn(view, right, up), is = findAxes(turned);
+  const target = move(move(move(about, is.right, dot(from, was.right)), is.up, dot(from, was.up)),
+    is.forward, dot(from, was.forward));
+  return { ...turned, target };
+};
+
+/**
+ * Come nearer to a place, which keeps its pixel.
+ * @param {Viewpoint} view @param {number} times above 1 to come nearer @param {Vec3} about
+ * @returns {Viewpoint}
+ */
+export const zoom = (view, times, about = view.target) => ({
+  ...view,
+  target: move(about, move(view.target, about, -1), 1 / times),
+  distance: view.distance / times,
+});
+
+/**
+ * Move in the picture's plane by parts of its height at the target's distance.
+ * @param {Viewpoint} view @param {number} right @param {number} up @returns {Viewpoint}
+ */
+export const pan = (view, right, up) => {
+  const axes = findAxes(view), size = 2 * view.distance * Math.tan((view.fov * RADIANS) / 2);
+  return { ...view, target: move(move(view.target, axes.right, right * size), axes.up, up * size) };
+};
+
+/**
+ * Look at a box so that it fills the picture.
+ * @param {Viewpoint} view gives direction and field of view
+ * @param {[Vec3, Vec3]} bounds @param {number} aspect width / height @returns {Viewpoint}
+ */
+export const frame = (view, bounds, aspect) => {
+  const { right, up, forward } = findAxes(view), tan = Math.tan((view.fov * RADIANS) / 2);
+  const target = move(bounds[0], move(bounds[1], bounds[0], -1), 0.5);
+  let distance = Math.max(measure(bounds[0], bounds[1]) / 4, 1e-3);
+  for (let k = 0; k < 8; k++) {
+    const corner = /** @type {Vec3} */ ([0, 1, 2].map((axis) => bounds[(k >> axis) & 1][axis]));
+    const from = move(corner, target, -1);
+    const across = Math.max(Math.abs(dot(from, right)) / aspect, Math.abs(dot(from, up)));
+    distance = Math.max(distance, (across / tan) * MARGIN - dot(from, forward));
+  }
+  return { ...view, target, distance };
+};
+
+/**
+ * A view between two, for a glide.
+ * @param {Viewpoint} a @param {Viewpoint} b @param {number} t 0 to 1 @returns {Viewpoint}
+ */
+export const blend = (a, b, t) => {
+  const around = ((b.heading - a.heading + 540) % 360) - 180;
+  return {
+    target: move(a.target, move(b.target, a.target, -1), t),
+    heading: (a.heading + around * t + 360) % 360,
+    tilt: a.tilt + (b.tilt - a.tilt) * t,
+    distance: a.distance * (b.distance / a.distance) ** t,
+    fov: a.fov + (b.fov - a.fov) * t,
+  };
+};
