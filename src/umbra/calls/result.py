@@ -69,7 +69,7 @@ class ShadowStudy:
         return self.dataset
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or "result" not in self.__dict__:
+        if name.startswith("_") or "options" not in self.__dict__:
             raise AttributeError(name)
         try:
             return getattr(self.dataset, name)

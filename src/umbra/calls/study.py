@@ -7,6 +7,7 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
+from umbra.calls.chunked import ChunkedStudy, Chunks
 from umbra.calls.result import ShadowStudy
 from umbra.methods import DeviceName
 from umbra.scene import Scene
@@ -56,6 +57,7 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     masks: bool = False,
     device: DeviceName = "auto",
     threads: int | None = None,
+    chunks: Chunks | None = None,
 ) -> "ShadowStudy":
     """
     Count the hours of shadow on every receiver over one or more dates.
@@ -139,6 +141,11 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
         Device that counts plans; ``'auto'`` takes a GPU if it proves faster on large ones.
     threads : int, optional
         All cores by default; results do not depend on it.
+    chunks : int, (int, int), dict or 'auto', optional
+        Sides of chunks of a plan [cell]: nothing is counted yet, and ``study.dataset`` holds
+        Dask arrays. Computing a part of them counts its chunks, with the same values, on the
+        active ``dask.distributed.Client``, else on this machine; each chunk on one thread
+        unless ``threads`` says otherwise. A client that is active now receives the scene.
 
     Returns
     -------
@@ -161,7 +168,10 @@ def shadow_study(  # noqa: PLR0913  (each option by its name)
     >>> study.write("out/", "geotiff", report=True)
     >>> study.sun_hours.sel(x=2705, y=340092, method="nearest")
     """
-    given = {name: value for name, value in locals().items() if name not in {"scene", "site"}}
+    own = {"scene", "site", "chunks"}
+    given = {name: value for name, value in locals().items() if name not in {*own, "own"}}
     check_scene(scene, site)
     options = StudyOptions(**given)
+    if chunks is not None:
+        return ChunkedStudy(scene, site, options, chunks)
     return ShadowStudy(run(scene, site, options), options)

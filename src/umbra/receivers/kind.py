@@ -103,6 +103,8 @@ class Request:
         Whether shadows of single casters are needed.
     limit_tiles : callable
         Returns the longest allowed tile side, at most the given one.
+    is_cut : bool
+        Whether parts of the receivers are counted alone, so that not all are held in memory.
     """
 
     scene: Scene
@@ -119,6 +121,7 @@ class Request:
     is_streamed: bool = False
     has_groups: bool = False
     limit_tiles: Callable[[int], int] = lambda side: side
+    is_cut: bool = False
 
     def prepare(self) -> Casting:
         """Prepare the casters."""
@@ -139,6 +142,7 @@ class Request:
             "kept": self.bytes_kept,
             "threads": self.threads,
             "by_day": self.by_day,
+            "is_cut": self.is_cut,
         }
 
 

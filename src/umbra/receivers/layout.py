@@ -77,6 +77,7 @@ def lay_out(
     kept: int = 0,
     threads: int = 1,
     by_day: bool = False,
+    is_cut: bool = False,
 ) -> tuple[Grid, NDArray[np.float64], NDArray[np.float64]]:
     """
     Choose the cells of a plan.
@@ -99,9 +100,10 @@ def lay_out(
         Memory of a cell's other results [byte].
     threads : int
         Each holds its own counts.
-
     by_day : bool
         Whether results by day are kept, which errors suggest leaving out.
+    is_cut : bool
+        Whether parts are counted alone, so that the raster need not fit in memory.
 
     Returns
     -------
@@ -150,7 +152,7 @@ def lay_out(
     else:
         cols, rows = size
         dx, dy = wide / cols, deep / rows
-    if cols * rows > most:
+    if cols * rows > most and not is_cut:
         is_vast = extent is None and max(wide, deep) > _VAST
         raise _too_large(
             cols, rows, most, wide, deep, masks, kept, threads, by_day=by_day, is_vast=is_vast

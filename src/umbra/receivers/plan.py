@@ -1,6 +1,6 @@
 """Plans: cells that receive on the ground plane, or on the topmost surface."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -35,20 +35,50 @@ class PlanRaster(Raster):
     ----------
     assumed : Level, optional
         Basis of the ground's height, if assumed.
+    cut : (Grid, slice, slice), optional
+        The whole plan, and which of its rows and columns these are.
     """
 
     casting: PlanModel
     kind: "PlanKind"
     assumed: Level | None = field(kw_only=True)
+    cut: tuple[Grid, slice, slice] | None = field(default=None, kw_only=True)
+
+    def pick(self, rows: slice, cols: slice) -> "PlanRaster":
+        """Return a part of the plan, to be counted alone with the bits of the whole."""
+        return replace(
+            self, shape=(rows.stop - rows.start, cols.stop - cols.start), x=self.x[cols],
+            y=self.y[rows], grid=self.grid.part(rows, cols), facts=dict(self.facts),
+            cut=(self.grid, rows, cols),
+        )  # fmt: skip
 
     def make_tiles(self, request: Request) -> Sequence[tuple[Any, Callable[[], Tile]]]:
         """Cut the plan into tiles."""
         side = request.limit_tiles(min(TILE, STREAMED_TILE) if request.is_streamed else TILE)
-        self._parts = list(self.grid.tiles(side))
+        self._parts = list(self._list_parts(side))
         return [
             ((rows, cols), partial(self._make_tile, (rows, cols), part))
             for rows, cols, part in self._parts
         ]
+
+    def _list_parts(self, side: int) -> Iterator[tuple[slice, slice, Grid]]:
+        """Cut the plan as the whole of which it is a part: rows, columns, grid."""
+        if self.cut is None:
+            yield from self.grid.tiles(side)
+            return
+        whole, south, west = self.cut
+        for rows, cols, tile in whole.tiles(side):
+            low, high = max(rows.start, south.start), min(rows.stop, south.stop)
+            left, right = max(cols.start, west.start), min(cols.stop, west.stop)
+            if low < high and left < right:
+                yield (
+                    slice(low - south.start, high - south.start),
+                    slice(left - west.start, right - west.start),
+                    tile.window(
+                        slice(low - rows.start, high - rows.start),
+                        slice(left - cols.start, right - cols.start),
+                    ),
+                )
 
     def _make_tile(self, where: tuple[slice, slice], part: Grid) -> PlanTile:
         tile = self.casting.make_tile(part)

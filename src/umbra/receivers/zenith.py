@@ -133,7 +133,12 @@ def _look_down(
     size = (grid.cols, grid.rows)
     shown = derive(soup, "faces with a plan", None, lambda: _find_plans(soup))
     view = rasterise_depth(
-        soup.vertices, soup.faces[shown], matrix, size, (ground, np.inf), threads,
+        soup.vertices,
+        soup.faces[shown],
+        matrix,
+        size,
+        (ground, np.inf),
+        threads,
         (grid.col, grid.row),
     )
     is_seen = view.face != NOTHING

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +96,8 @@ class Setup:
     canopy : Canopy, optional
     begun : float
         Clock at the start of the work [s].
+    is_cut : bool
+        Whether parts of the receivers are counted alone, so that not all are held in memory.
     """
 
     scene: Scene
@@ -109,9 +111,12 @@ class Setup:
     device: str = "auto"
     canopy: Canopy | None = None
     begun: float = field(default_factory=time.perf_counter)
+    is_cut: bool = False
 
     @classmethod
-    def of(cls, scene: Scene, site: Site, options: StudyOptions) -> "Setup":
+    def of(
+        cls, scene: Scene, site: Site, options: StudyOptions, *, is_cut: bool = False
+    ) -> "Setup":
         """Read the options common to all receivers."""
         threads = check_device(options.device, options.threads)
         is_chosen = options.device != "auto"
@@ -132,7 +137,7 @@ class Setup:
         results = ResultOptions.of(period, options)
         return cls(
             scene, site, options, period, results, attribution, casters, threads,
-            "cpu" if canopies else options.device, canopies,
+            "cpu" if canopies else options.device, canopies, is_cut=is_cut,
         )  # fmt: skip
 
     @property
@@ -163,7 +168,18 @@ class Setup:
             is_streamed=self.results.is_streamed,
             has_groups=self.attribution.groups is not None,
             limit_tiles=lambda side: self.attribution.limit_tiles(side, len(self.period.days)),
+            is_cut=self.is_cut,
         )  # fmt: skip
+
+    def begin(self, laid: Receivers) -> Result:
+        """Make the arrays of the results, before anything is counted."""
+        attribution, results = self.attribution, self.results
+        judges_days = attribution.groups is not None and results.tolerance > 0
+        arrays = ResultArrays(
+            self.period, laid.shape, results, self.canopy,
+            reads_days=bool(attribution.proposed) or judges_days,
+        )  # fmt: skip
+        return Result(arrays, self.make_accumulators(arrays, laid), 0.0, "cpu")
 
     def count(self, laid: Receivers, progress: Progress) -> Result:
         """
@@ -175,14 +191,8 @@ class Setup:
         progress : callable
             Called with the number of instants done and the total.
         """
-        results, tiles = self.results, laid.make_tiles(self.request)
-        has_groups = self.attribution.groups is not None
-        arrays = ResultArrays(
-            self.period, laid.shape, results, self.canopy,
-            reads_days=bool(self.attribution.proposed) or (has_groups and results.tolerance > 0),
-        )  # fmt: skip
-        accumulators = self.make_accumulators(arrays, laid)
-        lights = self.make_lights()
+        tiles, begun = laid.make_tiles(self.request), self.begin(laid)
+        accumulators, lights = begun.accumulators, self.make_lights()
         works = len(lights) * count_passes(accumulators)
         suns = self.period.sun.direction[self.period.sun.is_up]
         seconds = 0.0
@@ -197,7 +207,7 @@ class Setup:
                 pass_lights(run, lights, accumulators, make_advance(progress, n, len(tiles), works))
                 seconds += time.perf_counter() - started
                 del tile, counter, run  # else two tiles are held while the next is made
-        return Result(arrays, accumulators, seconds, counters.device)
+        return replace(begun, seconds=seconds, device=counters.device)
 
     def make_lights(self) -> Lights:
         """Return the suns at the steps' midpoints, or dense enough to miss no interval."""

@@ -7,6 +7,7 @@ the period less the night. The profile is drawn at the steps' ends.
 
 import difflib
 import functools
+import inspect
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
@@ -83,11 +84,12 @@ def check_names(call: Callable[P, T]) -> Callable[P, T]:
         From the call: if a name is unknown, or there is no date.
     """
     known = [name for name, _, _ in list_options(StudyOptions)]
+    own = inspect.signature(call).parameters
 
     @functools.wraps(call)
     def checked(*args: P.args, **given: P.kwargs) -> T:
         for name in given:
-            if name not in known and name not in {"scene", "site"}:
+            if name not in known and name not in own:
                 near = difflib.get_close_matches(name, known, n=1)
                 advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
                 msg = f"a study has no option '{name}'; {advice}"
