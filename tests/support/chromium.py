@@ -27,6 +27,8 @@ FLAGS = (
     "--force-prefers-reduced-motion",  # a page that glides is elsewhere when it is pointed at
     "--remote-debugging-pipe",
 )
+SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""In place of ``--disable-gpu``: WebGL2 on the processor."""
 PATIENCE = 60  # [s]; a machine under load starts it slowly
 
 
@@ -106,7 +108,18 @@ class Page:
 
 
 class Chromium:
-    """A browser of its own, with a fresh profile; use it as a context."""
+    """
+    A browser of its own, with a fresh profile; use it as a context.
+
+    Parameters
+    ----------
+    webgl : bool
+        Whether pages have WebGL2, by SwiftShader.
+    """
+
+    def __init__(self, webgl=False):
+        self.flags = [flag for flag in FLAGS if flag != "--disable-gpu" or not webgl]
+        self.flags += SOFTWARE_GL if webgl else ()
 
     def __enter__(self):
         self.profile = tempfile.mkdtemp(prefix="umbra-chromium-")
@@ -118,7 +131,7 @@ class Chromium:
             os.dup2(from_child, 4)
 
         self.process = subprocess.Popen(
-            [find_chromium(), *FLAGS, f"--user-data-dir={self.profile}"],
+            [find_chromium(), *self.flags, f"--user-data-dir={self.profile}"],
             pass_fds=(3, 4), preexec_fn=place,  # noqa: PLW1509
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip

@@ -2,6 +2,7 @@
 
 import pytest
 from support.chromium import Chromium, Page, find_chromium
+from support.web import Picture, make_page
 
 
 @pytest.fixture(scope="module")
@@ -22,3 +23,24 @@ def page(browser):
     assert not page.named("Runtime.exceptionThrown")
     said = [event["entry"] for event in page.named("Log.entryAdded")]
     assert not [entry for entry in said if entry["level"] == "error"]
+
+
+@pytest.fixture(scope="module")
+def canvas(tmp_path_factory):
+    """A page with the renderer, in a Chromium with WebGL2."""
+    if find_chromium() is None:
+        pytest.skip("there is no Chromium on this machine")
+    with Chromium(webgl=True) as started:
+        page = Page(started)
+        page.resize(1280, 800)
+        page.open(make_page(tmp_path_factory.mktemp("page")), "Boolean(window.load)")
+        yield Picture(page)
+
+
+@pytest.fixture
+def picture(canvas):
+    """The page with the renderer, which must end without errors."""
+    yield canvas
+    assert not canvas.page.named("Runtime.exceptionThrown")
+    said = [event["entry"] for event in canvas.page.named("Log.entryAdded")]
+    assert not [entry for entry in said if entry["level"] in {"error", "warning"}]

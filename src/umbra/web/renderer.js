@@ -1,4 +1,23 @@
 // WebGL2 renderer: exact shadows by stencil shadow volumes.
+//
+//   model.js     what Python packed: places, faces, adjacency
+//   view.js      a camera: matrix, planes, occlusion pyramid
+//   placement.js each caster's case, by bounds
+//   volumes.js   silhouettes in float64, as index lists
+//   shadows.js   one light's volumes: uploaded, counted in the stencil
+//   surfaces.js  what is drawn: faces, creases
+//   device.js    WebGL2 itself; shaders.js: its programs
+//
+// A view is drawn dark; then, for each light, volumes are counted in the stencil, and the faces
+// that the light shines on are drawn again where the count is 0.
+
+import { Device, Target } from './device.js';
+import { Shadows, findPlace } from './shadows.js';
+import { CELLS, CREASE, ENCODE, FILL, GROUND, SKY, SURFACE, VOLUME } from './shaders.js';
+import { findCreases, makeBuffers, makeSurfaces } from './surfaces.js';
+import { along, dot, scale, subtract } from './vectors.js';
+import { Sight } from './view.js';
+import { List } from './volumes.js';
 
 /** @typedef {import('./types.js').Camera} Camera */
 /** @typedef {import('./types.js').Hit} Hit */
@@ -10,9 +29,37 @@
 /** @typedef {import('./types.js').View} View */
 /** @typedef {import('./types.js').Vec3} Vec3 */
 /** @typedef {import('./model.js').Model} Model */
+/** @typedef {import('./volumes.js').Mask} Mask */
 
-/** The browser or the machine has no WebGL2; show pictures instead. */
-export class WebGLMissing extends Error {}
+const EXPOSURE = 0.8; // radiance that a light of intensity 1 adds to a white face (umbra.scene)
+
+/** @type {Required<Style>} as umbra's own pictures; linear where umbra's are */
+const STYLE = {
+  sky: [0.42, 0.6, 0.82],
+  horizon: [0.86, 0.91, 0.95],
+  ground: [0.5, 0.5, 0.48],
+  edge: [0.1, 0.1, 0.11],
+  edges: true,
+  background: true,
+};
+
+/**
+ * What is drawn for one choice of parts.
+ * @typedef {object} Stage
+ * @property {Mask} cast
+ * @property {Mask} show
+ * @property {Shadows} shadows
+ * @property {WebGLBuffer | null} faces indices of the shown faces
+ * @property {number} count of them
+ * @property {WebGLVertexArrayObject | null} all vertex array of the shown faces
+ * @property {WebGLBuffer | null} litFaces indices of the faces that the light shines on
+ * @property {number} front number of indices of those lit at their fronts
+ * @property {number} back number of those lit at their backs
+ * @property {WebGLVertexArrayObject | null} lit
+ * @property {WebGLVertexArrayObject | null} creases
+ * @property {number} creaseCount
+ * @property {WebGLBuffer | null} creaseLines
+ */
 
 /**
  * Draws a model with its shadows into a canvas. `set...` keeps state, `draw` draws it once; nothing
@@ -34,41 +81,554 @@ export class Renderer {
     this.onrestored = null;
     /** @type {Statistics} */
     this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: 'stencil' };
+    this.samples = options.samples ?? 4;
+    /** @type {Light[]} */
+    this.lights = [];
+    const [low, high] = model.bounds;
+    const middle = scale(along(low, high, 1), 0.5);
+    this.size = Math.hypot(...subtract(high, low)) || 1;
+    /** @type {Camera} */
+    this.camera = { eye: along(middle, [1, -1.4, 0.9], 0.7 * this.size), target: middle };
+    /** @type {Mask} */
+    this.cast = null;
+    /** @type {Mask} */
+    this.show = null;
+    /** @type {View[]} */
+    this.views = [{}];
+    /** @type {number | null} */
+    this.ground = null;
+    /** @type {Overlay | null} */
+    this.overlay = null;
+    /** @type {[number, number, number, number] | null} */
+    this.clip = null;
+    this.style = { ...STYLE, ...options.style };
+    this.surfaces = makeSurfaces(model);
+    this.creases = findCreases(model);
+    this.frontList = new List();
+    this.backList = new List();
+    this.isLost = false;
+    this.lose = (/** @type {Event} */ event) => {
+      event.preventDefault(); // else it is never restored
+      this.isLost = true;
+      this.onlost?.();
+    };
+    this.restore = () => {
+      this.isLost = false;
+      this.begin();
+      this.onrestored?.();
+    };
+    canvas.addEventListener('webglcontextlost', this.lose);
+    canvas.addEventListener('webglcontextrestored', this.restore);
+    this.begin();
+  }
+
+  /** Put on the card what does not change. */
+  begin() {
+    this.device = new Device(this.canvas);
+    this.buffers = makeBuffers(this.device, this.model, this.surfaces);
+    /** @type {Stage[]} */
+    this.stages = [];
+    /** @type {Target | null} */
+    this.target = null;
+    const { gl } = this.device;
+    this.nothing = gl.createVertexArray();
+    this.plan = gl.createTexture();
+    this.blank = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, this.blank);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    /** @type {{array: WebGLVertexArrayObject | null, count: number} | null} */
+    this.cells = null;
+    if (this.overlay) this.setOverlay(this.overlay);
   }
 
   /** @param {Light[]} lights none: night, ambient light alone */
-  setLights(lights) {}
+  setLights(lights) {
+    this.lights = lights;
+  }
 
   /** @param {Camera} camera */
-  setCamera(camera) {}
+  setCamera(camera) {
+    this.camera = camera;
+  }
 
   /**
    * Which parts cast and which are drawn, one number per part (0 or 1); null: all.
-   * @param {ArrayLike<number | boolean> | null} cast
-   * @param {ArrayLike<number | boolean> | null} [show] by default as `cast`
+   * @param {Mask} cast
+   * @param {Mask} [show] by default as `cast`
    */
-  setParts(cast, show = cast) {}
+  setParts(cast, show = cast) {
+    this.cast = cast;
+    this.show = show;
+  }
 
   /** @param {View[] | null} views drawn in their order; null: one of the whole canvas */
-  setViews(views) {}
+  setViews(views) {
+    this.views = views?.length ? views : [{}];
+  }
 
   /** @param {number | null} z of an endless ground plane that receives shadows [m] */
-  setGround(z) {}
+  setGround(z) {
+    this.ground = z;
+  }
 
   /** @param {Overlay | null} overlay */
-  setOverlay(overlay) {}
+  setOverlay(overlay) {
+    this.overlay = overlay;
+    const { device } = this;
+    if (!device) return;
+    const { gl } = device;
+    this.cells = null;
+    if (overlay?.plan) {
+      const filter = overlay.plan.smooth ? gl.LINEAR : gl.NEAREST;
+      gl.bindTexture(gl.TEXTURE_2D, this.plan ?? null);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, overlay.plan.image);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    }
+    if (overlay?.cells) {
+      const { positions, colors, faces } = overlay.cells;
+      const array = device.makeArray(
+        CELLS,
+        {
+          place: [device.makeBuffer(positions), 3, gl.FLOAT, 12, 0],
+          color: [device.makeBuffer(colors), 4, gl.UNSIGNED_BYTE, 4, 0],
+        },
+        device.makeBuffer(faces, gl.ELEMENT_ARRAY_BUFFER),
+      );
+      this.cells = { array, count: faces.length };
+    }
+  }
 
   /**
    * A section: surfaces are drawn where a x + b y + c z + d >= 0; what is cut off still casts.
    * @param {[number, number, number, number] | null} plane
    */
-  setClip(plane) {}
+  setClip(plane) {
+    this.clip = plane;
+  }
 
   /** @param {Style} style changes what it names */
-  setStyle(style) {}
+  setStyle(style) {
+    this.style = { ...this.style, ...style };
+  }
 
   /** Draw one frame. Call it in the same task as `canvas.toBlob` for a screenshot. */
-  draw() {}
+  draw() {
+    const begun = performance.now();
+    if (this.isLost || !this.device || !this.fitCanvas()) return;
+    const { device, canvas, samples } = this;
+    const { gl } = device;
+    if (
+      !this.target ||
+      this.target.columns !== canvas.width ||
+      this.target.rows !== canvas.height ||
+      this.target.asked !== samples
+    ) {
+      this.target?.delete();
+      this.target = new Target(device, canvas.width, canvas.height, samples);
+    }
+    this.statistics = { milliseconds: 0, sides: 0, casters: 0, behind: 0, counts: 'stencil' };
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target.frame);
+    gl.enable(gl.SCISSOR_TEST);
+    for (const view of this.views) this.drawView(view);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.disable(gl.STENCIL_TEST);
+    gl.disable(gl.DEPTH_TEST);
+    this.target.resolve();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.bindTexture(gl.TEXTURE_2D, this.target.texture);
+    device.use(ENCODE).set({ picture: 0, behind: 0 });
+    gl.bindVertexArray(this.nothing ?? null);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    this.statistics.milliseconds = performance.now() - begun;
+  }
+
+  /** Fit the canvas to its place on the page; return whether it has any pixels. */
+  fitCanvas() {
+    const { canvas } = this;
+    if (canvas.isConnected && canvas.clientWidth) {
+      const ratio = this.options.pixelRatio ?? window.devicePixelRatio;
+      const columns = Math.max(1, Math.round(canvas.clientWidth * ratio));
+      const rows = Math.max(1, Math.round(canvas.clientHeight * ratio));
+      if (canvas.width !== columns) canvas.width = columns;
+      if (canvas.height !== rows) canvas.height = rows;
+    }
+    return canvas.width > 0 && canvas.height > 0;
+  }
+
+  /** Pixels of the canvas in a CSS pixel. */
+  get ratio() {
+    return this.canvas.clientWidth ? this.canvas.width / this.canvas.clientWidth : 1;
+  }
+
+  /**
+   * A view's rectangles in pixels from the lower left corner, as OpenGL's.
+   * @param {View} view
+   */
+  findRectangles(view) {
+    const { canvas, ratio } = this;
+    const { width, height } = canvas;
+    /** @type {(r: ArrayLike<number>) => [number, number, number, number]} */
+    const turn = (r) => {
+      const [left, right] = [Math.round(r[0] * ratio), Math.round((r[0] + r[2]) * ratio)];
+      const [top, foot] = [Math.round(r[1] * ratio), Math.round((r[1] + r[3]) * ratio)];
+      return [left, height - foot, Math.max(right - left, 0), Math.max(foot - top, 0)];
+    };
+    const viewport = view.viewport ? turn(view.viewport) : [0, 0, width, height];
+    const scissor = view.scissor ? turn(view.scissor) : viewport;
+    return { viewport, scissor };
+  }
+
+  /**
+   * The camera of a view, in its pixels, with depth fitted to what is drawn.
+   * @param {View} view
+   */
+  findSight(view) {
+    const { viewport } = this.findRectangles(view);
+    const camera = view.camera ?? this.camera;
+    const sight = new Sight(camera, viewport[2], viewport[3], this.device?.reverses ?? false);
+    sight.fit(this.model.blocks, this.ground);
+    return sight;
+  }
+
+  /** @param {View} view */
+  drawView(view) {
+    const { viewport, scissor } = this.findRectangles(view);
+    if (!(viewport[2] > 0 && viewport[3] > 0 && scissor[2] > 0 && scissor[3] > 0)) return;
+    const { device, style, lights } = this;
+    if (!device) return;
+    const { gl } = device;
+    const sight = this.findSight(view);
+    const common = this.findCommon(sight);
+    const stage = this.findStage(view);
+    gl.viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
+    gl.scissor(scissor[0], scissor[1], scissor[2], scissor[3]);
+    this.clear(0);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT);
+
+    // The sky's light alone, and depth.
+    this.drawSurfaces(stage, sight, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
+    if (style.background) this.drawSky(sight);
+
+    let share = 1; // of the sky's light: the first light is drawn over it, others are added
+    lights.forEach((light, k) => {
+      const place = findPlace(light);
+      const isNew = stage.shadows.prepare(light, sight, this.ground, Boolean(this.clip));
+      if (isNew) this.listLit(stage);
+      const within = stage.shadows.findScissor(sight);
+      if (within) this.narrow(viewport, scissor, within);
+      if (k > 0 || stage.shadows.start) this.clearStencil(stage.shadows.start);
+      stage.shadows.count(sight, common);
+      const strength = (light.intensity ?? 1) * (EXPOSURE / Math.sqrt(lights.length));
+      const tint = (light.color ?? [1, 1, 1]).map((c) => strength * c);
+      const range = 'position' in light ? light.range ?? 1e9 : 0;
+      const toLight = place[3] ? [...subtract(place, sight.eye), 1] : place;
+      this.drawLit(stage, common, { light: toLight, tint, range, share });
+      if (within) gl.scissor(scissor[0], scissor[1], scissor[2], scissor[3]);
+      share = 0;
+      this.statistics.casters += stage.shadows.casters;
+      this.statistics.behind += stage.shadows.behind;
+      this.statistics.sides += stage.shadows.volumes.zPass.wound.size + stage.shadows.volumes.zFail.wound.size;
+    });
+    gl.disable(gl.STENCIL_TEST);
+    this.drawOver(stage, sight, common);
+  }
+
+  /**
+   * Clear depth and stencil in the scissor.
+   * @param {number} stencil
+   */
+  clear(stencil) {
+    const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
+    gl.depthMask(true);
+    gl.stencilMask(255);
+    gl.clearStencil(stencil & 255);
+    gl.clear(gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
+  }
+
+  /** @param {number} stencil */
+  clearStencil(stencil) {
+    const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
+    gl.clearStencil(stencil & 255);
+    gl.clear(gl.STENCIL_BUFFER_BIT);
+  }
+
+  /**
+   * Narrow the scissor to a rectangle of the viewport.
+   * @param {number[]} viewport
+   * @param {number[]} scissor
+   * @param {number[]} within
+   */
+  narrow(viewport, scissor, within) {
+    const left = Math.max(scissor[0], viewport[0] + within[0]);
+    const low = Math.max(scissor[1], viewport[1] + within[1]);
+    const right = Math.min(scissor[0] + scissor[2], viewport[0] + within[0] + within[2]);
+    const high = Math.min(scissor[1] + scissor[3], viewport[1] + within[1] + within[3]);
+    this.device?.gl.scissor(left, low, Math.max(right - left, 0), Math.max(high - low, 0));
+  }
+
+  /**
+   * Uniforms that all programs share in a view.
+   * @param {Sight} sight
+   * @returns {Record<string, any>}
+   */
+  findCommon(sight) {
+    const high = sight.eye.map(Math.fround);
+    const [a, b, c, d] = this.clip ?? [0, 0, 0, 1];
+    const { overlay, style, size, ground } = this;
+    const plan = overlay?.plan;
+    const extent = plan?.extent ?? [0, 0, 0, 0];
+    const above = ground === null ? 0 : Math.abs(sight.eye[2] - ground);
+    return {
+      projection: sight.findMatrix(),
+      eyeHigh: high,
+      eyeLow: subtract(sight.eye, high),
+      eye: sight.eye,
+      forward: sight.forward,
+      isPerspective: sight.isPerspective,
+      cut: [a, b, c, dot([a, b, c], sight.eye) + d],
+      height: (ground ?? 0) - sight.eye[2],
+      albedo: style.ground,
+      horizon: style.horizon,
+      haze: Math.max(8 * size, 25 * above),
+      share: 1,
+      turn: 1,
+      plan: plan ? [extent[0], extent[1], 1 / (extent[2] - extent[0]), 1 / (extent[3] - extent[1])] : [0, 0, 0, 0],
+      opacity: overlay?.opacity ?? 1,
+      isFlat: overlay?.shaded === false,
+      overlay: 0,
+    };
+  }
+
+  /**
+   * What is drawn for a view's parts; made when first asked for.
+   * @param {View} view
+   * @returns {Stage}
+   */
+  findStage(view) {
+    const cast = view.cast === undefined ? this.cast : view.cast;
+    const show = view.show === undefined ? (view.cast === undefined ? this.show : cast) : view.show;
+    const stages = /** @type {Stage[]} */ (this.stages);
+    const known = stages.find((stage) => isSame(stage.cast, cast) && isSame(stage.show, show));
+    if (known) return known;
+    if (stages.length >= 4) this.deleteStage(/** @type {Stage} */ (stages.shift()));
+    const stage = this.makeStage(cast && Array.from(cast), show && Array.from(show));
+    stages.push(stage);
+    return stage;
+  }
+
+  /**
+   * @param {Mask} cast
+   * @param {Mask} show
+   * @returns {Stage}
+   */
+  makeStage(cast, show) {
+    const { model, surfaces } = this;
+    const device = /** @type {Device} */ (this.device);
+    const buffers = /** @type {ReturnType<typeof makeBuffers>} */ (this.buffers);
+    const { gl } = device;
+    let { corners } = surfaces;
+    const { lines, part } = this.creases;
+    let drawn = lines;
+    if (show) {
+      const shown = model.facePart.map((p) => (show[p] ? 1 : 0));
+      corners = corners.filter((_, i) => shown[Math.floor(i / 3)]);
+      drawn = lines.filter((_, i) => show[part[i >> 1]]);
+    }
+    const faces = device.makeBuffer(corners, gl.ELEMENT_ARRAY_BUFFER);
+    const litFaces = gl.createBuffer();
+    const { surface, doubled, stride } = buffers;
+    /** @type {Record<string, [WebGLBuffer | null, number, number, number, number]>} */
+    const attributes = {
+      place: [surface, 3, gl.FLOAT, stride, 0],
+      normal: [surface, 3, gl.SHORT, stride, 12],
+      color: [surface, 4, gl.UNSIGNED_BYTE, stride, 20],
+    };
+    const creaseLines = device.makeBuffer(drawn, gl.ELEMENT_ARRAY_BUFFER);
+    return {
+      cast,
+      show,
+      shadows: new Shadows(device, model, doubled, cast, show),
+      faces,
+      count: corners.length,
+      all: device.makeArray(SURFACE, attributes, faces),
+      litFaces,
+      front: 0,
+      back: 0,
+      lit: device.makeArray(SURFACE, attributes, litFaces),
+      creases: device.makeArray(CREASE, { place: [doubled, 4, gl.FLOAT, 16, 0] }, creaseLines),
+      creaseCount: drawn.length,
+      creaseLines,
+    };
+  }
+
+  /** @param {Stage} stage */
+  deleteStage(stage) {
+    const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
+    stage.shadows.delete();
+    for (const buffer of [stage.faces, stage.litFaces, stage.creaseLines]) gl.deleteBuffer(buffer);
+    for (const array of [stage.all, stage.lit, stage.creases]) gl.deleteVertexArray(array);
+  }
+
+  /**
+   * List the shown faces that the light shines on: at their fronts, or where the back can be seen
+   * at their backs.
+   * @param {Stage} stage
+   */
+  listLit(stage) {
+    const gl = /** @type {WebGL2RenderingContext} */ (this.device?.gl);
+    const { model, surfaces } = this;
+    const { faceCount, facePart, faceComponent, isClosed, isInward } = model;
+    const { volumes, opened } = stage.shadows;
+    const { corners } = surfaces;
+    const front = this.frontList;
+    const back = this.backList;
+    front.size = back.size = 0;
+    const fronts = front.reserve(3 * faceCount);
+    const backs = back.reserve(3 * faceCount);
+    const { side } = volumes;
+    // Inside a solid nothing is lit, unless the light or the eye is there, too.
+    const isSolid = isClosed.map((is, k) => is & volumes.isClosed[k] & ~(opened?.[k] ?? 0) & ~isInward[k] & 1);
+    let [n, m] = [0, 0];
+    for (let f = 0; f < faceCount; f++) {
+      const mine = side[f];
+      if (mine === 0 || (stage.show && !stage.show[facePart[f]])) continue;
+      if (mine > 0) {
+        fronts[n] = corners[3 * f];
+        fronts[n + 1] = corners[3 * f + 1];
+        fronts[n + 2] = corners[3 * f + 2];
+        n += 3;
+      } else if (!isSolid[faceComponent[f]]) {
+        backs[m] = corners[3 * f];
+        backs[m + 1] = corners[3 * f + 1];
+        backs[m + 2] = corners[3 * f + 2];
+        m += 3;
+      }
+    }
+    stage.front = n;
+    stage.back = m;
+    gl.bindVertexArray(null);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, stage.litFaces);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, 4 * (n + m), gl.STREAM_DRAW);
+    gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, fronts, 0, n);
+    if (m) gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 4 * n, backs, 0, m);
+  }
+
+  /**
+   * Draw the surfaces and their depth.
+   * @param {Stage} stage
+   * @param {Sight} sight
+   * @param {Record<string, any>} common
+   * @param {Record<string, any>} light
+   */
+  drawSurfaces(stage, sight, common, light) {
+    const { overlay } = this;
+    const device = /** @type {Device} */ (this.device);
+    const { gl } = device;
+    gl.disable(gl.STENCIL_TEST);
+    gl.disable(gl.BLEND);
+    gl.disable(gl.CULL_FACE);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthMask(true);
+    gl.depthFunc(device.nearer);
+    gl.bindTexture(gl.TEXTURE_2D, (overlay?.plan ? this.plan : this.blank) ?? null);
+    const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
+    device.use(SURFACE).set({ ...common, ...light, plan: onModel });
+    gl.bindVertexArray(stage.all);
+    gl.drawElements(gl.TRIANGLES, stage.count, gl.UNSIGNED_INT, 0);
+    if (this.ground !== null) {
+      device.use(GROUND).set({ ...common, ...light });
+      gl.bindVertexArray(this.nothing ?? null);
+      gl.drawArrays(gl.TRIANGLES, 0, 12);
+    }
+  }
+
+  /**
+   * Draw what a light shines on where the stencil is 0.
+   * @param {Stage} stage
+   * @param {Record<string, any>} common
+   * @param {Record<string, any>} light
+   */
+  drawLit(stage, common, light) {
+    const { overlay } = this;
+    const device = /** @type {Device} */ (this.device);
+    const { gl } = device;
+    gl.stencilFunc(gl.EQUAL, 0, 255);
+    gl.depthFunc(device.notFarther);
+    if (light.share === 0) {
+      gl.enable(gl.BLEND);
+      gl.blendFuncSeparate(gl.ONE, gl.ONE, gl.ZERO, gl.ONE);
+    }
+    gl.bindTexture(gl.TEXTURE_2D, (overlay?.plan ? this.plan : this.blank) ?? null);
+    const onModel = overlay?.plan?.onModel ? common.plan : [0, 0, 0, 0];
+    const program = device.use(SURFACE).set({ ...common, ...light, plan: onModel });
+    gl.bindVertexArray(stage.lit);
+    gl.enable(gl.CULL_FACE);
+    gl.cullFace(gl.BACK);
+    gl.drawElements(gl.TRIANGLES, stage.front, gl.UNSIGNED_INT, 0);
+    if (stage.back) {
+      program.set({ turn: -1 });
+      gl.cullFace(gl.FRONT);
+      gl.drawElements(gl.TRIANGLES, stage.back, gl.UNSIGNED_INT, 4 * stage.front);
+    }
+    gl.disable(gl.CULL_FACE);
+    if (this.ground !== null) {
+      device.use(GROUND).set({ ...common, ...light });
+      gl.bindVertexArray(this.nothing ?? null);
+      gl.drawArrays(gl.TRIANGLES, 0, 12);
+    }
+    gl.disable(gl.BLEND);
+  }
+
+  /** @param {Sight} sight */
+  drawSky(sight) {
+    const device = /** @type {Device} */ (this.device);
+    const { gl } = device;
+    const half = sight.isPerspective ? sight.half : 0.4;
+    device.use(SKY).set({
+      forward: sight.forward,
+      right: scale(sight.right, half * sight.aspect),
+      up: scale(sight.up, half),
+      behind: device.reverses ? 0 : 1,
+      zenith: this.style.sky,
+      horizon: this.style.horizon,
+    });
+    gl.depthMask(false);
+    gl.depthFunc(gl.EQUAL);
+    gl.bindVertexArray(this.nothing ?? null);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /**
+   * Draw creases and coloured cells over the surfaces.
+   * @param {Stage} stage
+   * @param {Sight} sight
+   * @param {Record<string, any>} common
+   */
+  drawOver(stage, sight, common) {
+    const device = /** @type {Device} */ (this.device);
+    const { gl } = device;
+    gl.depthMask(false);
+    gl.depthFunc(device.nearer);
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    if (this.cells) {
+      device.use(CELLS).set(common);
+      gl.bindVertexArray(this.cells.array);
+      gl.drawElements(gl.TRIANGLES, this.cells.count, gl.UNSIGNED_INT, 0);
+    }
+    if (this.style.edges) {
+      const pixels = sight.rows / 2 / sight.half;
+      device.use(CREASE).set({ ...common, pixels, ink: [...this.style.edge, 0.65] });
+      gl.bindVertexArray(stage.creases);
+      gl.drawElements(gl.LINES, stage.creaseCount, gl.UNSIGNED_INT, 0);
+    }
+    gl.disable(gl.BLEND);
+  }
 
   /**
    * Find what is seen at a place, in the view that is drawn there last.
@@ -77,7 +637,30 @@ export class Renderer {
    * @returns {Hit | null}
    */
   pick(x, y) {
-    return null;
+    const { model, canvas, ratio, ground, clip } = this;
+    const [column, row] = [x * ratio, canvas.height - y * ratio];
+    const view = [...this.views].reverse().find((each) => {
+      const [left, low, wide, tall] = this.findRectangles(each).scissor;
+      return column >= left && column < left + wide && row >= low && row < low + tall;
+    });
+    if (!view) return null;
+    const { viewport } = this.findRectangles(view);
+    const sight = this.findSight(view);
+    const { from, towards } = sight.findRay(column - viewport[0], viewport[1] + viewport[3] - row);
+    const { show } = this.findStage(view);
+    const reach = ground === null ? Infinity : (ground - from[2]) / towards[2];
+    const isHeld = (/** @type {Vec3} */ place) => !clip || dot(clip, place) + clip[3] >= 0;
+    const nearest = sight.asked / (sight.isPerspective ? 1 : 1);
+    for (const { face, part, distance } of model.trace(from, towards, { cast: show, every: true })) {
+      const position = along(from, towards, distance);
+      if (distance < nearest || !isHeld(position)) continue;
+      if (reach > 0 && distance > reach) break;
+      const outward = model.faceNormal(face);
+      const normal = dot(outward, towards) > 0 ? scale(outward, -1) : outward;
+      return { part, face, position, normal };
+    }
+    if (!(reach > nearest && reach < Infinity)) return null;
+    return { part: -1, face: -1, position: along(from, towards, reach), normal: [0, 0, towards[2] < 0 ? 1 : -1] };
   }
 
   /**
@@ -86,8 +669,12 @@ export class Renderer {
    * @param {View} [view] by default the whole canvas
    * @returns {{x: number, y: number} | null}
    */
-  project(place, view) {
-    return null;
+  project(place, view = {}) {
+    const { viewport } = this.findRectangles(view);
+    const seen = new Sight(view.camera ?? this.camera, viewport[2], viewport[3], false).project(place);
+    if (!seen) return null;
+    const top = this.canvas.height - viewport[1] - viewport[3];
+    return { x: (viewport[0] + seen.x) / this.ratio, y: (top + seen.y) / this.ratio };
   }
 
   /**
@@ -96,9 +683,74 @@ export class Renderer {
    * @returns {Int32Array} rows from the top; 0 where nothing is seen
    */
   readCounts(light) {
-    return new Int32Array(0);
+    const device = /** @type {Device} */ (this.device);
+    const { gl } = device;
+    this.fitCanvas();
+    const view = this.views[0];
+    const { viewport } = this.findRectangles(view);
+    const [columns, rows] = [viewport[2], viewport[3]];
+    const sight = this.findSight(view);
+    const common = this.findCommon(sight);
+    const stage = this.findStage(view);
+    const target = new Target(device, columns, rows, 1, true);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.viewport(0, 0, columns, rows);
+    this.clear(0);
+    this.drawSurfaces(stage, sight, common, { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 });
+    if (stage.shadows.prepare(this.lights[light], sight, this.ground, Boolean(this.clip))) this.listLit(stage);
+    this.clearStencil(stage.shadows.start);
+    stage.shadows.count(sight, common);
+    // The stencil cannot be read: each of its bits adds its value to the picture.
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT);
+    gl.bindVertexArray(this.nothing ?? null);
+    gl.depthFunc(gl.NOTEQUAL); // to the far plane: where something is seen
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE);
+    for (let bit = 1; bit < 256; bit *= 2) {
+      gl.stencilFunc(gl.EQUAL, bit, bit);
+      device.use(FILL).set({ fill: [bit / 255, 0, 0, 0], behind: device.reverses ? 0 : 1 });
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+    gl.disable(gl.BLEND);
+    gl.disable(gl.STENCIL_TEST);
+    const bytes = new Uint8Array(4 * columns * rows);
+    gl.readPixels(0, 0, columns, rows, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+    target.delete();
+    const counts = new Int32Array(columns * rows);
+    for (let row = 0; row < rows; row++) {
+      for (let column = 0; column < columns; column++) {
+        counts[row * columns + column] = bytes[4 * ((rows - 1 - row) * columns + column)];
+      }
+    }
+    return counts;
   }
 
   /** Free everything on the card. */
-  dispose() {}
+  dispose() {
+    this.canvas.removeEventListener('webglcontextlost', this.lose);
+    this.canvas.removeEventListener('webglcontextrestored', this.restore);
+    const { device } = this;
+    if (!device) return;
+    for (const stage of this.stages ?? []) this.deleteStage(stage);
+    this.target?.delete();
+    device.gl.deleteBuffer(this.buffers?.surface ?? null);
+    device.gl.deleteBuffer(this.buffers?.doubled ?? null);
+    device.gl.deleteTexture(this.plan ?? null);
+    device.gl.deleteTexture(this.blank ?? null);
+    for (const { program } of device.programs.values()) device.gl.deleteProgram(program);
+    this.isLost = true;
+  }
+}
+
+/**
+ * @param {Mask} a
+ * @param {Mask} b
+ */
+function isSame(a, b) {
+  if (a === b) return true;
+  if (!a || !b || a.length !== b.length) return false;
+  for (let i = 0; i < a.length; i++) if (Boolean(a[i]) !== Boolean(b[i])) return false;
+  return true;
 }

@@ -65,7 +65,7 @@
  * @property {string} kind
  * @property {string} layer
  * @property {string} label as in the file's reports; unique to an object
- * @property {number} first its first face
+ * @property {Vec3} color linear RGB
  * @property {number} faces number of faces
  */
 

@@ -1,0 +1,281 @@
+// GLSL of all programs. `place` turns local coordinates into clip space in the same way everywhere,
+// so that a surface, its light cap and its lit pass have the same depth to the last bit.
+
+const HEAD = `#version 300 es
+precision highp float;
+precision highp int;
+`;
+
+const PLACE = `
+uniform mat4 projection;         // from coordinates relative to the eye
+uniform vec3 eyeHigh, eyeLow;    // the eye in two parts: float32 alone would shake near it
+invariant gl_Position;
+vec3 fromEye(vec3 place) { return (place - eyeHigh) - eyeLow; }
+`;
+
+const AMBIENT = `
+const vec3 FROM_SKY = vec3(0.16525, 0.20510, 0.25176); // umbra.scene.camera.FROM_SKY
+const vec3 FROM_GROUND = vec3(0.10029, 0.10029, 0.09628); // and FROM_GROUND
+vec3 findAmbient(float up) { return mix(FROM_GROUND, FROM_SKY, 0.5 + 0.5 * up); }
+`;
+
+/** Sides and caps of shadow volumes. */
+export const VOLUME = {
+  vertex: `${HEAD}${PLACE}
+in vec4 place;                   // w: 1 the vertex, 0 its far end
+uniform vec4 light;              // homogeneous, relative to the eye
+uniform float bottom;            // relative to the eye
+uniform bool isCut;              // at the bottom, or else at infinity
+uniform bool isClamped;          // depth is written by the fragment shader, clamped
+out vec2 depth;
+void main() {
+  vec3 at = fromEye(place.xyz);
+  vec4 end = vec4(at, 1.0);
+  if (place.w == 0.0) {
+    vec3 away = light.w * at - light.xyz;
+    // at + away * (bottom - at.z) / away.z, times -away.z, which is positive
+    end = isCut ? vec4((at.z - bottom) * away - away.z * at, -away.z) : vec4(away, 0.0);
+  }
+  gl_Position = projection * end;
+  depth = gl_Position.zw;
+  if (isClamped) gl_Position.z = 0.0;
+}`,
+  fragment: `${HEAD}
+out vec4 color;
+void main() { color = vec4(1.0); }`,
+};
+
+/** The same with depth clamped between near and far plane, for orthographic views. */
+export const CLAMPED_VOLUME = {
+  vertex: VOLUME.vertex,
+  fragment: `${HEAD}
+in vec2 depth;
+uniform bool reverses;
+out vec4 color;
+void main() {
+  float z = depth.x / depth.y;
+  gl_FragDepth = clamp(reverses ? z : 0.5 + 0.5 * z, 0.0, 1.0);
+  color = vec4(1.0);
+}`,
+};
+
+/**
+ * Faces of the model in the light that reaches them: with `share` 1 that of the sky, with
+ * `exposure` above 0 that of a light, which the stencil has found to be visible.
+ */
+export const SURFACE = {
+  vertex: `${HEAD}${PLACE}${AMBIENT}
+in vec3 place, normal;
+in vec4 color;
+uniform vec4 light;
+uniform vec3 tint;               // of the light, times its exposure
+uniform float share;             // of the sky's light
+uniform float turn;              // -1 for faces lit from behind
+uniform vec4 cut;                // surfaces end where this plane is below 0; relative to the eye
+out vec3 front, back;            // radiance of either side
+out vec3 albedo, at, way;
+out float kept;
+void main() {
+  at = fromEye(place);
+  gl_Position = projection * vec4(at, 1.0);
+  albedo = color.rgb * color.rgb; // sent as its square root: finer steps in the dark
+  way = turn * normal;
+  vec3 toLight = normalize(light.xyz - light.w * at);
+  vec3 sun = tint * max(dot(way, toLight), 0.0);
+  front = albedo * (share * findAmbient(normal.z) + sun);
+  back = albedo * (share * findAmbient(-normal.z) + sun);
+  kept = dot(cut.xyz, at) + cut.w;
+}`,
+  fragment: `${HEAD}${AMBIENT}
+in vec3 front, back, albedo, at, way;
+in float kept;
+uniform vec4 light;
+uniform vec3 tint;
+uniform float share;
+uniform float range;             // of a lamp; 0: the light is a sun
+uniform vec4 plan;               // of an overlay from above: corner, 1 / size; size 0: none
+uniform vec3 eye;
+uniform float opacity;
+uniform bool isFlat;             // the overlay hides light and shadow
+uniform sampler2D overlay;
+out vec4 color;
+void main() {
+  if (kept < 0.0) discard;
+  bool isFront = gl_FrontFacing;
+  vec3 radiance = isFront ? front : back;
+  if (range > 0.0) {
+    vec3 toLight = light.xyz - at;
+    float far = length(toLight), fade = max(1.0 - pow(far / range, 4.0), 0.0);
+    vec3 normal = normalize(way);
+    float up = isFront == (dot(normal, at) < 0.0) ? normal.z : -normal.z;
+    radiance = albedo * (share * findAmbient(up)
+      + tint * max(dot(normal, toLight / far), 0.0) * fade);
+  }
+  if (plan.z > 0.0 && abs(way.z) > 0.02) {
+    vec2 on = ((at.xy + eye.xy) - plan.xy) * plan.zw;
+    if (all(greaterThanEqual(on, vec2(0.0))) && all(lessThanEqual(on, vec2(1.0)))) {
+      vec4 laid = texture(overlay, vec2(on.x, 1.0 - on.y));
+      float most = max(max(albedo.r, albedo.g), max(albedo.b, 1e-3));
+      vec3 light = radiance / most;
+      vec3 shown = isFlat ? laid.rgb * min(share, 1.0) : laid.rgb * light * 1.4;
+      radiance = mix(radiance, shown, laid.a * opacity);
+    }
+  }
+  color = vec4(radiance, 1.0);
+}`,
+};
+
+/** The plane z = height without end: four triangles from below the eye to infinity. */
+export const GROUND = {
+  vertex: `${HEAD}${PLACE}
+uniform float height;            // relative to the eye
+const vec2 WAYS[4] = vec2[4](vec2(1, 0), vec2(0, 1), vec2(-1, 0), vec2(0, -1));
+out vec3 at;                     // x, y and the weight to divide them by
+void main() {
+  int way = gl_VertexID / 3 + gl_VertexID % 3;
+  vec4 end = gl_VertexID % 3 == 0
+    ? vec4(0.0, 0.0, height, 1.0) : vec4(WAYS[(way + 3) % 4], 0.0, 0.0);
+  at = end.xyw;
+  gl_Position = projection * end;
+}`,
+  fragment: `${HEAD}${AMBIENT}
+in vec3 at;
+uniform float height;
+uniform vec4 light;
+uniform vec3 tint, albedo, horizon;
+uniform float share, range, haze; // haze: distance at which the ground fades into the horizon
+uniform vec4 plan;
+uniform vec3 eye;
+uniform float opacity;
+uniform bool isFlat;
+uniform sampler2D overlay;
+out vec4 color;
+void main() {
+  vec2 place = at.xy / at.z;
+  float up = height < 0.0 ? 1.0 : -1.0;
+  vec3 toLight = light.xyz - light.w * vec3(place, height);
+  float far = length(toLight);
+  float fade = range > 0.0 ? max(1.0 - pow(far / range, 4.0), 0.0) : 1.0;
+  vec3 light = share * findAmbient(up) + tint * max(up * toLight.z / far, 0.0) * fade;
+  vec3 radiance = albedo * light;
+  if (plan.z > 0.0) {
+    vec2 on = ((place + eye.xy) - plan.xy) * plan.zw;
+    if (all(greaterThanEqual(on, vec2(0.0))) && all(lessThanEqual(on, vec2(1.0)))) {
+      vec4 laid = texture(overlay, vec2(on.x, 1.0 - on.y));
+      vec3 shown = isFlat ? laid.rgb * min(share, 1.0) : laid.rgb * light * 1.4;
+      radiance = mix(radiance, shown, laid.a * opacity);
+    }
+  }
+  float away = length(vec3(place, height)) / haze;
+  color = vec4(mix(share * horizon, radiance, exp(-away * away)), 1.0);
+}`,
+};
+
+/** Sky from zenith to horizon, behind everything. */
+export const SKY = {
+  vertex: `${HEAD}
+uniform vec3 forward, right, up; // right and up to the edges of the picture
+uniform float behind;            // the far plane's depth
+out vec3 way;
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  way = forward + corner.x * right + corner.y * up;
+  gl_Position = vec4(corner, behind, 1.0);
+}`,
+  fragment: `${HEAD}
+in vec3 way;
+uniform vec3 zenith, horizon;
+out vec4 color;
+void main() {
+  float rise = normalize(way).z;
+  color = vec4(mix(horizon, zenith, sqrt(clamp(rise, 0.0, 1.0))), 1.0);
+}`,
+};
+
+/** Creases, drawn a little nearer than the faces that meet there. */
+export const CREASE = {
+  vertex: `${HEAD}${PLACE}
+in vec4 place;
+uniform vec4 cut;
+uniform float pixels;            // in a metre at distance 1, or anywhere in an orthographic view
+uniform bool isPerspective;
+uniform vec3 forward;
+out float kept, strength;
+void main() {
+  vec3 at = fromEye(place.xyz);
+  float depth = dot(at, forward);
+  vec3 lifted = isPerspective ? at * (1.0 - 4e-4) : at - 4e-4 * depth * forward;
+  gl_Position = projection * vec4(lifted, 1.0);
+  strength = clamp(pixels / (isPerspective ? max(depth, 1e-3) : 1.0) / 6.0, 0.0, 1.0);
+  kept = dot(cut.xyz, at) + cut.w;
+}`,
+  fragment: `${HEAD}
+in float kept, strength;
+uniform vec4 ink;
+out vec4 color;
+void main() {
+  if (kept < 0.0) discard;
+  color = vec4(ink.rgb, ink.a * strength);
+}`,
+};
+
+/** Coloured triangles on faces: results on walls and roofs. */
+export const CELLS = {
+  vertex: `${HEAD}${PLACE}
+in vec3 place;
+in vec4 color;
+uniform vec4 cut;
+uniform vec3 forward;
+uniform bool isPerspective;
+out vec4 paint;
+out float kept;
+void main() {
+  vec3 at = fromEye(place);
+  vec3 lifted = isPerspective ? at * (1.0 - 2e-4) : at - 2e-4 * dot(at, forward) * forward;
+  gl_Position = projection * vec4(lifted, 1.0);
+  paint = color;
+  kept = dot(cut.xyz, at) + cut.w;
+}`,
+  fragment: `${HEAD}
+in vec4 paint;
+in float kept;
+uniform float opacity;
+out vec4 color;
+void main() {
+  if (kept < 0.0) discard;
+  vec3 linear = mix(paint.rgb / 12.92, pow((paint.rgb + 0.055) / 1.055, vec3(2.4)),
+    step(0.04045, paint.rgb));
+  color = vec4(linear, paint.a * opacity);
+}`,
+};
+
+/** A triangle over the whole picture, at the far plane. */
+const COVER = `${HEAD}
+uniform float behind;            // the far plane's depth
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(corner, behind, 1.0);
+}`;
+
+/** One value everywhere, for what the stencil chooses. */
+export const FILL = {
+  vertex: COVER,
+  fragment: `${HEAD}
+uniform vec4 fill;
+out vec4 color;
+void main() { color = fill; }`,
+};
+
+/** From linear light to sRGB, on the canvas. */
+export const ENCODE = {
+  vertex: COVER,
+  fragment: `${HEAD}
+uniform sampler2D picture;
+out vec4 color;
+void main() {
+  vec4 linear = texelFetch(picture, ivec2(gl_FragCoord.xy), 0);
+  vec3 encoded = mix(12.92 * linear.rgb, 1.055 * pow(linear.rgb, vec3(1.0 / 2.4)) - 0.055,
+    step(0.0031308, linear.rgb));
+  color = vec4(encoded, linear.a);
+}`,
+};

@@ -1,0 +1,222 @@
+// The shadow volumes of one light in one view: what is thrown, listed, uploaded and counted.
+
+import { findOpened } from './opened.js';
+import { CLAMPED_VOLUME, VOLUME } from './shaders.js';
+import { isThrough, visitFaces } from './trace.js';
+import { along, dot, subtract, unit } from './vectors.js';
+import { Z_PASS } from './placement.js';
+import { Volumes } from './volumes.js';
+
+/** @typedef {import('./types.js').Light} Light */
+/** @typedef {import('./types.js').Vec3} Vec3 */
+/** @typedef {import('./device.js').Device} Device */
+/** @typedef {import('./model.js').Model} Model */
+/** @typedef {import('./placement.js').Throw} Throw */
+/** @typedef {import('./view.js').Sight} Sight */
+/** @typedef {import('./volumes.js').Mask} Mask */
+
+const BELOW = 0.002; // from the lowest receiver to the bottom of volumes, in sizes of the scene
+const LOWEST = 0.01; // sine of a sun's altitude, below which its volumes end at infinity
+
+/**
+ * A light as a homogeneous place, (4,); a direction has length 1.
+ * @param {Light} light
+ */
+export function findPlace(light) {
+  return 'direction' in light ? [...unit(light.direction), 0] : [...light.position, 1];
+}
+
+/** The volumes of a model whose parts cast as a view says. */
+export class Shadows {
+  /**
+   * @param {Device} device
+   * @param {Model} model
+   * @param {WebGLBuffer | null} doubled each vertex with w = 1, then with w = 0
+   * @param {Mask} cast
+   * @param {Mask} show
+   */
+  constructor(device, model, doubled, cast, show) {
+    const { gl } = device;
+    this.device = device;
+    this.model = model;
+    this.volumes = new Volumes(model);
+    this.volumes.setParts(cast, show);
+    this.indices = gl.createBuffer();
+    this.room = 0; // of indices on the card
+    /** @type {{isBehind: boolean, kind: 'wound' | 'cap' | 'turned', first: number, size: number}[]} */
+    this.draws = [];
+    this.array = device.makeArray(VOLUME, { place: [doubled, 4, gl.FLOAT, 16, 0] }, this.indices);
+    this.key = '';
+    this.lightKey = '';
+    /** @type {Uint8Array | null} */
+    this.opened = null;
+    this.start = 0;
+    this.casters = 0;
+    this.behind = 0;
+    /** @type {Throw} */
+    this.thrown = { light: [0, 0, 1, 0], range: Infinity, bottom: -Infinity };
+  }
+
+  /**
+   * Prepare the volumes of a light for a view; nothing is done while both stay as they are.
+   * @param {Light} light
+   * @param {Sight} sight
+   * @param {number | null} ground
+   * @param {boolean} isCut whether surfaces are cut off by a section
+   * @returns {boolean} whether the light's side of faces was found anew
+   */
+  prepare(light, sight, ground, isCut) {
+    const place = findPlace(light);
+    const range = 'position' in light ? light.range ?? Infinity : Infinity;
+    const key = [...place, range, ...sight.findMatrix(), ...sight.eye, ground, isCut].join();
+    if (key === this.key) return false;
+    this.key = key;
+    this.opened = findOpened(this.volumes, sight, place);
+    const lightKey = `${place} ${this.opened ?? ''}`;
+    const isNew = lightKey !== this.lightKey;
+    if (isNew) this.volumes.setLight(place, this.opened);
+    this.lightKey = lightKey;
+    this.thrown = { light: place, range, bottom: this.findBottom(place, sight, ground) };
+    const { casters, behind } = this.volumes.list(sight, this.thrown, isCut);
+    this.casters = casters;
+    this.behind = behind;
+    this.start = sight.isPerspective || !place[3] || !behind ? 0 : this.countEnd(sight, place);
+    this.upload();
+    return isNew;
+  }
+
+  /**
+   * Find the z at which a sun's volumes end, below all receivers; -Infinity: they do not.
+   * @param {number[]} light
+   * @param {Sight} sight
+   * @param {number | null} ground
+   */
+  findBottom(light, sight, ground) {
+    const [low, high] = this.model.bounds;
+    const size = Math.hypot(...subtract(high, low));
+    const bottom = Math.min(low[2], ground ?? Infinity) - BELOW * size;
+    // An eye below the bottom would look through it, and z-pass draws none.
+    const lowest = Math.min(...sight.findCorners(sight.near).map((corner) => corner[2]));
+    return !light[3] && light[2] > LOWEST && lowest > bottom ? bottom : -Infinity;
+  }
+
+  /**
+   * Count the volumes behind the surface at the far end of parallel rays, which all end there.
+   * @param {Sight} sight
+   * @param {number[]} light
+   */
+  countEnd(sight, light) {
+    const { model, volumes } = this;
+    const behind = volumes.cases.map((kind) => (kind > Z_PASS ? 1 : 0));
+    const from = /** @type {Vec3} */ (light.slice(0, 3));
+    let count = 0;
+    visitFaces(model, behind, from, sight.forward, () => Infinity, (f) => {
+      if (!volumes.adds[f]) return;
+      const { planes, faceCount } = model;
+      const normal = [planes[f], planes[faceCount + f], planes[2 * faceCount + f]];
+      const fall = dot(normal, sight.forward);
+      const at = dot(normal, from) + planes[3 * faceCount + f];
+      if (-at / fall > 0 && isThrough(model, f, from, sight.forward)) count += 1;
+    });
+    return count;
+  }
+
+  /** Send all lists to the card, one after the other. */
+  upload() {
+    const { gl } = this.device;
+    const { zPass, zFail } = this.volumes;
+    gl.bindVertexArray(null);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.indices);
+    const size = zPass.size + zFail.size;
+    if (size > this.room) this.room = Math.ceil(1.5 * size);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, 4 * this.room, gl.STREAM_DRAW);
+    this.draws = [];
+    let first = 0;
+    for (const faces of [zPass, zFail]) {
+      for (const kind of /** @type {const} */ (['wound', 'cap', 'turned'])) {
+        const { data, size } = faces[kind];
+        if (!size) continue;
+        gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 4 * first, data, 0, size);
+        this.draws.push({ isBehind: faces === zFail, kind, first, size });
+        first += size;
+      }
+    }
+  }
+
+  /**
+   * Count, in the stencil, the volumes that hold each visible surface.
+   *
+   * Before: depth holds the scene, the stencil `start`. After: the stencil is 0 where the light is
+   * visible.
+   * @param {Sight} sight
+   * @param {Record<string, any>} common uniforms of the view
+   */
+  count(sight, common) {
+    const { device, thrown } = this;
+    const { gl } = device;
+    const [x, y, z, w] = thrown.light;
+    const isCut = thrown.bottom !== -Infinity;
+    gl.bindVertexArray(this.array);
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilFunc(gl.ALWAYS, 0, 255);
+    gl.colorMask(false, false, false, false);
+    gl.depthMask(false);
+    gl.depthFunc(device.nearer);
+    for (const { isBehind, kind, first, size } of this.draws) {
+      // Light caps have the depth of surfaces, which only the rasteriser itself computes.
+      const isClamped = isBehind && kind === 'wound' && !sight.isPerspective;
+      device.use(isClamped ? CLAMPED_VOLUME : VOLUME).set({
+        ...common,
+        light: w ? [...subtract([x, y, z], sight.eye), 1] : [x, y, z, 0],
+        bottom: isCut ? thrown.bottom - sight.eye[2] : 0,
+        isCut,
+        isClamped,
+        reverses: device.reverses,
+      });
+      const [front, back] = kind === 'turned' ? [gl.BACK, gl.FRONT] : [gl.FRONT, gl.BACK];
+      if (isBehind) {
+        gl.stencilOpSeparate(front, gl.KEEP, gl.DECR_WRAP, gl.KEEP);
+        gl.stencilOpSeparate(back, gl.KEEP, gl.INCR_WRAP, gl.KEEP);
+      } else {
+        gl.stencilOpSeparate(front, gl.KEEP, gl.KEEP, gl.INCR_WRAP);
+        gl.stencilOpSeparate(back, gl.KEEP, gl.KEEP, gl.DECR_WRAP);
+      }
+      gl.drawElements(gl.TRIANGLES, size, gl.UNSIGNED_INT, 4 * first);
+    }
+    gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
+    gl.colorMask(true, true, true, true);
+  }
+
+  /**
+   * The pixels that a lamp's range reaches: left, bottom, width, height; null: all.
+   * @param {Sight} sight
+   * @returns {[number, number, number, number] | null}
+   */
+  findScissor(sight) {
+    const { light, range } = this.thrown;
+    if (!light[3] || range === Infinity) return null;
+    let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
+    for (let corner = 0; corner < 8; corner++) {
+      const away = [0, 1, 2].map((k) => ((corner >> k) & 1 ? range : -range));
+      const place = along(light, away, 1);
+      if (sight.isPerspective && dot(subtract(place, sight.eye), sight.forward) < sight.near) return null;
+      const seen = sight.project(place);
+      if (!seen) return null;
+      left = Math.min(left, seen.x);
+      right = Math.max(right, seen.x);
+      top = Math.min(top, seen.y);
+      bottom = Math.max(bottom, seen.y);
+    }
+    const x = Math.min(Math.max(Math.floor(left) - 1, 0), sight.columns);
+    const y = Math.min(Math.max(Math.floor(sight.rows - bottom) - 1, 0), sight.rows);
+    const end = Math.min(Math.ceil(right) + 1, sight.columns);
+    const above = Math.min(Math.ceil(sight.rows - top) + 1, sight.rows);
+    return [x, y, Math.max(end - x, 0), Math.max(above - y, 0)];
+  }
+
+  delete() {
+    const { gl } = this.device;
+    gl.deleteBuffer(this.indices);
+    gl.deleteVertexArray(this.array);
+  }
+}

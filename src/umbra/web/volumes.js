@@ -1,0 +1,225 @@
+// Shadow volumes as index lists: silhouettes in float64, extruded by the vertex shader.
+//
+// An even index is a vertex, the next odd one the same vertex at the far end of the volume:
+// McGuire's array of twice the vertices. A face adds +1 to the count if it is lit, and -1, in an
+// open component, if it is not; an edge's multiplicity is what its two faces add along it.
+
+import { CULLED, Z_PASS, Z_FAIL_CAP, placeShells } from './placement.js';
+
+/** @typedef {import('./model.js').Model} Model */
+/** @typedef {import('./placement.js').Throw} Throw */
+/** @typedef {import('./view.js').Sight} Sight */
+/** @typedef {ArrayLike<number | boolean> | null} Mask per part; null: all */
+
+/** Indices that grow as needed. */
+export class List {
+  constructor() {
+    this.data = new Uint32Array(1024);
+    this.size = 0;
+  }
+
+  /**
+   * Make room for more indices and return the array.
+   * @param {number} more
+   */
+  reserve(more) {
+    if (this.size + more > this.data.length) {
+      const grown = new Uint32Array(2 * (this.size + more));
+      grown.set(this.data.subarray(0, this.size));
+      this.data = grown;
+    }
+    return this.data;
+  }
+}
+
+/** The faces of volumes that are drawn with the same stencil operations. */
+export class Faces {
+  constructor() {
+    /** sides and dark caps, wound outward */
+    this.wound = new List();
+    /** light caps in the winding of the surface, so that their depth is its to the last bit */
+    this.cap = new List();
+    /** light caps of faces seen from behind by the light: their winding is inward */
+    this.turned = new List();
+  }
+
+  clear() {
+    this.wound.size = this.cap.size = this.turned.size = 0;
+  }
+
+  get size() {
+    return this.wound.size + this.cap.size + this.turned.size;
+  }
+}
+
+/** The volumes of a model for one light at a time. */
+export class Volumes {
+  /** @param {Model} model */
+  constructor(model) {
+    this.model = model;
+    /** Which side of each face the light is on: 1 its front, -1 its back, 0 neither. */
+    this.side = new Int8Array(model.faceCount);
+    /** What each face adds; the last is that of a border. */
+    this.adds = new Int8Array(model.faceCount + 1);
+    this.cases = new Uint8Array(model.shellCount);
+    this.casts = new Uint8Array(model.shellCount);
+    this.isClosed = Uint8Array.from(model.isClosed);
+    /** Light caps before the surface are drawn where the caster itself is not. */
+    this.isHidden = new Uint8Array(model.parts.length);
+    this.isCasting = new Uint8Array(model.parts.length);
+    this.zPass = new Faces();
+    this.zFail = new Faces();
+    this.setParts(null, null);
+  }
+
+  /**
+   * Choose the parts that cast and are drawn. A closed component that casts in part is open.
+   * @param {Mask} cast
+   * @param {Mask} show
+   */
+  setParts(cast, show) {
+    const { parts, facePart, faceComponent, faceStarts, shellCount, faceCount, isClosed } = this.model;
+    for (let part = 0; part < parts.length; part++) {
+      this.isCasting[part] = !cast || cast[part] ? 1 : 0;
+      this.isHidden[part] = !show || show[part] ? 0 : 1;
+    }
+    this.hidesAny = this.isHidden.includes(1);
+    const some = new Uint8Array(isClosed.length);
+    const all = new Uint8Array(isClosed.length).fill(1);
+    for (let f = 0; f < faceCount; f++) {
+      if (this.isCasting[facePart[f]]) some[faceComponent[f]] = 1;
+      else all[faceComponent[f]] = 0;
+    }
+    this.isClosed = isClosed.map((is, k) => is & (all[k] | ~some[k] & 1));
+    for (let shell = 0; shell < shellCount; shell++) {
+      this.casts[shell] = 0;
+      for (let f = faceStarts[shell]; f < faceStarts[shell + 1] && !this.casts[shell]; f++) {
+        this.casts[shell] = this.isCasting[facePart[f]];
+      }
+    }
+  }
+
+  /**
+   * Find on which side of each face the light is, and what each face adds.
+   * @param {ArrayLike<number>} light homogeneous
+   * @param {Uint8Array | null} opened components that follow the open rule for this light
+   */
+  setLight(light, opened) {
+    const { faceCount, planes, facePart, faceComponent } = this.model;
+    const { side, adds, isClosed, isCasting } = this;
+    const [x, y, z, w] = [light[0], light[1], light[2], light[3]];
+    const [second, third, fourth] = [faceCount, 2 * faceCount, 3 * faceCount];
+    for (let f = 0; f < faceCount; f++) {
+      let at = planes[f] * x + planes[second + f] * y + planes[third + f] * z;
+      at += planes[fourth + f] * w;
+      const mine = at > 0 ? 1 : at < 0 ? -1 : 0;
+      side[f] = mine;
+      const component = faceComponent[f];
+      const isLitOnly = isClosed[component] && !(opened && opened[component]);
+      adds[f] = !isCasting[facePart[f]] || (mine < 0 && isLitOnly) ? 0 : mine;
+    }
+  }
+
+  /**
+   * List the faces of the volumes that a view needs, after `setLight`.
+   * @param {Sight} sight
+   * @param {Throw} thrown
+   * @param {boolean} isCut whether parts of drawn casters are cut off from the picture
+   */
+  list(sight, thrown, isCut) {
+    const { model, cases, zPass, zFail } = this;
+    placeShells(model, sight, thrown, this.casts, cases);
+    zPass.clear();
+    zFail.clear();
+    const isFlat = !thrown.light[3] && thrown.bottom === -Infinity;
+    let [casters, behind] = [0, 0];
+    for (let shell = 0; shell < model.shellCount; shell++) {
+      const kind = cases[shell];
+      if (kind === CULLED) continue;
+      casters += 1;
+      const faces = kind === Z_PASS ? zPass : zFail;
+      this.addSides(shell, faces.wound, isFlat);
+      if (kind === Z_PASS) {
+        if (isCut || this.hidesAny) this.addLightCaps(shell, faces, !isCut);
+      } else {
+        behind += 1;
+        if (kind === Z_FAIL_CAP) this.addLightCaps(shell, faces, false);
+        if (!isFlat) this.addDarkCaps(shell, faces.wound);
+      }
+    }
+    return { casters, behind };
+  }
+
+  /**
+   * Add a side for each silhouette edge, as often as its multiplicity.
+   * @param {number} shell
+   * @param {List} list
+   * @param {boolean} isFlat whether all far ends are one point: a triangle is the whole side
+   */
+  addSides(shell, list, isFlat) {
+    const { edgeStarts, edgeA, edgeB, edgeTurn, edgeFrom, edgeTo } = this.model;
+    const { adds } = this;
+    const [first, end] = [edgeStarts[shell], edgeStarts[shell + 1]];
+    const data = list.reserve(12 * (end - first));
+    let n = list.size;
+    for (let i = first; i < end; i++) {
+      const times = adds[edgeA[i]] + edgeTurn[i] * adds[edgeB[i]];
+      if (times === 0) continue;
+      const from = 2 * (times > 0 ? edgeFrom[i] : edgeTo[i]);
+      const to = 2 * (times > 0 ? edgeTo[i] : edgeFrom[i]);
+      for (let k = times > 0 ? times : -times; k > 0; k--) {
+        data[n] = to;
+        data[n + 1] = from;
+        data[n + 2] = from + 1;
+        n += 3;
+        if (isFlat) continue;
+        data[n] = to;
+        data[n + 1] = from + 1;
+        data[n + 2] = to + 1;
+        n += 3;
+      }
+    }
+    list.size = n;
+  }
+
+  /**
+   * Add the casting faces of a shell.
+   * @param {number} shell
+   * @param {Faces} into
+   * @param {boolean} hiddenOnly only those of parts that are not drawn
+   */
+  addLightCaps(shell, into, hiddenOnly) {
+    const { faceStarts, faces, facePart } = this.model;
+    const [first, end] = [faceStarts[shell], faceStarts[shell + 1]];
+    const { adds, isHidden } = this;
+    const [cap, turned] = [into.cap, into.turned];
+    const front = cap.reserve(3 * (end - first));
+    const back = turned.reserve(3 * (end - first));
+    for (let f = first; f < end; f++) {
+      if (adds[f] === 0 || (hiddenOnly && !isHidden[facePart[f]])) continue;
+      const list = adds[f] > 0 ? cap : turned;
+      const data = adds[f] > 0 ? front : back;
+      for (let k = 0; k < 3; k++) data[list.size + k] = 2 * faces[3 * f + k];
+      list.size += 3;
+    }
+  }
+
+  /**
+   * Add the casting faces of a shell at the far end, turned away from the light.
+   * @param {number} shell
+   * @param {List} list
+   */
+  addDarkCaps(shell, list) {
+    const { faceStarts, faces } = this.model;
+    const [first, end] = [faceStarts[shell], faceStarts[shell + 1]];
+    const data = list.reserve(3 * (end - first));
+    for (let f = first; f < end; f++) {
+      const adds = this.adds[f];
+      if (adds === 0) continue;
+      data[list.size] = 2 * faces[3 * f] + 1;
+      data[list.size + 1] = 2 * faces[3 * f + (adds > 0 ? 2 : 1)] + 1;
+      data[list.size + 2] = 2 * faces[3 * f + (adds > 0 ? 1 : 2)] + 1;
+      list.size += 3;
+    }
+  }
+}
