@@ -94,6 +94,9 @@ class StandIn:
         for ending in self.endings:
             Path(path).with_suffix(f".{ending}").write_bytes(PICTURE)
 
+    def wait(self, advance=None):
+        pass
+
     def __enter__(self):
         return self
 

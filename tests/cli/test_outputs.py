@@ -11,6 +11,7 @@ from support.command import VIENNA
 from support.model_files import save_obj
 from support.shapes import box
 
+import umbra
 from umbra.writers import formats
 
 DAY = ["--date", "2026-09-18", "--from", "10:00", "--to", "14:00", "--every", "1h", "--cell", "1"]
@@ -261,3 +262,26 @@ def test_the_axes_of_an_elevation_begin_at_nought(umbra_here, tmp_path):
     texts = set(re.findall(r">([^<]*)</text>", picture))
     assert {"0", "2", "8", "10"} <= texts
     assert not any(text.startswith(("2 6", "2\u20096", "17", "18")) for text in texts)
+
+
+def test_files_of_an_earlier_study_are_named(study, tmp_path):
+    assert "earlier" not in study("--write", "csv,gif", "--report").err
+    mine = tmp_path / "out" / "notes.csv"
+    mine.write_text("mine")
+    said = study("--write", "csv", "--no-pictures")
+    assert (
+        "note: day.gif, hours.png, profile.png, report.html in "
+        f"'{tmp_path / 'out'}' are of an earlier study, which this one did not replace; remove "
+        "what is not wanted, or write into a new folder\n"
+    ) in said.err
+    assert mine.exists()
+    assert (tmp_path / "out" / "report.html").exists()
+
+
+def test_a_study_in_python_names_files_of_an_earlier_one(study, tmp_path):
+    study("--no-pictures")
+    scene = umbra.read(tmp_path / "tower.obj", up="z")
+    site = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
+    done = umbra.shadow_study(scene, site, date="2026-09-18", cell=4.0)
+    with pytest.warns(UserWarning, match=r"note: study\.toml in .* is of an earlier study"):
+        done.write(tmp_path / "out", pictures=False)

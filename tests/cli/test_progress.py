@@ -22,10 +22,15 @@ def test_a_long_run_without_a_terminal_tells_its_stages_in_lines(capsys, monkeyp
         stages._begun = time.monotonic() - 10
         stages.advance(100, 500)
         time.sleep(0.05)
+        stages.begin("drawing and writing")
+        stages.advance(1, 10, "drawing", "pictures")
+        stages._begun = time.monotonic() - 10
+        time.sleep(0.06)
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "umbra: reading town.ifc"
-    assert lines[-1] == "umbra: counting shadows: 100 of 500 suns, 0:40 left"
-    assert len(lines) <= 3
+    assert "umbra: counting shadows: 100 of 500 suns, 0:40 left" in lines
+    assert lines[-1] == "umbra: drawing: 1 of 10 pictures, 1:30 left"
+    assert len(lines) <= 4
     time.sleep(0.1)
     assert capsys.readouterr().err == ""  # nothing after the end
 

@@ -1,4 +1,4 @@
-"""The painter's child draws what this process would, and never outlives it."""
+"""The painter's children draw what this process would, and never outlive it."""
 
 import os
 import signal
@@ -6,12 +6,15 @@ import subprocess
 import sys
 import textwrap
 import time
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+import umbra.writers.painter as painting
 from umbra.writers.hours import make_hours_sheet
 from umbra.writers.painter import Painter
 from umbra.writers.plan import DayMap, DayShadows, Plan
@@ -32,19 +35,9 @@ def read(path):
         return np.asarray(image)
 
 
-def is_running(pid):
-    """Whether a process runs; a dead one that nobody has waited for does not."""
-    try:
-        os.kill(pid, 0)
-        with open(f"/proc/{pid}/stat") as file:  # noqa: PTH123
-            return file.read().rsplit(")", 1)[1].split()[0] not in {"Z", "X"}
-    except (ProcessLookupError, FileNotFoundError):
-        return False
-
-
-def wait_until_gone(pid):
+def wait_for(is_so):
     for _ in range(400):
-        if not is_running(pid):
+        if is_so():
             return True
         time.sleep(0.05)
     return False
@@ -61,15 +54,25 @@ def check_pictures(folder):
         )
 
 
-def test_the_child_draws_the_same_pictures(tmp_path):
+@pytest.fixture
+def _draws_elsewhere(monkeypatch):
+    def refuse(*_):
+        msg = "drawn here"
+        raise AssertionError(msg)
+
+    monkeypatch.setattr(painting, "_run", refuse)
+
+
+@pytest.mark.usefixtures("_draws_elsewhere")
+@pytest.mark.parametrize("cores", [1, 3])
+def test_the_children_draw_the_same_pictures(tmp_path, monkeypatch, cores):
+    monkeypatch.setattr(painting, "count_cores", lambda: cores)
     with Painter() as painter:
         child = painter._child
         painter.draw_hours(tmp_path / "hours.png", PLAN, [DayMap(HOURS)], 8.0)
         painter.draw_profile(
             tmp_path / "profile.png", PLAN, [DayShadows(make_shadows(), LABELS)], zone="CEST"
         )
-    assert child is not None
-    assert painter._child is child  # it drew; nothing fell back to this process
     assert child.returncode == 0
     check_pictures(tmp_path)
 
@@ -114,6 +117,58 @@ def draw_wrong(folder):
         painter.draw_hours(folder / "wrong.png", PLAN, [DayMap(HOURS[:3])], 8.0)
 
 
+def find_group(leader):
+    """Return the processes of a group, its leader among them."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            pid, rest = stat.parent.name, stat.read_text().rsplit(")", 1)[1].split()
+            if int(rest[2]) == leader and rest[0] not in {"Z", "X"}:
+                found.append(int(pid))
+    return sorted(found)
+
+
+class Meeting:
+    """Waits, where it is unpickled, until another one is being unpickled, too."""
+
+    def __init__(self, mine, other):
+        self.files = str(mine), str(other)
+
+    def __reduce__(self):
+        mine, other = self.files
+        code = (
+            f"open({mine!r}, 'w').close()\n"
+            "import os, time\n"
+            "end = time.monotonic() + 60\n"
+            f"while not os.path.exists({other!r}):\n"
+            "    assert time.monotonic() < end, 'alone'\n"
+            "    time.sleep(0.01)\n"
+        )
+        return exec, (code,)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="forks are made on Linux alone")
+def test_pictures_are_drawn_together(tmp_path, monkeypatch):
+    monkeypatch.setattr(painting, "count_cores", lambda: 2)
+    one, two = tmp_path / "one", tmp_path / "two"
+    with Painter() as painter:
+        for mine, other in ((one, two), (two, one)):
+            painter.draw_hours(
+                mine.with_suffix(".png"), PLAN, [DayMap(HOURS)], 8.0, Meeting(mine, other)
+            )
+    assert one.with_suffix(".png").exists()
+    assert two.with_suffix(".png").exists()
+
+
+def test_the_pictures_that_are_done_are_counted(tmp_path):
+    told = []
+    with Painter() as painter:
+        for name in ("a", "b"):
+            painter.draw_hours(tmp_path / f"{name}.png", PLAN, [DayMap(HOURS)], 8.0)
+        painter.wait(lambda done, of: told.append((done, of)))
+    assert told == [(0, 2), (1, 2)]
+
+
 class Remark:
     """Printed by the process that unpickles it, where it becomes None."""
 
@@ -121,12 +176,11 @@ class Remark:
         return partial(print, flush=True), ("a library's remark",)
 
 
+@pytest.mark.usefixtures("_draws_elsewhere")
 def test_what_the_child_prints_does_not_mix_with_its_answers(tmp_path):
     with Painter() as painter:
-        child = painter._child
         painter.draw_hours(tmp_path / "hours.png", PLAN, [DayMap(HOURS)], 8.0, Remark()).result()
         painter.draw_hours(tmp_path / "more.png", PLAN, [DayMap(HOURS)], 8.0).result()
-        assert painter._child is child  # it is still there, and it understood
 
 
 def test_no_error_is_lost_at_the_end(tmp_path):
@@ -134,17 +188,19 @@ def test_no_error_is_lost_at_the_end(tmp_path):
         draw_wrong(tmp_path)
 
 
-def leave_by(error, children):
+def leave_by(error, children, folder):
     with Painter() as painter:
         children.append(painter._child)
+        painter.draw_hours(folder / "a.png", PLAN, [DayMap(HOURS)], 8.0).result()  # forks are made
         raise error
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
-def test_an_exception_ends_the_child(error):
+def test_an_exception_ends_the_children(tmp_path, error):
     children = []
     with pytest.raises(error):
-        leave_by(error, children)
+        leave_by(error, children, tmp_path)
+    assert find_group(children[0].pid) == []
     assert children[0].returncode == (1 if os.name == "nt" else -signal.SIGKILL)
 
 
@@ -153,8 +209,9 @@ def test_an_exception_ends_the_child(error):
 def test_no_orphan_stays_when_the_parent_ends(end):
     script = """
     import time
-    from umbra.writers.painter import Painter
-    with Painter() as painter:
+    import umbra.writers.painter as painting
+    painting.count_cores = lambda: 3
+    with painting.Painter() as painter:
         print(painter._child.pid, flush=True)
         time.sleep(60)
     """
@@ -162,10 +219,10 @@ def test_no_orphan_stays_when_the_parent_ends(end):
         [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, stderr=-1
     )
     pid = int(parent.stdout.readline())
-    assert is_running(pid)
+    assert wait_for(lambda: len(find_group(pid)) == (3 if sys.platform == "linux" else 1))
     parent.send_signal(end)
     parent.communicate()
-    assert wait_until_gone(pid)
+    assert wait_for(lambda: find_group(pid) == [])
 
 
 def test_neither_side_loads_more_than_it_needs():

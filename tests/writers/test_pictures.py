@@ -11,7 +11,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from umbra.scene.grid import Places
-from umbra.writers.contours import find_levels, trace
+from umbra.writers.contours import Tracer, find_levels, trace
 from umbra.writers.hours import MISSING, make_hours_sheet
 from umbra.writers.pixels import (
     SHADE_STOPS,
@@ -344,7 +344,7 @@ def test_contours_end_at_hidden_cells_and_do_not_follow_them():
     hidden[100:200, 100:200] = True
     hours[hidden] = np.nan
     sheet = lay_out(plan, 0.5)
-    lines = trace(sheet, hours >= 1, hidden)
+    lines = Tracer(sheet, hidden).trace(hours >= 1)
     assert len(lines) == 2
     for line in lines:
         np.testing.assert_allclose(line[:, 1], sheet.place((0.0, 150.0))[1], atol=0.02)

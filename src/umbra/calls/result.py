@@ -1,6 +1,7 @@
 """Result of a study in Python: hours as arrays, pictures, files and verdicts."""
 
 import operator
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -185,7 +186,8 @@ class ShadowStudy:
         Parameters
         ----------
         folder : path
-            Made if missing; earlier results are replaced when the new ones are complete.
+            Made if missing; earlier results are replaced when the new ones are complete. A
+            warning names files of an earlier study that have no successor.
         *formats : str
             ``'geotiff'``, ``'geojson'``, ``'gpkg'``, ``'dxf'``, ``'csv'``, ``'glb'``,
             ``'gif'``, ``'mp4'``, ``'pdf'``, ``'svg'``.
@@ -214,13 +216,15 @@ class ShadowStudy:
             not installed.
         """
         from umbra.writers.folder import Outputs  # noqa: PLC0415
-        from umbra.writers.folder.write import write_study  # noqa: PLC0415
+        from umbra.writers.folder.write import note_earlier, write_study  # noqa: PLC0415
 
         outputs = Outputs(
             formats=formats, report=report, sheet=sheet, pictures=pictures, rules=rules,
             show=show, at=at, title=title, subtitle=subtitle,
         )  # fmt: skip
-        return write_study(self.result, folder, outputs, self.options)
+        written = write_study(self.result, folder, outputs, self.options)
+        note_earlier(written, lambda line: warnings.warn(line, stacklevel=4))
+        return written
 
     def judge(self, rules: "str | Path | Rules") -> "list[Verdict]":
         """

@@ -215,24 +215,29 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     umbra study block.city.json --date 2026-03-21 --receivers top --cell 0.5 --out out/
     """  # noqa: D301  (click asks for a real backspace)
     outputs = take_record(Outputs, given)
-    options = take_record(StudyOptions, given)
-    outputs.check_receivers(options.receivers)
 
     def say(line: str) -> None:
         if not quiet:
             echo(write_for_shell(line), err=True)
 
-    from umbra.study import run  # noqa: PLC0415
     from umbra.writers.atomic import replace_results  # noqa: PLC0415
-    from umbra.writers.folder.write import fill_folder, sum_up  # noqa: PLC0415
     from umbra.writers.painter import Painter  # noqa: PLC0415
 
-    # The painter's process starts when all this is loaded: two that load at once take longer.
+    # The painter's child loads its libraries while this process loads the compiler of kernels.
     with (
         replace_results(out) as unfinished,
         show_progress(quiet) as stages,
         Painter(outputs.endings) as painter,
     ):
+        options = take_record(StudyOptions, given)
+        outputs.check_receivers(options.receivers)
+        from umbra.study import run  # noqa: PLC0415
+        from umbra.writers.folder.write import (  # noqa: PLC0415
+            fill_folder,
+            note_earlier,
+            sum_up,
+        )
+
         stages.begin(name_reading(files))
         scene = read_model(files, options.canopy)
         for note in scene.notes:
@@ -252,7 +257,9 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
             )
         first, more = fill_folder(study, unfinished, outputs, options, painter, say)
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
+        painter.wait(partial(stages.advance, what="drawing", unit="pictures"))
     written = [out / name for name in (*first, OPTIONS_FILE, *more)]
+    note_earlier(written, say)
     if as_json:
         echo_json({"files": [str(path) for path in written], **sum_up(study)})
     elif not quiet:

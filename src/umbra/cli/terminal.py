@@ -24,6 +24,7 @@ __all__ = ["Stages", "echo", "echo_json", "echo_path", "name_reading", "show_pro
 
 _SLOW = 2.0  # [s]
 _EVERY = 20.0  # between lines [s]; a run that is shorter says nothing
+COUNTING = "counting shadows"
 _FIRST_RUN = "preparing; a first run compiles its kernels, later ones start at once"
 
 
@@ -48,9 +49,10 @@ class Stages:
         """Note how large the scene is, for the message if memory runs out."""
         self._triangles = sum(part.triangles for part in scene.parts)
 
-    def advance(self, done: int, everything: int) -> None:
-        """Note how many instants of how many are counted."""
-        self._stage = "counting shadows"
+    def advance(self, done: int, everything: int, what: str = COUNTING, unit: str = "suns") -> None:
+        """Note how much of a stage is done; the first call begins it."""
+        if self._stage != what:
+            self.begin(what)
         self.check()
 
     def end(self) -> None:
@@ -169,21 +171,19 @@ class _Logged(Stages):
     """Stages of a long run, printed as lines now and then."""
 
     def __init__(self) -> None:
-        self._what = "starting"
-        self._done: tuple[int, int] | None = None
+        self._stage = "starting"
+        self._done: tuple[int, int, str] | None = None
         self._begun = 0.0
         self._is_over = threading.Event()
         threading.Thread(target=self._tell, daemon=True).start()
 
     def begin(self, what: str) -> None:
         super().begin(what)
-        self._what, self._done = what, None
+        self._done, self._begun = None, time.monotonic()
 
-    def advance(self, done: int, everything: int) -> None:
-        super().advance(done, everything)
-        if self._done is None:
-            self._what, self._begun = "counting shadows", time.monotonic()
-        self._done = done, everything
+    def advance(self, done: int, everything: int, what: str = COUNTING, unit: str = "suns") -> None:
+        super().advance(done, everything, what, unit)
+        self._done = done, everything, unit
 
     def end(self) -> None:
         self._is_over.set()
@@ -195,11 +195,11 @@ class _Logged(Stages):
 
     def _show(self) -> str:
         if self._done is None:
-            return self._what
-        done, everything = self._done
+            return self._stage
+        done, everything, unit = self._done
         left = (time.monotonic() - self._begun) * (everything / max(done, 1) - 1)
         minutes, seconds = divmod(int(left), 60)
-        return f"{self._what}: {done} of {everything} suns, {minutes}:{seconds:02} left"
+        return f"{self._stage}: {done} of {everything} {unit}, {minutes}:{seconds:02} left"
 
 
 class _Watched(Stages):
@@ -209,24 +209,21 @@ class _Watched(Stages):
         self._bar = bar
         bar.start()
         self._task = bar.add_task("starting", total=None)
-        self._is_counting = False
         self._notice: threading.Timer | None = None
 
     def begin(self, what: str) -> None:
         super().begin(what)
-        self._show(what, None)
-        self._is_counting = False
+        self._stop_timer()
+        self._bar.remove_task(self._task)
+        self._task = self._bar.add_task(what, total=None)
         if what == "preparing":
             self._notice = threading.Timer(_SLOW, self._explain)
             self._notice.daemon = True
             self._notice.start()
 
-    def advance(self, done: int, everything: int) -> None:
-        super().advance(done, everything)
-        if not self._is_counting:
-            self._show("counting shadows", everything)
-            self._is_counting = True
-        self._bar.update(self._task, completed=done)
+    def advance(self, done: int, everything: int, what: str = COUNTING, unit: str = "suns") -> None:
+        super().advance(done, everything, what, unit)
+        self._bar.update(self._task, completed=done, total=everything, unit=unit)
 
     def end(self) -> None:
         self._stop_timer()
@@ -236,11 +233,6 @@ class _Watched(Stages):
         if self._notice is not None:
             self._notice.cancel()
             self._notice = None
-
-    def _show(self, what: str, total: int | None) -> None:
-        self._stop_timer()
-        self._bar.remove_task(self._task)
-        self._task = self._bar.add_task(what, total=total)
 
     def _explain(self) -> None:
         if self._notice is not None:
@@ -274,7 +266,7 @@ def _make_bar() -> Any:
         def render(self, task: Task) -> Text:
             if task.total is None:
                 return Text("")
-            words = f"{task.completed:.0f} of {task.total:.0f} suns"
+            words = f"{task.completed:.0f} of {task.total:.0f} {task.fields['unit']}"
             if task.time_remaining is not None:
                 minutes, seconds = divmod(int(task.time_remaining), 60)
                 words += f", {minutes}:{seconds:02} left"

@@ -1,7 +1,7 @@
 """Lines and hatches on maps: labelled contours at whole hours, borders, canopies."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import contourpy
@@ -14,6 +14,7 @@ from umbra.writers.pixels import HALF, resample
 from umbra.writers.plan import DARK, DOTS_PER_INCH, LUMINANCE, SKY, Plan
 
 __all__ = [
+    "Tracer",
     "draw_contours",
     "draw_hatch",
     "draw_hatch_swatch",
@@ -44,26 +45,39 @@ def find_levels(max_hours: float, most: int = 8) -> list[int]:
     return list(range(step, last + 1, step))
 
 
-def trace(
-    panel: Panel, is_inside: NDArray[np.bool_], is_hidden: NDArray[np.bool_] | None = None
-) -> list[NDArray[np.float64]]:
+class Tracer:
     """
-    Trace the border of a region of cells (rows, cols) as lines (n, 2) on the sheet [inch].
+    Tracer of the borders of regions of cells, as lines on the sheet.
 
-    The region's share at each point of a fine grid is traced at one half: lines follow the edges
-    of large cells, and are smooth where cells are small. Lines end at hidden cells, where the
-    inside is unknown.
+    A region's share at each point of a fine grid is traced at one half: lines follow the edges
+    of large cells, and are smooth where cells are small. Lines end at hidden cells (rows, cols),
+    where the inside is unknown.
     """
-    x, y, w, h = panel.map_box
-    size = rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))
-    share = _smooth(resample(is_inside if is_hidden is None else is_inside & ~is_hidden, size))
-    if is_hidden is not None:
-        known = _smooth(resample(~is_hidden, size))
-        share = np.ma.masked_where(known < HALF, share / np.maximum(known, HALF))
-    across = x + (np.arange(-1, cols + 1) + 0.5) * (w / cols)
-    up = y + (np.arange(-1, rows + 1) + 0.5) * (h / rows)
-    lines: Any = contourpy.contour_generator(across, up, share).lines(0.5)
-    return [line for line in lines if np.ptp(line, axis=0).max() >= SHORTEST]
+
+    def __init__(self, panel: Panel, is_hidden: NDArray[np.bool_] | None = None) -> None:
+        x, y, w, h = panel.map_box
+        self._size = rows, cols = max(2, round(h / FINEST)), max(2, round(w / FINEST))
+        self._across = x + (np.arange(-1, cols + 1) + 0.5) * (w / cols)
+        self._up = y + (np.arange(-1, rows + 1) + 0.5) * (h / rows)
+        self._is_shown = None
+        if is_hidden is not None and is_hidden.any():
+            self._is_shown = ~is_hidden
+            self._known = _smooth(resample(self._is_shown, self._size))
+
+    def trace(self, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
+        """Return the border of a region (rows, cols) as lines (n, 2) [inch]."""
+        if self._is_shown is None:
+            share = _smooth(resample(is_inside, self._size))
+        else:
+            share = _smooth(resample(is_inside & self._is_shown, self._size))
+            share = np.ma.masked_where(self._known < HALF, share / np.maximum(self._known, HALF))
+        lines: Any = contourpy.contour_generator(self._across, self._up, share).lines(0.5)
+        return [line for line in lines if np.ptp(line, axis=0).max() >= SHORTEST]
+
+
+def trace(panel: Panel, is_inside: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
+    """Trace the border of a region of cells (rows, cols) as lines (n, 2) on the sheet [inch]."""
+    return Tracer(panel).trace(is_inside)
 
 
 def _smooth(share: NDArray) -> NDArray:
@@ -88,10 +102,10 @@ def draw_contours(
 
     Blocked cells have no valid hours: lines and labels avoid them.
     """
-    finder = _LabelFinder(panel, hours, blocked)
+    finder, tracer = _LabelFinder(panel, hours, blocked), Tracer(panel, blocked)
     for level, (color, halo) in zip(levels, colors, strict=True):
         # Hours are sums of float32 steps: a cell of exactly the level lies inside.
-        lines = trace(panel, hours >= level - 1e-3, blocked if blocked.any() else None)
+        lines = tracer.trace(hours >= level - 1e-3)
         text = f"{level} h"
         lines, places = finder.find(lines, text)
         panel.rule_map(lines, color, 0.5)
@@ -125,12 +139,7 @@ class _LabelFinder:
             length = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
             best = None
             if len(places) < 3 and length[-1] > 5 * half:
-                tries = min(60, int(length[-1] / 0.1) + 2)
-                fits = (
-                    self._judge(line, length, at, half)
-                    for at in np.linspace(1.5 * half, length[-1] - 1.5 * half, tries)
-                )
-                best = min((fit for fit in fits if fit), default=None)
+                best = min(self._judge(line, length, half), default=None)
             if best is None:
                 parts.append(line)
                 continue
@@ -141,36 +150,46 @@ class _LabelFinder:
         return parts, places
 
     def _judge(
-        self, line: NDArray, length: NDArray, at: float, half: float
-    ) -> tuple[float, float, Place] | None:
-        """Score a label position on a line: unrest, arc length, placement; None if unfit."""
-        start, (x, y), end = _cut(line, length, at - half, at + half, n=3)
+        self, line: NDArray, length: NDArray, half: float
+    ) -> Iterator[tuple[float, float, Place]]:
+        """Yield the label positions that fit on a line: unrest, arc length, placement."""
+        tries = min(60, int(length[-1] / 0.1) + 2)
+        at = np.linspace(1.5 * half, length[-1] - 1.5 * half, tries)
+        start, middle, end = (_find(line, length, at + shift) for shift in (-half, 0.0, half))
         along = end - start
-        straight = math.hypot(*along) / (2 * half)
+        straight = np.hypot(*along.T) / (2 * half)
         left, bottom, w, h = self.box
         room = half + 0.04
-        if (
-            straight < STRAIGHT
-            or not left + room < x < left + w - room
-            or not bottom + room < y < bottom + h - room
-            or any(math.hypot(x - a, y - b) < LABEL_GAP for a, b in self.taken)
-        ):
-            return None
+        inside = (middle > (left + room, bottom + room)) & (
+            middle < (left + w - room, bottom + h - room)
+        )
+        fits = (straight >= STRAIGHT) & inside.all(1)
+        for x, y in self.taken:
+            fits &= np.hypot(middle[:, 0] - x, middle[:, 1] - y) >= LABEL_GAP
         rows, cols = self.hours.shape
-        row, col = int((y - bottom) / h * rows), int((x - left) / w * cols)
         reach = math.ceil(half / COARSE)
-        window = np.s_[max(0, row - reach) : row + reach + 1, max(0, col - reach) : col + reach + 1]
-        if self.blocked[window].any():
-            return None
-        angle = math.degrees(math.atan2(along[1], along[0]))
-        angle = (angle + 90) % 180 - 90  # never upside down
-        return float(np.ptp(self.hours[window])) + (1 - straight), at, (x, y, angle)
+        for n in np.flatnonzero(fits).tolist():
+            x, y = middle[n].tolist()
+            row, col = int((y - bottom) / h * rows), int((x - left) / w * cols)
+            window = np.s_[
+                max(0, row - reach) : row + reach + 1, max(0, col - reach) : col + reach + 1
+            ]
+            if self.blocked[window].any():
+                continue
+            angle = math.degrees(math.atan2(along[n, 1], along[n, 0]))
+            angle = (angle + 90) % 180 - 90  # never upside down
+            unrest = float(np.ptp(self.hours[window])) + (1 - float(straight[n]))
+            yield unrest, float(at[n]), (x, y, angle)
 
 
-def _cut(line: NDArray, length: NDArray, start: float, end: float, n: int = 0) -> NDArray:
-    """Return a line from one arc length to another, at its own vertices or at n even points."""
+def _cut(line: NDArray, length: NDArray, start: float, end: float) -> NDArray:
+    """Return a line from one arc length to another."""
     between = length[(length > start) & (length < end)]
-    at = np.linspace(start, end, n) if n else np.concatenate([[start], between, [end]])
+    return _find(line, length, np.concatenate([[start], between, [end]]))
+
+
+def _find(line: NDArray, length: NDArray, at: NDArray) -> NDArray:
+    """Return the points (n, 2) of a line at n arc lengths."""
     return np.column_stack([np.interp(at, length, line[:, axis]) for axis in (0, 1)])
 
 

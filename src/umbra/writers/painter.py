@@ -1,25 +1,29 @@
 """
-Separate process for pictures, so that loading matplotlib overlaps with counting.
+Separate processes for pictures, so that loading matplotlib overlaps with counting.
 
-It is a plain child with pipes, not a process pool: a pool runs the caller's main module
-again, and its workers outlive a killed parent. This child ends with its input, however the
-parent ends.
+One child loads the modules, once, and forks where the system does so safely: as many pictures
+are drawn at once as there are cores. It is a plain child with pipes, not a process pool: a pool
+runs the caller's main module again, and its workers outlive a killed parent. These end with
+their input, however the parent ends.
 """
 
 import os
 import pickle
+import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partialmethod
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Self
+from queue import SimpleQueue
+from threading import Lock
+from typing import IO, Any, Self
 
-from umbra.machine import HOME, make_command
+from umbra.machine import HOME, count_cores, make_command
 from umbra.writers.pixels import PackedMasks
 from umbra.writers.plan import DayShadows, Plan
 
@@ -29,32 +33,82 @@ CHILD = (
     "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
     "from umbra.writers.painter import serve; serve()"
 )
+_MOST_PENS = 4
 
 
 Job = Future[None]
 
 
+@dataclass(frozen=True)
+class _Pen:
+    """The pipes to a process that draws one picture at a time."""
+
+    jobs: IO[bytes]
+    answers: IO[bytes]
+
+    def draw(self, job: tuple[str, Path, tuple, dict]) -> BaseException | None:
+        """Have a picture drawn; return the error that it raised."""
+        pickle.dump(job, self.jobs, protocol=5)
+        self.jobs.flush()
+        error: BaseException | None = pickle.load(self.answers)
+        return error
+
+    def close(self) -> None:
+        """End the process's input, and wait until it has ended."""
+        with suppress(OSError):
+            self.jobs.close()
+        self.answers.read()
+        self.answers.close()
+
+
 class Painter:
     """
-    Draws pictures in turn in a child process, started at once.
+    Draws pictures in child processes, started at once: several together, as cores allow.
 
     Where no process can be started, or it ends before its time, this one draws. Leaving the
     ``with`` block waits for the pictures and raises the first error among them; leaving it by an
-    exception ends the child at once. Each picture is written with every one of the ``endings``,
+    exception ends the children at once. Each picture is written with every one of the ``endings``,
     whichever its path has; without any there is no child, and nothing can be drawn.
     """
 
     def __init__(self, endings: Sequence[str] = ("png",)) -> None:
         self._endings = tuple(endings)
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="umbra-painter")
         self._futures: list[Job] = []
         self._is_ending = False
+        self._drawing_here = Lock()
         self._child: subprocess.Popen[bytes] | None = None
+        self._pens: list[_Pen] = []
         if sys.executable and endings:
             with suppress(OSError):
-                self._child = subprocess.Popen(
-                    make_command(CHILD), cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE
-                )
+                self._start(min(count_cores(), _MOST_PENS) if sys.platform == "linux" else 1)
+        self._free: SimpleQueue[_Pen | None] = SimpleQueue()
+        for pen in self._pens or [None]:
+            self._free.put(pen)
+        self._threads = ThreadPoolExecutor(max(len(self._pens), 1), "umbra-painter")
+
+    def _start(self, count: int) -> None:
+        """Start the child, which serves its own pipes, and a fork for each further pair."""
+        theirs: list[int] = []
+        mine: list[_Pen] = []
+        try:
+            for _ in range(count - 1):
+                (from_me, jobs), (answers, to_me) = os.pipe(), os.pipe()
+                theirs += [from_me, to_me]
+                mine.append(_Pen(os.fdopen(jobs, "wb"), os.fdopen(answers, "rb")))
+            # A group of their own, so that all can be ended together.
+            group: dict[str, Any] = {"pass_fds": theirs, "process_group": 0} if theirs else {}
+            self._child = child = subprocess.Popen(
+                make_command(CHILD, *map(str, theirs)), cwd=HOME,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, **group,
+            )  # fmt: skip
+        finally:
+            for descriptor in theirs:
+                os.close(descriptor)
+            if self._child is None:
+                for pen in mine:
+                    pen.close()
+        if child.stdin and child.stdout:
+            self._pens = [_Pen(child.stdin, child.stdout), *mine]
 
     def draw_profile(
         self, path: Path, plan: Plan, days: Sequence[DayShadows], **options: Any
@@ -63,16 +117,17 @@ class Painter:
         packed = [replace(day, shadows=PackedMasks(day.shadows)) for day in days]
         return self._submit("profile.make_profile_sheet", path, plan, packed, **options)
 
-    def wait(self) -> None:
-        """Wait until every picture is a complete file."""
-        for future in self._futures:
+    def wait(self, advance: Callable[[int, int], object] = lambda _done, _of: None) -> None:
+        """Wait until every picture is a complete file; ``advance`` is told how many of all are."""
+        for done, future in enumerate(self._futures):
+            advance(done, len(self._futures))
             future.result()
 
     def _submit(self, name: str, path: Path, *args: Any, **options: Any) -> Job:
         path = Path(path).absolute()  # the child has another working folder
         for ending in self._endings:
             job = (name, path.with_suffix(f".{ending}"), args, options)
-            future = self._thread.submit(self._call, job)
+            future = self._threads.submit(self._call, job)
             self._futures.append(future)
         return future
 
@@ -81,28 +136,25 @@ class Painter:
     draw_elevations = partialmethod(_submit, "elevations.make_elevations_sheet")
 
     def _call(self, job: tuple[str, Path, tuple, dict]) -> None:
-        """Send a job to the child and wait for its answer; without a child, do it here."""
-        child = self._child
-        if child is not None and child.stdin and child.stdout:
-            try:
-                pickle.dump(job, child.stdin, protocol=5)
-                child.stdin.flush()
-                error = pickle.load(child.stdout)
-            except (OSError, EOFError, pickle.UnpicklingError):
-                self._child = None
-                if self._is_ending:
-                    return
-            else:
-                if error is not None:
-                    raise error
-                return
-        _run(*job)
+        """Have a free child draw; without one, or if it ends before its time, draw here."""
+        pen, error = self._free.get(), None
+        try:
+            if pen is not None:
+                error = pen.draw(job)
+        except (OSError, EOFError, pickle.UnpicklingError):
+            pen = None
+        finally:
+            self._free.put(pen)
+        if error is not None:
+            raise error
+        if pen is None and not self._is_ending:
+            with self._drawing_here:  # matplotlib's settings are the whole process's
+                _run(*job)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: object, *_: object) -> None:
-        child = self._child
         self._is_ending = kind is not None
         try:
             if kind is None:
@@ -111,11 +163,22 @@ class Painter:
             self._is_ending = True
             raise
         finally:
-            if self._is_ending and child is not None:
-                child.kill()
-            self._thread.shutdown(cancel_futures=True)
-            if child is not None:
-                child.communicate()
+            if self._is_ending:
+                self._kill()
+            self._threads.shutdown(cancel_futures=True)
+            for pen in self._pens:
+                pen.close()
+            if self._child is not None:
+                self._child.wait()
+
+    def _kill(self) -> None:
+        """End the child and its forks."""
+        if self._child is None:
+            return
+        if len(self._pens) > 1:
+            with suppress(ProcessLookupError):
+                os.killpg(self._child.pid, signal.SIGKILL)
+        self._child.kill()
 
 
 def _run(name: str, path: Path, args: tuple, options: dict) -> None:
@@ -125,15 +188,31 @@ def _run(name: str, path: Path, args: tuple, options: dict) -> None:
 
 
 def serve() -> None:
-    """Load the picture modules, then do jobs from standard input until it ends."""
-    # Output of libraries must not mix with the answers.
-    answers = os.fdopen(os.dup(1), "wb")
+    """Load the picture modules, then do jobs until they end; a fork serves each further pair."""
+    pipes = [(os.dup(0), os.dup(1)), *zip(*[map(int, sys.argv[1:])] * 2, strict=True)]
+    # Libraries must read no jobs, and their output must not mix with the answers.
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
     for module in ("hours", "profile"):
         import_module(f"umbra.writers.{module}")
+    mine = pipes[0]
+    for pair in pipes[1:]:
+        if not os.fork():
+            mine = pair
+            break
+    for pair in pipes:
+        if pair != mine:  # else no one would see that its process ended
+            os.close(pair[0])
+            os.close(pair[1])
+    with os.fdopen(mine[0], "rb") as jobs, os.fdopen(mine[1], "wb") as answers:
+        _do(jobs, answers)
+
+
+def _do(jobs: IO[bytes], answers: IO[bytes]) -> None:
+    """Draw picture after picture until the jobs end."""
     with suppress(EOFError, BrokenPipeError, pickle.UnpicklingError):
         while True:
-            job = pickle.load(sys.stdin.buffer)
+            job = pickle.load(jobs)
             error: BaseException | None = None
             try:
                 _run(*job)

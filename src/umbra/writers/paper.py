@@ -9,6 +9,7 @@ matplotlibrc could turn, and no pixel of the map resampled once more.
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,7 @@ def find_font(size: float, weight: str = "normal") -> FontProperties:
     return FontProperties(family="DejaVu Sans", size=size, weight=weight)
 
 
+@lru_cache(maxsize=4096)
 def measure(text: str, size: float, weight: str = "normal") -> float:
     """Return the width of a line of type [inch]."""
     width, _, _ = text_to_path.get_text_width_height_descent(text, find_font(size, weight), False)

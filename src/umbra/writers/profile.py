@@ -13,7 +13,13 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.writers.contours import find_swatches, hatch_canopies, outline_canopies, trace
+from umbra.writers.contours import (
+    Tracer,
+    find_swatches,
+    hatch_canopies,
+    outline_canopies,
+    trace,
+)
 from umbra.writers.marks import draw_color_bar, draw_swatches
 from umbra.writers.paper import Panel
 from umbra.writers.pixels import make_stamp_path, resample, to_srgb
@@ -112,7 +118,8 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
     elif plan.roofs_cover and plan.building_height is not None:
         roofs = hidden = plan.is_building
     outlines: dict[int, Lines] = {}
-    passing = _trace_named(panel, day.shadows, _find_named(labels), hidden, outlines)
+    tracer = Tracer(panel, hidden)
+    passing = _trace_named(tracer, day.shadows, _find_named(labels), outlines)
     image = compose_profile(passing, len(labels), panel.map_size)
     if plan.appearance is not None:
         image *= 1 - SHADE * plan.appearance.find_shade(panel.map_size)[..., None]
@@ -133,16 +140,15 @@ def _fill_map(panel: Panel, day: DayShadows) -> None:
 
 
 def _trace_named(
-    panel: Panel,
+    tracer: Tracer,
     shadows: Iterable[NDArray[np.bool_]],
     named: Sequence[int],
-    hidden: NDArray[np.bool_] | None,
     outlines: dict[int, Lines],
 ) -> Iterator[NDArray[np.bool_]]:
     """Iterate over shadows, tracing the outlines of the named ones."""
     for stamp, mask in enumerate(shadows):
         if stamp in named:
-            outlines[stamp] = trace(panel, mask, hidden)
+            outlines[stamp] = tracer.trace(mask)
         yield mask
 
 

@@ -151,7 +151,10 @@ class _TipFinder:
         )
 
     def _find_window(self, label: _Box) -> tuple[slice, slice]:
-        (low, high), (left, right) = self._find_pixels(np.array(label).reshape(2, 2))
+        x, y, w, h = self.box
+        rows, cols = self.roofs.shape
+        left, right = (int((at - x) / w * cols) for at in (label[0], label[2]))
+        low, high = (int((at - y) / h * rows) for at in (label[1], label[3]))
         return slice(low, high + 1), slice(left, right + 1)
 
 

@@ -1,6 +1,7 @@
 """Writing a study's folder: the result, pictures, further files, and a summary as JSON."""
 
 import os
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -27,9 +28,15 @@ if TYPE_CHECKING:
     from umbra.writers.painter import Painter
     from umbra.writers.report.markup import Pin, Table
 
-__all__ = ["draw_one", "fill_folder", "sum_up", "write_study"]
+__all__ = ["draw_one", "fill_folder", "note_earlier", "sum_up", "write_study"]
 
 RESULT, REPORT, VERDICTS = "study.nc", "report.html", "verdicts.csv"
+_OF_A_STUDY = re.compile(
+    r"study\.(nc|toml|gpkg|dxf)|report\.html|hours\.tif|day\.(gif|mp4)"
+    r"|(cells|instants|areas|samples|surfaces|parts|points|verdicts)\.csv(\.gz)?"
+    r"|(shadow_outlines|hour_lines|seen|points)\.geojson|hours(_.+)?\.glb"
+    r"|(hours|hours_lost|profile|sheet|points)(_\d{4}-\d\d-\d\d)?\.(png|pdf|svg)"
+)
 
 Say = Callable[[str], object]
 
@@ -54,6 +61,24 @@ def write_study(
     with replace_results(folder) as unfinished, Painter(outputs.endings) as painter:
         first, more = fill_folder(study, unfinished, outputs, options, painter, say)
     return [Path(folder) / name for name in (*first, *more)]
+
+
+def note_earlier(written: Sequence[Path], say: Say) -> None:
+    """Name the files of earlier studies that lie beside those of this one."""
+    folder = written[0].parent
+    new = {path.name for path in written}
+    old = sorted(
+        path.name
+        for path in folder.iterdir()
+        if path.name not in new and _OF_A_STUDY.fullmatch(path.name) and path.is_file()
+    )
+    if old:
+        some = ", ".join(old[:5]) + (f" and {len(old) - 5} more" if len(old) > 5 else "")
+        verb = "is" if len(old) == 1 else "are"
+        say(
+            f"note: {some} in '{folder}' {verb} of an earlier study, which this one did not "
+            "replace; remove what is not wanted, or write into a new folder"
+        )
 
 
 def draw_one(study: Study, name: str, outputs: Outputs, options: StudyOptions) -> bytes:
