@@ -82,7 +82,8 @@ class Painter:
             with suppress(OSError):
                 self._start(min(count_cores(), _MOST_PENS) if sys.platform == "linux" else 1)
         self._free: SimpleQueue[_Pen | None] = SimpleQueue()
-        for pen in self._pens or [None]:
+        pens: Sequence[_Pen | None] = self._pens or [None]
+        for pen in pens:
             self._free.put(pen)
         self._threads = ThreadPoolExecutor(max(len(self._pens), 1), "umbra-painter")
 
