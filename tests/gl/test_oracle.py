@@ -21,7 +21,7 @@ from support.shapes import (
 
 from umbra.cpu.frame import FrameCounter
 from umbra.gl.frame import GlFrameCounter
-from umbra.gl.plan import VolumeOptions
+from umbra.gl.selection import VolumeOptions
 from umbra.scene import Camera, directional_light, make_scene, point_light
 
 SIZE = (48, 40)

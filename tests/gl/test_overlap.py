@@ -112,7 +112,8 @@ def test_a_bound_of_a_lamp_holds_for_lamps_near_it(device):
     def look(place, known, slack=2.0, drawn=every):
         light = np.array([*place, 1.0])
         volumes = [make_volumes(body, light, opened)]
-        return bound_nearby(volumes, body.bounds, light, drawn, known, slack)
+        weights = find_most(body, opened)
+        return bound_nearby(volumes, body.bounds, weights, light, drawn, known, slack)[0]
 
     first = look((120, -30, 0.5), None)
     assert first.most < 200
@@ -124,11 +125,13 @@ def test_a_bound_of_a_lamp_holds_for_lamps_near_it(device):
         place = (120, -30, 0.5) + 1.15 * way / np.linalg.norm(way)
         near.append(bound_boxes(body.bounds, first.weights, np.array([*place, 1.0])))
     assert 1 < max(near) <= first.most
-    few = np.arange(200) < 20
+    few = np.arange(200) < 150
     some = look((120, -30, 0.5), None, drawn=few)
     assert look((120.1, -30, 0.5), some, drawn=few) is some
     more = look((120.1, -30, 0.5), some)  # others are drawn, too
     assert more is not some
+    # So few need no search, and what was known stays known.
+    assert look((120.1, -30, 0.5), more, drawn=np.arange(200) < 100) is more
     assert not some.counted.all()
     assert more.counted.all()
 
@@ -144,8 +147,10 @@ def test_a_bound_for_lamps_near_a_place_counts_what_only_they_see_in_line(device
     opened = np.zeros((1, len(body.caster.is_closed)), bool)
     beside, behind = np.array([2.5, -20.0, 0.5, 1.0]), np.array([8.5, -20.0, 0.5, 1.0])
     volumes = [make_volumes(body, beside, opened)]
-    known = bound_nearby(volumes, body.bounds, beside, np.ones(200, bool), None, 7.0)
-    assert known.slack == 7.0
+    weights = find_most(body, opened)
+    every = np.ones(200, bool)
+    known, most = bound_nearby(volumes, body.bounds, weights, beside, every, None, 7.0)
+    assert (known.slack, known.most) == (7.0, most)
     assert bound_boxes(body.bounds, known.weights, beside) < 90
     assert 100 <= bound_boxes(body.bounds, known.weights, behind) <= known.most
     assert known.holds(behind, known.weights, known.counted)

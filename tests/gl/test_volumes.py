@@ -10,11 +10,12 @@ from support.shapes import HOUSE, box, city, jumble, merge, moved, torus_knot
 from umbra.cpu.frame import FrameCounter
 from umbra.gl import volumes
 from umbra.gl.casters import make_bodies
+from umbra.gl.flags import SIDES, Selection
 from umbra.gl.frame import GlFrameCounter
 from umbra.gl.geometry import BLOCK, Geometry, make_groups
-from umbra.gl.plan import VolumeOptions
 from umbra.gl.planner import Planner
 from umbra.gl.projection import make_projection
+from umbra.gl.selection import VolumeOptions
 from umbra.gl.volumes import make_volumes
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 
@@ -170,20 +171,20 @@ def test_nothing_is_done_while_nothing_moves(planner, monkeypatch):
     plans, projection = planner(city(3))
     first = plans.plan(projection, [LAMP, SUN])
     uploads = []
-    monkeypatch.setattr(plans.indices, "write", lambda numbers, _: uploads.append(numbers))
+    monkeypatch.setattr(plans.indices, "write", lambda *lists, **_: uploads.append(lists))
     assert plans.plan(projection, [LAMP, SUN]) is first
     assert not uploads
-    volumes = [kept.volumes for kept in plans._kept]
+    volumes = [list(kept) for kept in plans._kept]
     other = Camera((22, -20, 9), (0, 0, 3), size=SIZE)
     moved_eye = make_projection(other, plans.scene.origin, plans.scene.bounds()[None], 0.0)
     plans.plan(moved_eye, [LAMP, SUN])
     assert len(uploads) == 1  # for both lights
     # The eye moved, no light: every volume is still there. Then one light moves.
-    assert [kept.volumes for kept in plans._kept] == volumes
+    assert [list(kept) for kept in plans._kept] == volumes
     plans.plan(moved_eye, [point_light((7, -3, 20)), SUN])
     assert len(uploads) == 2
-    assert plans._kept[0].volumes[0] is not volumes[0][0]
-    assert plans._kept[1].volumes[0] is volumes[1][0]
+    assert plans._kept[0][0] is not volumes[0][0]
+    assert plans._kept[1][0] is volumes[1][0]
 
 
 def test_each_box_of_a_town_is_a_caster(planner):
@@ -319,7 +320,8 @@ def test_sides_of_several_lights_are_those_of_each(device, w):
     together[0].find(random.random(60) < 0.5)  # some are known already
     held = replace(make_volumes(body, lights[3], opened), held=np.array([[1, 2]]))
     together[3] = held
-    volumes.find_together([[each] for each in together], wanted)
+    selections = [Selection(np.uint8(SIDES) * some, some.astype(np.int8)) for some in wanted]
+    volumes.find_together([[each] for each in together], selections, np.array([0, 60]))
     for light, some, each in zip(lights, wanted, together, strict=True):
         alone = make_volumes(body, light, opened)
         if each is held:

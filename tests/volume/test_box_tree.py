@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from umbra.scene import Camera
-from umbra.volume.bounds import find_visible_parts, sort_boxes
+from umbra.volume.bounds import find_far_plane, find_visible_parts, sort_boxes
 from umbra.volume.box_tree import BoxTree
+from umbra.volume.regions import find_view_planes
 from umbra.volume.scissor import find_cone_planes
 
 CAMERAS = (
@@ -21,6 +22,21 @@ def scatter(n, seed=4, size=60.0):
     return np.stack([low, low + rng.uniform(0.1, 6, (n, 3))], 1)
 
 
+def see(tree, light, camera, reach=np.inf, cone=None, floor=None):
+    """Ask a tree for one light in the whole picture."""
+    planes = find_view_planes(camera)
+    view = np.concatenate([planes, find_far_plane(camera, planes)[None]])[None]
+    lights, reaches = np.asarray(light)[None], np.array([reach])
+    (found,) = tree.find_seen(lights, view, floor=floor, reaches=reaches, cones=[cone])
+    return found
+
+
+def hold(tree, place, margin=0.0):
+    rows, boxes = tree.find_holding(np.asarray(place)[None], margin)
+    assert not rows.any()
+    return boxes.tolist()
+
+
 @pytest.mark.parametrize("n", [0, 1, 8, 9, 65, 700])
 @pytest.mark.parametrize("reach", [np.inf, 12.0, 1.0])
 def test_a_tree_sees_what_each_box_shows_by_itself(n, reach):
@@ -33,7 +49,7 @@ def test_a_tree_sees_what_each_box_shows_by_itself(n, reach):
             light = np.array([*rng.normal(size=2), 0.7, 0.0])
         floor = None if number % 2 else -0.5
         for camera in CAMERAS:
-            found = tree.find_seen(light, camera, floor=floor, reach=reach)
+            found = see(tree, light, camera, reach, floor=floor)
             alone = find_visible_parts(bounds, light, camera, floor=floor, reach=reach).volume
             # A node is judged by a larger box, which can only let more of its own be asked.
             assert (found == alone).all()
@@ -47,8 +63,8 @@ def test_only_boxes_in_the_cone_are_seen():
     cone = find_cone_planes(place, axis, 10.0)
     light = np.append(place, 1.0)
     camera = CAMERAS[0]
-    every = BoxTree(bounds).find_seen(light, camera)
-    found = BoxTree(bounds).find_seen(light, camera, cone=cone)
+    every = see(BoxTree(bounds), light, camera)
+    found = see(BoxTree(bounds), light, camera, cone=cone)
     assert (found == every & ~sort_boxes(cone, bounds)[0]).all()
     assert 0 < found.sum() < every.sum() / 3
 
@@ -59,10 +75,33 @@ def test_a_lamp_reaches_a_box_just_within_its_range():
     place = np.array([(box[0, 0] + box[1, 0]) / 2, box[0, 1] - 3.0, (box[0, 2] + box[1, 2]) / 2])
     camera = Camera(place + (0, -20, 0), place, size=(64, 48))
     tree, light = BoxTree(bounds), np.append(place, 1.0)
-    assert tree.find_seen(light, camera, reach=3.0 + 1e-9)[17]
-    assert not tree.find_seen(light, camera, reach=3.0 - 1e-9)[17]
-    assert 17 in tree.find_holding(place, 3.0 + 1e-9)
-    assert 17 not in tree.find_holding(place, 3.0 - 1e-9)
+    assert see(tree, light, camera, 3.0 + 1e-9)[17]
+    assert not see(tree, light, camera, 3.0 - 1e-9)[17]
+    assert 17 in hold(tree, place, 3.0 + 1e-9)
+    assert 17 not in hold(tree, place, 3.0 - 1e-9)
+
+
+def test_many_lights_see_and_hold_what_each_does_alone():
+    bounds, rng = scatter(300), np.random.default_rng(11)
+    tree, camera = BoxTree(bounds), CAMERAS[0]
+    lights = np.column_stack([rng.uniform(0, 60, (9, 3)) * (1, 1, 0.2), np.ones(9)])
+    lights[4] = 0.3, 0.2, 1.0, 0.0
+    reaches = rng.uniform(9, 30, 9)
+    reaches[4] = np.inf
+    cone = find_cone_planes(lights[2, :3], np.array([1.0, 0.0, 0.0]), 40.0)
+    cones = [cone if k == 2 else None for k in range(9)]
+    views = np.repeat(find_view_planes(camera)[None], 9, 0)
+    views[7] = 0.0  # its light changes no pixel
+    found = tree.find_seen(lights, views, reaches=reaches, cones=cones)
+    for k in range(9):
+        alone = see(tree, lights[k], camera, reaches[k], cones[k])
+        assert (found[k] == (alone if k != 7 else False)).all()
+    assert (found.any(1) == (np.arange(9) != 7)).all()
+    rows, boxes = tree.find_holding(lights[:, :3], 2.0)
+    assert [boxes[rows == k].tolist() for k in range(9)] == [
+        hold(tree, light[:3], 2.0) for light in lights
+    ]
+    assert len(np.unique(rows)) > 2
 
 
 def test_boxes_that_move_are_found_where_they_are():
@@ -76,12 +115,12 @@ def test_boxes_that_move_are_found_where_they_are():
     for moved in (near, far):
         tree.fit(moved)
         light = np.array([20.0, 25.0, 9.0, 1.0])
-        found = tree.find_seen(light, CAMERAS[0], reach=9.0)
+        found = see(tree, light, CAMERAS[0], 9.0)
         alone = find_visible_parts(moved, light, CAMERAS[0], reach=9.0).volume
         assert (found == alone).all()
         assert found.any()
         for box in moved[:40]:
             low, high = moved[:, 0], moved[:, 1]
             holding = ((box.mean(0) >= low) & (box.mean(0) <= high)).all(1)
-            assert tree.find_holding(box.mean(0)).tolist() == np.flatnonzero(holding).tolist()
+            assert hold(tree, box.mean(0)) == np.flatnonzero(holding).tolist()
     assert tree._order is not order

@@ -158,11 +158,12 @@ class VolumeCounter:
 
     def _find_pass(self, passes: dict[str, Pass], plan: VolumePlan, draw: Draw) -> Pass:
         """Choose the pass of a draw, limited to the light's clip range."""
+        depths = plan.depth_bounds if self._device.has_depth_bounds else None
+        clamps = draw.kind != Z_PASS or plan.projection.camera.is_perspective
+        if plan.scissor is depths is None and clamps:
+            return passes[draw.kind]
         return replace(
-            passes[draw.kind],
-            scissor=plan.scissor,
-            depth_bounds=plan.depth_bounds if self._device.has_depth_bounds else None,
-            depth_clamp=draw.kind != Z_PASS or plan.projection.camera.is_perspective,
+            passes[draw.kind], scissor=plan.scissor, depth_bounds=depths, depth_clamp=clamps
         )
 
     def _prepare(self, programs: Programs, plan: VolumePlan, draw: Draw) -> Program:

@@ -18,11 +18,12 @@ from umbra.gl.context import Device, DeviceUser, on_device
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
 from umbra.gl.masks.counter import MaskCounters
-from umbra.gl.plan import VolumeOptions, VolumePlan
+from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import EDGE_ON, Projection
 from umbra.gl.resources import Indices
+from umbra.gl.selection import VolumeOptions
 from umbra.gl.soft import SoftMethods
 from umbra.gl.state import Pass, State
 from umbra.gl.target import Target

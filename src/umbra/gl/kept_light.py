@@ -1,56 +1,122 @@
-"""Data of a light that a planner keeps between frames."""
+"""The volumes of one light, made on demand, and what a planner keeps of them between frames."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.casters import Body
 from umbra.gl.nearby import Nearby, find_nearby
-from umbra.gl.overlap import KnownBound, bound_nearby
+from umbra.gl.open_components import find_held, find_opened
+from umbra.gl.overlap import KnownBound, bound_nearby, find_most
+from umbra.gl.selection import Selection
 from umbra.gl.volumes import BodyVolumes
+from umbra.scene import Camera
 
 __all__ = ["KeptLight"]
 
 _STEPS = 8  # of a lamp's motion that a bound covers
+_NO_SHELLS = np.zeros((0, 2), np.intp)
 
 
 @dataclass(eq=False)
-class KeptLight:
-    """Data of one light kept between frames."""
+class KeptLight(Sequence[BodyVolumes]):
+    """
+    Volumes of every body under one light, each made when it is first looked up.
 
+    Parameters
+    ----------
+    bodies : sequence of Body
+    starts : (n_bodies + 1,) int
+        Body k owns the shells from ``starts[k]`` to ``starts[k + 1]``.
+    source : (4,) float64
+        The light, relative to the scene's origin.
+    near : mapping
+        Number of a body -> instances and shells (n, 2) near the light; see ``find_near``.
+    camera : Camera
+        The view, on which open components depend.
+    origin : (3,) float64
+        Origin of the scene.
+    moves : int
+        Number of poses of the scene so far.
+    """
+
+    bodies: Sequence[Body]
+    starts: NDArray[np.intp]
     source: NDArray[np.float64]
-    volumes: list[BodyVolumes]
+    near: Mapping[int, NDArray[np.intp]]
+    camera: Camera
+    origin: NDArray[np.float64]
     moves: int
-    near: list[NDArray[np.intp]]
-    nearby: Nearby | None = None
-    touched: NDArray[np.bool_] | None = None
-    bounded: KnownBound | None = None
-    step: float = 0.0
+    _made: dict[int, BodyVolumes] = field(default_factory=dict)
+    _old: dict[int, BodyVolumes] = field(default_factory=dict)
+    _nearby: Nearby | None = None
+    _touched: NDArray[np.bool_] | None = None
+    _bounded: KnownBound | None = None
+    _step: float = 0.0
 
-    def follow(self, old: "KeptLight", source: NDArray[np.float64]) -> None:
-        """Take over the bound of a nearby light, and the distance moved since."""
-        self.bounded = old.bounded
-        self.step = float(np.abs(source - old.source).sum())
+    def __len__(self) -> int:
+        return len(self.bodies)
 
-    def touch(self, source: NDArray[np.float64], drawn: NDArray[np.bool_]) -> Nearby | None:
+    def __getitem__(self, index: int) -> BodyVolumes:  # type: ignore[override]
+        if index not in self._made:
+            self._made[index] = self._make(self.bodies[index], index)
+        return self._made[index]
+
+    def _make(self, body: Body, index: int) -> BodyVolumes:
+        """Make a body's volumes, or reuse the old ones where nothing moved."""
+        lights = body.lights(self.source)
+        near = self.near.get(index, _NO_SHELLS)
+        held = find_held(body, self.origin, lights, near)
+        opened = find_opened(body, self.camera, self.origin, lights, held, near)
+        last = self._old.pop(index, None)
+        if last is not None and last.is_of(lights, opened):
+            return last
+        made = BodyVolumes(body, lights, opened, held)
+        if last is not None and len(lights) > 1:
+            made.inherit(last)
+        return made
+
+    def follow(self, old: "KeptLight") -> None:
+        """Take over from the last frame what still holds; its volumes are reused on demand."""
+        self._old = {**old._old, **old._made}
+        if old.moves == self.moves:
+            self._bounded = old._bounded
+            self._step = float(np.abs(self.source - old.source).sum())
+            if not self._step:
+                self._nearby, self._touched = old._nearby, old._touched
+
+    def touch(self, selection: Selection) -> Nearby | None:
         """Find the points near the light of the shells drawn now or before."""
-        if not any(map(len, self.near)):
+        if not self.near:
             return None
-        if self.touched is None or (drawn & ~self.touched).any():
-            self.touched = drawn if self.touched is None else drawn | self.touched
-            wanted, offset = [], 0
-            for each, near in zip(self.volumes, self.near, strict=True):
-                numbers = offset + near @ (each.body.n_shells, 1)
-                offset += each.body.n_shells * len(each.body.groups)
-                wanted.append(near[self.touched[numbers]])
-            self.nearby = find_nearby(self.volumes, source, wanted)
-        return self.nearby
+        drawn = selection.sides
+        if self._touched is None or (drawn & ~self._touched).any():
+            self._touched = drawn if self._touched is None else drawn | self._touched
+            wanted = []
+            for index, near in self.near.items():
+                body = self.bodies[index]
+                mine = near[self._touched[self.starts[index] + near @ (body.n_shells, 1)]]
+                if len(mine):
+                    wanted.append((self[index], mine))
+            self._nearby = find_nearby(wanted, self.source)
+        return self._nearby
 
-    def bound(
-        self, source: NDArray[np.float64], bounds: NDArray[np.float64], drawn: NDArray[np.bool_]
-    ) -> int:
-        """Bound the count of the drawn shells (n,); boxes are of all shells (n, 2, 3)."""
-        self.bounded = bound_nearby(
-            self.volumes, bounds, source, drawn, self.bounded, _STEPS * self.step
+    def bound(self, selection: Selection, bounds: NDArray, most: NDArray[np.int64]) -> int:
+        """
+        Bound the count of the drawn shells.
+
+        ``bounds`` (n_shells, 2, 3) are the boxes of all shells, ``most`` (n_shells,) the largest
+        count that each adds while no component is open.
+        """
+        for index in self.near:
+            opened = self[index].opened
+            if opened.any():
+                most = most.copy()
+                mine = slice(self.starts[index], self.starts[index + 1])
+                most[mine] = find_most(self.bodies[index], opened)
+        self._bounded, bound = bound_nearby(
+            self, bounds, most, self.source, selection.sides, self._bounded, _STEPS * self._step
         )
-        return self.bounded.most
+        return bound

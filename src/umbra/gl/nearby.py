@@ -9,6 +9,7 @@ the rays to that point and to nearby corners are computed in float64. Sides and 
 cut alike, so volumes stay closed.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -55,7 +56,8 @@ class Nearby:
         ``first`` is the number of the first of ``points``, after those of the geometry.
         """
         triangles = numbers.reshape(-1, 3)
-        is_near = np.isin(triangles >> 1, self.corners).any(1)
+        is_near = np.zeros(len(triangles), np.bool_)
+        _find_corners(triangles, self.corners, is_near)
         if not is_near.any():
             return numbers
         cut: list[tuple[int, int, int]] = []
@@ -89,20 +91,31 @@ class Nearby:
         return [(rim[0], a, b) for a, b in pairwise(rim[1:])]
 
 
+@njit(cache=True, nogil=True)
+def _find_corners(triangles, corners, found):
+    """Mark the triangles (n, 3) of vertex numbers with a corner among points in order."""
+    for i in range(triangles.shape[0]):
+        for k in range(3):
+            point = np.int64(triangles[i, k] >> np.uint32(1))
+            if corners[0] <= point <= corners[-1]:
+                place = np.searchsorted(corners, point)
+                found[i] |= corners[place] == point
+
+
 def find_nearby(
-    volumes: list[BodyVolumes], light: NDArray[np.float64], near: list[NDArray[np.intp]]
+    near: Sequence[tuple[BodyVolumes, NDArray[np.intp]]], light: NDArray[np.float64]
 ) -> Nearby | None:
     """
     Find the points near a light (4,), relative to the scene's origin; mostly none.
 
-    ``near`` lists instances and shells per body, from ``find_near``: only these are tested.
+    ``near`` lists instances and shells (n, 2) per body, from ``find_near``: only these are tested.
     """
     points: list[NDArray[np.float64]] = []
     at_corner: dict[int, int] = {}
     on_edge: dict[tuple[int, int], int] = {}
     on_face: dict[tuple[int, ...], int] = {}
     met: set[int] = set()
-    for each, mine in zip(volumes, near, strict=True):
+    for each, mine in near:
         body = each.body
         reach = REACH * body.size
         for instance in np.unique(mine[:, 0]).tolist():

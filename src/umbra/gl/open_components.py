@@ -30,26 +30,29 @@ REACH = 1e-3
 
 
 def find_near(
-    bodies: Sequence[Body], tree: BoxTree, light: NDArray[np.float64]
-) -> list[NDArray[np.intp]]:
+    bodies: Sequence[Body],
+    starts: NDArray[np.intp],
+    tree: BoxTree,
+    lights: NDArray[np.float64],
+) -> list[dict[int, NDArray[np.intp]]]:
     """
-    Find the shells near a light (4,), relative to the scene's origin.
+    Find the shells near each light (n, 4), relative to the scene's origin.
 
-    Returns per body instances and shells, (n, 2) int each; none for a directional light.
-    ``tree`` holds the boxes of all shells of all bodies.
+    Returns for each light the numbers of bodies, and instances and shells (n, 2) of each; none
+    for a directional light. ``tree`` holds the boxes of all shells, body k those from
+    ``starts[k]`` to ``starts[k + 1]``.
     """
-    nothing = np.zeros((0, 2), np.intp)
-    if light[3] == 0.0 or not bodies:
-        return [nothing for _ in bodies]
+    found: list[dict[int, NDArray[np.intp]]] = [{} for _ in lights]
+    lamps = np.flatnonzero(lights[:, 3])
+    if not len(lamps) or not len(bodies):
+        return found
     reach = REACH * max(body.size * body.stretch for body in bodies)
-    found = tree.find_holding(light[:3] / light[3], reach)
-    lists, first = [], 0
-    for body in bodies:
-        end = first + body.n_shells * len(body.groups)
-        mine = found[np.searchsorted(found, first) : np.searchsorted(found, end)] - first
-        lists.append(np.stack(np.divmod(mine, body.n_shells), 1) if len(mine) else nothing)
-        first = end
-    return lists
+    rows, shells = tree.find_holding(lights[lamps, :3] / lights[lamps, 3:], reach)
+    owners = np.searchsorted(starts, shells, "right") - 1
+    for row, owner in np.unique(np.stack([rows, owners], 1), axis=0).tolist():
+        mine = shells[(rows == row) & (owners == owner)] - starts[owner]
+        found[lamps[row]][owner] = np.stack(np.divmod(mine, bodies[owner].n_shells), 1)
+    return found
 
 
 def find_held(
@@ -180,7 +183,7 @@ def _reach_before(
 
 
 def find_start(
-    volumes: list[BodyVolumes],
+    volumes: Sequence[BodyVolumes],
     camera: Camera,
     light: NDArray[np.float64],
     chosen: NDArray[np.bool_],
@@ -193,7 +196,7 @@ def find_start(
 
     Parameters
     ----------
-    volumes : list of BodyVolumes
+    volumes : sequence of BodyVolumes
     camera : Camera
     light : (4,) float64
         Relative to the scene's origin, a direction of length 1.
@@ -208,7 +211,7 @@ def find_start(
         Tilt of the rays, left and down, as tangents; for ``Projection.tilted``.
     """
     tilt = np.zeros(2)
-    if camera.is_perspective or not volumes:
+    if camera.is_perspective:
         return 0, tilt
     right, up, forward = camera.axes()
     # Rays parallel to a directional light end where all its volumes end.
@@ -222,7 +225,7 @@ def find_start(
 
 
 def _end_rays(
-    volumes: list[BodyVolumes], way: NDArray[np.float64], chosen: NDArray[np.bool_]
+    volumes: Sequence[BodyVolumes], way: NDArray[np.float64], chosen: NDArray[np.bool_]
 ) -> tuple[int, bool]:
     """Count the chosen volumes at the far end of a ray; return whether none begins there."""
     start, is_clean, offset = 0, True, 0

@@ -7,6 +7,7 @@ where the ray crosses the silhouette, so half the edges that cross a row of the 
 view bound it, too; and so do boxes around faces.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +31,7 @@ _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def bound_count(
-    volumes: list[BodyVolumes],
+    volumes: Sequence[BodyVolumes],
     most: list[NDArray[np.int64]],
     light: NDArray[np.float64],
     drawn: NDArray[np.bool_] | None = None,
@@ -42,7 +43,7 @@ def bound_count(
     ``most`` is ``find_most`` of each of the volumes. Only ``drawn`` shells (n_shells,)
     are counted, all by default.
     """
-    if not volumes:
+    if not len(volumes):
         return 0
     weights = np.concatenate(most)
     if drawn is None:
@@ -99,36 +100,40 @@ class KnownBound:
         return (
             apart <= self.slack * light[3]
             and not (drawn & ~self.counted).any()
-            and np.array_equal(weights, self.weights)
+            and (weights is self.weights or np.array_equal(weights, self.weights))
         )
 
 
 def bound_nearby(
-    volumes: list[BodyVolumes],
+    volumes: Sequence[BodyVolumes],
     bounds: NDArray[np.float64],
+    weights: NDArray[np.int64],
     light: NDArray[np.float64],
     drawn: NDArray[np.bool_],
     known: KnownBound | None,
     slack: float,
-) -> KnownBound:
+) -> tuple[KnownBound | None, int]:
     """
     Bound the shadow count of any point for a light (4,) and, if possible, for lamps near it.
 
     Moving a lamp is the same as moving the boxes the other way: boxes enlarged by ``slack``
     [m] cover them all. ``bounds`` (n_shells, 2, 3) are of all shells, relative to the scene's
-    origin, as the light; ``known`` is the light's previous bound, if nothing else moved.
+    origin, as the light; ``weights`` (n_shells,) from ``find_most``; ``known`` is the light's
+    previous bound, if nothing else moved. Returns what is known now, and the bound.
     """
-    most = [find_most(each.body, each.opened) for each in volumes]
-    weights = np.concatenate([np.zeros(0, np.int64), *most])
+    most = int(weights[drawn].sum())
+    if most <= _SIGNED_MOST:
+        return known, most
     if known is not None and known.holds(light, weights, drawn):
-        return known
+        return known, known.most
     if slack > 0.0 and light[3] > 0.0:
         counted = drawn if known is None else drawn | known.counted
         boxes = bounds[counted] + np.array([[-slack], [slack]])
         bound = bound_boxes(boxes, weights[counted], light)
         if bound <= _SIGNED_MOST:
-            return KnownBound(light, slack, weights, counted, bound)
-    return KnownBound(light, 0.0, weights, drawn, bound_count(volumes, most, light, drawn))
+            return KnownBound(light, slack, weights, counted, bound), bound
+    bound = bound_count(volumes, [weights], light, drawn)
+    return KnownBound(light, 0.0, weights, drawn, bound), bound
 
 
 def bound_boxes(
@@ -143,7 +148,7 @@ def bound_boxes(
 
 
 def _find_components(
-    volumes: list[BodyVolumes], drawn: NDArray[np.bool_]
+    volumes: Sequence[BodyVolumes], drawn: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return boxes (n, 2, 3) of drawn components, and the largest count of each (n,)."""
     boxes, weights, offset = [np.zeros((0, 2, 3))], [np.zeros(0, np.int64)], 0
@@ -160,7 +165,7 @@ def _find_components(
 
 
 def _find_casting(
-    volumes: list[BodyVolumes], drawn: NDArray[np.bool_]
+    volumes: Sequence[BodyVolumes], drawn: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the points of all instances in the scene's frame, and the faces that cast."""
     points, faces, count, offset = [], [], 0, 0
@@ -200,7 +205,7 @@ def find_most(body: Body, opened: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def _count_in_rows(
-    volumes: list[BodyVolumes],
+    volumes: Sequence[BodyVolumes],
     drawn: NDArray[np.bool_],
     boxes: NDArray[np.float64],
     light: NDArray[np.float64],

@@ -5,7 +5,6 @@ Volumes are kept between frames and rebuilt only where a body moved relative to 
 light. While nothing moves, the last plan is reused.
 """
 
-import operator
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field
@@ -15,25 +14,11 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body, make_bodies
 from umbra.gl.context import Device
+from umbra.gl.flags import CUT, DRAWS, Z_FAILS, Selection
 from umbra.gl.geometry import Geometry, Group
 from umbra.gl.kept_light import KeptLight
-from umbra.gl.open_components import (
-    find_held,
-    find_near,
-    find_opened,
-    find_start,
-)
-from umbra.gl.plan import (
-    LIGHT_CAP,
-    Z_FAIL,
-    Z_PASS,
-    Draw,
-    Selection,
-    Statistics,
-    VolumeOptions,
-    VolumePlan,
-    select,
-)
+from umbra.gl.open_components import find_near, find_start
+from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, Statistics, VolumePlan
 from umbra.gl.projection import (
     Projection,
     Rectangle,
@@ -43,14 +28,15 @@ from umbra.gl.projection import (
     turn_scissor,
 )
 from umbra.gl.resources import Indices
-from umbra.gl.volumes import BodyVolumes, find_together, gather
+from umbra.gl.selection import FoundLights, VolumeOptions, select_lights
+from umbra.gl.volumes import find_together, gather_light
 from umbra.machine import count_cores, use_threads
 from umbra.methods import METHODS
 from umbra.scene import Camera, Light, Part, Scene
 from umbra.volume.box_tree import BoxTree
 from umbra.volume.scissor import find_cone_planes
 
-__all__ = ["LIGHT_CAP", "Z_FAIL", "Z_PASS", "Draw", "Planner", "Statistics", "VolumePlan"]
+__all__ = ["Planner"]
 
 _BELOW = 0.002  # distance from lowest receiver to floor, as a fraction of the scene's size
 _FEW_FACES = 300_000  # below this, one thread is faster than starting more
@@ -112,6 +98,9 @@ class Planner:
     def _measure(self) -> None:
         boxes = [body.world_bounds() for body in self.bodies]
         self.bounds = np.concatenate([np.zeros((0, 2, 3)), *boxes])
+        self._starts = np.append(0, np.cumsum([len(box) for box in boxes])).astype(np.intp)
+        most = [np.tile(body.most, len(body.groups)) for body in self.bodies]
+        self._most = np.concatenate([np.zeros(0, np.int64), *most])
         if self._has_moved:
             self.tree.fit(self.bounds)
         else:
@@ -198,53 +187,34 @@ class Planner:
         shapes = [(light.range, light.half_angle, light.axis is None) for light in lights]
         key += f"{method} {choices} {shapes}".encode()
         if self._last is None or self._last[0] != key or method == "z-pass":
-            plans: list[VolumePlan] = []
-            lists, nearby = [np.zeros(0, np.uint32)], [np.zeros((0, 2, 3))]
             faces = sum(len(body.caster.faces) * len(body.groups) for body in self.bodies)
             use_threads(count_cores() if faces > _FEW_FACES else 1)
             origin = self.scene.origin
             sources = np.array([find_source(light, origin) for light in lights]).reshape(-1, 4)
             ranges = find_clip_ranges(projection.camera, origin, sources, lights)
-            chosen = [
-                self._choose(number, projection, light, source, corners, method, choices)
-                for number, (light, source, (corners, _)) in enumerate(
-                    zip(lights, sources, ranges, strict=True)
-                )
-            ]
+            if not choices.narrow:
+                ranges = [(None, None)] * len(lights)
+            near = find_near(self.bodies, self._starts, self.tree, sources)
+            for number, (source, mine) in enumerate(zip(sources, near, strict=True)):
+                self._keep(number, projection.asked, source, mine)
             del self._kept[len(lights) :]
-            for selection in chosen:
+            selections = select_lights(
+                self._kept, self.tree, projection, origin,
+                _find_reached(lights, sources, ranges, choices), method=method, choices=choices,
+                floor=self.floor,
+            )  # fmt: skip
+            for selection in selections:
                 self._warn(selection, method, warn)
-            find_together(
-                [kept.volumes for kept in self._kept], [selection.sides for selection in chosen]
-            )
-            for kept, selection, clip_range in zip(self._kept, chosen, ranges, strict=True):
-                clip = clip_range if choices.narrow else (None, None)
+            find_together(self._kept, selections, self._starts)
+            plans: list[VolumePlan] = []
+            lists: list[NDArray[np.uint32]] = []
+            nearby = [np.zeros((0, 2, 3))]
+            for kept, selection, clip in zip(self._kept, selections, ranges, strict=True):
                 plans.append(self._plan(kept, projection, selection, clip, lists, nearby))
             points = np.concatenate(nearby)
-            self.indices.write(np.concatenate(lists), points if len(points) else None)
+            self.indices.write(*lists, nearby=points if len(points) else None)
             self._last = key, plans
         return self._last[1]
-
-    def _choose(
-        self,
-        number: int,
-        projection: Projection,
-        light: Light,
-        source: NDArray[np.float64],
-        corners: Rectangle | None,
-        method: str,
-        choices: VolumeOptions,
-    ) -> Selection:
-        """Select the faces to draw for one light, and keep its volumes."""
-        kept = self._keep(number, projection.asked, source)
-        cone = None
-        if choices.narrow and light.axis is not None:
-            cone = find_cone_planes(source[:3], light.axis, light.half_angle)
-        return select(
-            kept.volumes, self.tree, projection, self.scene.origin, source, method=method,
-            choices=choices, floor=self.floor, reach=light.range if choices.narrow else np.inf,
-            cone=cone, scissor=corners if choices.narrow else None,
-        )  # fmt: skip
 
     @staticmethod
     def _warn(selection: Selection, method: str, warn: Callable[[str], object]) -> None:
@@ -270,16 +240,17 @@ class Planner:
         draws: list[Draw] = []
         drawn = dict.fromkeys(("sides_z_pass", "sides_z_fail", "dark_cap", "light_cap"), 0)
         start, tilt, deepest = 0, np.zeros(2), 0
-        if selection.sides.any():
+        if len(selection.shells):
             self._list(kept, selection, draws, drawn, lists, nearby)
-            uncut = selection.sides & selection.z_fail & ~selection.is_cut
-            start, tilt = find_start(kept.volumes, projection.camera, source, uncut)
-            deepest = kept.bound(source, self.bounds, selection.sides)
+            if not projection.camera.is_perspective:
+                uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS
+                start, tilt = find_start(kept, projection.camera, source, uncut)
+            deepest = kept.bound(selection, self.bounds, self._most)
         cases = np.bincount(selection.case, minlength=4).tolist()
         statistics = Statistics(
             shells=len(self.bounds),
-            culled=int((~selection.sides).sum()),
-            cut=int((selection.is_cut & selection.sides).sum()),
+            culled=len(self.bounds) - len(selection.shells),
+            cut=int(np.count_nonzero(selection.flags & CUT)),
             cases=(cases[1], cases[2], cases[3]),
             sides=drawn["sides_z_pass"] + drawn["sides_z_fail"],
             sides_z_pass=drawn["sides_z_pass"],
@@ -299,7 +270,7 @@ class Planner:
             scissor=None if corners is None else turn_scissor(corners, projection.camera),
             depth_bounds=depths,
             selection=selection,
-            volumes=tuple(kept.volumes),
+            volumes=kept,
         )
 
     def _list(
@@ -312,16 +283,17 @@ class Planner:
         nearby: list[NDArray[np.float64]],
     ) -> None:
         """Add a light's triangles and draws to the lists."""
-        touched = kept.touch(kept.source, selection.sides)
+        touched = kept.touch(selection)
         place = sum(map(len, lists))
         first = self.geometry.n_points + sum(map(len, nearby))
         if touched is not None:
             nearby.append(touched.points)
-        for name, is_cut, chosen in _list_draws(selection):
-            found = gather(
-                kept.volumes, name.split("_z_", maxsplit=1)[0], chosen,
-                is_quad=is_cut or kept.source[3] > 0, is_fan=selection.is_fan,
-            )  # fmt: skip
+        is_point = bool(kept.source[3])
+        numbers, counts = gather_light(kept, selection, self._starts, is_point)
+        end = 0
+        for (name, is_cut), count in zip(DRAWS, counts.tolist(), strict=True):
+            found = numbers[end : end + count]
+            end += count
             if touched is not None:
                 found = touched.refine(found, first)
             if len(found):
@@ -331,31 +303,25 @@ class Planner:
                 place += len(found)
                 lists.append(found)
 
-    def _keep(self, number: int, camera: Camera, source: NDArray) -> KeptLight:
-        """Find a light's volumes, reusing those of the last frame where nothing moved."""
+    def _keep(
+        self,
+        number: int,
+        camera: Camera,
+        source: NDArray[np.float64],
+        near: dict[int, NDArray[np.intp]],
+    ) -> None:
+        """Keep a light's volumes, those of the last frame where nothing moved."""
         old = self._kept[number] if number < len(self._kept) else None
-        volumes: list[BodyVolumes] = []
-        near = find_near(self.bodies, self.tree, source)
-        for index, (body, mine) in enumerate(zip(self.bodies, near, strict=True)):
-            lights = body.lights(source)
-            held = find_held(body, self.scene.origin, lights, mine)
-            opened = find_opened(body, camera, self.scene.origin, lights, held, mine)
-            last = old.volumes[index] if old is not None else None
-            if last is not None and last.is_of(lights, opened):
-                volumes.append(last)
-                continue
-            made = BodyVolumes(body, lights, opened, held)
-            if last is not None and len(lights) > 1:
-                made.inherit(last)
-            volumes.append(made)
-        same = old is not None and all(map(operator.is_, volumes, old.volumes))
-        if old is not None and same and old.moves == self._moves:
-            return old
-        kept = KeptLight(source, volumes, self._moves, near)
-        if old is not None and old.moves == self._moves:
-            kept.follow(old, source)
+        if old is not None and old.moves == self._moves and np.array_equal(old.source, source):
+            # Open components depend on the view.
+            depends = bool(near) or any(body.any_inward for body in self.bodies)
+            if old.camera is camera or not depends:
+                return
+        origin, moves = self.scene.origin, self._moves
+        kept = KeptLight(self.bodies, self._starts, source, near, camera, origin, moves)
+        if old is not None:
+            kept.follow(old)
         self._kept[number : number + 1] = [kept]
-        return kept
 
     def twin(self) -> "Planner":
         """Return another planner of the same casters, with its own lists and kept volumes."""
@@ -369,17 +335,21 @@ class Planner:
         self.indices.release()
 
 
-def _list_draws(selection: Selection) -> list[tuple[str, bool, NDArray[np.bool_]]]:
-    """List the kinds of faces to draw, whether cut, and their shells; caps after sides."""
-    kinds = [
-        ("sides_z_pass", selection.sides & ~selection.z_fail),
-        ("sides_z_fail", selection.sides & selection.z_fail),
-        ("dark_cap", selection.dark_cap),
-    ]
-    listed = [
-        (name, is_cut, chosen & (selection.is_cut == is_cut))
-        for is_cut in (False, True)
-        for name, chosen in kinds
-    ]
-    listed.append(("light_cap", False, selection.light_cap))
-    return [each for each in listed if each[2].any()]
+def _find_reached(
+    lights: Sequence[Light],
+    sources: NDArray[np.float64],
+    ranges: Sequence[tuple[Rectangle | None, tuple[float, float] | None]],
+    choices: VolumeOptions,
+) -> FoundLights:
+    """Find what lights can reach, by their ranges and cones if that is permitted."""
+    reaches = np.full(len(lights), np.inf)
+    cones: list[NDArray[np.float64] | None] = [None] * len(lights)
+    if choices.narrow:
+        reaches[:] = [light.range for light in lights]
+        cones = [
+            None
+            if light.axis is None
+            else find_cone_planes(source[:3], light.axis, light.half_angle)
+            for light, source in zip(lights, sources, strict=True)
+        ]
+    return FoundLights(sources, reaches, cones, [corners for corners, _ in ranges])

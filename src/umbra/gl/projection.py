@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.scene import Camera, Light
-from umbra.volume.bounds import find_box_points, sort_boxes
+from umbra.volume.bounds import find_span
 from umbra.volume.regions import find_near_rectangle, find_view_planes
 from umbra.volume.scissor import (
     find_cone_scissor,
@@ -204,9 +204,8 @@ def _find_depths(
     """Bound the depths of visible points: (nearest, furthest) [m] along the view axis."""
     forward = camera.axes()[2]
     eye = camera.eye - origin
-    outside, _ = sort_boxes(find_view_planes(camera, origin), bounds)
-    depth = find_box_points(bounds[~outside])[..., :3] @ forward - forward @ eye
-    nearest, furthest = depth.min(initial=np.inf), depth.max(initial=camera.near)
+    nearest, furthest = find_span(find_view_planes(camera, origin), bounds, forward)
+    nearest, furthest = nearest - forward @ eye, max(furthest - forward @ eye, camera.near)
     if ground is not None:
         # The key of a plane is affine in the picture, so its extremes are at the corners.
         cols, rows = camera.size

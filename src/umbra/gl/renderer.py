@@ -24,11 +24,12 @@ from umbra.gl.layers import TransparentLayers
 from umbra.gl.masks import Counts
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.masks.small import SmallMasks
-from umbra.gl.plan import Statistics, VolumeOptions, VolumePlan
+from umbra.gl.plan import Statistics, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_scissors
 from umbra.gl.resources import Timers
 from umbra.gl.samples import Averaging, split_samples
+from umbra.gl.selection import VolumeOptions
 from umbra.gl.shading import Lamps, Shading
 from umbra.gl.soft import SoftLights, SoftMethods
 from umbra.gl.state import State
@@ -279,7 +280,6 @@ class Renderer(DeviceUser):
         """Draw surfaces in one light, or none, and in its shadow; then select by count."""
         origin = self.scene.origin
         lamps = [self.lamps.make(light, projection, origin, find_exposure(1)) for light in lights]
-        scissors = find_scissors(projection.camera, origin, lights)
         target = targets.both if lights and shadows else targets.drawn
         with self._timed("surfaces"):
             target.begin(state)
@@ -289,15 +289,15 @@ class Renderer(DeviceUser):
         self.device.gl.Flush()  # a software device draws while volumes are planned
         if not shadows:
             return
-        for plan, scissor in zip(self._plan(projection, lights, method), scissors, strict=True):
-            if scissor is not None and 0 in scissor[2:]:
+        for plan in self._plan(projection, lights, method):
+            if plan.scissor is not None and 0 in plan.scissor[2:]:
                 continue
             with self._timed("shadows"):
                 counter.count(state, target, plan, is_clear=True)
             with self._timed("light"):
                 targets.drawn.use()
                 spares = self._spares_turned(counter, plan)
-                self.shading.darken(state, targets.both, scissor, spares_turned=spares)
+                self.shading.darken(state, targets.both, plan.scissor, spares_turned=spares)
 
     def _draw_in_turn(
         self,
@@ -352,7 +352,8 @@ class Renderer(DeviceUser):
     ) -> None:
         origin, exposure = self.scene.origin, find_exposure(len(lights))
         middles = find_middles(lights)
-        scissors = find_scissors(projection.camera, origin, middles)
+        found = [None if plan is None else plan.scissor for plan in plans]
+        scissors = found if all(plans) else find_scissors(projection.camera, origin, middles)
         for number, (light, plan, scissor) in enumerate(zip(middles, plans, scissors, strict=True)):
             if scissor is not None and 0 in scissor[2:]:
                 continue

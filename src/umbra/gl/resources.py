@@ -46,9 +46,9 @@ class Indices:
         self._buffer: Any = None
         self._arrays: dict[int, Any] = {}
 
-    def write(self, numbers: NDArray, nearby: NDArray[np.float64] | None = None) -> None:
+    def write(self, *lists: NDArray, nearby: NDArray[np.float64] | None = None) -> None:
         """
-        Replace the list (n,), in one upload.
+        Replace the list by others (n,), joined, in one upload.
 
         ``nearby`` (n, 2, 3) are points numbered after the geometry's, as in ``Nearby``.
         """
@@ -57,16 +57,16 @@ class Indices:
         if nearby is not None and self.dtype == np.uint16:
             self._free()  # wider numbers may be needed
             self.dtype = np.dtype(np.uint32)
-        data = np.ascontiguousarray(numbers, self.dtype).tobytes()
-        self.n_bytes = len(data)
-        if self._buffer is None or self._buffer.size < len(data):
+        data = np.concatenate([np.zeros(0, self.dtype), *lists], dtype=self.dtype, casting="unsafe")
+        self.n_bytes = data.nbytes
+        if self._buffer is None or self._buffer.size < data.nbytes:
             self._free()
-            room = max(1 << 12, len(data) + len(data) // 2)
+            room = max(1 << 12, data.nbytes + data.nbytes // 2)
             self._buffer = self._device.context.buffer(reserve=room, dynamic=True)
             self._device.keep("buffer", self._buffer.glo)
         else:
             self._buffer.orphan()  # the driver need not wait for earlier draws
-        if data:
+        if len(data):
             self._buffer.write(data)
 
     def draw(self, program: Program, first: int, count: int) -> None:

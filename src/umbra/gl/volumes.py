@@ -7,17 +7,19 @@ is the whole side where both far corners are one point at infinity, under a dire
 light.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
+from umbra.gl.flags import DARK_CAP, DRAWS, FAN, LIGHT_CAPS, SIDES, Selection
+from umbra.gl.lists import count_draws, list_cap, write_draws
 from umbra.gl.sides import make_sides, make_sides_alike
 from umbra.volume.adjacency import Caster
-from umbra.volume.facing import find_sides
 
-__all__ = ["BodyVolumes", "find_together", "gather", "make_volumes"]
+__all__ = ["BodyVolumes", "find_together", "gather", "gather_light", "make_volumes"]
 
 _LARGE = 200_000  # edges; larger meshes are searched light by light, in several threads
 
@@ -126,13 +128,6 @@ class BodyVolumes:
             and np.array_equal(self.opened, opened)
         )
 
-    def casting(self, instance: int, shell: int) -> NDArray[np.intp]:
-        """Find the faces of one shell that cast."""
-        body, caster = self.body, self.caster_of(instance)
-        faces = body.faces[body.face_starts[shell] : body.face_starts[shell + 1]]
-        side = find_sides(caster.planes[:, faces], self.lights[instance])
-        return faces[(side > 0) | ((side < 0) & ~self.is_closed[instance, caster.component[faces]])]
-
     def light_cap(self, wanted: NDArray[np.bool_]) -> NDArray[np.uint32]:
         """Return the casting faces (n, 3) of the wanted components, turned to the light."""
         if not wanted.any():
@@ -161,27 +156,13 @@ class BodyVolumes:
         thrown = self.light_cap(wanted & ~is_fan)[:, ::-1] | FAR
         return np.concatenate([fan, thrown])
 
+    @property
+    def shells(self) -> range:
+        """Numbers of all instances' shells: instance * n_shells + shell."""
+        return range(self.body.n_shells * len(self.lights))
+
     def _make_cap(self, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.uint32], NDArray[np.intp]]:
-        body, caster = self.body, self.body.caster
-        chosen = np.flatnonzero(wanted)
-        instance, shell = np.divmod(chosen, body.n_shells)
-        starts = body.face_starts[shell]
-        lengths = body.face_starts[shell + 1] - starts
-        owner = np.repeat(np.arange(len(chosen)), lengths)
-        within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-        faces = body.faces[starts[owner] + within]
-        side = find_sides(caster.planes[:, faces], self.lights[instance[owner]].T)
-        if len(self.held):
-            number = instance[owner] * len(caster.faces) + faces
-            side[np.isin(number, self.held @ (len(caster.faces), 1))] = 0.0
-        casts = (side > 0) | (
-            (side < 0) & ~self.is_closed[instance[owner], caster.component[faces]]
-        )
-        owner, faces, side = owner[casts], faces[casts], side[casts]
-        corners = caster.faces[faces].astype(np.int64) + body.first[instance[owner], None]
-        turned = (side < 0) ^ body.mirrored[instance[owner]]
-        corners[turned] = corners[turned, ::-1]
-        return (2 * corners).astype(np.uint32), chosen[owner]
+        return list_cap(self.body, self.lights, self.is_closed, self.held, wanted)
 
 
 def make_volumes(
@@ -201,7 +182,7 @@ def make_volumes(
 
 
 def gather(
-    volumes: list[BodyVolumes],
+    volumes: Sequence[BodyVolumes],
     what: str,
     chosen: NDArray[np.bool_],
     *,
@@ -213,7 +194,7 @@ def gather(
 
     Parameters
     ----------
-    volumes : list of BodyVolumes
+    volumes : sequence of BodyVolumes
     what : {'sides', 'dark_cap', 'light_cap'}
     chosen : (n_shells,) bool
     is_quad : bool
@@ -237,30 +218,63 @@ def gather(
     return np.concatenate(lists)
 
 
-def find_together(volumes: list[list[BodyVolumes]], wanted: list[NDArray[np.bool_]]) -> None:
+def find_together(
+    volumes: Sequence[Sequence[BodyVolumes]],
+    selections: Sequence[Selection],
+    starts: NDArray[np.intp],
+) -> None:
     """
-    Find the sides of wanted shells (n_shells,) for several lights, each mesh at once.
+    Find the sides of the selected shells for several lights, each mesh at once.
 
-    ``volumes`` are of the same bodies under each light. Large meshes, open components and
-    lights on a face are handled light by light.
+    ``volumes`` are of the same bodies under each light, body k with the shells from ``starts[k]``
+    to ``starts[k + 1]``. Large meshes, open components and lights on a face are handled light by
+    light.
     """
-    offset = 0
-    for group in zip(*volumes, strict=True):
-        body = group[0].body
-        n = body.n_shells * len(body.groups)
-        missing = [
-            mine[offset : offset + n] & ~each._found
-            for mine, each in zip(wanted, group, strict=True)
-        ]
-        offset += n
+    touched: dict[int, list[tuple[BodyVolumes, NDArray[np.bool_]]]] = {}
+    for light, selection in zip(volumes, selections, strict=True):
+        for index in selection.find_bodies(starts):
+            mine = selection.sides[starts[index] : starts[index + 1]]
+            touched.setdefault(index, []).append((light[index], mine & ~light[index]._found))
+    for group in touched.values():
         alike = [
             (each, mine)
-            for each, mine in zip(group, missing, strict=True)
+            for each, mine in group
             if mine.any() and not len(each.held) and not each.opened.any()
         ]
-        if len(alike) > 1 and len(body.caster.edges) < _LARGE:
+        if len(alike) > 1 and len(group[0][0].body.caster.edges) < _LARGE:
             for (each, mine), found in zip(alike, make_sides_alike(alike), strict=True):
                 if found is not None:
                     each._add(*found, mine)
-        for each, mine in zip(group, missing, strict=True):
+        for each, mine in group:
             each.find(mine)
+
+
+def gather_light(
+    volumes: Sequence[BodyVolumes], selection: Selection, starts: NDArray[np.intp], is_point: bool
+) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
+    """
+    Collect the selected triangles of a light, in the order of `DRAWS`.
+
+    Returns vertex numbers (n,), and how many belong to each draw (7,). Sides of volumes that end
+    in one point, of a directional light at infinity, are single triangles.
+    """
+    found = []
+    counts = np.zeros((len(DRAWS), 0), np.int64)
+    for index in selection.find_bodies(starts):
+        flags = selection.flags[starts[index] : starts[index + 1]]
+        each = volumes[index]
+        each.find((flags & SIDES) != 0)
+        caps = (flags & LIGHT_CAPS != 0) | ((flags & (DARK_CAP | FAN)) == DARK_CAP)
+        cap, cap_shell = each._cap[:0], each._cap_shell[:0]
+        if caps.any():
+            cap, cap_shell = list_cap(each.body, each.lights, each.is_closed, each.held, caps)
+        lists = (each._sides, each._side_shell, cap, cap_shell, flags, is_point)
+        mine = np.zeros((len(DRAWS), 1), np.int64)
+        count_draws(each._sides, each._side_shell, cap_shell, flags, is_point, mine[:, 0])
+        counts = np.concatenate([counts, mine], 1)
+        found.append(lists)
+    ends = np.cumsum(counts).reshape(counts.shape)
+    numbers = np.zeros(counts.sum(), np.uint32)
+    for lists, places in zip(found, (ends - counts).T.copy(), strict=True):
+        write_draws(*lists, places, numbers)
+    return numbers, counts.sum(1)

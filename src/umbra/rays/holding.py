@@ -96,12 +96,22 @@ def _dot(p, q):
 
 
 @njit(cache=True, nogil=True)
+def _cross(p, q):
+    return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
+
+
+@njit(cache=True, nogil=True)
+def _subtract(p, q):
+    return p[0] - q[0], p[1] - q[1], p[2] - q[2]
+
+
+@njit(cache=True, nogil=True)
 def _to_segment(p, q):
     """Return the distance from 0 to the segment between two points."""
-    along = q - p
+    along = _subtract(q, p)
     square = _dot(along, along)
     t = 0.0 if square == 0.0 else min(1.0, max(0.0, -_dot(p, along) / square))
-    nearest = p + t * along
+    nearest = p[0] + t * along[0], p[1] + t * along[1], p[2] + t * along[2]
     return np.sqrt(_dot(nearest, nearest))
 
 
@@ -109,17 +119,21 @@ def _to_segment(p, q):
 def _measure(vertices, faces, some, place, apart, largest):
     """Find the distances of faces from a point, and their largest coordinates."""
     for i in range(some.size):
-        corners = vertices[faces[some[i]]]
-        largest[i] = np.abs(corners).max()
+        corners = faces[some[i]]
+        for k in range(3):
+            for axis in range(3):
+                largest[i] = max(largest[i], abs(vertices[corners[k], axis]))
         # Relative to the point, so that near corners keep all digits.
-        a, b, c = corners[0] - place, corners[1] - place, corners[2] - place
+        a = _subtract(vertices[corners[0]], place)
+        b = _subtract(vertices[corners[1]], place)
+        c = _subtract(vertices[corners[2]], place)
         apart[i] = min(_to_segment(a, b), _to_segment(b, c), _to_segment(c, a))
-        normal = np.cross(b - a, c - a)
+        normal = _cross(_subtract(b, a), _subtract(c, a))
         square = _dot(normal, normal)
         if (
             square > 0.0
-            and _dot(normal, np.cross(a, b)) > 0.0
-            and _dot(normal, np.cross(b, c)) > 0.0
-            and _dot(normal, np.cross(c, a)) > 0.0
+            and _dot(normal, _cross(a, b)) > 0.0
+            and _dot(normal, _cross(b, c)) > 0.0
+            and _dot(normal, _cross(c, a)) > 0.0
         ):
             apart[i] = min(apart[i], abs(_dot(normal, a)) / np.sqrt(square))

@@ -62,6 +62,14 @@ def weld_vertices(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
     return first
 
 
+@njit(cache=True, nogil=True)
+def _double(edge_faces, component, change, weight):
+    """Double the weights of the edges of some components."""
+    for edge in range(weight.size):
+        if change[component[edge_faces[edge, 0]]]:
+            weight[edge] *= 2
+
+
 @dataclass(frozen=True, eq=False)
 class Caster:
     """Triangle mesh prepared to cast shadows, in a local frame [m]."""
@@ -113,9 +121,9 @@ class Caster:
         change = components & self.is_closed
         if not change.any():
             return self
-        doubled = change[self.component[self.edge_faces[:, 0]]]
-        weight = np.where(doubled, 2 * self.weight, self.weight)
-        return replace(self, is_closed=self.is_closed & ~change, weight=weight.astype(np.int8))
+        weight = self.weight.copy()
+        _double(self.edge_faces, self.component, change, weight)
+        return replace(self, is_closed=self.is_closed & ~change, weight=weight)
 
     def without(self, faces: NDArray[np.intp]) -> "Caster":
         """

@@ -21,11 +21,14 @@ from umbra.volume.regions import find_view_planes
 
 __all__ = [
     "VisibleParts",
+    "can_box_end",
     "can_end_at_floor",
     "end_at_floor",
+    "find_box_parts",
     "find_box_points",
     "find_far_plane",
     "find_shadow_points",
+    "find_span",
     "find_visible_parts",
     "is_in_range",
     "is_outside",
@@ -95,6 +98,40 @@ def _sort_boxes(planes, bounds, outside, inside):
         outside[i], inside[i] = beyond, within
 
 
+def find_span(
+    planes: NDArray[np.float64], bounds: NDArray[np.float64], along: NDArray[np.float64]
+) -> tuple[float, float]:
+    """
+    Find how far boxes (n, 2, 3) reach along a vector (3,), but those beyond a region's planes.
+
+    Returns the lowest and highest product with the vector; infinite if no box is left.
+    """
+    low, high = _find_span(np.ascontiguousarray(planes), bounds, along)
+    return float(low), float(high)
+
+
+@njit(cache=True, nogil=True)
+def _find_span(planes, bounds, along):
+    lowest, highest = np.inf, -np.inf
+    for i in range(bounds.shape[0]):
+        beyond = False
+        for k in range(planes.shape[0]):
+            most = planes[k, 3]
+            for axis in range(3):
+                most += max(
+                    planes[k, axis] * bounds[i, 0, axis], planes[k, axis] * bounds[i, 1, axis]
+                )
+            beyond |= most < 0.0
+        if not beyond:
+            low = high = 0.0
+            for axis in range(3):
+                a, b = along[axis] * bounds[i, 0, axis], along[axis] * bounds[i, 1, axis]
+                low += min(a, b)
+                high += max(a, b)
+            lowest, highest = min(lowest, low), max(highest, high)
+    return lowest, highest
+
+
 def is_in_range(
     bounds: NDArray[np.float64], light: ArrayLike, reach: float = np.inf
 ) -> NDArray[np.bool_]:
@@ -157,6 +194,14 @@ def find_shadow_points(
 
 
 @njit(cache=True, nogil=True)
+def can_box_end(box, light):
+    """Return ``can_end_at_floor`` of one box (2, 3)."""
+    size = np.sqrt(light[0] ** 2 + light[1] ** 2 + light[2] ** 2)
+    level = 1e-4 * (size if light[3] == 0.0 else abs(box[1, 2]))
+    return light[2] - light[3] * box[1, 2] > level
+
+
+@njit(cache=True, nogil=True)
 def _find_distance(box, light):
     """Return the distance of a box from a light; 0 for a directional light."""
     square = 0.0
@@ -187,10 +232,8 @@ def _throw(box, light, floor, reach, points):
                 points[8 + k, axis] = place + times * (points[k, axis] - place)
             points[8 + k, 3] = 1.0
             is_below |= points[8 + k, 2] < floor
-    size = np.sqrt(light[0] ** 2 + light[1] ** 2 + light[2] ** 2)
-    level = 1e-4 * (size if light[3] == 0.0 else abs(box[1, 2]))
     # One kind of end for all corners: the hull of mixed ends could miss part of the volume.
-    if is_below and not np.isnan(floor) and light[2] - light[3] * box[1, 2] > level:
+    if is_below and not np.isnan(floor) and can_box_end(box, light):
         for k in range(8):
             drop = max(points[k, 2] - floor, 0.0) / (light[3] * points[k, 2] - light[2])
             for axis in range(3):
@@ -237,34 +280,44 @@ def is_seen(box, light, planes, floor, reach, points):
 
 
 @njit(cache=True, nogil=True)
+def find_box_parts(box, light, planes, far, floor, reach, scratch):
+    """
+    Return whether the volume, the light cap and the dark cap of a box (2, 3) may be in view.
+
+    ``scratch`` is (40, 4); other parameters as in ``find_visible_parts``.
+    """
+    points, ends, feet = scratch[:16], scratch[16:32], scratch[32:]
+    if not is_seen(box, light, planes, floor, reach, points):
+        return False, False, False
+    if not is_seen(box, light, far, floor, reach, points):
+        return False, False, False
+    for k in range(8):
+        for axis in range(3):
+            points[k, axis] = box[k >> axis & 1, axis]
+        points[k, 3] = 1.0
+    # The part of the box below the floor is not projected: without its section at the floor the
+    # hull would miss the projection from just above it.
+    _throw(box, light, floor, np.inf, ends)
+    is_cut = ends[8, 3] > 0.0
+    feet[:] = ends[8:]
+    if is_cut and box[0, 2] < floor:
+        feet[:] = points[:8]
+        feet[:, 2] = np.minimum(feet[:, 2], floor)
+    light_cap = True
+    dark_cap = is_cut or light[3] != 0.0  # at infinity it is a single point
+    for plane in planes:
+        light_cap = light_cap and not _is_beyond(plane, points[:8])
+        dark_cap = dark_cap and not (_is_beyond(plane, ends[8:]) and _is_beyond(plane, feet))
+    return True, light_cap, dark_cap
+
+
+@njit(cache=True, nogil=True)
 def _find_parts(bounds, light, planes, far, floor, reach, parts):
-    """Write whether the volume, the light cap and the dark cap of each box may be in view."""
-    points, ends, feet = np.zeros((16, 4)), np.zeros((16, 4)), np.zeros((8, 4))
+    """Write the parts of each box that may be in view."""
+    scratch = np.zeros((40, 4))
     for i in range(bounds.shape[0]):
-        box = bounds[i]
-        if not is_seen(box, light, planes, floor, reach, points):
-            continue
-        if not is_seen(box, light, far, floor, reach, points):
-            continue
-        for k in range(8):
-            for axis in range(3):
-                points[k, axis] = box[k >> axis & 1, axis]
-            points[k, 3] = 1.0
-        # The part of the box below the floor is not projected: without its section at the floor the
-        # hull would miss the projection from just above it.
-        _throw(box, light, floor, np.inf, ends)
-        is_cut = ends[8, 3] > 0.0
-        stands = is_cut and box[0, 2] < floor
-        feet[:] = ends[8:]
-        if stands:
-            feet[:] = points[:8]
-            feet[:, 2] = np.minimum(feet[:, 2], floor)
-        light_cap = True
-        dark_cap = is_cut or light[3] != 0.0  # at infinity it is a single point
-        for plane in planes:
-            light_cap = light_cap and not _is_beyond(plane, points[:8])
-            dark_cap = dark_cap and not (_is_beyond(plane, ends[8:]) and _is_beyond(plane, feet))
-        parts[0, i], parts[1, i], parts[2, i] = True, light_cap, dark_cap
+        found = find_box_parts(bounds[i], light, planes, far, floor, reach, scratch)
+        parts[0, i], parts[1, i], parts[2, i] = found
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,16 +6,15 @@ casters only refit the nodes; the order is recomputed when the nodes have grown 
 on nodes first, since a node's shadow contains the shadows of its boxes.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from umbra.scene.camera import Camera
 from umbra.volume.adjacency import sort_along_curve
-from umbra.volume.bounds import find_far_plane, is_seen
-from umbra.volume.regions import find_view_planes
+from umbra.volume.bounds import is_seen
 
 __all__ = ["BoxTree"]
 
@@ -58,35 +57,55 @@ class BoxTree:
 
     def find_seen(
         self,
-        light: NDArray[np.float64],
-        camera: Camera,
-        origin: ArrayLike = (0.0, 0.0, 0.0),
+        lights: NDArray[np.float64],
+        views: NDArray[np.float64],
         *,
-        scissor: ArrayLike | None = None,
         floor: float | None = None,
-        reach: float = np.inf,
-        cone: NDArray[np.float64] | None = None,
+        reaches: NDArray[np.float64] | None = None,
+        cones: Sequence[NDArray[np.float64] | None] = (),
     ) -> NDArray[np.bool_]:
         """
-        Find the boxes in a light's range and cone whose shadow volumes may be in view, (n,) bool.
+        Find the boxes in each light's range and cone whose shadow volumes may be in view.
 
-        Parameters as in ``find_visible_parts``; ``cone`` (k, 4) are inward planes around the cone.
+        Parameters
+        ----------
+        lights : (n_lights, 4) float64
+        views : (n_lights, k, 4) float64
+            Inward planes of what each light shows; all 0 where that is nothing.
+        floor : float, optional
+            Volumes are cut at this z, below all receivers [m].
+        reaches : (n_lights,) float64, optional
+            Ranges of the lights [m].
+        cones : sequence of (k, 4) float64 or None
+            Inward planes around each light's cone.
+
+        Returns
+        -------
+        found : (n_lights, n) bool
         """
-        found = np.zeros(len(self.bounds), np.bool_)
-        planes = find_view_planes(camera, origin, scissor)
-        planes = np.concatenate([planes, find_far_plane(camera, planes)[None]])
-        end = np.nan if floor is None else float(floor)
+        found = np.zeros((len(lights), len(self.bounds)), np.bool_)
+        around = [_NOWHERE if cone is None else cone for cone in cones] or [_NOWHERE] * len(lights)
+        starts = np.append(0, np.cumsum([len(cone) for cone in around]))
         _find_seen(
-            self.bounds, self._order, self._starts, self._nodes, light, planes, end, float(reach),
-            _NOWHERE if cone is None else cone, found,
+            self.bounds, self._order, self._starts, self._nodes, lights, views,
+            np.nan if floor is None else float(floor),
+            np.full(len(lights), np.inf) if reaches is None else reaches,
+            np.concatenate([_NOWHERE, *around]), starts, found,
         )  # fmt: skip
         return found
 
-    def find_holding(self, place: NDArray[np.float64], margin: float = 0.0) -> NDArray[np.intp]:
-        """Find the boxes within a margin [m] of a point (3,), ascending."""
-        found = np.zeros(len(self.bounds), np.bool_)
-        _find_holding(self.bounds, self._order, self._starts, self._nodes, place, margin, found)
-        return np.flatnonzero(found)
+    def find_holding(
+        self, places: NDArray[np.float64], margin: float = 0.0
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """
+        Find the boxes within a margin [m] of points (n, 3).
+
+        Returns the point and the box of each pair found, in order.
+        """
+        found = np.zeros((len(places), len(self.bounds)), np.bool_)
+        _find_holding(self.bounds, self._order, self._starts, self._nodes, places, margin, found)
+        points, boxes = found.nonzero()
+        return points, boxes
 
 
 @njit(cache=True, nogil=True)
@@ -121,49 +140,56 @@ def _is_beyond_any(planes, box):
 
 
 @njit(cache=True, nogil=True)
-def _find_seen(bounds, order, starts, nodes, light, planes, floor, reach, cone, found):
+def _find_seen(
+    bounds, order, starts, nodes, lights, views, floor, reaches, cones, cone_starts, found
+):
     """Mark the boxes of ``find_seen``, from the root down."""
     points = np.zeros((16, 4))
     stack = np.zeros((_WIDTH * starts.size, 2), np.int64)
-    stack[0, 0] = starts.size - 2  # level and node; the root is node 0 of the highest level
-    depth = 1 if order.size else 0
-    while depth:
-        depth -= 1
-        level, node = stack[depth, 0], stack[depth, 1]
-        below = order.size if level == 0 else starts[level] - starts[level - 1]
-        for child in range(node * _WIDTH, min((node + 1) * _WIDTH, below)):
-            box = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
-            if _is_beyond_any(cone, box):
-                continue
-            if not is_seen(box, light, planes, floor, reach, points):
-                continue
-            if level == 0:
-                found[order[child]] = True
-            else:
-                stack[depth, 0], stack[depth, 1] = level - 1, child
-                depth += 1
+    for k in range(lights.shape[0]):
+        light, planes, reach = lights[k], views[k], reaches[k]
+        cone = cones[cone_starts[k] : cone_starts[k + 1]]
+        stack[0, 0], stack[0, 1] = starts.size - 2, 0  # level and node; the root is the highest
+        depth = 1 if order.size and planes.any() else 0
+        while depth:
+            depth -= 1
+            level, node = stack[depth, 0], stack[depth, 1]
+            below = order.size if level == 0 else starts[level] - starts[level - 1]
+            for child in range(node * _WIDTH, min((node + 1) * _WIDTH, below)):
+                box = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
+                if _is_beyond_any(cone, box):
+                    continue
+                if not is_seen(box, light, planes, floor, reach, points):
+                    continue
+                if level == 0:
+                    found[k, order[child]] = True
+                else:
+                    stack[depth, 0], stack[depth, 1] = level - 1, child
+                    depth += 1
 
 
 @njit(cache=True, nogil=True)
-def _find_holding(bounds, order, starts, nodes, place, margin, found):
+def _find_holding(bounds, order, starts, nodes, places, margin, found):
     """Mark the boxes of ``find_holding``, from the root down."""
     stack = np.zeros((_WIDTH * starts.size, 2), np.int64)
-    stack[0, 0] = starts.size - 2
-    depth = 1 if order.size else 0
-    while depth:
-        depth -= 1
-        level, node = stack[depth, 0], stack[depth, 1]
-        below = order.size if level == 0 else starts[level] - starts[level - 1]
-        for child in range(node * _WIDTH, min((node + 1) * _WIDTH, below)):
-            box = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
-            holds = True
-            for axis in range(3):
-                holds &= place[axis] >= box[0, axis] - margin
-                holds &= place[axis] <= box[1, axis] + margin
-            if not holds:
-                continue
-            if level == 0:
-                found[order[child]] = True
-            else:
-                stack[depth, 0], stack[depth, 1] = level - 1, child
-                depth += 1
+    for k in range(places.shape[0]):
+        place = places[k]
+        stack[0, 0], stack[0, 1] = starts.size - 2, 0
+        depth = 1 if order.size else 0
+        while depth:
+            depth -= 1
+            level, node = stack[depth, 0], stack[depth, 1]
+            below = order.size if level == 0 else starts[level] - starts[level - 1]
+            for child in range(node * _WIDTH, min((node + 1) * _WIDTH, below)):
+                box = bounds[order[child]] if level == 0 else nodes[starts[level - 1] + child]
+                holds = True
+                for axis in range(3):
+                    holds &= place[axis] >= box[0, axis] - margin
+                    holds &= place[axis] <= box[1, axis] + margin
+                if not holds:
+                    continue
+                if level == 0:
+                    found[k, order[child]] = True
+                else:
+                    stack[depth, 0], stack[depth, 1] = level - 1, child
+                    depth += 1

@@ -31,9 +31,11 @@ __all__ = [
     "Placement",
     "Placements",
     "any_meets",
+    "ask_faces",
     "dark_cap_is_fan",
     "find_placement",
     "find_placements",
+    "place_box",
 ]
 
 
@@ -151,18 +153,27 @@ def _is_fan(box, light):
 
 
 @njit(cache=True, nogil=True)
+def place_box(box, pyramid, view, light, is_drawn):
+    """Return the case of one box (2, 3) and the other four fields of ``Placements``."""
+    beyond, within = _sort_box(pyramid, box)
+    unseen, seen_whole = _sort_box(view, box)
+    is_fan = _is_fan(box, light)
+    case = 1 if beyond else 2 if unseen else 3
+    is_undecided = not beyond and not (within and (seen_whole or unseen))
+    light_cap = not unseen and not (beyond and is_drawn)
+    dark_cap = False
+    if not beyond and light[3] != 0.0:
+        dark_cap = not is_fan or not _is_thrown_beyond(view, box, light)
+    return case, is_undecided, light_cap, dark_cap, is_fan
+
+
+@njit(cache=True, nogil=True)
 def _place(bounds, pyramid, view, light, is_drawn, case, found):
     """Write cases, and the other four fields of ``Placements``, into rows of ``found``."""
     for i in range(bounds.shape[0]):
-        beyond, within = _sort_box(pyramid, bounds[i])
-        unseen, seen_whole = _sort_box(view, bounds[i])
-        is_fan = _is_fan(bounds[i], light)
-        case[i] = 1 if beyond else 2 if unseen else 3
-        found[0, i] = not beyond and not (within and (seen_whole or unseen))
-        found[1, i] = not unseen and not (beyond and is_drawn[i])
-        if not beyond and light[3] != 0.0:
-            found[2, i] = not is_fan or not _is_thrown_beyond(view, bounds[i], light)
-        found[3, i] = is_fan
+        case[i], found[0, i], found[1, i], found[2, i], found[3, i] = place_box(
+            bounds[i], pyramid, view, light, is_drawn[i]
+        )
 
 
 def find_placement(
@@ -280,45 +291,79 @@ def any_meets(
 @njit(cache=True, nogil=True)
 def _any_meets(vertices, faces, planes, sides, component, is_closed, light, away):
     """Kernel of ``any_meets``; ``away`` of zeros tests the triangles themselves."""
-    is_thrown = away[0] != 0.0 or away[1] != 0.0 or away[2] != 0.0 or away[3] != 0.0
-    n_planes = planes.shape[0]
-    slack = np.zeros(n_planes)
-    if is_thrown:  # directions have no length: widen by an angle instead
-        for k in range(n_planes):
+    slack = np.zeros(planes.shape[0])
+    if away.any():  # directions have no length: widen by an angle instead
+        for k in range(planes.shape[0]):
             slack[k] = 1e-9 * np.sqrt(planes[k, 0] ** 2 + planes[k, 1] ** 2 + planes[k, 2] ** 2)
-    room = 3 + n_planes
-    values, clipped = np.zeros((room, n_planes)), np.zeros((room, n_planes))
+    room = 3 + planes.shape[0]
+    values, clipped = np.zeros((room, planes.shape[0])), np.zeros((room, planes.shape[0]))
     for face in range(faces.shape[0]):
-        is_beyond = False
-        for k in range(n_planes):
-            beyond = True
-            for corner in range(3):
-                point = vertices[faces[face, corner]]
-                if is_thrown:
-                    x = away[3] * point[0] - away[0]
-                    y = away[3] * point[1] - away[1]
-                    z = away[3] * point[2] - away[2]
-                    value = planes[k, 0] * x + planes[k, 1] * y + planes[k, 2] * z
-                    value += slack[k] * np.sqrt(x * x + y * y + z * z)
-                else:
-                    value = planes[k, 0] * point[0] + planes[k, 1] * point[1]
-                    value += planes[k, 2] * point[2] + planes[k, 3]
-                values[corner, k] = value
-                beyond &= value < 0.0
-            if beyond:
-                is_beyond = True
-                break
-        if is_beyond:
+        if not _measure(vertices, faces[face], planes, away, slack, values):
             continue
-        if sides.shape[1]:
-            side = sides[0, face] * light[0] + sides[1, face] * light[1]
-            side += sides[2, face] * light[2]
-            side += sides[3, face] * light[3]
-            if not (side > 0.0 or (side < 0.0 and not is_closed[component[face]])):
-                continue
+        if sides.shape[1] and not _casts(sides, face, light, is_closed[component[face]]):
+            continue
         if _survives(values, clipped):
             return True
     return False
+
+
+@njit(cache=True, nogil=True)
+def ask_faces(vertices, faces, some, sides, component, is_closed, light, pyramid, view):
+    """
+    Return whether any casting face of ``some`` (n,) meets the pyramid, and whether any the view.
+
+    Parameters are those of a caster, and of ``Regions`` in its frame; ``is_closed`` is of one
+    instance.
+    """
+    away, slack = np.zeros(4), np.zeros(pyramid.shape[0] + view.shape[0])
+    room = 3 + slack.size
+    values, clipped = np.zeros((2, room, pyramid.shape[0]))
+    shown, cut = np.zeros((2, room, view.shape[0]))
+    blocks = is_seen = False
+    for i in range(some.size):
+        face = some[i]
+        if not _casts(sides, face, light, is_closed[component[face]]):
+            continue
+        if not blocks and _measure(vertices, faces[face], pyramid, away, slack, values):
+            blocks = _survives(values, clipped)
+        if not is_seen and _measure(vertices, faces[face], view, away, slack, shown):
+            is_seen = _survives(shown, cut)
+        if blocks and is_seen:
+            break
+    return blocks, is_seen
+
+
+@njit(cache=True, nogil=True)
+def _casts(sides, face, light, is_closed):
+    """Return whether a face casts: lit, or unlit in an open component."""
+    side = sides[0, face] * light[0] + sides[1, face] * light[1]
+    side += sides[2, face] * light[2]
+    side += sides[3, face] * light[3]
+    return side > 0.0 or (side < 0.0 and not is_closed)
+
+
+@njit(cache=True, nogil=True)
+def _measure(vertices, corners, planes, away, slack, values):
+    """Write a face's distances from planes (3, k); return whether it is beyond none of them."""
+    is_thrown = away.any()
+    for k in range(planes.shape[0]):
+        beyond = True
+        for corner in range(3):
+            point = vertices[corners[corner]]
+            if is_thrown:
+                x = away[3] * point[0] - away[0]
+                y = away[3] * point[1] - away[1]
+                z = away[3] * point[2] - away[2]
+                value = planes[k, 0] * x + planes[k, 1] * y + planes[k, 2] * z
+                value += slack[k] * np.sqrt(x * x + y * y + z * z)
+            else:
+                value = planes[k, 0] * point[0] + planes[k, 1] * point[1]
+                value += planes[k, 2] * point[2] + planes[k, 3]
+            values[corner, k] = value
+            beyond &= value < 0.0
+        if beyond:
+            return False
+    return True
 
 
 @njit(cache=True, nogil=True)

@@ -17,6 +17,7 @@ from umbra.scene.camera import Camera
 
 __all__ = [
     "Regions",
+    "find_many_regions",
     "find_near_rectangle",
     "find_view_planes",
     "make_regions",
@@ -33,26 +34,32 @@ def find_near_rectangle(
     Returns (4, 3) float64: top left, bottom left, bottom right, top right, relative to the origin
     [m]. A scissor is left, top, right, bottom [pixels].
     """
-    cols, rows = camera.size
-    left, top, right, bottom = (0, 0, cols, rows) if scissor is None else np.asarray(scissor)
-    axes = camera.axes()
+    chosen = (0, 0, *camera.size) if scissor is None else scissor
+    corners = np.zeros((4, 3))
+    scissors = np.asarray(chosen, np.float64)
+    _write_rectangle(*_measure_near_plane(camera, origin), scissors, corners)
+    return corners
+
+
+def _measure_near_plane(
+    camera: Camera, origin: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, NDArray[np.float64]]:
+    """Return the near plane's middle, axes, size of a pixel, and middle as a pixel's corner."""
+    axes, rows = camera.axes(), camera.size[1]
     if camera.height is None:
         pixel = camera.near * 2.0 * np.tan(np.radians(camera.fov) / 2.0) / rows
     else:
         pixel = camera.height / rows
     middle = camera.eye - np.asarray(origin, np.float64) + camera.near * axes[2]
-    corners = np.zeros((4, 3))
-    # Corners of pixels; pixel centres have integer coordinates.
-    x, y = camera.center[0] + 0.5, camera.center[1] + 0.5
-    sides = (float(left - x), float(y - top), float(right - x), float(y - bottom))
-    _write_rectangle(middle, axes, pixel, sides, corners)
-    return corners
+    # Pixel centres have integer coordinates.
+    return middle, axes, float(pixel), np.array(camera.center) + 0.5
 
 
 @njit(cache=True, nogil=True)
-def _write_rectangle(middle, axes, pixel, sides, corners):
-    """Write the corners of a rectangle given by left, top, right and bottom [pixels]."""
-    left, top, right, bottom = sides
+def _write_rectangle(middle, axes, pixel, center, scissor, corners):
+    """Write the corners of a scissor's rectangle in the near plane."""
+    left, right = scissor[0] - center[0], scissor[2] - center[0]
+    top, bottom = center[1] - scissor[1], center[1] - scissor[3]
     for axis in range(3):
         across, up = pixel * axes[0, axis], pixel * axes[1, axis]
         corners[0, axis] = middle[axis] + left * across + top * up
@@ -203,3 +210,59 @@ def make_regions(
     pyramid[:, 3] += slack
     view[:, 3] += slack
     return Regions(pyramid, view, light)
+
+
+def find_many_regions(
+    camera: Camera,
+    origin: ArrayLike,
+    lights: NDArray[np.float64],
+    scissors: NDArray[np.int64],
+    margin: float = 0.0,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Find the occlusion pyramids and the views of many lights at once, as ``make_regions``.
+
+    Parameters
+    ----------
+    camera : Camera
+    origin : (3,)
+    lights : (n, 4) float64
+        Relative to the origin [m].
+    scissors : (n, 4) int64
+        Left, top, right, bottom [pixels]; nothing is written for an empty one.
+    margin : float
+        As in ``make_regions``.
+
+    Returns
+    -------
+    pyramids : (n, 6, 4) float64
+        Rows of fewer planes are filled by planes that hold everything.
+    views : (n, 5, 4) float64
+    """
+    pyramids, views = np.zeros((len(lights), 6, 4)), np.zeros((len(lights), 5, 4))
+    eye = camera.eye - np.asarray(origin, np.float64)
+    plane = _measure_near_plane(camera, origin)
+    _write_many(
+        *plane, eye, camera.is_perspective, lights, scissors.astype(np.float64), margin,
+        pyramids, views,
+    )  # fmt: skip
+    return pyramids, views
+
+
+@njit(cache=True, nogil=True)
+def _write_many(
+    middle, axes, pixel, center, eye, is_perspective, lights, scissors, margin, pyramids, views
+):
+    """Write the regions of ``find_many_regions``."""
+    corners = np.zeros((4, 3))
+    for k in range(lights.shape[0]):
+        scissor = scissors[k]
+        if not (scissor[2] > scissor[0] and scissor[3] > scissor[1]):
+            continue
+        _write_rectangle(middle, axes, pixel, center, scissor, corners)
+        _write_view(corners, eye, axes[2], is_perspective, views[k])
+        used = _write_pyramid(corners, axes[2], lights[k], pyramids[k])
+        pyramids[k, used:] = np.array([0.0, 0.0, 0.0, 1.0])
+        slack = margin * np.abs(corners).max()
+        pyramids[k, :, 3] += slack
+        views[k, :, 3] += slack

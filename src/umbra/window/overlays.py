@@ -1,7 +1,7 @@
 """Diagnostic overlays of a picture: volumes, cases, edges, counts."""
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -113,7 +113,7 @@ class Overlays:
         self._case: bytes | None = None
         self.n_components: tuple[int, int] | None = None
         self._edges: TextureBuffer | None = None
-        self._edges_of: tuple[BodyVolumes, ...] = ()
+        self._edges_of: Sequence[BodyVolumes] = ()
         self.n_edges = 0
 
     def draw(
@@ -283,7 +283,7 @@ def list_faces_by_case(renderer: Renderer, case: NDArray[np.int8]) -> dict[int, 
     return {number: np.concatenate([empty, *faces]) for number, faces in lists.items()}
 
 
-def list_edges(volumes: tuple[BodyVolumes, ...]) -> NDArray[np.int32]:
+def list_edges(volumes: Sequence[BodyVolumes]) -> NDArray[np.int32]:
     """List the silhouette edges of the volumes once each, (n_edges, 2) vertex numbers."""
     lists = [np.zeros((0, 2), np.int32), *(each.sides[:, :2].astype(np.int32) for each in volumes)]
     return np.unique(np.concatenate(lists), axis=0)

@@ -25,10 +25,11 @@ from umbra.gl.masks import MASKS, Method, Step
 from umbra.gl.masks.counter import MaskCounter
 from umbra.gl.masks.passes import Forward, Look, Tally
 from umbra.gl.masks.upsampling import FILTERS, Upsampler
-from umbra.gl.plan import VolumeOptions, VolumePlan
+from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program
 from umbra.gl.projection import Projection, make_projection
+from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.target import Target
 from umbra.scene import Camera, Light, Scene

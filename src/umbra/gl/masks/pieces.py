@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.gl.flags import CUT, DARK_CAP, LIGHT_CAPS, Z_FAILS
 from umbra.gl.plan import LIGHT_CAP, Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.volumes import FAR, BodyVolumes
 
@@ -136,12 +137,13 @@ def _add_body(
         if not len(faces):
             continue
         at = offset + shell
+        flags = selection.flags[at]
         chosen = _Chosen(
-            kind=Z_FAIL if selection.z_fail[at] else Z_PASS,
-            is_cut=bool(selection.is_cut[at]),
-            columns=6 if is_point or selection.is_cut[at] else 3,
-            dark_cap=bool(selection.dark_cap[at]),
-            light_cap=bool(selection.light_cap[at]),
+            kind=Z_FAIL if flags & Z_FAILS else Z_PASS,
+            is_cut=bool(flags & CUT),
+            columns=6 if is_point or flags & CUT else 3,
+            dark_cap=bool(flags & DARK_CAP),
+            light_cap=bool(flags & LIGHT_CAPS),
         )
         weight = 1 if is_convex[shell] else len(faces)
         ends = np.zeros(len(faces), np.bool_)

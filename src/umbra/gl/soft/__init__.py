@@ -22,9 +22,10 @@ import numpy as np
 
 from umbra.gl.context import release_all
 from umbra.gl.count import Stack, VolumeCounter
-from umbra.gl.plan import VolumeOptions, VolumePlan
+from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection
+from umbra.gl.selection import VolumeOptions
 from umbra.gl.soft.complexity import SpotCounts
 from umbra.gl.soft.wedges import Wedges
 from umbra.gl.soft.weng import ScaledLayers

@@ -103,7 +103,7 @@ class LightEdges:
     """A light's silhouette edges on the device, and their volumes."""
 
     light: AreaLight
-    volumes: tuple[BodyVolumes, ...]
+    volumes: Sequence[BodyVolumes]
     table: TextureBuffer
     count: int
 

@@ -20,12 +20,14 @@ from numpy.typing import NDArray
 from umbra.gl.casters import Body
 from umbra.gl.context import release_all
 from umbra.gl.count import Stack, VolumeCounter
+from umbra.gl.flags import CUT, DARK_CAP, FAN, SIDES, Z_FAILS, Selection
 from umbra.gl.open_components import find_start
 from umbra.gl.overlap import bound_boxes, find_most
-from umbra.gl.plan import Z_FAIL, Z_PASS, Draw, Selection, VolumeOptions, VolumePlan, select
+from umbra.gl.plan import Z_FAIL, Z_PASS, Draw, VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.projection import Projection, find_clip_range, find_source
 from umbra.gl.resources import Indices
+from umbra.gl.selection import FoundLights, VolumeOptions, select_lights
 from umbra.gl.soft.growth import GrownPoints, Instance, Shown, part_bodies
 from umbra.gl.state import State
 from umbra.gl.target import Target
@@ -155,21 +157,23 @@ def list_layers(
     corners = None
     if choices.narrow:
         corners, _ = find_clip_range(projection.camera, origin, layers.source, light)
-    selection = select(
-        layers.volumes, BoxTree(layers.bounds), projection, origin, layers.source, method="auto",
-        choices=replace(choices, ask_triangles=False), floor=floor, reach=reach, scissor=corners,
+    (selection,) = select_lights(
+        [layers.volumes], BoxTree(layers.bounds), projection, origin,
+        FoundLights.of_one(layers.source, reach, corners), method="auto",
+        choices=replace(choices, ask_triangles=False), floor=floor,
     )  # fmt: skip
     draws, lists = [], []
     for z_fail in (False, True):
         for is_cut in (False, True):
-            chosen = selection.sides & (selection.z_fail == z_fail) & (selection.is_cut == is_cut)
+            kind = SIDES | (Z_FAILS if z_fail else 0) | (CUT if is_cut else 0)
+            chosen = (selection.flags & (SIDES | Z_FAILS | CUT)) == kind
             is_quad = is_cut or layers.source[3] > 0
             found = [
                 gather(layers.volumes, "sides", chosen, is_quad=is_quad),
                 gather(layers.volumes, "light_cap", chosen),
                 gather(
-                    layers.volumes, "dark_cap", chosen & selection.dark_cap,
-                    is_fan=selection.is_fan,
+                    layers.volumes, "dark_cap", chosen & selection.find(DARK_CAP),
+                    is_fan=selection.find(FAN),
                 ),
             ]  # fmt: skip
             count = sum(map(len, found))
@@ -199,7 +203,7 @@ def plan_layers(
         hard, projection=projection, draws=tuple(draws), start=0, case=selection.case,
         statistics=statistics, selection=selection, volumes=tuple(layers.volumes),
     )  # fmt: skip
-    uncut = selection.sides & selection.z_fail & ~selection.is_cut
+    uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS
     if projection.camera.is_perspective or not uncut.any():
         return [whole] * len(steps)
     plans = []

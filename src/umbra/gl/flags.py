@@ -1,0 +1,62 @@
+"""Which faces of each shadow volume are drawn under one light, as bits for kernels."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "CUT", "DARK_CAP", "DRAWS", "FAN", "LIGHT_CAPS", "SIDES", "Z_FAILS", "Selection",
+]  # fmt: skip
+
+SIDES, Z_FAILS, CUT, FAN, DARK_CAP, LIGHT_CAPS = (np.uint8(1 << bit) for bit in range(6))
+"""Bits of `Selection.flags`."""
+
+DRAWS = (
+    ("sides_z_pass", False), ("sides_z_fail", False), ("dark_cap", False),
+    ("sides_z_pass", True), ("sides_z_fail", True), ("dark_cap", True),
+    ("light_cap", False),
+)  # fmt: skip
+"""Kinds of faces, and whether their volumes are cut, in the order in which they are drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """
+    Faces to draw of each shell's volume under one light.
+
+    Parameters
+    ----------
+    flags : (n_shells,) uint8
+        Bits: ``SIDES`` in view; ``Z_FAILS``, counted behind the visible surface rather than in
+        front of it; ``CUT``, ends at the floor rather than at infinity; ``FAN``, a fan over the
+        silhouette closes the far end; ``DARK_CAP`` and ``LIGHT_CAPS``, drawn.
+    case : (n_shells,) int8
+        McGuire's; 0 where culled.
+    """
+
+    flags: NDArray[np.uint8]
+    case: NDArray[np.int8]
+
+    def find(self, bit: np.uint8) -> NDArray[np.bool_]:
+        """Return the shells (n_shells,) whose bit is set."""
+        return (self.flags & bit) != 0
+
+    @cached_property
+    def sides(self) -> NDArray[np.bool_]:
+        """Shells whose volumes are in view, (n_shells,) bool."""
+        return self.find(SIDES)
+
+    @cached_property
+    def shells(self) -> NDArray[np.intp]:
+        """Numbers of the shells in view, ascending."""
+        return np.flatnonzero(self.flags)
+
+    def find_bodies(self, starts: NDArray[np.intp]) -> list[int]:
+        """List the bodies of the shells in view; body k's begin at ``starts[k]``."""
+        if not len(self.shells):
+            return []
+        if len(starts) == 2:
+            return [0]
+        return np.unique(np.searchsorted(starts, self.shells, "right") - 1).tolist()

@@ -1,0 +1,229 @@
+"""
+Faces to draw of each shadow volume, and how to count them, for all lights of a frame.
+
+McGuire's cases, culling and cuts. One kernel classifies every shell under every light by its
+bounds; only undecided shells are then classified by their triangles.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from umbra.gl.flags import CUT, DARK_CAP, FAN, LIGHT_CAPS, SIDES, Z_FAILS, Selection
+from umbra.gl.projection import Projection, Rectangle
+from umbra.gl.volumes import BodyVolumes
+from umbra.volume.bounds import can_box_end, find_box_parts, find_far_plane
+from umbra.volume.box_tree import BoxTree
+from umbra.volume.placement import ask_faces, place_box
+from umbra.volume.regions import Regions, find_many_regions, find_view_planes
+
+__all__ = ["FoundLights", "VolumeOptions", "select_lights"]
+
+MARGIN = 1e-5
+"""By how much the occlusion pyramid is widened, since the device computes in float32."""
+
+_FACES_ASKED = 50_000  # per light; for the rest, the bounds' answer is right but not minimal
+
+_NOT_FAILS = ~(Z_FAILS | DARK_CAP | LIGHT_CAPS)
+_AUTO, _PASS, _FAIL = range(3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class VolumeOptions:
+    """
+    Permitted simplifications; none changes a count where the light shines.
+
+    Parameters
+    ----------
+    cull : bool
+        Leave out volumes and caps outside the view.
+    cut : bool
+        End volumes below all receivers.
+    fans : bool
+        Close far ends by fans over silhouettes, where valid, rather than by projecting
+        all casting faces.
+    ask_triangles : bool
+        Use triangles to decide the case where bounds cannot.
+    narrow : bool
+        Count only within the scissor and depth bounds of the light's range and cone.
+        Counts elsewhere are undefined, for the light does not shine there.
+    """
+
+    cull: bool = True
+    cut: bool = True
+    fans: bool = True
+    ask_triangles: bool = True
+    narrow: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class FoundLights:
+    """
+    Where the lights of a frame stand, and what they can reach.
+
+    Parameters
+    ----------
+    sources : (n, 4) float64
+        Relative to the scene's origin; a direction has length 1.
+    reaches : (n,) float64
+        Ranges [m].
+    cones : sequence of (k, 4) float64 or None
+        Inward planes around each cone.
+    scissors : sequence of Rectangle or None
+        Pixels that each light can change; None: all.
+    """
+
+    sources: NDArray[np.float64]
+    reaches: NDArray[np.float64]
+    cones: Sequence[NDArray[np.float64] | None]
+    scissors: Sequence[Rectangle | None]
+
+    @classmethod
+    def of_one(
+        cls, source: NDArray[np.float64], reach: float, scissor: Rectangle | None
+    ) -> "FoundLights":
+        """Return a single light without a cone."""
+        return cls(source[None], np.array([reach]), (None,), (scissor,))
+
+
+def select_lights(
+    volumes: Sequence[Sequence[BodyVolumes]],
+    tree: BoxTree,
+    projection: Projection,
+    origin: NDArray[np.float64],
+    lights: FoundLights,
+    *,
+    method: str,
+    choices: VolumeOptions,
+    floor: float,
+) -> list[Selection]:
+    """
+    Select the faces to draw for each light.
+
+    Parameters
+    ----------
+    volumes : sequence of sequences of BodyVolumes
+        Of each light and body; only undecided ones are looked at.
+    tree : BoxTree
+        Bounds of all bodies' shells, relative to the scene's origin [m].
+    projection : Projection
+    origin : (3,) float64
+        Origin of the scene.
+    lights : FoundLights
+    method : str
+        ``auto``, ``mcguire``, ``lengyel``, ``z-pass`` or ``z-fail``.
+    choices : VolumeOptions
+    floor : float
+        z below every receiver, relative to the origin [m].
+    """
+    n, sources = len(lights.sources), lights.sources
+    camera = projection.camera
+    whole = np.array([0, 0, *camera.size])
+    scissors = np.array([whole if each is None else each for each in lights.scissors])
+    scissors = scissors.reshape(-1, 4)
+    # z-pass looks from the near rectangle: it must not look through a cut volume's bottom.
+    end = floor if choices.cut and projection.lowest > floor else None
+    _, views = find_many_regions(camera, origin, sources, scissors)
+    is_shown = np.any(views != 0.0, axis=(1, 2))
+    far = np.zeros((n, 1, 4))
+    far[is_shown] = find_far_plane(camera, find_view_planes(camera, origin))
+    if choices.cull:
+        found = tree.find_seen(
+            sources, np.concatenate([views, far], 1), floor=end, reaches=lights.reaches,
+            cones=lights.cones,
+        )  # fmt: skip
+    else:
+        found = np.repeat(is_shown[:, None], len(tree.bounds), 1)
+    pyramids, clipped = find_many_regions(projection.clipping, origin, sources, scissors, MARGIN)
+    shape = (n, len(tree.bounds))
+    flags, case = np.zeros(shape, np.uint8), np.zeros(shape, np.int8)
+    undecided = np.zeros(shape, np.bool_)
+    _select(
+        tree.bounds, found, sources, (pyramids, clipped, views, far), lights.reaches,
+        np.nan if end is None else end, {"z-pass": _PASS, "z-fail": _FAIL}.get(method, _AUTO),
+        (method in ("auto", "mcguire"), choices.cull, choices.fans, camera.is_perspective),
+        flags, case, undecided,
+    )  # fmt: skip
+    if choices.ask_triangles and method != "z-fail":
+        keeps_cap = method == "lengyel"
+        for k in np.flatnonzero(undecided.any(1)).tolist():
+            regions = Regions(pyramids[k], clipped[k], sources[k])
+            _ask_triangles(
+                volumes[k], np.flatnonzero(undecided[k]), regions, keeps_cap, flags[k], case[k]
+            )
+    return [Selection(*each) for each in zip(flags, case, strict=True)]
+
+
+@njit(cache=True, nogil=True)
+def _select(bounds, found, lights, regions, reaches, floor, method, rules, flags, case, undecided):
+    """Write flags, cases, and where bounds leave the case undecided, of the found shells."""
+    pyramids, clipped, views, far = regions
+    drops_caps, culls, fans, is_perspective = rules
+    scratch = np.zeros((40, 4))
+    for k in range(lights.shape[0]):
+        light = lights[k]
+        for i in range(bounds.shape[0]):
+            if not found[k, i]:
+                continue
+            box = bounds[i]
+            is_cut = not np.isnan(floor) and can_box_end(box, light)
+            case[k, i], undecided[k, i], needs_cap, _, is_fan = place_box(
+                box, pyramids[k], clipped[k], light, True
+            )
+            is_fan &= fans
+            bits = SIDES
+            bits |= CUT if is_cut else np.uint8(0)
+            bits |= FAN if is_fan else np.uint8(0)
+            if method == _FAIL or (method == _AUTO and case[k, i] > 1):
+                light_cap = dark_cap = True
+                if culls:
+                    _, light_cap, dark_cap = find_box_parts(
+                        box, light, views[k], far[k], floor, reaches[k], scratch
+                    )
+                # At infinity a directional light's volumes end in one point, and so do
+                # parallel rays.
+                can_close = is_cut or (light[3] != 0.0 and is_perspective)
+                bits |= Z_FAILS
+                if can_close and (dark_cap or not is_fan):
+                    bits |= DARK_CAP
+                if light_cap and (needs_cap or not drops_caps):
+                    bits |= LIGHT_CAPS
+            flags[k, i] = bits
+
+
+def _ask_triangles(
+    volumes: Sequence[BodyVolumes],
+    shells: NDArray[np.intp],
+    regions: Regions,
+    keeps_cap: bool,
+    flags: NDArray[np.uint8],
+    case: NDArray[np.int8],
+) -> None:
+    """Classify the shells that bounds left undecided by their triangles, up to a limit."""
+    left, index, first = _FACES_ASKED, 0, 0
+    for place in shells.tolist():
+        each = volumes[index]
+        while place >= first + len(each.shells):
+            first, index = first + len(each.shells), index + 1
+            each = volumes[index]
+        body = each.body
+        instance, shell = divmod(place - first, body.n_shells)
+        left -= int(body.face_starts[shell + 1] - body.face_starts[shell])
+        if left < 0:
+            break
+        mine = regions if body.is_still else regions.within(body.transforms[instance])
+        caster = each.caster_of(instance)
+        faces = body.faces[body.face_starts[shell] : body.face_starts[shell + 1]]
+        blocks, is_seen = ask_faces(
+            caster.vertices, caster.faces, faces, caster.planes, caster.component,
+            each.is_closed[instance], each.lights[instance], mine.pyramid, mine.view,
+        )  # fmt: skip
+        needs_cap = case[place] == 3 and is_seen
+        case[place] = 1 if not blocks else 3 if needs_cap else 2
+        if not blocks:
+            flags[place] &= _NOT_FAILS
+        elif not needs_cap and not keeps_cap:
+            flags[place] &= ~LIGHT_CAPS
