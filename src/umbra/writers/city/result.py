@@ -1,0 +1,160 @@
+"""The store of a study in tiles, read a window at a time."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+
+__all__ = ["CityResult", "StoredTile"]
+
+_STORE, _MARKS = "study.zarr", "tiles"
+_CELLS = ("y", "x")
+
+
+@dataclass(frozen=True)
+class StoredTile:
+    """
+    A tile of the store.
+
+    Parameters
+    ----------
+    number : int
+    rows, cols : slice
+    """
+
+    number: int
+    rows: slice
+    cols: slice
+
+    @property
+    def name(self) -> str:
+        """Name of its files."""
+        return f"tile_{self.number:06}"
+
+
+class CityResult:
+    """
+    Results of a study in tiles.
+
+    Parameters
+    ----------
+    folder : Path
+        With the store and the marks of the tiles that are done.
+
+    Raises
+    ------
+    InputError
+        If it holds no study in tiles.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        import zarr  # noqa: PLC0415  (an extra)
+        import zarr.errors  # noqa: PLC0415
+
+        self.folder = folder
+        try:
+            self._group: Any = zarr.open_group(str(folder / _STORE), mode="r")
+            hours: Any = self._group["shadow_hours"]
+        except (zarr.errors.GroupNotFoundError, FileNotFoundError, KeyError) as error:
+            msg = f"'{folder}' holds no study in tiles (no {_STORE}); name the folder of one"
+            raise InputError(msg, path=folder) from error
+        self._shape, self._sides = hours.shape, hours.chunks
+        if len(self._shape) != len(_CELLS):
+            msg = f"'{folder}' is a study of surfaces; a GeoTIFF and a map are of plans"
+            raise InputError(msg, path=folder)
+
+    @cached_property
+    def facts(self) -> dict[str, Any]:
+        """Attributes of the study."""
+        return dict(self._group.attrs)
+
+    @cached_property
+    def x(self) -> NDArray[np.float64]:
+        """Centres of the columns, ascending [m]."""
+        return np.asarray(self._group["x"][...], np.float64)
+
+    @cached_property
+    def y(self) -> NDArray[np.float64]:
+        """Centres of the rows, ascending [m]."""
+        return np.asarray(self._group["y"][...], np.float64)
+
+    @cached_property
+    def times(self) -> NDArray[np.datetime64]:
+        """Instants in UTC."""
+        return np.asarray(self._group["time"][...]).astype("datetime64[us]")
+
+    @property
+    def cell(self) -> tuple[float, float]:
+        """Width and height of a cell [m]."""
+        sides = (float(np.ptp(v)) / max(len(v) - 1, 1) for v in (self.x, self.y))
+        wide, high = sides
+        return wide or high or 1.0, high or wide or 1.0
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Outer edges: xmin, ymin, xmax, ymax [m]."""
+        (dx, dy), x, y = self.cell, self.x, self.y
+        ends = x[0] - dx / 2, y[0] - dy / 2, x[-1] + dx / 2, y[-1] + dy / 2
+        return ends[0].item(), ends[1].item(), ends[2].item(), ends[3].item()
+
+    @cached_property
+    def tiles(self) -> list[StoredTile]:
+        """All tiles, by rows from the south: the chunks of the arrays."""
+        sides = self._sides
+        counts = [math.ceil(n / side) for n, side in zip(self._shape, sides, strict=True)]
+
+        def cut(k: int, axis: int) -> slice:
+            return slice(k * sides[axis], min((k + 1) * sides[axis], self._shape[axis]))
+
+        return [
+            StoredTile(i * counts[1] + j, cut(i, 0), cut(j, 1))
+            for i in range(counts[0])
+            for j in range(counts[1])
+        ]
+
+    @cached_property
+    def marks(self) -> dict[int, Path]:
+        """Marks of the tiles that are done, by number."""
+        found = (self.folder / _MARKS).glob("[0-9]*.json")
+        return {int(path.stem): path for path in found}
+
+    @property
+    def missing(self) -> list[StoredTile]:
+        """Tiles that are not done."""
+        return [tile for tile in self.tiles if tile.number not in self.marks]
+
+    @cached_property
+    def bands(self) -> dict[str, str]:
+        """Names and units of the numbers of each cell."""
+        found = {}
+        for name, array in sorted(self._group.arrays()):
+            units = str(array.attrs.get("units", "1"))
+            is_time = " since " in units
+            if array.metadata.dimension_names == _CELLS and not is_time and name != "receiver_z":
+                found[name] = units
+        return found
+
+    def read(self, name: str, tile: StoredTile) -> NDArray:
+        """Return a variable on a tile."""
+        return np.asarray(self._group[name][tile.rows, tile.cols])
+
+    def find_done(self) -> Iterator[StoredTile]:
+        """Yield the tiles that are done."""
+        return (tile for tile in self.tiles if tile.number in self.marks)
+
+    @cached_property
+    def up_hours(self) -> float:
+        """Time with the sun up in the whole period [h]; 0 if no tile tells."""
+        for tile in self.find_done():
+            hours = self.read("shadow_hours", tile) + self.read("sun_hours", tile)
+            is_there = np.isfinite(hours)
+            if is_there.any():
+                return float(hours[is_there][0])
+        return 0.0
