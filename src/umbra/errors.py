@@ -45,7 +45,7 @@ _SPELLED = {
 """Options with another name on the command line."""
 
 _OPTIONS = """
-allow_outside at base_column by by_day canopy canopy_heights cast cell date device every
+allow_outside area at base_column bbox by by_day canopy canopy_heights cast cell date device every
 every_days exact extent eye fov ground height height_column layer_gap layer_length leaf_on
 light_samples light_size mask_scale masks method min_spell name_column near no_cast on
 points proposed receivers refraction report rules sheet size soft spacing spells target threads

@@ -11,6 +11,7 @@ import pytest
 
 import umbra
 from umbra import InputError
+from umbra.readers.cityjson import SurfaceList
 
 pytest.importorskip("lxml", reason="lxml is not installed")
 
@@ -416,3 +417,15 @@ def test_surfaces_that_are_cut_in_pieces_of_the_city_are_the_same(read, monkeypa
         np.testing.assert_array_equal(
             one.mesh.vertices[one.mesh.faces], other.mesh.vertices[other.mesh.faces]
         )
+
+
+def test_a_box_leaves_members_out_before_their_surfaces_are_cut(read, monkeypatch):
+    houses = [building(f"house {n}", prism(500_000 + 10 * n, 5_400_000)) for n in range(6)]
+    cut = []
+    monkeypatch.setattr(
+        "umbra.readers.cityjson.SurfaceList.add",
+        lambda self, name, *rest, add=SurfaceList.add: cut.append(name) or add(self, name, *rest),
+    )
+    scene = read(city(*houses), bbox=(500_012, 5_400_000, 500_021, 5_400_001))
+    assert {part.name for part in scene.parts} == set(cut) == {"house 1", "house 2"}
+    assert "left out: 4" in notes(scene)[-1]

@@ -115,6 +115,17 @@ def reading_options(up: str = "--up") -> Callable[[Callable], Callable]:
             "all; default: 0, the first.",
         ),
         _option(
+            "--bbox",
+            metavar="XMIN,YMIN,XMAX,YMAX[,CRS]",
+            help="Read only objects whose bounds meet this box; in degrees if all numbers can be, "
+            "else in the first file's CRS.",
+        ),
+        _option(
+            "--area",
+            metavar="FILE|WKT",
+            help="Read only objects whose bounds meet this polygon: a GeoJSON file, or WKT.",
+        ),
+        _option(
             "--allow-outside",
             is_flag=True,
             is_kept=False,

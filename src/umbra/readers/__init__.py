@@ -19,6 +19,7 @@ from umbra.readers.georeference import locate
 from umbra.readers.kept import Files, read_kept
 from umbra.readers.layers import FileLayer, combine, name_layers, show_name
 from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, settle
+from umbra.readers.region import Region, keep_inside, make_region
 from umbra.scene import Scene, Source, make_scene
 
 __all__ = ["read"]
@@ -37,6 +38,8 @@ def read(
     canopy: Sequence[str] = (),
     trunk: str | float | None = None,
     canopy_heights: str | None = None,
+    bbox: str | Sequence[float | str] | None = None,
+    area: str | os.PathLike[str] | None = None,
     allow_outside: bool = False,
     cache: bool = False,
 ) -> Scene:
@@ -50,8 +53,9 @@ def read(
     Parameters
     ----------
     *paths : str or path
-        CityJSON 1.0, 1.1, 2.0 and sequences of it, CityGML 1.0, 2.0, 3.0, glTF and GLB, OBJ,
-        PLY, STL, OFF, IFC, footprints (GeoJSON, GeoPackage, Shapefile), height rasters (GeoTIFF).
+        CityJSON 1.0, 1.1, 2.0 and sequences of it, CityGML 1.0, 2.0, 3.0, FlatCityBuf, glTF
+        and GLB, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON, GeoPackage, Shapefile, GeoParquet),
+        height rasters (GeoTIFF).
         Several become one scene in the first file's CRS, each a layer, named after
         its file or as in ``"proposed=tower.glb"``.
     up : {'x', 'y', 'z'}, optional
@@ -69,6 +73,13 @@ def read(
         Base of crowns: a share of the height, 0.25 by default, or the file of a raster.
     canopy_heights : {'above-ground', 'absolute'}, optional
         Reference of the canopies' heights; the ground by default.
+    bbox : str or sequence, optional
+        ``XMIN,YMIN,XMAX,YMAX``: only objects whose bounds meet this box are read, and they are
+        kept whole. In degrees, longitude first, if all four numbers can be and a file names a known
+        CRS; else in the first CRS that a file names, or in the one that is added as the fifth.
+    area : str or path, optional
+        A polygon instead: a GeoJSON file, in degrees unless it names a CRS, or WKT, whose CRS
+        is as of ``bbox`` or ahead of it (``SRID=25832;POLYGON ((...))``).
     allow_outside : bool
         Whether a model may name files outside its own folder: buffers, material libraries,
         textures. Only for trusted models.
@@ -86,7 +97,7 @@ def read(
     InputError
         If a file is missing, damaged, empty or of an unsupported format; if it holds no
         triangles or coordinates that are not finite; if the files' coordinate reference
-        systems differ and one is unknown.
+        systems differ and one is unknown; if no object meets the box or the area.
     """
     if not paths:
         msg = f"no file given; name one or more of {FORMATS}"
@@ -99,7 +110,14 @@ def read(
     if up is not None and up not in UPS:
         msg = f"the up axis must be x, y or z; got {up!r}"
         raise InputError(msg, up=up)
-    choices = ReadChoices(up, height_column, base_column, name_column, allow_outside=allow_outside)
+    choices = ReadChoices(
+        up,
+        height_column,
+        base_column,
+        name_column,
+        region=make_region(bbox, area),
+        allow_outside=allow_outside,
+    )
     # Damaged numbers may overflow on the way to the check that names them.
     with np.errstate(all="ignore"), _pause_collection():
         named = name_layers(paths)
@@ -119,9 +137,36 @@ def _read_files(files: Files, choices: ReadChoices) -> Scene:
         path = content.path
         crowns = choices.crowns if choices.crowns and choices.crowns.matches(name, path) else None
         model, source = _read_one(content, replace(choices, crowns=crowns, size=content.size))
+        if choices.region is not None:
+            choices = replace(choices, region=choices.region.settle(model.crs))
+            model = _keep_inside(model, choices.region, path)
         layers.append(FileLayer(name, path, model))
         sources += [source, *(replace(one, is_companion=True) for one in model.companions)]
+    if choices.region is not None:
+        layers = _drop_empty(layers, choices.region)
     return _assemble(layers, tuple(sources))
+
+
+def _keep_inside(model: FileModel, region: Region | None, path: Path) -> FileModel:
+    """Leave out objects outside the region, with a note."""
+    assert region is not None
+    with errors_of(f"{path}: ", path=path):
+        model, outside = keep_inside(model, region)
+    outside += model.outside
+    note = f"{show_name(path)}: objects outside {region.shown} left out: {outside}"
+    return replace(model, notes=(*model.notes, note)) if outside else model
+
+
+def _drop_empty(layers: list[FileLayer], region: Region) -> list[FileLayer]:
+    """Drop files without an object in the region, and give their notes to the first other."""
+    there = [layer for layer in layers if layer.model.parts]
+    if not there:
+        notes = "; ".join(note for layer in layers for note in layer.model.notes[-1:])
+        msg = f"no object meets {region.shown} ({notes}); umbra inspect shows the bounds of a file"
+        raise InputError(msg, option=region.option)
+    lost = tuple(note for layer in layers if not layer.model.parts for note in layer.model.notes)
+    model = replace(there[0].model, notes=(*there[0].model.notes, *lost))
+    return [replace(there[0], model=model), *there[1:]]
 
 
 def _find_crowns(
@@ -234,7 +279,8 @@ def _read_one(content: FileContent, choices: ReadChoices) -> tuple[FileModel, So
             kind = find_kind(content)
             given = content if kind in STREAMED else content.data
             model = load_reader(kind)(given, path, choices)
-            _check_triangles(model)
+            if not model.outside:
+                _check_triangles(model)
             check_soup(model.parts)
     except InputError:
         raise

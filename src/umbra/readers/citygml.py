@@ -30,6 +30,7 @@ from umbra.readers.content import FileContent
 from umbra.readers.formats import GZIP, ZIP, find_members
 from umbra.readers.georeference import find_axis_orders, is_in_degrees, is_same_plan, name_crs
 from umbra.readers.model import FileModel, ReadChoices, turn_up
+from umbra.readers.region import Region, is_outside
 
 __all__ = ["read_citygml"]
 
@@ -47,12 +48,13 @@ def read_citygml(content: FileContent, _: Path, choices: ReadChoices) -> FileMod
     """Read CityGML, also compressed by gzip or in a ZIP archive."""
     need("lxml", "citygml", "CityGML")
     counts = Losses()
-    city = _City(content, counts, Budget(choices.size))
+    city = _City(content, counts, Budget(choices.size), choices.region)
     # The list of templates grows while members are read.
     parts = make_parts(city.read_features(), Templates(city.templates), counts, lambda _: "")
     counts["members left out that lie in other files"] += city.outside
     notes = (*city.notes, *list_counts(counts))
-    return FileModel(f"CityGML {city.version}".strip(), turn_up(parts, choices.up), city.crs, notes)
+    form = f"CityGML {city.version}".strip()
+    return FileModel(form, turn_up(parts, choices.up), city.crs, notes, outside=city.left_out)
 
 
 class _City:
@@ -65,9 +67,15 @@ class _City:
     counts : Losses
         Added to.
     budget : Budget
+    region : Region, optional
+        Members that lie wholly outside are left out.
     """
 
-    def __init__(self, content: FileContent, counts: Losses, budget: Budget) -> None:
+    def __init__(
+        self, content: FileContent, counts: Losses, budget: Budget, region: Region | None = None
+    ) -> None:
+        self._region = region
+        self.left_out = 0
         self._content, self._counts, self._budget = content, counts, budget
         self.version = ""
         self.crs: str | None = None
@@ -203,6 +211,9 @@ class _City:
                 )
         if self._swaps:
             feature["vertices"] = np.ascontiguousarray(vertices[:, [1, 0, 2]])
+        if self._region is not None and is_outside(feature, self._region, self.crs):
+            self.left_out += len(feature["CityObjects"])
+            return {**feature, "CityObjects": {}, "vertices": vertices[:0]}
         return feature
 
 

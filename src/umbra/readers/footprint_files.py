@@ -18,7 +18,7 @@ from umbra.readers.georeference import name_crs
 from umbra.readers.model import FileModel, ReadChoices
 from umbra.scene import Source
 
-__all__ = ["read_geojson", "read_vectors"]
+__all__ = ["find_polygons", "read_geojson", "read_vectors"]
 
 
 def read_geojson(documents: list[Any], choices: ReadChoices) -> FileModel:
@@ -167,7 +167,7 @@ def read_vectors(content: FileContent, path: Path, choices: ReadChoices) -> File
     missing = shapely.is_missing(shapes) | shapely.is_empty(shapes)
     if missing.any():
         notes.append(f"features without a geometry left out: {int(missing.sum())}")
-    polygons, row = _find_polygons(shapely, shapes, ~missing, notes)
+    polygons, row = find_polygons(shapely, shapes, ~missing, notes)
     crs = name_crs(meta["crs"])
     if crs is None:
         notes.append("no CRS is named, so coordinates are taken as metres")
@@ -213,7 +213,7 @@ def _may_hold_polygons(kind: str | None) -> bool:
     return kind is not None and ("Polygon" in kind or kind in {"Unknown", "GeometryCollection"})
 
 
-def _find_polygons(shapely: Any, shapes: Any, there: Any, notes: list[str]) -> tuple[Any, Any]:
+def find_polygons(shapely: Any, shapes: Any, there: Any, notes: list[str]) -> tuple[Any, Any]:
     """Return all polygons, flat, and the row of each; count other shapes."""
     rows = np.flatnonzero(there)
     parts, index = shapely.get_parts(shapes[rows], return_index=True)

@@ -20,8 +20,9 @@ __all__ = [
 ]  # fmt: skip
 
 FORMATS = (
-    "CityJSON (.json, .jsonl), CityGML (.gml, .gml.gz, .zip), glTF (.gltf, .glb), IFC, OBJ, PLY, "
-    "STL, OFF, footprints (.geojson, .gpkg, .shp), height rasters (.tif)"
+    "CityJSON (.json, .jsonl), CityGML (.gml, .gml.gz, .zip), FlatCityBuf (.fcb), glTF (.gltf, "
+    ".glb), IFC, OBJ, PLY, STL, OFF, footprints (.geojson, .gpkg, .shp, .parquet), height rasters "
+    "(.tif)"
 )
 
 Reader = Callable[[Any, Path, ReadChoices], FileModel]
@@ -30,9 +31,11 @@ Reader = Callable[[Any, Path, ReadChoices], FileModel]
 READERS = {
     "json": ("umbra.readers.formats", "read_json"),
     "citygml": ("umbra.readers.citygml", "read_citygml"),
+    "fcb": ("umbra.readers.flatcitybuf", "read_flatcitybuf"),
     "glb": ("umbra.readers.gltf", "read_gltf"),
     "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
+    "parquet": ("umbra.readers.parquet", "read_parquet"),
     "off": ("umbra.readers.triangle_soup", "read_off"),
     "ply": ("umbra.readers.triangle_soup", "read_ply"),
     "stl": ("umbra.readers.triangle_soup", "read_stl"),
@@ -40,7 +43,7 @@ READERS = {
     "vector": ("umbra.readers.footprint_files", "read_vectors"),
 }
 
-STREAMED = {"citygml", "tiff", "vector"}
+STREAMED = {"citygml", "fcb", "parquet", "tiff", "vector"}
 """Formats whose readers take a `FileContent`, and read it as a stream or by its name."""
 
 BY_ENDING = {
@@ -57,6 +60,9 @@ BY_ENDING = {
     ".ply": "ply",
     ".stl": "stl",
     ".ifc": "ifc",
+    ".fcb": "fcb",
+    ".parquet": "parquet",
+    ".geoparquet": "parquet",
     ".tif": "tiff",
     ".tiff": "tiff",
     ".gpkg": "vector",
@@ -70,6 +76,9 @@ BY_CONTENT = {
     b"glTF": "glb",
     b"ply\n": "ply",
     b"ply\r": "ply",
+    b"fcb\x01fcb": "fcb",
+    b"fcb\x00fcb": "fcb",
+    b"PAR1": "parquet",
     b"ISO-10303-21": "ifc",
     b"II*\x00": "tiff",
     b"MM\x00*": "tiff",
@@ -112,7 +121,7 @@ def find_kind(content: FileContent) -> str:
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
         msg = f"its format is unknown (by its content and {ending}); umbra reads {FORMATS}"
         raise InputError(msg, ending=path.suffix)
-    if told is None and kind in {"citygml", "ifc", "tiff", "vector"}:
+    if told is None and kind in {"citygml", "fcb", "ifc", "parquet", "tiff", "vector"}:
         msg = f"is named {path.suffix} but does not begin as such a file does; export it again"
         raise InputError(msg, ending=path.suffix)
     return kind

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from umbra.readers.checks import Companions
 from umbra.readers.georeference import show_crs
 from umbra.scene import Light, Part, Scene, Source
 from umbra.scene.making import move_parts
+
+if TYPE_CHECKING:
+    from umbra.readers.region import Region
 
 __all__ = [
     "APART",
@@ -86,6 +89,7 @@ class ReadChoices:
     base_column: str | None = None
     name_column: str | None = None
     crowns: Crowns | None = None  # which rasters are canopies
+    region: "Region | None" = None  # only objects whose bounds meet it are wanted
     allow_outside: bool = False  # whether a model may name files outside its own folder
     size: int = 0  # of the file [byte], which bounds what reading it may take
     # Companions of each model read: the scene depends on their records
@@ -130,6 +134,7 @@ class FileModel:
     is_terrain: bool = False  # whether parts without a height may be stood on it
     # Of a canopy, whose one part is remade when the ground is known
     crowns: CrownRaster | None = None
+    outside: int = 0  # objects that the reader left out, as they do not meet the region
 
 
 class UniqueNames:
