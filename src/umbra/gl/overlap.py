@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from umbra.gl.casters import Body
 from umbra.gl.plan import STENCIL_MOST
+from umbra.gl.stacking import AXES, stack_boxes, stack_shapes
 from umbra.gl.volumes import BodyVolumes
 from umbra.scene.mesh import transform_points
-from umbra.volume.bounds import find_box_points, move_boxes
+from umbra.volume.bounds import move_boxes
 from umbra.volume.facing import find_sides
 
 __all__ = ["KnownBound", "bound_boxes", "bound_count", "bound_nearby", "find_most"]
@@ -26,8 +27,6 @@ __all__ = ["KnownBound", "bound_boxes", "bound_count", "bound_nearby", "find_mos
 _ROWS = 4096
 _SIGNED_MOST = 127  # counts that fit a signed byte: no closer bound is of use
 _NO_BOUND = 1 << 62
-_CUBE = [np.roll(np.eye(3), k + 1, 1) * [[1], [1], [s]] for k in range(3) for s in (1, -1)]
-_AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def bound_count(
@@ -64,7 +63,7 @@ def bound_count(
     if bound <= STENCIL_MOST:
         return bound
     points, faces = _find_casting(volumes, drawn)
-    return min(bound, _stack(points, faces, np.ones(len(faces), np.int64), light))
+    return min(bound, stack_shapes(points, faces, np.ones(len(faces), np.int64), light))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +141,7 @@ def bound_boxes(
     """Bound the count of any point by boxes (n, 2, 3) of casters and their largest counts (n,)."""
     if weights.sum() <= _SIGNED_MOST:
         return int(weights.sum())
-    corners = find_box_points(boxes)[..., :3].reshape(-1, 3)
-    shapes = np.arange(len(corners)).reshape(-1, 8)
-    return min(int(weights.sum()), _stack(corners, shapes, weights, light))
+    return min(int(weights.sum()), stack_boxes(boxes, weights, light))
 
 
 def _find_components(
@@ -224,7 +221,7 @@ def _count_in_rows(
     nearest = np.clip(light[:3], low, high) - light[:3]
     ahead = nearest if light[3] > 0 else -light[:3]
     ahead = ahead / np.linalg.norm(ahead)
-    across = np.cross(ahead, _AXES[np.abs(ahead).argmin()])
+    across = np.cross(ahead, AXES[np.abs(ahead).argmin()])
     lists, offset = [], 0
     for each in volumes:
         body = each.body
@@ -283,109 +280,3 @@ def _load_rows(heights, load):
         two = min(int((b - low) * scale), rows - 1)
         load[min(one, two)] += 1
         load[max(one, two) + 1] -= 1
-
-
-def _stack(
-    points: NDArray[np.float64], shapes: NDArray[np.integer], weights: NDArray, light: NDArray
-) -> int:
-    """Bound the total weight on one ray from the light; shapes are hulls of points."""
-    if light[3] == 0:
-        toward = light[:3] / np.linalg.norm(light[:3])
-        right = np.cross(toward, _AXES[np.abs(toward).argmin()])
-        right /= np.linalg.norm(right)
-        frames = [np.stack([right, np.cross(toward, right), toward])]
-    else:  # the six sides of a cube around the light
-        frames = _CUBE
-    cells = int(np.clip(4 * np.sqrt(len(shapes)), 64, 1024))
-    return int(_find_deepest(points, shapes, weights, light, np.array(frames), cells))
-
-
-@njit(cache=True, nogil=True)
-def _find_deepest(points, shapes, weights, light, frames, cells):
-    """Return the largest weight in one cell of the light's view, over all frames (3, 3)."""
-    boxes, owners = np.zeros((shapes.shape[0], 4)), np.zeros(shapes.shape[0], np.int64)
-    heap, column = np.zeros((cells + 1, cells + 1), np.int64), np.zeros(cells + 1, np.int64)
-    deepest = 0
-    for number in range(frames.shape[0]):
-        n = _flatten(points, shapes, light, frames[number], boxes, owners)
-        if n == 0:
-            continue
-        heap[:] = 0
-        column[:] = 0
-        _pile(boxes[:n], weights[owners[:n]], heap)
-        for row in range(cells):
-            here = 0
-            for cell in range(cells):
-                column[cell] += heap[row, cell]
-                here += column[cell]
-                deepest = max(deepest, here)
-    return deepest
-
-
-@njit(cache=True, nogil=True)
-def _flatten(points, shapes, light, frame, boxes, owners):
-    """
-    Bound the shapes in a light's view along a frame's third row; return how many are in view.
-
-    A point light's view through one side of a cube is the square from -1 to 1; a shape
-    that extends behind the light may cover all of it.
-    """
-    n = 0
-    for s in range(shapes.shape[0]):
-        u0 = v0 = np.inf
-        u1 = v1 = -np.inf
-        is_ahead = False
-        is_beside = False
-        right = left = above = below = True  # all points on that side of the square
-        for k in range(shapes.shape[1]):
-            i = shapes[s, k]
-            x = points[i, 0] - light[3] * light[0]
-            y = points[i, 1] - light[3] * light[1]
-            z = points[i, 2] - light[3] * light[2]
-            u = frame[0, 0] * x + frame[0, 1] * y + frame[0, 2] * z
-            v = frame[1, 0] * x + frame[1, 1] * y + frame[1, 2] * z
-            if light[3] > 0.0:
-                ahead = frame[2, 0] * x + frame[2, 1] * y + frame[2, 2] * z
-                right &= u > ahead
-                left &= -u > ahead
-                above &= v > ahead
-                below &= -v > ahead
-                if ahead <= 1e-9 * (abs(x) + abs(y) + abs(z)):
-                    is_beside = True
-                    continue
-                u /= ahead
-                v /= ahead
-            is_ahead = True
-            u0, u1, v0, v1 = min(u0, u), max(u1, u), min(v0, v), max(v1, v)
-        if not is_ahead or (light[3] > 0.0 and (right or left or above or below)):
-            continue
-        if is_beside:
-            u0 = v0 = -1.0
-            u1 = v1 = 1.0
-        elif light[3] > 0.0:
-            u0, u1, v0, v1 = max(u0, -1.0), min(u1, 1.0), max(v0, -1.0), min(v1, 1.0)
-        boxes[n, 0], boxes[n, 1], boxes[n, 2], boxes[n, 3] = u0, u1, v0, v1
-        owners[n] = s
-        n += 1
-    return n
-
-
-@njit(cache=True, nogil=True)
-def _pile(boxes, weights, heap):
-    """Mark where boxes begin and end: two cumulative sums then give the weight in each cell."""
-    cells = heap.shape[0] - 1
-    u0 = v0 = np.inf
-    u1 = v1 = -np.inf
-    for box in boxes:
-        u0, u1, v0, v1 = min(u0, box[0]), max(u1, box[1]), min(v0, box[2]), max(v1, box[3])
-    across = cells / max(u1 - u0, 1e-300)
-    down = cells / max(v1 - v0, 1e-300)
-    for i in range(boxes.shape[0]):
-        c0 = min(int((boxes[i, 0] - u0) * across), cells - 1)
-        c1 = min(int((boxes[i, 1] - u0) * across), cells - 1) + 1
-        r0 = min(int((boxes[i, 2] - v0) * down), cells - 1)
-        r1 = min(int((boxes[i, 3] - v0) * down), cells - 1) + 1
-        heap[r0, c0] += weights[i]
-        heap[r0, c1] -= weights[i]
-        heap[r1, c0] -= weights[i]
-        heap[r1, c1] += weights[i]
