@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from umbra.calls.arguments import make_camera
+    from umbra.calls.city import city_study
     from umbra.calls.counts import count, shadow_polygons
     from umbra.calls.picture import Picture, render
     from umbra.calls.result import ShadowStudy
@@ -59,6 +60,7 @@ _HOMES = {
     "Site": "umbra.sun",
     "UmbraError": "umbra.errors",
     "area_light": "umbra.scene",
+    "city_study": "umbra.calls.city",
     "compare": "umbra.study.compare",
     "count": "umbra.calls.counts",
     "count_shadows": "umbra.cpu.frame",
@@ -95,6 +97,7 @@ __all__ = [
     "Site",
     "UmbraError",
     "area_light",
+    "city_study",
     "compare",
     "count",
     "count_shadows",

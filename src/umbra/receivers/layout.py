@@ -1,8 +1,9 @@
 """Layout of a study's raster: extent, cell size, and memory."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,17 +54,29 @@ class Skyline:
     tops: NDArray[np.float64]
 
     @classmethod
-    def of(cls, points: NDArray[np.float64], ground: float) -> "Skyline":
+    def of(cls, points: NDArray[np.float64], ground: float) -> Self:
         """Find the skyline of a model's corners, (n, 3) in its own coordinates [m]."""
-        x, y, z = np.ascontiguousarray(points.T)
-        tall = np.maximum(z - ground, 0.0)
-        edges = np.stack([np.linspace(v.min(), v.max(), _PIECES + 1) for v in (x, y)])
+        return cls.gather([points], points[:, :2].min(0), points[:, :2].max(0), ground)
+
+    @classmethod
+    def gather(
+        cls,
+        several: Iterable[NDArray[np.float64]],
+        low: NDArray[np.float64],
+        high: NDArray[np.float64],
+        ground: float,
+    ) -> Self:
+        """Find the skyline of corners given in arrays (n, 3), whose plan has bounds (2,)."""
+        edges = np.stack([np.linspace(a, b, _PIECES + 1) for a, b in zip(low, high, strict=True)])
         tops = np.zeros((2, _PIECES))
-        for v, ends, top in zip((x, y), edges, tops, strict=True):
-            wide = max(float(np.ptp(v)), 1e-300)
-            piece = np.minimum((v - ends[0]) / wide * _PIECES, _PIECES - 1).astype(np.intp)
-            np.maximum.at(top, piece, tall)
-        return cls(edges[:, 0], edges[:, -1], float(tall.max()), edges, tops)
+        for points in several:
+            x, y, z = np.ascontiguousarray(points.T)
+            tall = np.maximum(z - ground, 0.0)
+            for v, ends, top in zip((x, y), edges, tops, strict=True):
+                wide = max(float(ends[-1] - ends[0]), 1e-300)
+                piece = np.minimum((v - ends[0]) / wide * _PIECES, _PIECES - 1).astype(np.intp)
+                np.maximum.at(top, piece, tall)
+        return cls(edges[:, 0], edges[:, -1], float(tops.max()), edges, tops)
 
 
 def lay_out(

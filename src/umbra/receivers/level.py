@@ -12,7 +12,10 @@ from umbra.scene import Scene
 from umbra.scene.derived import derive
 from umbra.scene.mesh import find_standing
 
-__all__ = ["GAP", "TERRAIN", "Level", "assume_level", "find_level", "has_terrain"]
+__all__ = [
+    "GAP", "TERRAIN", "Bases", "Level", "Terrain", "assume_level", "find_level", "has_terrain",
+    "measure_bases", "measure_terrain", "settle_level",
+]  # fmt: skip
 
 TERRAIN = {
     "Raster", "TINRelief", "LandUse", "Road", "Railway", "TransportSquare", "WaterBody",
@@ -61,6 +64,37 @@ class Level:
             "sets it, receivers='top' shows the roofs, a terrain beside the model the land)"
         )
         return {"assumption": told}
+
+
+@dataclass(frozen=True, eq=False)
+class Bases:
+    """
+    Bases of a model's objects.
+
+    Parameters
+    ----------
+    boxes : (n, 2, 3) float64
+        Bounds of each object's plan, both at the height of its base; own coordinates [m].
+    floors : (m, 2) float64
+        Mean height [m] and twice the plan area [m2] of each face of ground surfaces.
+    """
+
+    boxes: NDArray[np.float64]
+    floors: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """Ground that models bring: whether it is relief, and its area in plan [m2]."""
+
+    is_relief: bool
+    area: float
+
+    def holds(self, bounds: NDArray[np.float64]) -> bool:
+        """Return whether it is more than a street or a pond in a model's bounds (2, 3)."""
+        return self.is_relief or (
+            self.area > 0 and self.area >= COVERED * float(np.prod(np.ptp(bounds, axis=0)[:2]))
+        )
 
 
 def find_level(
@@ -114,27 +148,44 @@ def assume_level(scene: Scene) -> Level:
     -------
     level : Level
     """
+    return settle_level(measure_bases(scene))
+
+
+def measure_bases(scene: Scene) -> Bases:
+    """
+    Measure the bases of a model's objects.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    bases : Bases
+    """
     soup = scene.triangles()
     thing = scene.groups()[soup.part]
     count = int(thing.max(initial=-1)) + 1
     faces, low, high = _measure(soup.vertices + scene.origin, soup.faces, thing, count)
     lowest, area, flat, middle_z = faces
     foot = _find_feet(lowest, area, thing, low[:, 2])
-    kept = np.flatnonzero(np.isfinite(foot))
+    kept = np.isfinite(foot)
     low[:, 2] = high[:, 2] = foot
-    boxes = np.stack([low, high], axis=1)
-    stands = kept[find_standing(boxes[kept])]
-    size = np.prod(np.maximum(high - low, 1e-6)[:, :2], axis=1)[stands]
-    feet = foot[stands]
+    is_floor = np.array([part.kind == GROUND_SURFACE for part in scene.parts])[soup.part]
+    floors = np.stack([middle_z[is_floor], flat[is_floor]], axis=1)
+    return Bases(np.stack([low, high], axis=1)[kept], floors)
+
+
+def settle_level(bases: Bases) -> Level:
+    """Find the base of objects, without stray polygons far below."""
+    boxes = bases.boxes[find_standing(bases.boxes)]
+    size = np.prod(np.maximum(boxes[:, 1] - boxes[:, 0], 1e-6)[:, :2], axis=1)
+    feet = boxes[:, 0, 2]
     order = np.argsort(feet, kind="stable")
     feet, size = feet[order], size[order]
     feet, size = _drop_strays(feet, size)
-    is_floor = np.array([part.kind == GROUND_SURFACE for part in scene.parts])[soup.part]
-    if is_floor.any():
-        # A building's ground surface is more reliable than its walls' lowest corner.
-        middle = _find_middle(middle_z[is_floor], flat[is_floor])
-    else:
-        middle = _find_middle(feet, size)
+    # A building's ground surface is more reliable than its walls' lowest corner.
+    middle = _find_middle(*(bases.floors.T if len(bases.floors) else (feet, size)))
     return Level(middle, float(feet[0]), float(feet[-1]), len(feet))
 
 
@@ -206,13 +257,17 @@ def has_terrain(scene: Scene) -> bool:
     ----------
     scene : Scene
     """
+    terrain = measure_terrain(scene)
+    return terrain.is_relief or (terrain.area > 0 and terrain.holds(scene.bounds()))
+
+
+def measure_terrain(scene: Scene) -> Terrain:
+    """Measure the ground that a model brings."""
     kinds = np.array([part.kind in TERRAIN for part in scene.parts])
     if not kinds.any():
-        return False
-    if any(part.kind in RELIEF for part in scene.parts):
-        return True
+        return Terrain(is_relief=False, area=0.0)
+    is_relief = any(part.kind in RELIEF for part in scene.parts)
     soup = scene.triangles(np.flatnonzero(kinds).tolist())
     a, b, c = (soup.vertices[soup.faces[:, k], :2] for k in range(3))
     (x1, y1), (x2, y2) = (b - a).T, (c - a).T
-    covered = float(np.abs(x1 * y2 - x2 * y1).sum()) / 2
-    return covered >= COVERED * float(np.prod(np.ptp(scene.bounds(), axis=0)[:2]))
+    return Terrain(is_relief, float(np.abs(x1 * y2 - x2 * y1).sum()) / 2)

@@ -19,7 +19,7 @@ from umbra.scene.grid import Grid
 if TYPE_CHECKING:
     from umbra.study import Study
 
-__all__ = ["GroundPlane", "PlanKind", "TopmostSurface"]
+__all__ = ["GroundPlane", "PlanKind", "PlanRaster", "TopmostSurface"]
 
 STREAMED_TILE = 1024
 """Tile side of a study whose instants come in time order: its cells hold more [cell]."""
@@ -91,6 +91,11 @@ class PlanRaster(Raster):
         heights[where] = surface.heights + self.casting.scene.origin[2]
         heights[where][tile.nothing] = np.nan
         self._seen[1][where] = (surface.face < 0) & ~tile.nothing
+
+    @property
+    def bare(self) -> NDArray[np.bool_]:
+        """Cells without any of the model, (rows, cols) bool; unknown on a plane."""
+        return self._seen[1]
 
     @cached_property
     def _seen(self) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

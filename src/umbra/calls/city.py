@@ -1,0 +1,100 @@
+"""``umbra.city_study``: hours of shadow of a city in tiles, in one store on disk."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from umbra.study.options import StudyOptions
+from umbra.study.study import check_names
+from umbra.tiles.options import CityOptions
+
+if TYPE_CHECKING:
+    from umbra.sun import Site
+    from umbra.tiles.run import CityStudy, Engine
+
+__all__ = ["city_study"]
+
+_OWN = ("out", "files", "tiles", "memory", "min_altitude", "reading", "engine", "progress")
+
+
+def city_study(
+    files: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    site: "Site | Mapping[str, Any] | None" = None,
+    *,
+    out: str | os.PathLike[str],
+    tiles: str | float = "1km",
+    memory: str | float | None = None,
+    min_altitude: float = 0.0,
+    reading: Mapping[str, Any] | None = None,
+    engine: "Engine | None" = None,
+    progress: Callable[[int, int], object] = lambda _done, _all: None,
+    **options: Any,
+) -> "CityStudy":
+    """
+    Count the hours of shadow of a city of any size, in tiles, into a Zarr store.
+
+    Results do not depend on the tiles, and are those of ``umbra.shadow_study`` of all files. A run
+    that was ended goes on where it stopped when it is called again.
+
+    Parameters
+    ----------
+    files : str or path, or a sequence of them
+        Files that ``umbra.read`` reads, folders of them, and patterns such as ``"lod2/*.gml"``; all
+        in one coordinate reference system. ``"proposed=tower.glb"`` names a layer.
+    site : Site, or dict, optional
+        Or some of ``latitude``, ``longitude``, ``zone`` and ``true_north``, which override the
+        files'; by default the middle of the files.
+    out : str or path
+        Folder of the results: ``study.zarr``, and what a later run needs.
+    tiles : str or float
+        Side of a tile: ``"1km"``, ``"500m"``, or a number [m].
+    memory : str or float, optional
+        Most memory of the run: ``"4GB"``, or a number [byte]; by default half of what there is.
+    min_altitude : float
+        Leave out the suns below this altitude, as if they were not up; none by default [degrees].
+    reading : dict, optional
+        Options of ``umbra.read``.
+    engine : callable, optional
+        Counts the tiles elsewhere; one after the other in this process by default.
+    progress : callable
+        Called with the number of tiles done and of all.
+    **options
+        ``date`` and further options of ``umbra.shadow_study``; ``cell`` is 1 m by default.
+
+    Returns
+    -------
+    study : CityStudy
+        ``study.dataset`` opens the store with xarray.
+
+    Raises
+    ------
+    InputError
+        If an option is wrong, a file cannot be read, files are in different coordinate reference
+        systems, or the folder holds another study or is in use.
+    UmbraError
+        If tiles failed; all others are done then.
+
+    Examples
+    --------
+    >>> city = umbra.city_study("lod2/*.gml", out="city/", date="2026-12-21", receivers="top")
+    >>> city.dataset.sun_hours.sel(x=691000, y=5335000, method="nearest").compute()
+    """
+    from umbra.tiles.prepare import prepare_city  # noqa: PLC0415
+    from umbra.tiles.run import count_serially, lock_run, run_job  # noqa: PLC0415
+    from umbra.tiles.store import check_folder, check_zarr  # noqa: PLC0415
+
+    chosen = _take_options(**options)
+    city = CityOptions(tiles=tiles, memory=memory, min_altitude=min_altitude)
+    given = [files] if isinstance(files, (str, os.PathLike)) else list(files)
+    check_zarr()
+    folder = Path(out)
+    check_folder(folder)
+    with lock_run(folder):
+        found = prepare_city(given, site, chosen, city, folder, reading)
+        return run_job(found.job, found.describe, engine or count_serially, progress)
+
+
+@check_names
+def _take_options(**options: Any) -> StudyOptions:
+    return StudyOptions(**options)

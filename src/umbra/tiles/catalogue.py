@@ -1,0 +1,344 @@
+"""
+Catalogue of a city's files: what each holds and where, and its meshes as arrays.
+
+Each file is read once. Its facts and arrays are kept in a folder of their own, which is complete or
+absent, and is read instead of the file as long as the file is unchanged.
+"""
+
+import glob
+import os
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.readers import read
+from umbra.readers.formats import BY_ENDING, FORMATS
+from umbra.readers.georeference import is_same_plan, show_crs
+from umbra.readers.layers import name_layers
+from umbra.receivers.level import Bases, Terrain, measure_bases, measure_terrain
+from umbra.scene import Scene, Source
+from umbra.tiles.geometry import FileGeometry, write_geometry
+
+__all__ = ["Catalogue", "CityFile", "list_files", "make_catalogue", "read_catalogue"]
+
+_ENTRY, _WORDS = "entry.json", "words.json"
+_PACKED = {".gz", ".zip", ".xml"}
+
+
+@dataclass(frozen=True)
+class CityFile:
+    """
+    A file of a city, as it was read.
+
+    Parameters
+    ----------
+    number : int
+        Index in the catalogue.
+    path : str
+    layer : str
+    size : int
+        [byte]
+    mtime : int
+        Time of the last change [ns].
+    folder : str
+        Folder of its facts and meshes.
+    reading : str
+        Options with which it was read.
+    sources : tuple of Source
+        Its name, SHA-256 and format, and those of its companions.
+    place : dict
+        ``crs``, ``latitude``, ``longitude``, ``elevation``, ``true_north`` and ``ground``, as far
+        as the file states them.
+    notes : tuple of str
+    origin : tuple of float
+        Of its local frame, in its own coordinates [m].
+    bounds : tuple of tuple of float
+        Lowest and highest corner, in its own coordinates [m].
+    counts : dict
+        Numbers of ``parts``, ``objects``, ``units`` and ``triangles``.
+    kinds : tuple of str
+        Kinds of its parts.
+    terrain : dict
+        Fields of ``Terrain``.
+    checksum : int
+        CRC-32 of its arrays.
+    """
+
+    number: int
+    path: str
+    layer: str
+    size: int
+    mtime: int
+    folder: str
+    reading: str
+    sources: tuple[Source, ...]
+    place: Mapping[str, Any]
+    notes: tuple[str, ...]
+    origin: tuple[float, float, float]
+    bounds: tuple[tuple[float, ...], tuple[float, ...]]
+    counts: Mapping[str, int]
+    kinds: tuple[str, ...]
+    terrain: Mapping[str, Any]
+    checksum: int = 0
+
+    @property
+    def geometry(self) -> FileGeometry:
+        """Its meshes."""
+        return FileGeometry(Path(self.folder))
+
+    @property
+    def bases(self) -> Bases:
+        """Bases of its objects."""
+        folder = Path(self.folder)
+        return Bases(np.load(folder / "bases.npy"), np.load(folder / "floors.npy"))
+
+    @property
+    def words(self) -> dict[str, list]:
+        """Names, kinds and tags of its parts."""
+        return orjson.loads((Path(self.folder) / _WORDS).read_bytes())
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """
+    Files of a city, in the order in which they were given.
+
+    Parameters
+    ----------
+    files : tuple of CityFile
+    """
+
+    files: tuple[CityFile, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """Lowest and highest corner of all files, (2, 3) [m]."""
+        boxes = np.array([one.bounds for one in self.files])
+        return np.stack([boxes[:, 0].min(0), boxes[:, 1].max(0)])
+
+    @property
+    def crs(self) -> str | None:
+        """Coordinate reference system of all files that name one."""
+        return next((one.place["crs"] for one in self.files if one.place["crs"]), None)
+
+    @property
+    def terrain(self) -> Terrain:
+        """Ground that the files bring."""
+        each = [Terrain(**one.terrain) for one in self.files]
+        return Terrain(any(t.is_relief for t in each), sum(t.area for t in each))
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of the contents of all files, and of how they were read, in hex."""
+        summed = sha256()
+        for one in self.files:
+            words = (one.layer, one.reading, *(source.sha256 for source in one.sources))
+            summed.update(repr(words).encode())
+        return summed.hexdigest()
+
+    def find_bases(self) -> Bases:
+        """Gather the bases of all objects."""
+        each = [one.bases for one in self.files]
+        return Bases(
+            np.concatenate([b.boxes for b in each]), np.concatenate([b.floors for b in each])
+        )
+
+    def find_corners(self) -> Iterator[NDArray[np.float64]]:
+        """Yield the corners of each file's triangles in its own coordinates, in blocks (n, 3)."""
+        for one in self.files:
+            vertices = one.geometry.vertices
+            for first in range(0, len(vertices), 1 << 20):
+                yield vertices[first : first + (1 << 20)] + np.array(one.origin)
+
+
+def list_files(given: Sequence[str | os.PathLike[str]]) -> list[str]:
+    """
+    List the files of a city: names, folders (all files in them that umbra reads), and patterns.
+
+    Parameters
+    ----------
+    given : sequence of str or path
+        ``layer=FILE`` names a layer.
+
+    Raises
+    ------
+    InputError
+        If a folder or a pattern holds no file, or there is none at all.
+    """
+    found: list[str] = []
+    for one in map(os.fspath, given):
+        path = Path(one)
+        if path.is_dir():
+            inside = sorted(str(p) for p in path.iterdir() if _is_model(p))
+            if not inside:
+                msg = f"{one}: the folder holds no model; name files, or a folder of {FORMATS}"
+                raise InputError(msg, path=one)
+            found += inside
+        elif glob.has_magic(one) and not path.exists():
+            inside = sorted(p for p in glob.glob(one, recursive=True) if Path(p).is_file())  # noqa: PTH207
+            if not inside:
+                msg = f"{one}: no file has such a name; check the pattern"
+                raise InputError(msg, path=one)
+            found += inside
+        else:
+            found.append(one)
+    if not found:
+        msg = f"no file given; name one or more of {FORMATS}, a folder or a pattern"
+        raise InputError(msg)
+    unique = dict.fromkeys(found)
+    return list(unique)
+
+
+def _is_model(path: Path) -> bool:
+    return path.is_file() and path.suffix.lower() in {*BY_ENDING, *_PACKED}
+
+
+def make_catalogue(
+    given: Sequence[str | os.PathLike[str]],
+    folder: Path,
+    reading: Mapping[str, Any] | None = None,
+    progress: Callable[[int, int], object] = lambda _done, _all: None,
+) -> Catalogue:
+    """
+    Read every file of a city that is not in a folder yet, or has changed.
+
+    Parameters
+    ----------
+    given : sequence of str or path
+        As ``list_files`` takes them.
+    folder : Path
+        Of the catalogue; made if missing.
+    reading : mapping, optional
+        Options of ``umbra.read``.
+    progress : callable
+        Called with the number of files done and the total.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or two are in different coordinate reference systems.
+    """
+    options = dict(reading or {})
+    named = name_layers(list_files(given))
+    folder.mkdir(parents=True, exist_ok=True)
+    files: list[CityFile] = []
+    for number, (layer, path) in enumerate(named):
+        files.append(_enter(number, layer, path, folder, options))
+        _check_crs(files)
+        progress(number + 1, len(named))
+    for leftover in folder.iterdir():  # of runs with more files, and of killed runs
+        if leftover.is_dir() and leftover.name not in {Path(one.folder).name for one in files}:
+            shutil.rmtree(leftover, ignore_errors=True)
+    catalogue = Catalogue(tuple(files))
+    unfinished = folder / ".index.json"
+    unfinished.write_bytes(orjson.dumps([Path(one.folder).name for one in files]))
+    unfinished.replace(folder / "index.json")
+    return catalogue
+
+
+def read_catalogue(folder: Path) -> Catalogue:
+    """Read the catalogue in a folder."""
+    names = orjson.loads((folder / "index.json").read_bytes())
+    found = [_load(folder / name) for name in names]
+    return Catalogue(tuple(one for one in found if one is not None))
+
+
+def _enter(
+    number: int, layer: str, path: Path, folder: Path, options: Mapping[str, Any]
+) -> CityFile:
+    """Return a file's entry: the one in the folder if it holds, else a new one."""
+    place = folder / f"{number:06}"
+    reading = repr(sorted(options.items()))
+    known = _load(place)
+    if (
+        known is not None
+        and (known.path, known.layer, known.reading) == (str(path.resolve()), layer, reading)
+        and _is_unchanged(known, path)
+    ):
+        return known
+    scene = read(path, cache=True, **options)
+    status = path.stat()
+    shutil.rmtree(place, ignore_errors=True)
+    unfinished = folder / f".{number:06}"
+    shutil.rmtree(unfinished, ignore_errors=True)
+    unfinished.mkdir()
+    geometry = write_geometry(scene, unfinished)
+    bases = measure_bases(scene)
+    np.save(unfinished / "bases.npy", bases.boxes)
+    np.save(unfinished / "floors.npy", bases.floors)
+    words = {
+        "names": [part.name for part in scene.parts],
+        "kinds": [part.kind for part in scene.parts],
+        "tags": [part.tags for part in scene.parts],
+    }
+    (unfinished / _WORDS).write_bytes(orjson.dumps(words))
+    entry = CityFile(
+        number=number, path=str(path.resolve()), layer=layer, size=status.st_size,
+        mtime=status.st_mtime_ns, folder=str(place), reading=reading, sources=scene.sources,
+        place=_find_place(scene), notes=scene.notes, origin=tuple(scene.origin.tolist()),
+        bounds=tuple(map(tuple, scene.bounds().tolist())),
+        counts={
+            "parts": len(scene.parts), "objects": int(geometry.object_of.max()) + 1,
+            "units": len(geometry.boxes), "triangles": len(geometry.faces),
+        },
+        kinds=tuple(sorted({part.kind for part in scene.parts})),
+        terrain=asdict(measure_terrain(scene)), checksum=geometry.sum_up(),
+    )  # fmt: skip
+    (unfinished / _ENTRY).write_bytes(orjson.dumps(asdict(entry)))
+    unfinished.rename(place)
+    return entry
+
+
+def _find_place(scene: Scene) -> dict[str, Any]:
+    names = ("crs", "latitude", "longitude", "elevation", "true_north", "ground")
+    return {name: getattr(scene, name) for name in names}
+
+
+def _load(place: Path) -> CityFile | None:
+    """Return the entry in a folder; None if there is none, or it is damaged."""
+    try:
+        facts = orjson.loads((place / _ENTRY).read_bytes())
+        facts["sources"] = tuple(Source(**one) for one in facts["sources"])
+        for name in ("notes", "kinds", "origin"):
+            facts[name] = tuple(facts[name])
+        facts["bounds"] = tuple(map(tuple, facts["bounds"]))
+        entry = CityFile(**{**facts, "folder": str(place)})
+        return entry if entry.geometry.sum_up() == entry.checksum else None
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
+
+
+def _is_unchanged(known: CityFile, path: Path) -> bool:
+    """Return whether a file has the size and time of its entry, or else the same bytes."""
+    status = path.stat() if path.exists() else None
+    if status is None:
+        return False  # the reader names it
+    if (status.st_size, status.st_mtime_ns) == (known.size, known.mtime):
+        return True
+    return (
+        status.st_size == known.size
+        and sha256(path.read_bytes()).hexdigest() == known.sources[0].sha256
+    )
+
+
+def _check_crs(files: Sequence[CityFile]) -> None:
+    """Refuse a file whose CRS differs from that of the files before it."""
+    new = files[-1]
+    first = next((one for one in files if one.place["crs"]), None)
+    if first is None or not new.place["crs"]:
+        return
+    if not is_same_plan(first.place["crs"], new.place["crs"]):
+        msg = (
+            f"{first.path} is in {show_crs(first.place['crs'])} but {new.path} is in "
+            f"{show_crs(new.place['crs'])}; convert them to one coordinate reference system"
+        )
+        raise InputError(msg, crs=(first.place["crs"], new.place["crs"]))

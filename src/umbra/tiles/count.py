@@ -1,0 +1,216 @@
+"""
+Counting one tile of a city.
+
+``count_tile`` is a function of a job and a tile alone, which any process may call: it reads the
+casters that can reach the tile, counts it, writes its chunks and then its mark. A tile without a
+mark counts as not done, whatever chunks there are.
+"""
+
+import time
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters import Canopy
+from umbra.receivers.kind import Tile, Variables
+from umbra.receivers.plan import PlanKind, PlanRaster
+from umbra.receivers.plan_tiles import PlanModel
+from umbra.scene.grid import Grid
+from umbra.study.accumulators.arrays import ResultArrays
+from umbra.study.loop import look, pass_lights
+from umbra.study.result import Study
+from umbra.study.setup import Result
+from umbra.tiles.job import CityJob, Workplace
+from umbra.tiles.lattice import CityTile
+from umbra.tiles.neighbourhood import Neighbourhood, PartScene
+from umbra.tiles.store import CityStore
+from umbra.volume.adjacency import Caster, make_caster
+
+__all__ = ["TileRecord", "count_tile", "count_window"]
+
+_ABYSS = -1e7  # z of the face that stands for no caster [m]
+
+
+@dataclass(frozen=True)
+class TileRecord:
+    """
+    What a task reports of its tile.
+
+    Parameters
+    ----------
+    number : int
+    seconds : float
+        Time taken [s].
+    triangles : int
+        Casting triangles that were read, added up over its windows.
+    bare : int
+        Cells without any of the model.
+    """
+
+    number: int
+    seconds: float
+    triangles: int = 0
+    bare: int = 0
+
+
+@dataclass(eq=False)
+class WindowRaster(PlanRaster):
+    """Cells of one window of a city's lattice."""
+
+    def make_tiles(self, request: Any) -> list[tuple[Any, Any]]:
+        """Return the window as one tile, numbered as in its block."""
+        whole = slice(0, self.grid.rows), slice(0, self.grid.cols)
+        self._parts = [(*whole, self.grid)]
+        return [(whole, partial(self._make_tile, whole, self.grid))]
+
+
+def count_tile(job: CityJob, tile: CityTile) -> TileRecord:
+    """
+    Count a tile and write it into the store of its job.
+
+    Parameters
+    ----------
+    job : CityJob
+    tile : CityTile
+
+    Returns
+    -------
+    record : TileRecord
+    """
+    begun = time.perf_counter()
+    place = job.open()
+    store = CityStore(job.store)
+    lattice = job.lattice
+    assert lattice is not None
+    arrays: dict[str, NDArray] = {}
+    triangles = bare = 0
+    shape = tile.rows[1] - tile.rows[0], tile.cols[1] - tile.cols[0]
+    for rows, cols in lattice.cut(tile, lattice.block):
+        found, casting, empty = count_window(place, lattice.find_window(rows, cols))
+        triangles, bare = triangles + casting, bare + empty
+        where = (
+            slice(rows.start - tile.rows[0], rows.stop - tile.rows[0]),
+            slice(cols.start - tile.cols[0], cols.stop - tile.cols[0]),
+        )
+        for name, (dims, array) in found.items():
+            if dims[-2:] == ("y", "x"):
+                values = np.asarray(array)
+                if name not in arrays:
+                    arrays[name] = np.zeros((*values.shape[:-2], *shape), values.dtype)
+                arrays[name][(..., *where)] = values
+    store.write_tile(arrays, slice(*tile.rows), slice(*tile.cols))
+    record = TileRecord(tile.number, time.perf_counter() - begun, triangles, bare)
+    store.mark(record.number, vars(record))
+    return record
+
+
+def count_window(place: Workplace, grid: Grid) -> tuple[Variables, int, int]:
+    """
+    Count the cells of a window.
+
+    Parameters
+    ----------
+    place : Workplace
+    grid : Grid
+        In the run's local frame.
+
+    Returns
+    -------
+    variables : dict
+        As a study's.
+    triangles : int
+        Number of casting triangles.
+    bare : int
+        Number of cells without any of the model.
+    """
+    job, near = place.job, Neighbourhood(place)
+    x, y = grid.x, grid.y
+    aside = np.array([grid.dx, grid.dy])
+    low, high = np.array([x[0], y[0]]) - aside, np.array([x[-1], y[-1]]) + aside
+    seen = near.find_seen(low, high)
+    box = find_box(place, near, seen, low, high)
+    selection = seen | near.find_casting(box, place.suns)
+    scene = near.read(selection)
+    caster, canopy, soup = make_tile_casters(place, scene)
+    kind = place.kind
+    assert isinstance(kind, PlanKind)
+    model = PlanModel(
+        scene, soup, caster, job.threads, job.frame.ground - place.origin[2], kind.tile,
+        canopy=canopy, has_end=job.frame.has_end,
+    )  # fmt: skip
+    laid = WindowRaster(
+        kind, model, (grid.rows, grid.cols), ("y", "x"), grid.dx * grid.dy, {}, x=x, y=y,
+        grid=grid, ground=job.frame.ground, assumed=None,
+    )  # fmt: skip
+    [(where, make)] = laid.make_tiles(None)
+    result = count_receivers(place, laid, where, make(), canopy)
+    nothing = laid.finish()
+    if nothing is not None:
+        result.blank(nothing)
+    arrays = result.arrays
+    study = Study(
+        laid, place.period, arrays.shadow_hours, arrays.up_hours, result.masks, {},
+        result.variables(laid),
+    )  # fmt: skip
+    return study.variables(), len(caster.faces), int(laid.bare.sum())
+
+
+def find_box(
+    place: Workplace, near: Neighbourhood, seen: Any, low: NDArray, high: NDArray
+) -> NDArray[np.float64]:
+    """Return a box around the receivers of a window, local frame, (2, 3) [m]."""
+    floor = place.job.frame.floor
+    if place.kind.is_level:
+        least = most = floor
+    else:
+        below, above = near.find_heights(seen)
+        least = max(floor, below) if place.job.frame.has_end else floor
+        most = max(least, above)
+    return np.array([[*low, least], [*high, most]])
+
+
+def make_tile_casters(place: Workplace, scene: PartScene) -> tuple[Caster, Canopy | None, Any]:
+    """Return the casters of a scene, its canopies if there are any, and its visible triangles."""
+    roles = place.roles
+
+    def ask(find: Any) -> NDArray[np.bool_]:
+        found = np.zeros(len(scene.group), np.bool_)
+        for file in np.unique(scene.number[:, 0]).tolist():
+            mine = scene.number[:, 0] == file
+            found[mine] = find(file)[scene.number[mine, 1]]
+        return found
+
+    casts = ask(roles.find_casting)
+    soup = scene.pick(casts)
+    group = scene.group[soup.part]
+    vertices, faces = soup.vertices, soup.faces
+    if not len(faces):  # a face below every receiver casts nothing
+        vertices = np.array([[0.0, 0.0, _ABYSS], [1.0, 0.0, _ABYSS], [0.0, 1.0, _ABYSS]])
+        faces, group = np.array([[0, 1, 2]], np.int32), np.zeros(1, np.int32)
+    caster = make_caster(vertices, faces, group)
+    if roles.season is None:
+        return caster, None, scene.triangles()
+    crowns = ask(roles.find_canopies)
+    canopy = Canopy(
+        *(
+            tuple(np.flatnonzero(which).tolist())
+            for which in (crowns, crowns & casts, casts & ~crowns)
+        ),
+        roles.season,
+    )
+    return caster, canopy, scene.pick(~crowns)
+
+
+def count_receivers(
+    place: Workplace, laid: Any, where: Any, tile: Tile, canopy: Canopy | None
+) -> Result:
+    """Count all suns on the receivers of one tile."""
+    setup = place.setup
+    arrays = ResultArrays(setup.period, laid.shape, setup.results, canopy)
+    accumulators = setup.make_accumulators(arrays, laid)
+    run = look(tile, canopy, where, tile.make_counter())
+    pass_lights(run, place.lights, accumulators)
+    return Result(arrays, accumulators, 0.0, "cpu")

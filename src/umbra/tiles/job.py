@@ -1,0 +1,208 @@
+"""A city's run as a record that any process can count tiles of."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters import Canopy
+from umbra.receivers import KINDS
+from umbra.receivers.kind import ReceiverKind
+from umbra.scene import Scene
+from umbra.study.accumulators.arrays import ResultOptions
+from umbra.study.accumulators.attribution import AttributionOptions
+from umbra.study.lights import Lights, Period, make_period
+from umbra.study.options import StudyOptions
+from umbra.study.setup import Setup
+from umbra.sun import Site
+from umbra.tiles.catalogue import Catalogue, read_catalogue
+from umbra.tiles.lattice import CityTile, Lattice
+from umbra.tiles.roles import Roles
+
+__all__ = ["CATALOGUE", "STORE", "CityJob", "Frame", "Workplace", "make_city_period"]
+
+STORE, CATALOGUE = "study.zarr", "catalogue"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """
+    Local frame of a run, and its ground.
+
+    Parameters
+    ----------
+    origin : tuple of float
+        In the city's own coordinates, whole metres [m].
+    bounds : tuple of tuple of float
+        Of all files, in the city's own coordinates [m].
+    ground : float
+        z of the ground plane, in the city's own coordinates [m].
+    has_end : bool
+        Whether only the visible parts receive.
+    """
+
+    origin: tuple[float, float, float]
+    bounds: tuple[tuple[float, ...], tuple[float, ...]]
+    ground: float
+    has_end: bool
+
+    @property
+    def floor(self) -> float:
+        """Height below which nothing receives, local frame [m]."""
+        return self.ground - self.origin[2] - self.has_end
+
+
+@dataclass(frozen=True)
+class CityJob:
+    """
+    A city's run: what a process needs to count any of its tiles.
+
+    Parameters
+    ----------
+    folder : str
+        Of the results, with the catalogue and the store.
+    options : StudyOptions
+    site : Site
+    kind : str
+        Name of the kind of receivers.
+    frame : Frame
+    lattice : Lattice or None
+        Of plans.
+    fingerprint : str
+        SHA-256 of everything that decides the results.
+    min_altitude : float
+        Altitude below which suns count for nothing [degrees].
+    memory : float
+        Memory that a process may use [byte].
+    threads : int
+        Of a process.
+    merged : tuple of (int, int)
+        Objects that another file brings, too: number of the file, and of the object.
+    """
+
+    folder: str
+    options: StudyOptions
+    site: Site
+    kind: str
+    frame: Frame
+    lattice: Lattice | None
+    fingerprint: str
+    min_altitude: float = 0.0
+    memory: float = 4e9
+    threads: int = 1
+    merged: tuple[tuple[int, int], ...] = field(default=(), repr=False)
+
+    def tiles(self) -> list[CityTile]:
+        """Return all tiles."""
+        return list(self.lattice.tiles()) if self.lattice is not None else []
+
+    @property
+    def store(self) -> Path:
+        """Folder of the Zarr store."""
+        return Path(self.folder) / STORE
+
+    def open(self) -> "Workplace":
+        """Open what a process keeps between tiles."""
+        return _open(_Key(self))
+
+    def with_resources(self, memory: float, threads: int) -> "CityJob":
+        """Return the job for processes with other resources; results stay the same."""
+        return replace(self, memory=memory, threads=threads)
+
+
+class _Key:
+    """Key of a job in a cache, equal for jobs of one run."""
+
+    def __init__(self, job: CityJob) -> None:
+        self.job = job
+
+    def __hash__(self) -> int:
+        return hash((self.job.folder, self.job.fingerprint, self.job.threads))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and hash(self) == hash(other)
+
+
+@lru_cache(maxsize=1)
+def _open(key: _Key) -> "Workplace":
+    return Workplace(key.job)
+
+
+class Workplace:
+    """
+    What a process keeps between the tiles of a run.
+
+    Parameters
+    ----------
+    job : CityJob
+    """
+
+    def __init__(self, job: CityJob) -> None:
+        self.job = job
+        self.origin = np.array(job.frame.origin)
+
+    @cached_property
+    def catalogue(self) -> Catalogue:
+        """The city's files."""
+        return read_catalogue(Path(self.job.folder) / CATALOGUE)
+
+    @cached_property
+    def roles(self) -> Roles:
+        """Roles of the files' parts."""
+        return Roles(self.catalogue, self.job.options, self.job.merged)
+
+    @cached_property
+    def kind(self) -> ReceiverKind:
+        """Kind of the receivers."""
+        return KINDS[self.job.kind]
+
+    @cached_property
+    def shifts(self) -> NDArray[np.float64]:
+        """Each file's origin in the run's local frame, (n_files, 3) [m]."""
+        return np.array([one.origin for one in self.catalogue.files]) - self.origin
+
+    @cached_property
+    def boxes(self) -> NDArray[np.float64]:
+        """Each file's bounds in the run's local frame, (n_files, 2, 3) [m]."""
+        return np.array([one.bounds for one in self.catalogue.files]) - self.origin
+
+    @cached_property
+    def period(self) -> Period:
+        """The time axis."""
+        return make_city_period(self.job.options, self.job.site, self.job.min_altitude)
+
+    @cached_property
+    def setup(self) -> Setup:
+        """Setup of the study of a tile, without its scene."""
+        job = self.job
+        nowhere = Scene((), self.origin)
+        options, results = job.options, ResultOptions.of(self.period, job.options)
+        canopy = Canopy((), (), (), self.roles.season) if self.roles.season is not None else None
+        return Setup(
+            nowhere, job.site, options, self.period, results, AttributionOptions(), [],
+            job.threads, "cpu", canopy,
+        )  # fmt: skip
+
+    @cached_property
+    def lights(self) -> Lights:
+        """The suns that are counted."""
+        return self.setup.make_lights()
+
+    @cached_property
+    def suns(self) -> NDArray[np.float64]:
+        """Directions of all suns whose shadows count, (n, 3)."""
+        return self.lights.directions
+
+
+def make_city_period(options: StudyOptions, site: Site, min_altitude: float) -> Period:
+    """Return the time axis of a study; suns below an altitude [degrees] are as if not up."""
+    period = make_period(
+        options.date, options.start, options.end, options.every, site,
+        every_days=options.every_days, refraction=options.refraction,
+    )  # fmt: skip
+    if not min_altitude:
+        return period
+    is_up = period.sun.is_up & (period.sun.altitude >= min_altitude)
+    return replace(period, sun=replace(period.sun, is_up=is_up))

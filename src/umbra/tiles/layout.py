@@ -1,0 +1,194 @@
+"""What is decided once for a whole city: its frame, its ground, its lattice, and its duplicates."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.receivers import KINDS
+from umbra.receivers.kind import ReceiverKind
+from umbra.receivers.layout import TILE, Skyline, lay_out
+from umbra.receivers.level import Level, settle_level
+from umbra.receivers.plan import STREAMED_TILE
+from umbra.scene.grid import Grid
+from umbra.study.accumulators.arrays import ResultOptions
+from umbra.study.lights import Period
+from umbra.study.options import StudyOptions
+from umbra.tiles.catalogue import Catalogue, CityFile
+from umbra.tiles.job import Frame
+from umbra.tiles.lattice import Lattice, find_side
+
+__all__ = ["choose_kind", "find_frame", "find_merged", "lay_out_lattice"]
+
+IN_TILES = ("ground", "top")
+CELL = 1.0
+"""Side of a cell by default [m]."""
+_SAME = 1e-3  # bounds of one object in two files differ by at most this [m]
+_PLANS = {"ground", "top"}
+
+
+def choose_kind(catalogue: Catalogue, options: StudyOptions) -> ReceiverKind:
+    """
+    Choose the receivers of a city.
+
+    Raises
+    ------
+    InputError
+        If they cannot be counted in tiles.
+    """
+    name = options.receivers
+    if name == "auto":
+        is_stated = options.ground is not None or _find_ground(catalogue) is not None
+        has_terrain = catalogue.terrain.holds(catalogue.bounds)
+        name = "top" if has_terrain and not is_stated else "ground"
+    if name not in IN_TILES:
+        msg = (
+            f"receivers='{name}' are not counted in tiles; choose {', '.join(IN_TILES)}, or leave "
+            "tiles= out"
+        )
+        raise InputError(msg, option="receivers")
+    for refused in ("by", "who", "proposed"):
+        if getattr(options, refused):
+            msg = f"{refused}= is not counted in tiles; leave it out, or leave tiles= out"
+            raise InputError(msg, option=refused)
+    if options.device == "gl":
+        msg = "tiles are counted on the cpu device; leave device= out"
+        raise InputError(msg, option="device")
+    return KINDS[name]
+
+
+def find_frame(
+    catalogue: Catalogue, kind: ReceiverKind, options: StudyOptions
+) -> tuple[Frame, Level | None]:
+    """
+    Find the local frame of a run and the height of its ground, as for one scene of all files.
+
+    Returns
+    -------
+    frame : Frame
+    assumed : Level or None
+        Basis of the ground's height, if it is assumed.
+    """
+    bounds = catalogue.bounds
+    # Whole metres, so that adding the origin back restores the files' digits.
+    far = np.abs(bounds).max(0) > 4 * np.ptp(bounds, axis=0) + 1000
+    origin = np.where(far, np.floor(bounds.mean(0)), 0.0)
+    known = _find_ground(catalogue) if options.ground is None else float(options.ground)
+    assumed = None
+    if known is None:
+        assumed = settle_level(catalogue.find_bases())
+        known = kind.choose_level(assumed)
+    elif not np.isfinite(known):
+        msg = f"the ground's height must be a finite number; got {known:g}"
+        raise InputError(msg, option="ground")
+    has_end = (
+        kind.is_plan
+        and not kind.is_level
+        and assumed is not None
+        and catalogue.terrain.holds(bounds)
+    )
+    box = tuple(map(tuple, bounds.tolist()))
+    return Frame(tuple(origin.tolist()), box, known, has_end), assumed  # type: ignore[arg-type]
+
+
+def _find_ground(catalogue: Catalogue) -> float | None:
+    """Return the level ground that all files state; None unless they agree."""
+    levels = {one.place["ground"] for one in catalogue.files}
+    return levels.pop() if len(levels) == 1 else None
+
+
+def lay_out_lattice(
+    catalogue: Catalogue, frame: Frame, period: Period, options: StudyOptions, length: float
+) -> tuple[Lattice, NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Choose the cells of a plan and its tiles.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    frame : Frame
+    period : Period
+    options : StudyOptions
+    length : float
+        Side of a tile [m].
+
+    Returns
+    -------
+    lattice : Lattice
+    x : (cols,) float64
+    y : (rows,) float64
+        Cell centres in the city's own coordinates [m].
+    """
+    reaching = np.zeros((0, 3)) if frame.has_end else period.find_reaching_suns()
+    low, high = catalogue.bounds[:, :2]
+    corners = catalogue.find_corners() if options.extent is None else iter(())
+    skyline = Skyline.gather(corners, low, high, frame.ground)
+    size, cell = options.size, options.cell
+    if size is None and cell is None:
+        cell = CELL
+    grid, x, y = lay_out(
+        skyline, reaching, extent=options.extent, cell=cell, size=size, is_cut=True,  # type: ignore[arg-type]
+    )  # fmt: skip
+    origin = frame.origin
+    local = Grid(grid.x0 - origin[0], grid.y0 - origin[1], grid.dx, grid.dy, grid.cols, grid.rows)
+    is_streamed = ResultOptions.of(period, options).is_streamed
+    side = min(find_side(length, max(grid.dx, grid.dy)), max(grid.cols, grid.rows))
+    return Lattice(local, side, min(TILE, STREAMED_TILE) if is_streamed else TILE), x, y
+
+
+def find_merged(catalogue: Catalogue) -> list[tuple[int, int]]:
+    """
+    Find objects that an earlier file brings, too: of one name, size and place.
+
+    Files of tiles often both hold an object on their border. Identical triangles twice cast the
+    same shadow, but would be sampled twice.
+
+    Returns
+    -------
+    merged : list of (int, int)
+        Number of the later file, and of the object in it.
+    """
+    files, merged = catalogue.files, []
+    boxes = np.array([one.bounds for one in files])
+    known: dict[tuple[str, int], list[NDArray[np.float64]]] = {}
+    for number, file in enumerate(files):
+        low, high = boxes[number]
+        meets = ((boxes[:, 0] <= high) & (boxes[:, 1] >= low)).all(1)
+        others = [int(k) for k in np.flatnonzero(meets) if k != number]
+        if not others:
+            continue
+        names, bounds, counts = _measure_objects(file)
+        touches = np.zeros(len(bounds), np.bool_)
+        for other in others:
+            touches |= ((bounds[:, 0] <= boxes[other, 1]) & (bounds[:, 1] >= boxes[other, 0])).all(
+                1
+            )
+        mine: list[tuple[tuple[str, int], NDArray[np.float64]]] = []
+        for thing in np.flatnonzero(touches).tolist():
+            key = names[thing], int(counts[thing])
+            if any(np.abs(box - bounds[thing]).max() <= _SAME for box in known.get(key, ())):
+                merged.append((number, thing))
+            else:
+                mine.append((key, bounds[thing]))
+        for key, box in mine:
+            known.setdefault(key, []).append(box)
+    return merged
+
+
+def _measure_objects(
+    file: CityFile,
+) -> tuple[Sequence[str], NDArray[np.float64], NDArray[np.int64]]:
+    """Return the name, the bounds (n, 2, 3) and the number of triangles of each object."""
+    geometry: Any = file.geometry
+    count = file.counts["objects"]
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, geometry.objects, geometry.boxes[:, 0])
+    np.maximum.at(high, geometry.objects, geometry.boxes[:, 1])
+    sizes = np.diff(geometry.unit_start)
+    counts = np.bincount(geometry.objects, sizes, count).astype(np.int64)
+    names = [""] * count
+    for name, thing in zip(file.words["names"], geometry.object_of.tolist(), strict=True):
+        names[thing] = name
+    return names, np.stack([low, high], axis=1) + np.array(file.origin), counts

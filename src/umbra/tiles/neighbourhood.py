@@ -1,0 +1,182 @@
+"""The part of a city that a window of receivers needs: what is seen there, and what casts there."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.scene import Scene, Triangles
+from umbra.tiles.job import Workplace
+from umbra.tiles.reach import MARGIN, find_reaching
+
+__all__ = ["Neighbourhood", "PartScene", "Selection"]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """
+    Units of the city's files.
+
+    Parameters
+    ----------
+    units : tuple of (int, (n,) int)
+        Number of each file, and its units, ascending.
+    """
+
+    units: tuple[tuple[int, NDArray[np.intp]], ...]
+
+    def __or__(self, other: "Selection") -> "Selection":
+        mine = dict(self.units)
+        for number, units in other.units:
+            mine[number] = np.union1d(mine.get(number, np.zeros(0, np.intp)), units)
+        return Selection(tuple(sorted(mine.items(), key=lambda one: one[0])))
+
+
+@dataclass(frozen=True, eq=False)
+class PartScene(Scene):
+    """
+    Some of a city's triangles as a scene, whose parts are numbers without meshes.
+
+    Parameters
+    ----------
+    soup : Triangles
+        In the run's local frame; parts are numbered in the order of the city's.
+    group : (n_parts,) int32
+        Object of each part.
+    number : (n_parts, 2) int
+        File and part of each.
+    box : (2, 3) float64
+        Bounds of the whole city: rounding is judged by them, whatever is at hand [m].
+    """
+
+    soup: Triangles = None  # type: ignore[assignment]
+    group: NDArray[np.int32] = None  # type: ignore[assignment]
+    number: NDArray[np.intp] = None  # type: ignore[assignment]
+    box: NDArray[np.float64] = None  # type: ignore[assignment]
+
+    def triangles(self, parts: Sequence[int] | None = None) -> Triangles:
+        """Return the triangles of some parts, all by default, in the city's order."""
+        if parts is None:
+            return self.soup
+        chosen = np.zeros(len(self.group), np.bool_)
+        chosen[list(parts)] = True
+        return self.pick(chosen)
+
+    def pick(self, chosen: NDArray[np.bool_]) -> Triangles:
+        """Return the triangles of the chosen parts, (n_parts,) bool."""
+        soup = self.soup
+        if chosen.all():
+            return soup
+        kept = np.flatnonzero(chosen[soup.part])
+        return replace(soup, faces=soup.faces[kept], part=soup.part[kept])
+
+    def groups(self) -> NDArray[np.int32]:
+        """Return the object of each part."""
+        return self.group
+
+    def bounds(self) -> NDArray[np.float64]:
+        """Return the bounds of the whole city in its own coordinates, (2, 3) [m]."""
+        return self.box
+
+
+class Neighbourhood:
+    """
+    Searches for what a box of receivers needs.
+
+    Parameters
+    ----------
+    place : Workplace
+    """
+
+    def __init__(self, place: Workplace) -> None:
+        self._place = place
+
+    def find_seen(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> Selection:
+        """Find the units whose plan meets a rectangle, (2,) each in the local frame [m]."""
+
+        def meets(boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
+            return ((boxes[:, 1, :2] >= low - MARGIN) & (boxes[:, 0, :2] <= high + MARGIN)).all(1)
+
+        return self._select(meets)
+
+    def find_casting(self, box: NDArray[np.float64], suns: NDArray[np.float64]) -> Selection:
+        """Find the units whose shadows can meet a box (2, 3) in the local frame [m]."""
+        return self._select(lambda boxes: find_reaching(boxes, box, suns))
+
+    def _select(self, test: object) -> Selection:
+        found = []
+        place, check = self._place, test
+        files = np.flatnonzero(check(place.boxes))  # type: ignore[operator]
+        for number in files.tolist():
+            boxes = place.catalogue.files[number].geometry.boxes + place.shifts[number]
+            units = np.flatnonzero(check(boxes))  # type: ignore[operator]
+            if len(units):
+                found.append((number, units))
+        return Selection(tuple(found))
+
+    def find_heights(self, seen: Selection) -> tuple[float, float]:
+        """Return the lowest and highest z of some units, local frame [m]; inf, -inf if none."""
+        low, high = np.inf, -np.inf
+        for number, boxes in self._boxes(seen):
+            low = min(low, float(boxes[:, 0, 2].min()) + self._place.shifts[number, 2])
+            high = max(high, float(boxes[:, 1, 2].max()) + self._place.shifts[number, 2])
+        return low, high
+
+    def count_faces(self, selection: Selection) -> int:
+        """Return the number of faces of some units."""
+        files = self._place.catalogue.files
+        return sum(files[number].geometry.count_faces(units) for number, units in selection.units)
+
+    def _boxes(self, selection: Selection) -> Iterator[tuple[int, NDArray[np.float64]]]:
+        for number, units in selection.units:
+            yield number, self._place.catalogue.files[number].geometry.boxes[units]
+
+    def read(self, selection: Selection, which: str = "any") -> PartScene:
+        """
+        Read units into one scene, in the order of files, parts and faces.
+
+        Parameters
+        ----------
+        selection : Selection
+        which : {'any', 'casts', 'receives'}
+            The parts whose faces are read.
+        """
+        place = self._place
+        vertices, faces, parts, groups, numbers = [], [], [], [], []
+        points = things = rows = 0
+        for number, units in selection.units:
+            geometry = place.catalogue.files[number].geometry
+            chosen = geometry.find_faces(units)
+            part = geometry.part[chosen]
+            kept = self._find_role(number, which)[part]
+            chosen, part = chosen[kept], part[kept]
+            if not len(chosen):
+                continue
+            corners = geometry.faces[chosen]
+            used = np.unique(corners)
+            vertices.append(geometry.vertices[used] + place.shifts[number])
+            faces.append(np.searchsorted(used, corners).astype(np.int32) + np.int32(points))
+            own, local = np.unique(part, return_inverse=True)
+            parts.append(local.ravel().astype(np.int32) + np.int32(rows))
+            groups.append(np.unique(geometry.object_of[own], return_inverse=True)[1] + things)
+            numbers.append(np.stack([np.full(len(own), number), own], axis=1))
+            points, rows = points + len(used), rows + len(own)
+            things = int(groups[-1].max()) + 1
+        soup = Triangles(
+            np.concatenate([np.zeros((0, 3)), *vertices]),
+            np.concatenate([np.zeros((0, 3), np.int32), *faces]),
+            np.concatenate([np.zeros(0, np.int32), *parts]),
+        )
+        frame = place.job.frame
+        return PartScene(
+            (), place.origin, soup=soup, box=np.array(frame.bounds),
+            group=np.concatenate([np.zeros(0, np.int32), *groups]).astype(np.int32),
+            number=np.concatenate([np.zeros((0, 2), np.intp), *numbers]),
+        )  # fmt: skip
+
+    def _find_role(self, number: int, which: str) -> NDArray[np.bool_]:
+        roles = self._place.roles
+        if which == "any":
+            return roles.find_casting(number) | roles.find_receiving(number)
+        return (roles.find_casting if which == "casts" else roles.find_receiving)(number)

@@ -1,0 +1,102 @@
+"""Options of a study in tiles, besides those of any study."""
+
+import math
+import re
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from umbra.errors import InputError
+from umbra.machine import find_memory, name_memory
+from umbra.options import check_types, option
+
+__all__ = ["CityOptions"]
+
+_tiles = partial(option, heading="Tiles")
+_LENGTH = re.compile(r"\s*([0-9.]+(?:e[0-9]+)?)\s*(m|km|ft)?\s*", re.IGNORECASE)
+_UNITS = {"m": 1.0, "km": 1e3, "ft": 0.3048}
+_SIZE = re.compile(r"\s*([0-9.]+)\s*(kb|mb|gb|tb|kib|mib|gib|tib)?\s*", re.IGNORECASE)
+_BYTES = {"k": 10, "m": 20, "g": 30, "t": 40}
+_LEAST = 1e9
+"""Least memory that a process needs, half of it for Python and the kernels [byte]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CityOptions:
+    """
+    Options of a study in tiles, checked and normalised; see ``umbra.city_study``.
+
+    Raises
+    ------
+    InputError
+        If a value is wrong.
+    """
+
+    tiles: Any = _tiles(
+        "any",
+        "Count a city of any size in tiles of this side, 1km or 500m, and write one Zarr store; "
+        "FILE may be folders and patterns.",
+        metavar="LENGTH", is_kept=False,
+    )  # fmt: skip
+    memory: Any = _tiles(
+        "any", "With --tiles: most memory of the run, 4GB; default: half of what there is.",
+        metavar="SIZE", is_kept=False,
+    )  # fmt: skip
+    min_altitude: float = _tiles(
+        "number",
+        "With --tiles: leave out the suns below this altitude [degrees]; default: none.",
+        default=0.0, unit="degree", metavar="DEG", attribute="min_altitude_deg",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        if not 0 <= self.min_altitude < 90:
+            msg = f"min_altitude is an angle of 0 to 90 degrees; got {self.min_altitude:g}"
+            raise InputError(msg, option="min_altitude")
+        if self.tiles is not None:
+            object.__setattr__(self, "tiles", _read_length(self.tiles))
+        if self.memory is not None:
+            object.__setattr__(self, "memory", _read_memory(self.memory))
+        if self.tiles is None and (self.memory is not None or self.min_altitude):
+            name = "min_altitude" if self.min_altitude else "memory"
+            msg = f"{name}= is for a study in tiles; give their side, such as tiles='1km'"
+            raise InputError(msg, option=name)
+
+    @property
+    def bytes(self) -> float:
+        """Most memory of the run [byte]."""
+        return find_memory() / 2 if self.memory is None else self.memory
+
+
+def _read_length(given: Any) -> float:
+    """Read the side of a tile [m]."""
+    found = _LENGTH.fullmatch(str(given))
+    try:
+        length = float(found[1]) * _UNITS[(found[2] or "m").lower()] if found else 0.0
+    except ValueError:
+        length = 0.0
+    if not 0 < length < math.inf:
+        msg = f"tiles= is a length, such as '1km' or '500m'; got '{given}'"
+        raise InputError(msg, option="tiles")
+    return length
+
+
+def _read_memory(given: Any) -> float:
+    """Read an amount of memory [byte]; GB and GiB are both 2^30."""
+    found = _SIZE.fullmatch(str(given))
+    try:
+        size = float(found[1]) if found else 0.0
+    except ValueError:
+        size = 0.0
+    if found and found[2]:
+        size *= 2.0 ** _BYTES[found[2][0].lower()]
+    if not size > 0:
+        msg = f"memory= is a size, such as '4GB' or '800MB'; got '{given}'"
+        raise InputError(msg, option="memory")
+    if size < _LEAST:
+        msg = f"memory='{given}' is too little; a process needs {_LEAST / 2**30:.2g} GB at least"
+        raise InputError(msg, option="memory")
+    if size > find_memory():
+        msg = f"memory='{given}' is more than there is: {name_memory(find_memory())}"
+        raise InputError(msg, option="memory")
+    return size

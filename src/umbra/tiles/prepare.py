@@ -1,0 +1,221 @@
+"""Preparation of a study in tiles: from files and options to a job and its store."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+
+from umbra import __version__
+from umbra.errors import InputError
+from umbra.machine import count_cores
+from umbra.options import list_options
+from umbra.readers.georeference import locate
+from umbra.receivers.level import Level
+from umbra.scene import Scene
+from umbra.scene.grid import Grid
+from umbra.study.options import StudyOptions
+from umbra.sun import Site, find_site
+from umbra.tiles.catalogue import Catalogue, make_catalogue
+from umbra.tiles.count import count_window
+from umbra.tiles.job import CATALOGUE, CityJob, Workplace, make_city_period
+from umbra.tiles.layout import choose_kind, find_frame, find_merged, lay_out_lattice
+from umbra.tiles.options import CityOptions
+from umbra.tiles.roles import Roles
+from umbra.tiles.store import CityStore
+
+__all__ = ["Preparation", "find_city_site", "prepare_city"]
+
+_STUDY = "city.json"
+_FAR = -1e9  # x of the cell that shows a study's variables [m]
+_LISTED = 50  # files that the attribute source names
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """
+    A job, and what its result says besides hours.
+
+    Parameters
+    ----------
+    job : CityJob
+    catalogue : Catalogue
+    assumed : Level or None
+        Basis of the ground's height, if it is assumed.
+    """
+
+    job: CityJob
+    catalogue: Catalogue
+    assumed: Level | None
+
+    def describe(self, done: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
+        """Return the attributes of the result, given the marks of all tiles."""
+        job, place = self.job, self.job.open()
+        lattice = job.lattice
+        cells = lattice.grid.rows * lattice.grid.cols if lattice else 1
+        share = sum(int(facts["bare"]) for facts in done.values()) / cells
+        scene = Scene((), place.origin, crs=self.catalogue.crs)
+        facts = replace(place.setup, scene=scene).describe(job.kind, 0.0, ground_z=job.frame.ground)
+        # Results are the same whatever counts them, and however long it takes.
+        for name in ("threads", "prepare_seconds", "count_seconds", "source"):
+            facts.pop(name, None)
+        facts |= place.kind.describe_level(scene, job.frame.ground, self.assumed, share)
+        facts["command"] = "umbra.city_study"
+        facts["source"] = _name_sources(self.catalogue)
+        if job.min_altitude:
+            facts["min_altitude_deg"] = job.min_altitude
+        if job.merged:
+            facts["merged_objects"] = len(job.merged)
+        return facts
+
+
+def prepare_city(
+    files: Sequence[Any],
+    site: Site | Mapping[str, Any] | None,
+    options: StudyOptions,
+    city: CityOptions,
+    folder: Path,
+    reading: Mapping[str, Any] | None = None,
+    progress: Callable[[int, int], object] = lambda _done, _all: None,
+) -> Preparation:
+    """
+    Read the files that are new, lay out the city, and make or check its store.
+
+    Parameters
+    ----------
+    files : sequence of str or path
+        Files, folders and patterns.
+    site : Site, or mapping, optional
+        Mapping: arguments of ``find_site`` that override the files.
+    options : StudyOptions
+    city : CityOptions
+    folder : Path
+        Of the results; exists, and is held by ``lock_run``.
+    reading : mapping, optional
+        Options of ``umbra.read``.
+    progress : callable
+        Called with the number of files read and of all.
+
+    Raises
+    ------
+    InputError
+        If an option, a file or the folder is wrong.
+    """
+    catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress)
+    kind = choose_kind(catalogue, options)
+    frame, assumed = find_frame(catalogue, kind, options)
+    if not isinstance(site, Site):
+        site = find_city_site(catalogue, **(site or {}))
+    merged = find_merged(catalogue)
+    Roles(catalogue, options, merged).check()
+    period = make_city_period(options, site, city.min_altitude)
+    lattice, x, y = lay_out_lattice(catalogue, frame, period, options, city.tiles)
+    job = CityJob(
+        str(folder.absolute()), options, site, kind.name, frame, lattice, "",
+        min_altitude=city.min_altitude, memory=city.bytes,
+        threads=options.threads or count_cores(), merged=tuple(merged),
+    )  # fmt: skip
+    facts = _describe_run(job, catalogue)
+    job = replace(job, fingerprint=sha256(orjson.dumps(facts)).hexdigest())
+    found = Preparation(job, catalogue, assumed)
+    if not _check_same(folder / _STUDY, facts):
+        store = CityStore(job.store)
+        store.unmark(store.find_done())
+        template = _find_template(Workplace(job))
+        template |= {"x": (("x",), x), "y": (("y",), y)}
+        sizes = {"y": len(y), "x": len(x)}
+        side = {"y": lattice.side, "x": lattice.side}
+        store.create(template, sizes, side, {})
+        unfinished = folder / f".{_STUDY}"
+        unfinished.write_bytes(orjson.dumps(facts, option=orjson.OPT_INDENT_2))
+        unfinished.replace(folder / _STUDY)
+    return found
+
+
+def find_city_site(catalogue: Catalogue, **given: Any) -> Site:
+    """Find the site in the middle of a city; ``given`` are arguments of ``find_site``."""
+    first = catalogue.files[0].place
+    names = ("latitude", "longitude", "elevation", "true_north")
+    scene = Scene(
+        (), np.zeros(3), crs=catalogue.crs, **{name: first[name] for name in names}
+    )  # fmt: skip
+    return find_site(locate(scene, catalogue.bounds), **given)
+
+
+def _find_template(place: Workplace) -> dict[str, Any]:
+    """Return the variables of one cell far from everything."""
+    variables, _, _ = count_window(place, Grid(_FAR, _FAR, 1.0, 1.0, 1, 1))
+    return {name: (dims, np.asarray(array)) for name, (dims, array) in variables.items()}
+
+
+def _describe_run(job: CityJob, catalogue: Catalogue) -> dict[str, Any]:
+    """Return everything that decides the bytes of a result, as JSON has it."""
+    options = {
+        name: repr(getattr(job.options, name))
+        for name, said, _ in list_options(job.options)
+        if said.is_kept
+    }
+    return {
+        "umbra": __version__,
+        "options": options,
+        "min_altitude": job.min_altitude,
+        "site": repr(job.site),
+        "frame": asdict(job.frame),
+        "lattice": None if job.lattice is None else asdict(job.lattice),
+        "files": [
+            [Path(one.path).name, one.layer, one.reading, *(s.sha256 for s in one.sources)]
+            for one in catalogue.files
+        ],
+    }
+
+
+def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
+    """
+    Return whether a folder holds this study, begun or complete; False if it holds none.
+
+    Raises
+    ------
+    InputError
+        If it holds another.
+    """
+    try:
+        held = orjson.loads(path.read_bytes())
+    except FileNotFoundError:
+        return False
+    except ValueError:
+        return False  # damaged: made again
+    now = orjson.loads(orjson.dumps(facts))
+    if held == now:
+        return True
+    what = next(name for name in now if held.get(name) != now[name])
+    if what == "options":
+        name = next(one for one in now[what] if held[what].get(one) != now[what][one])
+        what = f"{name}={held[what].get(name)}, not {now[what][name]}"
+    elif what == "files":
+        before = {one[0]: one for one in held[what]}
+        changed = [one[0] for one in now[what] if before.get(one[0]) != one]
+        gone = sorted(set(before) - {one[0] for one in now[what]})
+        what = (
+            f"other files (first: {(changed or gone)[0]}, "
+            f"{'changed or new' if changed else 'now missing'})"
+        )
+    elif what == "lattice":
+        what = "other tiles or cells"
+    else:
+        what = f"another {what}"
+    msg = (
+        f"'{path.parent}' holds a study with {what}; name another output folder, or remove this "
+        "one to begin again"
+    )
+    raise InputError(msg, option="out", path=path.parent)
+
+
+def _name_sources(catalogue: Catalogue) -> str:
+    """Name the files and their SHA-256; of many files their number and the SHA-256 of all."""
+    if len(catalogue.files) > _LISTED:
+        return f"{len(catalogue.files)} files sha256:{catalogue.fingerprint}"
+    sources = [source for one in catalogue.files for source in one.sources]
+    return "; ".join(f"{one.name} sha256:{one.sha256}" for one in sources)

@@ -1,0 +1,118 @@
+"""Roles of a city's parts: which cast, which are canopies, and which receive."""
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from umbra.casters import Season
+from umbra.errors import InputError
+from umbra.scene import Mesh, Part
+from umbra.study.options import StudyOptions
+from umbra.tiles.catalogue import Catalogue, CityFile
+
+__all__ = ["Roles"]
+
+_NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+
+
+class Roles:
+    """
+    Roles of the parts of each file, by the patterns of a study's options.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    options : StudyOptions
+    merged : sequence of (int, int)
+        Objects left out: number of the file, and of the object.
+    """
+
+    def __init__(
+        self, catalogue: Catalogue, options: StudyOptions, merged: Sequence[tuple[int, int]] = ()
+    ) -> None:
+        self._catalogue, self._options = catalogue, options
+        self._casts: dict[int, NDArray[np.bool_]] = {}
+        self._merged: dict[int, list[int]] = {}
+        for file, thing in merged:
+            self._merged.setdefault(file, []).append(thing)
+
+    @cached_property
+    def season(self) -> Season | None:
+        """Light that canopies transmit; None without canopies."""
+        options = self._options
+        if not options.canopy:
+            return None
+        return Season.of(options.transmissivity, options.leaf_on)
+
+    def find_casting(self, number: int) -> NDArray[np.bool_]:
+        """Return which parts of a file cast, canopies too, (n_parts,) bool."""
+        if number not in self._casts:
+            options, file = self._options, self._catalogue.files[number]
+            casts = np.ones(file.counts["parts"], np.bool_)
+            if options.cast or options.no_cast:
+                chosen, dropped = _match(file, options.cast), _match(file, options.no_cast)
+                casts = (chosen if options.cast else casts) & ~dropped
+            casts &= self._find_kept(file)
+            self._casts[number] = casts
+        return self._casts[number]
+
+    def find_canopies(self, number: int) -> NDArray[np.bool_]:
+        """Return which parts of a file are canopies, (n_parts,) bool."""
+        return _match(self._catalogue.files[number], self._options.canopy)
+
+    def find_receiving(self, number: int) -> NDArray[np.bool_]:
+        """Return which parts of a file are seen or sampled, (n_parts,) bool."""
+        file, options = self._catalogue.files[number], self._options
+        found = self._find_kept(file)
+        if options.on:
+            found &= _match(file, options.on)
+        return found & ~self.find_canopies(number) if options.canopy else found
+
+    def check(self) -> None:
+        """
+        Refuse patterns that match no part of any file, and a study without casters.
+
+        Raises
+        ------
+        InputError
+        """
+        options, files = self._options, self._catalogue.files
+        for name in ("cast", "no_cast", "canopy", "on"):
+            for pattern in getattr(options, name):
+                if not any(_match(file, [pattern]).any() for file in files):
+                    kinds = sorted({kind for file in files for kind in file.kinds if kind})
+                    msg = (
+                        f"{name}='{pattern}' matches no part of {len(files)} files; "
+                        f"their kinds are {', '.join(kinds[:12]) or 'not named'} "
+                        "(umbra inspect lists the parts of a file)"
+                    )
+                    raise InputError(msg, option=name, pattern=pattern)
+        if (options.cast or options.no_cast) and not any(
+            self.find_casting(file.number).any() for file in files
+        ):
+            msg = "no part is left to cast a shadow; take a no_cast= pattern away"
+            raise InputError(msg)
+
+    def _find_kept(self, file: CityFile) -> NDArray[np.bool_]:
+        """Return the parts that no earlier file brings."""
+        kept = np.ones(file.counts["parts"], np.bool_)
+        if file.number in self._merged:
+            kept &= ~np.isin(file.geometry.object_of, self._merged[file.number])
+        return kept
+
+
+def _match(file: CityFile, patterns: Iterable[str]) -> NDArray[np.bool_]:
+    """Return which parts of a file one of some patterns matches, (n_parts,) bool."""
+    found = np.zeros(file.counts["parts"], np.bool_)
+    patterns = list(patterns)
+    if not patterns:
+        return found
+    words = file.words
+    for k, (name, kind, tags) in enumerate(
+        zip(words["names"], words["kinds"], words["tags"], strict=True)
+    ):
+        part = Part(name, kind, _NOTHING, layer=file.layer, tags=tuple(tags))
+        found[k] = any(part.matches(pattern) for pattern in patterns)
+    return found

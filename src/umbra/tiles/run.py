@@ -1,0 +1,159 @@
+"""
+A study of a city in tiles: prepared once, counted by any engine, resumed after any end.
+
+The folder of a run holds ``study.zarr`` (the results), ``catalogue`` (the files as arrays),
+``tiles`` (a mark for each tile that is done), ``city.json`` (what is computed) and, if tiles
+failed, ``failed.json``.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from umbra.errors import InputError, UmbraError
+from umbra.tiles.count import TileRecord, count_tile
+from umbra.tiles.job import CityJob
+from umbra.tiles.lattice import CityTile
+from umbra.tiles.store import CityStore
+
+try:
+    import fcntl
+except ImportError:  # Windows: the folder is not locked
+    fcntl = None  # type: ignore[assignment]
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["CityStudy", "Engine", "Outcome", "count_serially", "lock_run", "run_job"]
+
+Outcome = tuple[CityTile, TileRecord | BaseException]
+"""A tile and its record, or the reason why it failed."""
+Engine = Callable[[CityJob, Sequence[CityTile]], Iterable[Outcome]]
+"""Counts tiles anywhere, in any order, with ``count_tile``; yields each as it is done."""
+_FAILED = "failed.json"
+
+
+@dataclass(frozen=True)
+class CityStudy:
+    """
+    A study in tiles, in its folder.
+
+    Parameters
+    ----------
+    folder : Path
+    job : CityJob
+    facts : dict
+        Attributes of the result.
+    """
+
+    folder: Path
+    job: CityJob
+    facts: Mapping[str, Any]
+
+    @property
+    def dataset(self) -> "xr.Dataset":
+        """The result as a dataset of the store, whose arrays are read where they are used."""
+        import xarray as xr  # noqa: PLC0415  (half a second)
+
+        return xr.open_zarr(str(self.job.store))
+
+
+def count_serially(job: CityJob, tiles: Sequence[CityTile]) -> Iterator[Outcome]:
+    """Count tiles one after the other in this process."""
+    for tile in tiles:
+        try:
+            yield tile, count_tile(job, tile)
+        except Exception as error:  # noqa: BLE001 - a tile that fails leaves the others
+            yield tile, error
+
+
+def run_job(
+    job: CityJob,
+    finish: Callable[[Mapping[int, Mapping[str, Any]]], Mapping[str, Any]],
+    engine: Engine = count_serially,
+    progress: Callable[[int, int], object] = lambda _done, _all: None,
+) -> CityStudy:
+    """
+    Count the tiles of a job that are not done, and finish its store.
+
+    Parameters
+    ----------
+    job : CityJob
+    finish : callable
+        Returns the attributes of the result, of the marks of all tiles.
+    engine : Engine
+    progress : callable
+        Called with the number of tiles done and of all.
+
+    Raises
+    ------
+    UmbraError
+        If tiles failed, after all others are done.
+    """
+    store, folder = CityStore(job.store), Path(job.folder)
+    tiles = job.tiles()
+    done = store.find_done()
+    left = [tile for tile in tiles if tile.number not in done]
+    failed: dict[int, str] = {}
+    count = len(tiles) - len(left)
+    progress(count, len(tiles))
+    for tile, outcome in engine(job, left):
+        if isinstance(outcome, BaseException):
+            failed[tile.number] = f"{type(outcome).__name__}: {outcome}"
+            _write(folder / _FAILED, _describe(tiles, failed))
+        else:
+            count += 1
+            progress(count, len(tiles))
+    if failed:
+        number, reason = next(iter(failed.items()))
+        msg = (
+            f"{len(failed)} of {len(tiles)} tiles failed (first: tile {number}, {reason}); "
+            f"'{folder / _FAILED}' names them; the same command counts them again"
+        )
+        raise UmbraError(msg, failed=failed)
+    (folder / _FAILED).unlink(missing_ok=True)
+    facts = finish(store.find_done())
+    store.finish(facts)
+    return CityStudy(folder, job, facts)
+
+
+def _describe(tiles: Sequence[CityTile], failed: Mapping[int, str]) -> list[dict[str, Any]]:
+    return [
+        {"tile": number, "rows": tiles[number].rows, "cols": tiles[number].cols, "reason": reason}
+        for number, reason in failed.items()
+    ]
+
+
+def _write(path: Path, facts: object) -> None:
+    """Replace a small file whole."""
+    unfinished = path.with_name(f".{path.name}")
+    unfinished.write_bytes(orjson.dumps(facts, option=orjson.OPT_INDENT_2))
+    unfinished.replace(path)
+
+
+@contextmanager
+def lock_run(folder: Path) -> Iterator[None]:
+    """
+    Hold a folder for one run.
+
+    Raises
+    ------
+    InputError
+        If another run holds it.
+    """
+    with (folder / ".lock").open("wb") as lock:
+        if fcntl is not None:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                msg = (
+                    f"another run writes into '{folder}'; wait for its end, or name another folder"
+                )
+                raise InputError(msg, option="out", path=folder) from None
+            except OSError:  # a file system without locks
+                pass
+        yield

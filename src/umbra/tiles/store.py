@@ -1,0 +1,179 @@
+"""
+The store of a city's results: one Zarr group, chunked by tile, and a mark for each tile done.
+
+Every chunk is written under another name and renamed, and carries a checksum. A tile's mark is
+written after its last chunk.
+"""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+from numpy.typing import NDArray
+
+from umbra.errors import InputError
+from umbra.study.attributes import find_attributes
+
+__all__ = ["CityStore", "check_zarr"]
+
+MARKS = "tiles"
+_EPOCH = "microseconds since 1970-01-01 00:00:00"
+_NOT_A_TIME = np.iinfo(np.int64).min
+_LEVEL = 3  # of Zstandard
+
+
+def check_zarr() -> None:
+    """Raise an InputError if zarr is missing."""
+    from umbra.writers.formats import check_extra  # noqa: PLC0415
+
+    check_extra("a study in tiles", ["zarr"], "city")
+
+
+class CityStore:
+    """
+    The store of a run.
+
+    Parameters
+    ----------
+    path : Path
+        Folder of the Zarr group; the marks lie beside it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._marks = path.parent / MARKS
+
+    def create(
+        self,
+        template: Mapping[str, tuple[tuple[str, ...], NDArray]],
+        sizes: Mapping[str, int],
+        side: Mapping[str, int],
+        facts: Mapping[str, object],
+    ) -> None:
+        """
+        Make the arrays of all variables, empty; write those without receivers whole.
+
+        Parameters
+        ----------
+        template : mapping
+            Dimensions and values of each variable, of any few receivers.
+        sizes, side : mapping of str to int
+            Length of the receivers' dimensions, and of their chunks.
+        facts : mapping
+            Global attributes.
+        """
+        import zarr  # noqa: PLC0415
+        from zarr.codecs import Crc32cCodec, ZstdCodec  # noqa: PLC0415
+
+        group = zarr.create_group(
+            str(self.path), overwrite=True, zarr_format=3,
+            attributes={"Conventions": "CF-1.11", **make_plain(facts)},
+        )  # fmt: skip
+        dates = int(str(facts.get("days", 1)))
+        for name, (dims, values) in template.items():
+            array, attributes = encode(np.asarray(values))
+            shape = tuple(sizes.get(dim, n) for dim, n in zip(dims, array.shape, strict=True))
+            is_whole = dims[-len(sizes) :] != tuple(sizes)
+            chunks = tuple(
+                max(1, min(n, side.get(dim, n if is_whole else 16)))
+                for dim, n in zip(dims, shape, strict=True)
+            )
+            made = group.create_array(
+                name, shape=shape, chunks=chunks, dimension_names=dims,
+                dtype="string" if array.dtype.kind == "O" else array.dtype,
+                compressors=[ZstdCodec(level=_LEVEL), Crc32cCodec()],
+                fill_value={"f": np.nan, "O": ""}.get(array.dtype.kind, 0),
+                attributes={**find_attributes(name, dates), **attributes},
+            )  # fmt: skip
+            if is_whole:
+                made[...] = array
+
+    def write_tile(self, arrays: Mapping[str, NDArray], rows: slice, cols: slice) -> None:
+        """Write a tile's part of each variable, whose last dimensions are rows and columns."""
+        import zarr  # noqa: PLC0415
+
+        group = zarr.open_group(str(self.path), mode="r+")
+        for name, values in arrays.items():
+            array, _ = encode(values)
+            group[name][(..., rows, cols)] = array  # type: ignore[index]
+
+    def write_whole(self, name: str, values: NDArray) -> None:
+        """Write all values of a variable."""
+        import zarr  # noqa: PLC0415
+
+        group = zarr.open_group(str(self.path), mode="r+")
+        group[name][...] = encode(values)[0]  # type: ignore[index]
+
+    def finish(self, facts: Mapping[str, object]) -> None:
+        """Add global attributes, and consolidate the metadata."""
+        import warnings  # noqa: PLC0415
+
+        import zarr  # noqa: PLC0415
+
+        group = zarr.open_group(str(self.path), mode="r+", use_consolidated=False)
+        group.attrs.update(make_plain(facts))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # consolidated metadata are not in the standard yet
+            zarr.consolidate_metadata(str(self.path))
+
+    def mark(self, number: int, facts: Mapping[str, object]) -> None:
+        """Mark a tile as done."""
+        self._marks.mkdir(exist_ok=True)
+        unfinished = self._marks / f".{number:06}.json"
+        unfinished.write_bytes(orjson.dumps(dict(facts)))
+        unfinished.replace(self._marks / f"{number:06}.json")
+
+    def find_done(self) -> dict[int, dict[str, Any]]:
+        """Return the facts of each tile that is done, by its number."""
+        found = {}
+        for path in self._marks.glob("[0-9]*.json") if self._marks.exists() else ():
+            try:
+                found[int(path.stem)] = orjson.loads(path.read_bytes())
+            except ValueError:  # damaged: counted again
+                path.unlink()
+        return found
+
+    def unmark(self, numbers: Iterable[int]) -> None:
+        """Remove the marks of some tiles."""
+        for number in numbers:
+            (self._marks / f"{number:06}.json").unlink(missing_ok=True)
+
+
+def encode(array: NDArray) -> tuple[NDArray, dict[str, Any]]:
+    """Return an array as the store keeps it, and CF attributes of its encoding."""
+    if array.dtype.kind == "M":
+        numbers = array.astype("datetime64[us]").astype(np.int64)
+        return numbers, {"units": _EPOCH, "calendar": "proleptic_gregorian"}
+    if array.dtype.kind == "b":
+        return array.astype(np.uint8), {}
+    if array.dtype.kind == "U":
+        return array.astype(object), {}
+    return array, {}
+
+
+def make_plain(facts: Mapping[str, object]) -> dict[str, object]:
+    """Return facts as JSON has them, without None."""
+    plain: dict[str, object] = {}
+    for name, fact in facts.items():
+        if isinstance(fact, (np.ndarray, tuple)):
+            plain[name] = np.asarray(fact).tolist()
+        elif isinstance(fact, np.generic):
+            plain[name] = fact.item()
+        elif fact is not None:
+            plain[name] = fact
+    return plain
+
+
+def check_folder(folder: Path) -> None:
+    """Make a folder for results; refuse one that is a file, or cannot be made."""
+    if folder.exists() and not folder.is_dir():
+        msg = f"'{folder}' is a file, not a folder; name another output folder"
+        raise InputError(msg, option="out", path=folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:  # ValueError: a null byte in its name
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        msg = f"cannot make the output folder '{folder}' ({reason}); name another"
+        raise InputError(msg, option="out", path=folder) from error
