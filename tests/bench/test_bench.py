@@ -192,3 +192,32 @@ def test_sizes_are_as_said():
     assert np.allclose(np.linalg.norm(suns, axis=1), 1)
     assert suns[0, 0] > 0.8  # in the east at nine
     assert suns[32, 0] < -0.8
+
+
+def test_every_table_is_written_by_one_command(tmp_path, monkeypatch):
+    def fail(_):
+        msg = "embreex is missing; install it"
+        raise UmbraError(msg)
+
+    tables = {name: name for name in ("silhouette", "frame", "tools")}
+    monkeypatch.setattr("umbra_benchmarks.all._TABLES", tables)
+    monkeypatch.setattr("umbra_benchmarks.frame.bench_frame", fail)
+    monkeypatch.setattr("umbra_benchmarks.tools.bench_tools", fail)
+    page = tmp_path / "results.md"
+    page.write_text("old")
+    assert run("all", "--out", str(page)).stdout == f"{page}\n"
+    text = page.read_text()
+    assert text.startswith("# Last results\n\nBy `umbra bench all` on 20")
+    assert "## umbra bench silhouette\n\numbra bench silhouette: " in text
+    assert "## umbra bench frame\n\nNot measured: embreex is missing; install it\n" in text
+    assert "<!-- tools -->\n\nNot measured: " in text
+    assert text.endswith("<!-- end of tools -->\n")
+    found = json.loads(run("all", "--json").stdout)
+    assert found["reports"]["frame"] == {"failed": "embreex is missing; install it"}
+    assert found["reports"]["silhouette"]["rows"]
+
+
+def test_only_all_writes_a_page(tmp_path):
+    result = CliRunner().invoke(command, ["frame", "--out", str(tmp_path / "results.md")])
+    assert result.exit_code == 2
+    assert "--out is for all" in result.output

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import click
 
-from umbra.cli.terminal import echo, echo_json
+from umbra.cli.terminal import echo, echo_json, echo_path
+from umbra.writers.atomic import replace_file
 from umbra_benchmarks.report import BenchmarkRun
 
 __all__ = ["command"]
 
 NAMES = (
-    "study", "frame", "motion", "growth", "gpu", "silhouette", "startup", "tools", "mcguire",
+    "all", "study", "frame", "motion", "growth", "gpu", "silhouette", "startup", "tools", "mcguire",
     "roettger", "wallner", "weng", "soft", "walls",
 )  # fmt: skip
 PEERS = ("ogre", "workbench")
@@ -72,6 +73,11 @@ def _parse_pythons(
     help="Save here what each side of gl frames draws, or weng's figure 15.",
 )
 @click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the tables of all to this file.",
+)
+@click.option(
     "--model",
     "models",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
@@ -88,6 +94,7 @@ def command(
     peers: tuple[str, ...],
     pythons: dict[str, Path],
     pictures: Path | None,
+    out: Path | None,
     models: tuple[Path, ...],
 ) -> None:
     """
@@ -107,25 +114,30 @@ def command(
     by each method), roettger (shadow masks without a stencil), wallner (silhouettes
     from trees), weng (soft shadows: time and error by triangles, length and gap).
     soft finds the error of each method of soft shadows by rays, in scenes that overlap.
+
+    all makes every table of benchmarks/results.md, by one commit on one machine.
     """
     if device == "gl" and name != "frame":
         msg = f"{name} has no gl device; frame has one"
         raise click.UsageError(msg)
-    known = TOOLS if name == "tools" else PEERS if device == "gl" else ()
+    if out is not None and name != "all":
+        msg = "--out is for all"
+        raise click.UsageError(msg)
+    known = {"tools": TOOLS, "all": TOOLS + PEERS}.get(name, PEERS if device == "gl" else ())
     strangers = ({*peers} | {*pythons}) - {*known, "none"}
-    if pictures is not None and device == "cpu" and name != "weng":
+    if pictures is not None and device == "cpu" and name not in {"weng", "all"}:
         msg = "--pictures is for frame --device gl, and for weng"
         raise click.UsageError(msg)
     if strangers or (peers and not known):
         first = min(strangers, default="")
         who = f"the peer {first}" if first else "--peer"
-        places = {"frame --device gl": PEERS, "tools": TOOLS}
+        places = {"frame --device gl": PEERS, "tools": TOOLS, "all": TOOLS + PEERS}
         where = [place for place, its in places.items() if not first or first in its]
         msg = f"{who} is for {' and '.join(where)}"
         raise click.UsageError(msg)
 
-    if models and name not in {"wallner", "walls"}:
-        msg = "--model is for walls and wallner"
+    if models and name not in {"wallner", "walls", "all"}:
+        msg = "--model is for walls, wallner and all"
         raise click.UsageError(msg)
 
     def say(text: str) -> None:
@@ -140,7 +152,11 @@ def command(
     # Load only the benchmark that is wanted.
     module = "gl_frame" if device == "gl" else name
     result = getattr(import_module(f"umbra_benchmarks.{module}"), f"bench_{module}")(run)
-    if as_json:
+    if out is not None:
+        with replace_file(out) as unfinished:
+            unfinished.write_text(result.to_table(), encoding="utf-8")
+        echo_path(out)
+    elif as_json:
         echo_json(result.to_dict())
     else:
         echo(result.to_table())

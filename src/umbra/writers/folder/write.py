@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,7 @@ from umbra.writers.folder.pictures import (
     draw_surfaces,
 )
 from umbra.writers.netcdf import write_netcdf
-from umbra.writers.plan import Plan, Show, name_hours
+from umbra.writers.plan import Plan, name_hours
 
 if TYPE_CHECKING:
     from umbra.writers.painter import Painter
@@ -193,11 +193,10 @@ def _write_more(job: FolderJob, plan: Plan) -> list[str]:
         _note_standing(tables[0].pins, job.say)
         names.append(VERDICTS)
     if outputs.report:
-        job.painter.wait()
         from umbra.writers.report import write_report  # noqa: PLC0415
 
         write_report(
-            job.folder / REPORT, study, plan, _find_sheets(job.folder, outputs.show),
+            job.folder / REPORT, study, plan, _find_sheets(job),
             tables=tables, casters=_name_casters(job), notes=job.scene.notes,
             timeline=formats.timeline if study.kind.is_raster else None, show=outputs.show,
         )  # fmt: skip
@@ -234,9 +233,10 @@ def _note_standing(pins: Sequence["Pin"], say: Say) -> None:
         )
 
 
-def _find_sheets(folder: Path, show: Show) -> list[tuple[str, Path]]:
-    """List the pictures of a folder with captions, of the whole period first."""
-    hours = name_hours(show).capitalize()
+def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
+    """Iterate over the pictures with captions, of the whole period first, once all are drawn."""
+    job.painter.wait()
+    hours = name_hours(job.outputs.show).capitalize()
     words = {
         "hours": hours,
         "hours_lost": "Hours of sun lost to the proposed development",
@@ -244,13 +244,10 @@ def _find_sheets(folder: Path, show: Show) -> list[tuple[str, Path]]:
         "sheet": "Plan and elevations",
         "points": f"{hours} at the points",
     }
-    paths = sorted(folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem))
-    found = []
-    for path in paths:
+    for path in sorted(job.folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem)):
         kind, _, day = path.stem.partition("_")
         caption = f"{words.get(kind, kind)}{f', {day}' if day else ''}"
-        found.append((words.get(path.stem, caption), path))
-    return found
+        yield words.get(path.stem, caption), path
 
 
 def sum_up(study: Study) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import base64
 import hashlib
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -77,7 +77,7 @@ def write_report(
     path: str | os.PathLike[str],
     study: Study,
     plan: Plan,
-    sheets: Sequence[tuple[str, Path]] = (),
+    sheets: Iterable[tuple[str, Path]] = (),
     *,
     tables: Sequence[Table] = (),
     casters: Sequence[str] = (),
@@ -90,9 +90,10 @@ def write_report(
 
     A raster is a picture that is moved through the day; surfaces and points stand on a model that
     turns. The plan gives title, place, date and note, and of rasters its cells. Sheets are
-    (caption, PNG file); tables are verdicts, comparisons are found in the study itself; casters
-    are the patterns by which they were chosen, notes are the readers'. A timeline that has
-    been counted already is taken. Returns the instants that the page shows.
+    (caption, PNG file), iterated over when all else is ready; tables are verdicts, comparisons
+    are found in the study itself; casters are the patterns by which they were chosen, notes are
+    the readers'. A timeline that has been counted already is taken. Returns the instants that the
+    page shows.
     """
     instants: Instants
     if study.kind.is_raster:
@@ -113,7 +114,7 @@ def write_report(
     parts |= {
         "resolution": escape(told),
         "left_out": make_notice(tell_left_out(study, instants, has_own_hours)),
-        "sheets": make_sheets(sheets),
+        "sheets": make_sheets(list(sheets)),
         "facts": make_facts(find_facts(study, casters, notes)),
         **_name_hours(show),
     }

@@ -27,7 +27,8 @@ _MICROSECONDS = 1_000_000
 
 def pack(data: bytes) -> str:
     """Compress bytes and write them as text."""
-    return base64.b64encode(zlib.compress(data, 9)).decode()
+    # Level 9 takes ten times as long on a day's masks, and saves 4 percent.
+    return base64.b64encode(zlib.compress(data, 6)).decode()
 
 
 def pack_differences(values: NDArray[np.integer]) -> str:
