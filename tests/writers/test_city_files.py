@@ -14,6 +14,7 @@ zarr = pytest.importorskip("zarr")
 from umbra.writers.city import write_city_files  # noqa: E402
 from umbra.writers.city.overview import shrink_hours  # noqa: E402
 from umbra.writers.city.result import CityResult  # noqa: E402
+from umbra.writers.vectors.gis_files import write_geotiff  # noqa: E402
 
 SIDE = 40
 MISSING = 4
@@ -27,7 +28,8 @@ def study():
     vertices, faces = merge(*houses)
     scene = umbra.Scene.from_arrays(vertices + [X0, Y0, 500], faces, crs="EPSG:25832")
     return umbra.shadow_study(
-        scene, umbra.find_site(scene, 48.14, 11.57), date="2026-01-15", every="1h", receivers="top", ground=500.0,
+        scene, umbra.find_site(scene, 48.14, 11.57), date="2026-01-15", every="1h",
+        receivers="top", ground=500.0,
         extent=(X0 - 5.0, Y0 - 3, X0 + 97, Y0 + 77), cell=1.0,
     )  # fmt: skip
 
@@ -87,8 +89,6 @@ def test_the_vrt_holds_every_cell_in_its_place(study, folder):
 
 def test_large_tiles_have_overviews(study, folder):
     rasterio = pytest.importorskip("rasterio")
-    from umbra.writers.vectors.gis_files import write_geotiff
-
     axis = np.arange(1024.0)
     band = np.ones((1024, 1024), np.float32)
     write_geotiff(folder / "big.tif", axis, axis, [("a", "h", band)], cell=(1, 1))

@@ -130,3 +130,29 @@ def test_points_go_into_maps(tmp_path):
     import shapely  # noqa: PLC0415
 
     np.testing.assert_allclose(shapely.get_coordinates(shapely.from_wkb(shapes)), points[:, :2])
+
+
+def test_geoparquet_has_a_row_for_each_surface_and_its_months(tmp_path, monkeypatch):
+    geopandas = pytest.importorskip("geopandas")
+    pytest.importorskip("pyarrow")
+    monkeypatch.setattr("umbra.writers.vectors.surface_table._ROWS", 4)  # several groups
+    dates = ["2026-01-10", "2026-01-20", "2026-06-21"]
+    study = run(spacing=1.0, date=dates)
+    assert write_formats(Job(study, tmp_path), ["geoparquet"]) == ["surfaces.parquet"]
+    table = geopandas.read_parquet(tmp_path / "surfaces.parquet")
+    assert len(table) == len(study.samples.part) == 15
+    assert table.crs.to_epsg() == 31256
+    assert sorted(set(table.part)) == ["bar", "house", "shed"]
+    # Roofs and walls of three boxes, in their places: the plan of a geometry has a roof's area.
+    roofs = table[table.tilt < 1].set_index("part")
+    assert roofs.geometry.area.to_dict() == pytest.approx({"bar": 9, "house": 100, "shed": 18})
+    np.testing.assert_allclose(roofs["area"].to_numpy(), roofs.geometry.area.to_numpy())
+    west, south, *_ = table[table.part == "shed"].total_bounds
+    assert (west, south) == (3014.0, 339991.0)
+    assert {g.has_z for g in table.geometry} == {True}
+    heights = [p[2] for g in roofs.loc[["bar"]].geometry for p in g.geoms[0].exterior.coords]
+    assert set(heights) == {195.0}
+    months = table["mean_sun_hours_2026-01"] + table["mean_sun_hours_2026-06"]
+    np.testing.assert_allclose(months, table.mean_sun_hours, rtol=1e-6)
+    assert (table.least_sun_hours <= table.mean_sun_hours).all()
+    assert table["mean_sun_hours_2026-06"].max() > table["mean_sun_hours_2026-01"].max() / 2 > 0

@@ -247,6 +247,17 @@ def _write_glb(job: Job) -> list[str]:
     return names
 
 
+def _write_geoparquet(job: Job) -> list[str]:
+    from umbra.writers.vectors.surface_table import (  # noqa: PLC0415
+        find_surface_columns,
+        write_surface_table,
+    )
+
+    path = job.folder / "surfaces.parquet"
+    write_surface_table(path, find_surface_columns(job.study), job.crs, job.study.facts)
+    return [path.name]
+
+
 def _write_film(kind: str) -> Callable[[Job], list[str]]:
     def write(job: Job) -> list[str]:
         from umbra.writers import film  # noqa: PLC0415
@@ -286,6 +297,7 @@ FORMATS = {
     "dxf": Format(_write_dxf, ("pyclipr", "ezdxf"), "dxf"),
     "csv": Format(_write_csv),
     "glb": Format(_write_glb),
+    "geoparquet": Format(_write_geoparquet, ("pyarrow",), "city"),
     "gif": Format(_write_film("gif")),
     "mp4": Format(_write_film("mp4"), ("av",), "video"),
 }

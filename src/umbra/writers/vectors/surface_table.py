@@ -1,0 +1,129 @@
+"""Surfaces as GeoParquet: a row for each, with its triangles in their place on the earth."""
+
+import os
+from collections.abc import Iterable, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import orjson
+from numpy.typing import NDArray
+
+from umbra.study import Study
+from umbra.writers.vectors.gis_files import find_crs
+
+__all__ = ["find_surface_columns", "pack_triangles", "write_surface_table"]
+
+_ROWS = 50_000  # of a row group, which is held in memory
+_POLYGON, _MULTIPOLYGON = 1003, 1006  # with z, in ISO's well-known binary
+_TRIANGLE = np.dtype(
+    [("order", "u1"), ("type", "<u4"), ("rings", "<u4"), ("count", "<u4"), ("ring", "<f8", (4, 3))]
+)
+
+
+def write_surface_table(
+    path: str | os.PathLike[str],
+    groups: Iterable[tuple[Mapping[str, Any], list[bytes]]],
+    crs: object = None,
+    facts: Mapping[str, object] | None = None,
+) -> None:
+    """
+    Write rows of surfaces, a group at a time.
+
+    Parameters
+    ----------
+    path : path
+    groups : iterable of (mapping, list of bytes)
+        Columns of some surfaces, the same of each group, and geometries in well-known binary.
+    crs : str, optional
+        Coordinate reference system of the geometries.
+    facts : mapping, optional
+        Kept as metadata of the file.
+    """
+    import pyarrow as pa  # noqa: PLC0415  (an extra)
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    system = find_crs(crs)
+    column = {
+        "encoding": "WKB",
+        "geometry_types": ["MultiPolygon Z"],
+        "crs": None if system is None else system.to_json_dict(),
+    }
+    geo = {"version": "1.1.0", "primary_column": "geometry", "columns": {"geometry": column}}
+    told = {"geo": orjson.dumps(geo), "umbra": orjson.dumps(dict(facts or {}), default=str)}
+    writer = None
+    try:
+        for columns, geometries in groups:
+            arrays = {name: pa.array(values) for name, values in columns.items()}
+            table = pa.table({**arrays, "geometry": pa.array(geometries, pa.binary())})
+            if writer is None:
+                schema = table.schema.with_metadata(told)
+                writer = pq.ParquetWriter(os.fspath(path), schema, compression="zstd")
+            writer.write_table(table.cast(schema), row_group_size=_ROWS)
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def find_surface_columns(study: Study) -> Iterable[tuple[dict[str, Any], list[bytes]]]:
+    """
+    Yield the rows of a study of surfaces, some at a time.
+
+    Each has the part, kind, azimuth and tilt [degrees], area [m2] and hours in the sun [h]: mean,
+    least and most of its samples; if results by date are kept, also the mean of each month.
+
+    Parameters
+    ----------
+    study : Study
+    """
+    samples, more = study.samples, study.more
+    names = np.asarray(more["part"][1])[more["surface_part"][1]]
+    columns = {
+        "part": names.astype(object),
+        "kind": np.asarray(more["surface_kind"][1]).astype(object),
+    }
+    for name in ("azimuth", "tilt", "area"):
+        columns[name] = np.asarray(more[f"surface_{name}"][1])
+    for name in ("mean", "least", "most"):
+        columns[f"{name}_sun_hours"] = np.asarray(more[f"surface_{name}_sun_hours"][1])
+    if "surface_mean_sun_hours_by_day" in more:
+        columns |= _add_months(study)
+    corners = samples.corners + study.model.scene.origin
+    starts = np.searchsorted(samples.owner, np.arange(len(samples.part) + 1))
+    for first in range(0, len(samples.part), _ROWS):
+        some = slice(first, first + _ROWS)
+        edges = starts[first : first + _ROWS + 1]
+        packed = pack_triangles(corners[edges[0] : edges[-1]], edges - edges[0])
+        yield {name: values[some] for name, values in columns.items()}, packed
+
+
+def _add_months(study: Study) -> dict[str, NDArray]:
+    """Return the mean hours in the sun of each surface by month, of the study's dates."""
+    by_day = np.asarray(study.more["surface_mean_sun_hours_by_day"][1])
+    months = np.array(study.period.days, "datetime64[M]")
+    return {
+        f"mean_sun_hours_{month}": by_day[months == month].sum(0, dtype=np.float64).astype("f4")
+        for month in np.unique(months)
+    }
+
+
+def pack_triangles(corners: NDArray[np.float64], starts: NDArray[np.integer]) -> list[bytes]:
+    """
+    Pack triangles into multipolygons in well-known binary.
+
+    Parameters
+    ----------
+    corners : (n, 3, 3) float64
+    starts : (m + 1,) int
+        First triangle of each multipolygon, and the end.
+    """
+    records = np.zeros(len(corners), _TRIANGLE)
+    records["order"], records["type"], records["rings"], records["count"] = 1, _POLYGON, 1, 4
+    records["ring"] = corners[:, [0, 1, 2, 0]]
+    data, size = records.tobytes(), _TRIANGLE.itemsize
+    head = b"\x01" + _MULTIPOLYGON.to_bytes(4, "little")
+    ends = starts.tolist()
+    return [
+        head + (end - first).to_bytes(4, "little") + data[first * size : end * size]
+        for first, end in pairwise(ends)
+    ]
