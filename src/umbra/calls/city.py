@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 __all__ = ["city_study"]
 
-_OWN = ("out", "files", "tiles", "memory", "min_altitude", "reading", "engine", "progress")
-
 
 def city_study(
     files: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
@@ -27,6 +25,8 @@ def city_study(
     memory: str | float | None = None,
     min_altitude: float = 0.0,
     reading: Mapping[str, Any] | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
     engine: "Engine | None" = None,
     progress: Callable[[int, int], object] = lambda _done, _all: None,
     **options: Any,
@@ -55,8 +55,14 @@ def city_study(
         Leave out the suns below this altitude, as if they were not up; none by default [degrees].
     reading : dict, optional
         Options of ``umbra.read``.
+    workers : int, optional
+        Count in this many processes of this machine, each on one thread.
+    scheduler : str, optional
+        Count on a running Dask cluster: the address of its scheduler, or ``scheduler.json``.
+        All workers must see the output folder.
     engine : callable, optional
-        Counts the tiles elsewhere; one after the other in this process by default.
+        Counts the tiles elsewhere, such as ``umbra.tiles.cluster.ClusterEngine(client)``; one
+        after the other in this process by default.
     progress : callable
         Called with the number of tiles done and of all.
     **options
@@ -80,19 +86,23 @@ def city_study(
     >>> city = umbra.city_study("lod2/*.gml", out="city/", date="2026-12-21", receivers="top")
     >>> city.dataset.sun_hours.sel(x=691000, y=5335000, method="nearest").compute()
     """
+    from umbra.tiles.cluster import open_engine  # noqa: PLC0415
     from umbra.tiles.prepare import prepare_city  # noqa: PLC0415
-    from umbra.tiles.run import count_serially, lock_run, run_job  # noqa: PLC0415
+    from umbra.tiles.run import lock_run, run_job  # noqa: PLC0415
     from umbra.tiles.store import check_folder, check_zarr  # noqa: PLC0415
 
     chosen = _take_options(**options)
-    city = CityOptions(tiles=tiles, memory=memory, min_altitude=min_altitude)
+    city = CityOptions(
+        tiles=tiles, memory=memory, min_altitude=min_altitude, workers=workers,
+        scheduler=scheduler,
+    )  # fmt: skip
     given = [files] if isinstance(files, (str, os.PathLike)) else list(files)
     check_zarr()
     folder = Path(out)
     check_folder(folder)
-    with lock_run(folder):
+    with lock_run(folder), open_engine(workers, scheduler) as own:
         found = prepare_city(given, site, chosen, city, folder, reading)
-        return run_job(found.job, found.describe, engine or count_serially, progress)
+        return run_job(found.job, found.describe, engine or own, progress)
 
 
 @check_names

@@ -48,8 +48,23 @@ class CityOptions:
         default=0.0, unit="degree", metavar="DEG", attribute="min_altitude_deg",
     )  # fmt: skip
 
+    workers: int | None = _tiles(
+        "whole",
+        "With --tiles: count in this many processes of this machine, each on one thread.",
+        least=1, metavar="N", is_kept=False,
+    )  # fmt: skip
+    scheduler: str | None = _tiles(
+        "text",
+        "With --tiles: count on a running Dask cluster: its scheduler's address, or the file "
+        "scheduler.json; all workers must see the files and the output folder.",
+        metavar="ADDRESS", is_kept=False,
+    )  # fmt: skip
+
     def __post_init__(self) -> None:
         check_types(self)
+        if self.workers is not None and self.scheduler is not None:
+            msg = "workers= starts a cluster and scheduler= takes a running one; give one of them"
+            raise InputError(msg, option="workers")
         if not 0 <= self.min_altitude < 90:
             msg = f"min_altitude is an angle of 0 to 90 degrees; got {self.min_altitude:g}"
             raise InputError(msg, option="min_altitude")
@@ -57,8 +72,9 @@ class CityOptions:
             object.__setattr__(self, "tiles", _read_length(self.tiles))
         if self.memory is not None:
             object.__setattr__(self, "memory", _read_memory(self.memory))
-        if self.tiles is None and (self.memory is not None or self.min_altitude):
-            name = "min_altitude" if self.min_altitude else "memory"
+        own = ("min_altitude", "memory", "workers", "scheduler")
+        name = next((one for one in own if getattr(self, one)), None)
+        if self.tiles is None and name is not None:
             msg = f"{name}= is for a study in tiles; give their side, such as tiles='1km'"
             raise InputError(msg, option=name)
 
