@@ -82,7 +82,7 @@ def find_surface(
             rim = np.append(rim, np.flatnonzero(found))
             inward = np.append(inward, np.tile(aside, (len(rim) - len(inward), 1)), 0)
     seen = np.flatnonzero(view.face.ravel() != NOTHING)
-    faces, owner = np.unique(view.face.ravel()[seen], return_inverse=True)
+    faces, owner = _list_once(view.face.ravel()[seen], len(soup.faces))
     a, b, c = (soup.vertices[soup.faces[faces, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     # The visible side decides, for either winding.
@@ -90,13 +90,23 @@ def find_surface(
     level = (normals[:, :2] == 0).all(1)
     sloping = ~level[owner]
     # Level faces take their corners' exact height, which interpolation rounds.
-    view.key.ravel()[seen[~sloping]] = a[owner[~sloping], 2]
+    np.put(view.key, seen[~sloping], a[:, 2][owner[~sloping]])
     planes = np.zeros((4, len(faces)))
     planes[:3] = normals.T
     return Surface(
-        view.key, Slopes(seen[sloping], owner[sloping].astype(np.int32), planes), view.face,
+        view.key, Slopes(seen[sloping], owner[sloping], planes), view.face,
         rim, inward,
     )  # fmt: skip
+
+
+def _list_once(
+    numbers: NDArray[np.int32], count: int
+) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
+    """Return the numbers below ``count`` that occur, sorted, and which of them each one is."""
+    occurs = np.zeros(count, np.bool_)
+    occurs[numbers] = True
+    place = np.cumsum(occurs, dtype=np.int32) - np.int32(1)
+    return np.flatnonzero(occurs), place[numbers]
 
 
 def _find_near(soup: Triangles, grid: Grid, empty: NDArray[np.bool_]) -> NDArray[np.int32]:
