@@ -9,13 +9,11 @@ from umbra import InputError
 
 XML = '<?xml version="1.0"?>\n'
 OLD_GLTF = {"accessors": {"a": {}}, "meshes": {"m": {}}, "nodes": {"n": {}}}
-HBJSON = {"type": "Model", "identifier": "a", "properties": {}, "rooms": []}
 
 
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("a.dae", XML + '<COLLADA version="1.4.1">', "COLLADA .*assimp export"),
         ("a.kml", XML + "<kml>", r"KML .*ogr2ogr FILE\.geojson FILE\.kml"),
         ("a.kmz", b"PK\x03\x04...", "KML"),
         ("a.xml", XML + "<svg>", "XML is not read"),
@@ -38,7 +36,6 @@ HBJSON = {"type": "Model", "identifier": "a", "properties": {}, "rooms": []}
         ("a.gltf", json.dumps({"asset": {"version": "1.0"}}), r"glTF 1\.0.*gltf-pipeline"),
         ("a.gltf", json.dumps(OLD_GLTF), r"glTF 1\.0.*gltf-pipeline"),
         ("a.glb", b"glTF\1\0\0\0" + bytes(20), "GLB version 1.*gltf-pipeline"),
-        ("a.hbjson", json.dumps(HBJSON), "HBJSON"),
         ("a.zip", b"PK\x03\x04...", "ZIP archive"),
         ("a.obj.gz", b"\x1f\x8b\x08", "gzip"),
         ("a.obj", b"version https://git-lfs.github.com/spec/v1", "git lfs pull"),

@@ -54,8 +54,8 @@ def read(
     ----------
     *paths : str or path
         CityJSON 1.0, 1.1, 2.0 and sequences of it, CityGML 1.0, 2.0, 3.0, FlatCityBuf, glTF
-        and GLB, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON, GeoPackage, Shapefile, GeoParquet),
-        height rasters (GeoTIFF).
+        and GLB, Rhino, COLLADA, HBJSON, OBJ, PLY, STL, OFF, IFC, footprints (GeoJSON, GeoPackage,
+        Shapefile, GeoParquet), height rasters (GeoTIFF).
         Several become one scene in the first file's CRS, each a layer, named after
         its file or as in ``"proposed=tower.glb"``.
     up : {'x', 'y', 'z'}, optional

@@ -8,9 +8,7 @@ read again in further passes, in which only those surfaces are held.
 """
 
 import gzip
-import io
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import closing
 from copy import deepcopy
@@ -26,8 +24,8 @@ from umbra.readers.citygml_names import HREF, LINKED, id_of, name_of
 from umbra.readers.citygml_objects import FeatureReader
 from umbra.readers.cityjson import Templates, make_parts
 from umbra.readers.cityjson_choice import DEPTHS, flatten
-from umbra.readers.content import FileContent
-from umbra.readers.formats import GZIP, ZIP, find_members
+from umbra.readers.content import GZIP, ZIP, BoundedStream, FileContent
+from umbra.readers.formats import find_members
 from umbra.readers.georeference import find_axis_orders, is_in_degrees, is_same_plan, name_crs
 from umbra.readers.model import FileModel, ReadChoices, turn_up
 from umbra.readers.region import Region, is_outside
@@ -40,8 +38,6 @@ _APPEARANCE = "surfaceDataMember"
 _PASSES = 4
 """Most times that surfaces of other members are looked for: their links may lead on."""
 _ELEMENT = 300  # memory of an element with its text [byte]
-_EXPANSION = 200
-"""Most growth of a compressed file; more is taken for an attack."""
 
 
 def read_citygml(content: FileContent, _: Path, choices: ReadChoices) -> FileModel:
@@ -246,38 +242,14 @@ def _find_version(root: Any) -> str:
     return ""
 
 
-def _open(content: FileContent) -> Iterator[tuple[str, "BinaryIO | _Bounded"]]:
+def _open(content: FileContent) -> Iterator[tuple[str, "BinaryIO | BoundedStream"]]:
     """Open the file, or each CityGML file in a ZIP archive, and name it for errors."""
-    most = _EXPANSION * content.size
     with content.open() as file:
         if content.head.startswith(GZIP):
-            yield "", _Bounded(gzip.GzipFile(fileobj=file), most)
+            yield "", BoundedStream(gzip.GzipFile(fileobj=file), content.size)
         elif content.head.startswith(ZIP):
             with zipfile.ZipFile(file) as archive:
                 for name in find_members(archive):
-                    yield f"{name} ", _Bounded(archive.open(name), most)
+                    yield f"{name} ", BoundedStream(archive.open(name), content.size)
         else:
             yield "", file
-
-
-class _Bounded(io.RawIOBase):
-    """A stream with a limit of bytes read."""
-
-    def __init__(self, stream: Any, most: int) -> None:
-        self._stream, self._left, self._most = stream, most, most
-
-    def read(self, size: int = -1) -> bytes:
-        try:
-            block: bytes = self._stream.read(size if size >= 0 else 1 << 20)
-        except (EOFError, OSError, zipfile.BadZipFile, zlib.error) as error:
-            msg = f"is damaged where it was compressed ({error}); fetch it again"
-            raise InputError(msg) from error
-        self._left -= len(block)
-        if self._left < 0:
-            msg = f"unpacks to more than {self._most / 1e6:.0f} MB; unpack it first"
-            raise InputError(msg, bytes=self._most)
-        return block
-
-    def close(self) -> None:
-        self._stream.close()
-        super().close()

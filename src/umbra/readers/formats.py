@@ -11,18 +11,18 @@ from pathlib import Path
 from typing import Any
 
 from umbra.errors import InputError
-from umbra.readers.content import FileContent
+from umbra.readers.content import GZIP, ZIP, FileContent
 from umbra.readers.model import FileModel, ReadChoices
 
 __all__ = [
-    "CITYGML", "FORMATS", "GZIP", "STREAMED", "ZIP", "find_kind", "find_members", "load_reader",
+    "CITYGML", "FORMATS", "STREAMED", "find_kind", "find_members", "load_reader",
     "read_json",
 ]  # fmt: skip
 
 FORMATS = (
     "CityJSON (.json, .jsonl), CityGML (.gml, .gml.gz, .zip), FlatCityBuf (.fcb), glTF (.gltf, "
-    ".glb), IFC, OBJ, PLY, STL, OFF, footprints (.geojson, .gpkg, .shp, .parquet), height rasters "
-    "(.tif)"
+    ".glb), IFC, Rhino (.3dm), COLLADA (.dae), HBJSON, OBJ, PLY, STL, OFF, footprints (.geojson, "
+    ".gpkg, .shp, .parquet), height rasters (.tif)"
 )
 
 Reader = Callable[[Any, Path, ReadChoices], FileModel]
@@ -31,11 +31,13 @@ Reader = Callable[[Any, Path, ReadChoices], FileModel]
 READERS = {
     "json": ("umbra.readers.formats", "read_json"),
     "citygml": ("umbra.readers.citygml", "read_citygml"),
+    "collada": ("umbra.readers.collada", "read_collada"),
     "fcb": ("umbra.readers.flatcitybuf", "read_flatcitybuf"),
     "glb": ("umbra.readers.gltf", "read_gltf"),
     "ifc": ("umbra.readers.ifc", "read_ifc"),
     "obj": ("umbra.readers.obj", "read_obj"),
     "parquet": ("umbra.readers.parquet", "read_parquet"),
+    "rhino": ("umbra.readers.rhino", "read_rhino"),
     "off": ("umbra.readers.triangle_soup", "read_off"),
     "ply": ("umbra.readers.triangle_soup", "read_ply"),
     "stl": ("umbra.readers.triangle_soup", "read_stl"),
@@ -49,6 +51,7 @@ STREAMED = {"citygml", "fcb", "parquet", "tiff", "vector"}
 BY_ENDING = {
     ".json": "json",
     ".jsonl": "json",
+    ".hbjson": "json",
     ".cityjson": "json",
     ".gml": "citygml",
     ".citygml": "citygml",
@@ -60,6 +63,8 @@ BY_ENDING = {
     ".ply": "ply",
     ".stl": "stl",
     ".ifc": "ifc",
+    ".3dm": "rhino",
+    ".dae": "collada",
     ".fcb": "fcb",
     ".parquet": "parquet",
     ".geoparquet": "parquet",
@@ -69,7 +74,6 @@ BY_ENDING = {
     ".shp": "vector",
 }
 
-GZIP, ZIP = b"\x1f\x8b", b"PK\x03\x04"
 CITYGML = (".gml", ".citygml")
 
 BY_CONTENT = {
@@ -78,6 +82,7 @@ BY_CONTENT = {
     b"ply\r": "ply",
     b"fcb\x01fcb": "fcb",
     b"fcb\x00fcb": "fcb",
+    b"3D Geometry File Format": "rhino",
     b"PAR1": "parquet",
     b"ISO-10303-21": "ifc",
     b"II*\x00": "tiff",
@@ -99,6 +104,8 @@ def find_kind(content: FileContent) -> str:
     """Find the kind of a file that is not empty, a key of `READERS`."""
     if is_citygml(content):
         return "citygml"
+    if is_collada(content):
+        return "collada"
     data, path = content.head, content.path
     start = data[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
     unread = find_unread(data, path, by_ending=False)
@@ -121,7 +128,16 @@ def find_kind(content: FileContent) -> str:
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
         msg = f"its format is unknown (by its content and {ending}); umbra reads {FORMATS}"
         raise InputError(msg, ending=path.suffix)
-    if told is None and kind in {"citygml", "fcb", "ifc", "parquet", "tiff", "vector"}:
+    if told is None and kind in {
+        "citygml",
+        "collada",
+        "fcb",
+        "ifc",
+        "parquet",
+        "rhino",
+        "tiff",
+        "vector",
+    }:
         msg = f"is named {path.suffix} but does not begin as such a file does; export it again"
         raise InputError(msg, ending=path.suffix)
     return kind
@@ -141,6 +157,18 @@ def is_citygml(content: FileContent) -> bool:
         return False
     start = start.replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")
     return start.startswith(b"<") and b"opengis.net/citygml" in start
+
+
+def is_collada(content: FileContent) -> bool:
+    """Return whether a file is COLLADA, by its root; also packed."""
+    start = content.head
+    if start.startswith(ZIP):
+        try:
+            with content.open() as file, zipfile.ZipFile(file) as archive:
+                return any(name.lower().endswith(".dae") for name in archive.namelist())
+        except (OSError, ValueError, zipfile.BadZipFile):
+            return False
+    return start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and b"<COLLADA" in start
 
 
 def find_members(archive: zipfile.ZipFile) -> list[str]:
@@ -189,11 +217,9 @@ def read_json(data: bytes, path: Path, choices: ReadChoices) -> FileModel:
 
         return read_geojson(documents, choices)
     if kind == "Model" and "properties" in head:
-        msg = (
-            "is a Honeybee model (HBJSON), which is not read; export OBJ or STL from Rhino, or "
-            "geometry from honeybee-vtk (honeybee-vtk translate FILE)"
-        )
-        raise InputError(msg)
+        from umbra.readers.honeybee import read_honeybee  # noqa: PLC0415
+
+        return read_honeybee(head, choices)
     if isinstance(head.get("accessors"), dict):
         raise InputError(OLD)
     if kind == "Topology":
@@ -251,13 +277,9 @@ _ANY_XML = UnreadFormat("XML is not read; convert it to CityJSON, glTF or OBJ", 
 
 # More specific formats come first: XML by its words, archives by their endings.
 REFUSED = (
-    UnreadFormat("COLLADA is not read; convert it to glTF (assimp export FILE.dae FILE.glb)",
-                 (".dae",), _XML, b"<COLLADA"),
     UnreadFormat(f"KML is not read; {_OGR.format('.kml')}", (".kml", ".kmz"), _XML, b"<kml"),
     _ANY_XML,
-    UnreadFormat("Rhino files are not read; export OBJ or glTF from Rhino",
-                 (".3dm",), (b"3D Geometry File Format",)),
-    UnreadFormat("SketchUp files are not read; export glTF, OBJ or IFC from SketchUp",
+    UnreadFormat("SketchUp files are not read; export glTF or COLLADA from it (File > Export)",
                  (".skp",), (b"\xff\xfe\xff\x0eS\x00k\x00e\x00t\x00c\x00h",)),
     UnreadFormat("DWG is not read; export IFC or OBJ from the CAD program, or convert it to DXF "
                  f"(ODA File Converter): {_OGR.format('.dxf')}", (".dwg",), (b"AC10",)),

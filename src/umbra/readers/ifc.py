@@ -10,14 +10,8 @@ ifcopenshell may crash on a damaged file, and its geometry engine hangs on a few
 elements, ignoring Ctrl-C. Another child then continues without that element.
 """
 
-import os
-import pickle
-import signal
-import subprocess
-import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -25,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from umbra.errors import InputError
-from umbra.machine import HOME, find_memory, make_command
 from umbra.readers.checks import require
+from umbra.readers.child import ReadingChild
 from umbra.readers.georeference import find_plan_unit, to_metres
 from umbra.readers.ifc_engine import (
     ENGINES,
@@ -36,7 +30,6 @@ from umbra.readers.ifc_engine import (
     IfcWork,
     check_whole,
     find_schema,
-    read_pieces,
 )
 from umbra.readers.ifc_facts import IfcWords
 from umbra.readers.model import LEVEL, FileModel, FilePlace, ReadChoices, turn_up
@@ -44,7 +37,7 @@ from umbra.scene import Material, Mesh, Part
 from umbra.scene.making import move_parts
 from umbra.scene.mesh import transform_points
 
-__all__ = ["read_ifc", "serve"]
+__all__ = ["read_ifc"]
 
 
 SECONDS = 16.0
@@ -61,8 +54,6 @@ STRIKES = 2
 
 LOSSES = 8
 """Most times that a child may hang, a tenth of those that it may end; the rest is not read."""
-
-CHILD = "from umbra.readers.ifc import serve; serve({seconds})"
 
 
 @dataclass(eq=False)
@@ -191,92 +182,15 @@ def _gather(
 ) -> tuple[IfcAttempt | None, bool] | None:
     """Run one child to its end; if it was early, give the attempt at work and whether it hung."""
     attempt = None
-    pieces = _Child(work, seconds) if sys.executable else None
-    for piece in read_pieces(work) if pieces is None else pieces:
+    parsing = PARSING * Path(work.path).stat().st_size
+    pieces = ReadingChild("umbra.readers.ifc_engine:read_pieces", work, seconds, parsing)
+    for piece in pieces:
         if isinstance(piece, IfcFacts):
             found.facts = piece
         elif isinstance(piece, IfcAttempt):
             attempt = piece
         elif attempt is not None:
             found.shapes[attempt.element] = piece
-    if pieces is None or pieces.is_done:
+    if pieces.is_done:
         return None
     return attempt, pieces.has_hung
-
-
-class _Child:
-    """Iterate over the pieces from a child; afterwards states whether they are complete."""
-
-    is_done = False
-    has_hung = False
-
-    def __init__(self, work: IfcWork, seconds: float) -> None:
-        self._work = work
-        self._seconds = seconds
-
-    def __iter__(self) -> Iterator[IfcFacts | IfcAttempt | IfcShape]:
-        command = make_command(CHILD.format(seconds=self._seconds))
-        child = subprocess.Popen(command, cwd=HOME, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        asked, answers = child.stdin, child.stdout
-        assert asked is not None and answers is not None  # noqa: PT018
-        try:
-            with suppress(EOFError, BrokenPipeError, pickle.UnpicklingError):
-                pickle.dump(self._work, asked)
-                asked.close()
-                while (piece := pickle.load(answers)) is not None:
-                    if isinstance(piece, BaseException):
-                        raise piece
-                    yield piece
-                self.is_done = True
-        finally:
-            if not self.is_done:
-                child.kill()
-            answers.close()
-            self.has_hung = child.wait() == -getattr(signal, "SIGPROF", 0)
-
-
-def serve(seconds: float) -> None:
-    """
-    Read a request from standard input, and write its pieces to standard output.
-
-    Parameters
-    ----------
-    seconds : float
-        Processor time after which this process ends if no piece came [s].
-    """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    # The engine's output must not mix with the pieces.
-    answers = os.fdopen(os.dup(1), "wb")
-    silence = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(silence, 1)
-    os.dup2(silence, 2)
-    _limit_memory()
-    work = pickle.load(sys.stdin.buffer)
-    _start_timer(seconds + PARSING * Path(work.path).stat().st_size)
-    with suppress(BrokenPipeError):
-        last: object = None
-        try:
-            for piece in read_pieces(work):
-                _start_timer(seconds)
-                pickle.dump(piece, answers, protocol=5)
-                answers.flush()
-        except Exception as error:  # noqa: BLE001 - the parent raises it again
-            last = error
-        pickle.dump(last, answers)
-        answers.flush()
-    os._exit(0)  # without the engine's cleanup
-
-
-def _start_timer(seconds: float) -> None:
-    # By its default the signal ends the process, also in the midst of C++. Windows has none.
-    if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_PROF, seconds)
-
-
-def _limit_memory() -> None:
-    """Limit memory, so that the engine fails and not the machine."""
-    with suppress(ImportError, ValueError, OSError):
-        import resource  # noqa: PLC0415 - not on Windows
-
-        memory = int(find_memory())
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
