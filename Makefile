@@ -104,7 +104,7 @@ docs: $(VENV)/.docs
 	@echo docs/_build/html/index.html
 
 bench: $(VENV)/.test
-	for name in study frame silhouette startup tools mcguire wallner weng soft; do $(UMBRA) bench $$name --quick || exit 1; done
+	for name in city study frame silhouette startup tools mcguire wallner weng soft; do $(UMBRA) bench $$name --quick || exit 1; done
 
 pictures: study
 	$(UMBRA) study $(BLOCK) $(STUDY) --cell 0.25 --sheet --quiet --out $(OUT)/sheet

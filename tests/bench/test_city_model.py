@@ -1,13 +1,18 @@
 """The made-up city: every object in one tile and one file, closed, and the same each time."""
 
+import json
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import umbra
 from umbra.volume.inspection import inspect_scene
 from umbra_benchmarks import city_files
+from umbra_benchmarks.city import REGIONS, Constants, work_out
 from umbra_benchmarks.city_model import City
 from umbra_benchmarks.city_shapes import SHAPES
+from umbra_benchmarks.command import command
 
 
 @pytest.fixture(scope="module")
@@ -128,3 +133,24 @@ def test_one_large_file_ends_soon_after_its_size(tmp_path):
 def test_impossible_cities_are_refused(options, told):
     with pytest.raises(umbra.InputError, match=told):
         City(**options)
+
+
+def test_costs_are_measured_and_worked_out():
+    pytest.importorskip("distributed")
+    result = CliRunner().invoke(command, ["city", "--quick", "--json"])
+    assert result.exception is None, result.output
+    found = json.loads(result.stdout)
+    assert found["files"]["buildings"] > 10
+    for kind in ("ground", "top"):
+        constants = Constants(**found["constants"][kind])
+        assert min(vars(constants).values()) >= 0
+        assert constants.written > 0
+        hours = found["core_hours"]["Munich"][kind]["day_hours"]
+        assert hours == pytest.approx(work_out(constants, REGIONS[0], 33) / 3600)
+    assert found["efficiency"]["wall"] > 0
+
+
+def test_costs_add_up():
+    one = Constants(1e-9, 1e-6, 1e-10, 1e-8, 2.0, 3.0)
+    seconds = one.find_seconds(1e6, 1e4, 33)
+    assert seconds == pytest.approx(1e-3 + 2e4 * 1e-6 + 33 * (1e-4 + 2e4 * 1e-8))

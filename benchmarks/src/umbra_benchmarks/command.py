@@ -12,8 +12,8 @@ from umbra_benchmarks.report import BenchmarkRun
 __all__ = ["command"]
 
 NAMES = (
-    "all", "study", "frame", "motion", "growth", "gpu", "silhouette", "startup", "tools", "mcguire",
-    "roettger", "wallner", "weng", "soft", "walls",
+    "all", "city", "study", "frame", "motion", "growth", "gpu", "silhouette", "startup", "tools",
+    "mcguire", "roettger", "wallner", "weng", "soft", "walls",
 )  # fmt: skip
 PEERS = ("ogre", "workbench")
 TOOLS = ("ladybug", "pybdshadow", "umep", "solweig")
@@ -113,6 +113,7 @@ def command(
     The papers' tables, run again: mcguire (what each of three cases draws, and frames
     by each method), roettger (shadow masks without a stencil), wallner (silhouettes
     from trees), weng (soft shadows: time and error by triangles, length and gap).
+    city finds what a tile of a city costs, and works out a city and two countries.
     soft finds the error of each method of soft shadows by rays, in scenes that overlap.
 
     all makes every table of benchmarks/results.md, by one commit on one machine.
