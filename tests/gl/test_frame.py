@@ -158,3 +158,19 @@ def test_the_command_line_draws_on_gl_what_it_draws_on_the_cpu(device, tmp_path,
     assert (found["gl"]["count"] != found["cpu"]["count"]).mean() < 2e-3
     assert (found["gl"]["lit"] != found["cpu"]["lit"]).mean() < 2e-3
     np.testing.assert_allclose(found["gl"]["position"], found["cpu"]["position"], atol=0.2)
+
+
+@pytest.mark.parametrize(
+    ("eye", "target"),
+    [((40, -20, -15), (14, 12, 3)), ((14, 11, -6), (14, 12, 3))],
+)
+def test_floors_in_the_plane_of_the_ground_are_seen_from_below(device, eye, target):
+    boxes = [moved(box((0, 0, 0), (6, 5, 8)), (11 * (k % 3), 9 * (k // 3), 0)) for k in range(9)]
+    far_away = moved(box((0, 0, 0), (60, 50, 30)), (400, 300, 0))
+    scene = make_scene(*merge(*boxes, far_away))
+    camera = Camera(eye, target, size=(320, 240), near=0.05)
+    right, _ = FrameCounter(scene, ground=0.0).see(camera)
+    with GlFrameCounter(scene, ground=0.0, device=device) as ours:
+        view, _ = ours.see(camera)
+    assert (right.face >= 0).sum() > 1500
+    assert (view.face != right.face).sum() <= 12  # far away, as floors before the eye round most

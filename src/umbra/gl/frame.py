@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from umbra.gl.context import Device, DeviceUser, on_device
 from umbra.gl.count import VolumeCounter
 from umbra.gl.geometry import Geometry
+from umbra.gl.ground import RINGS, draw_ground
 from umbra.gl.masks.counter import MaskCounters
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
@@ -100,7 +101,9 @@ class GlFrameCounter(DeviceUser):
             self._faces = Indices(self.device, 2 * self.geometry.n_points)
             self._faces.write(self.geometry.faces[self._order[: self._n_opaque]].ravel())
             self._surface = Program(self.device, "surface.vert.glsl", "face.frag.glsl")
-            self._plane = Program(self.device, "ground.vert.glsl", "face.frag.glsl")
+            self._plane = Program(
+                self.device, "ground.vert.glsl", "face.frag.glsl", {"RINGS": RINGS}
+            )
             self._sheer = SheerSurfaces(self.device, self.geometry, tables) if tables else None
         self._target: Target | None = None
         self._seen: tuple[Camera, Projection, DepthBuffer | None] | None = None
@@ -225,9 +228,9 @@ class GlFrameCounter(DeviceUser):
             self._surface.set(**projection.uniforms(), first=0, step=1)
             self._faces.draw(self._surface, 0, 3 * self._n_opaque)
             if self._local_ground is not None:
-                height = float(self._local_ground - projection.eye[2])
-                self._plane.set(**projection.uniforms(), height=height, first=GROUND, step=0)
-                self._plane.draw(12)
+                draw_ground(
+                    state, self._plane, projection, self._local_ground, first=GROUND, step=0
+                )
             if self._sheer is not None:
                 self._sheer.draw(state, projection, self._n_opaque, before)
         face = np.ascontiguousarray(self._target.read())

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from umbra.gl.batches import Batch, make_batches
 from umbra.gl.context import Device, release_all
 from umbra.gl.geometry import Geometry
+from umbra.gl.ground import RINGS, draw_ground
 from umbra.gl.programs import Program, Programs
 from umbra.gl.projection import Projection, find_rays
 from umbra.gl.resources import Indices, Texture, TextureBuffer
@@ -165,18 +166,13 @@ class SurfaceRenderer:
             state.use(fronts if batch.is_solid and cull else both)
             self._draw_batch(programs[carried], batch)
         if ground is not None:
-            state.use(both)
-            plane = self._ground.find(*needs)
+            plane = self._ground.find(*needs, RINGS=RINGS)
             if lamp is not None:
                 lamp.set(plane)
-            plane.set(
-                projection=projection.clip_matrix,
-                height=float(ground - projection.eye[2]),
-                albedo=np.array(GROUND_COLOR),
-                **_EVEN,
+            draw_ground(
+                state, plane, projection, ground, albedo=np.array(GROUND_COLOR), **_EVEN,
                 **find_rays(projection),
-            )
-            plane.draw(12)
+            )  # fmt: skip
 
     def draw_layer(
         self, state: State, projection: Projection, behind: Target, *, is_first: bool

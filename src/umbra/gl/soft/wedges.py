@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from umbra.gl.context import Device, release_all
 from umbra.gl.count import VolumeCounter
+from umbra.gl.ground import RINGS, draw_ground
 from umbra.gl.plan import VolumePlan
 from umbra.gl.planner import Planner
 from umbra.gl.programs import Program, Programs
@@ -46,7 +47,7 @@ class Keys:
         needs = {"HAS_NORMAL": 1} if has_normals else {}
         self._faces, self._ground = (
             Program(planner.device, f"{what}.vert.glsl", "key.frag.glsl", {**needs, **more})
-            for what, more in (("surface", {}), ("ground", {"IS_GROUND": 1}))
+            for what, more in (("surface", {}), ("ground", {"IS_GROUND": 1, "RINGS": RINGS}))
         )
         self._picture = SharedDepthTarget(self._device, "rgba32f" if has_normals else "r32f")
 
@@ -65,12 +66,8 @@ class Keys:
         )
         self._indices.draw(self._faces, 0, self._geometry.faces.size)
         if self._planner.ground is not None:
-            self._ground.set(
-                projection=projection.clip_matrix,
-                height=float(self._planner.ground - projection.eye[2]),
-                **find_rays(projection),
-            )
-            self._ground.draw(12)
+            rays = find_rays(projection)
+            draw_ground(state, self._ground, projection, self._planner.ground, _AGAIN, **rays)
         return shown.textures[0]
 
     def release(self) -> None:
