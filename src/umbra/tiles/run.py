@@ -61,6 +61,29 @@ class CityStudy:
 
         return xr.open_zarr(str(self.job.store))
 
+    def write(self, *formats: str) -> list[Path]:
+        """
+        Write further files beside the store, with one tile in memory at a time.
+
+        Parameters
+        ----------
+        *formats : str
+            ``'geotiff'``: a GeoTIFF for each tile and ``hours.vrt`` over them; ``'map'``:
+            ``map.png``; ``'stac'``: ``item.json``. All by default.
+
+        Returns
+        -------
+        paths : list of Path
+
+        Raises
+        ------
+        InputError
+            If a format is unknown, or needs a package that is not installed.
+        """
+        from umbra.writers.city import CITY_FORMATS, write_city_files  # noqa: PLC0415
+
+        return write_city_files(self.folder, formats or CITY_FORMATS)
+
 
 def count_serially(job: CityJob, tiles: Sequence[CityTile]) -> Iterator[Outcome]:
     """Count tiles one after the other in this process."""
